@@ -120,7 +120,7 @@ def draw_rough(rng: np.random.Generator, calm: Setting) -> Setting:
 
 
 def draw_setting(rng: np.random.Generator) -> Setting:
-    """Return near what the recorded units show, and a little worse than they are."""
+    """Return a setting near those of the recorded units, and a little worse."""
     return Setting(
         low_rms_V=rng.uniform(0.033, 0.045),
         low_Hz=rng.uniform(280, 330),
@@ -142,7 +142,7 @@ def draw_setting(rng: np.random.Generator) -> Setting:
 
 
 def linear(world: World) -> Rational:
-    """Return Va to de, da, Vs, but for delays and all that is not linear."""
+    """Return the linear path from Va to de, da, Vs, without delays."""
     path = plant(world.strut)
     still = path.at(np.zeros(1))[1, 0].real
     for f_Hz, ratio, zeta in world.modes:
@@ -162,7 +162,7 @@ def _on_both(mode: Rational) -> Rational:
 
 
 def frf(world: World, f: Array) -> NDArray[np.complex128]:
-    """Return (3, F) response of what is linear in a world at f [Hz], delays and all."""
+    """Return the linear response (3, F) of a world at f [Hz], delays and all."""
     late = world.tau + np.array(world.lags)
     return linear(world).frf(f) * np.exp(-2j * np.pi * f * late[:, None])
 
@@ -178,7 +178,7 @@ class Playing:
         object.__setattr__(self, "path", linear(self.world))
 
     def drive(self, Va: Array, fs: float, every: int) -> Array:
-        """Return (3, N) de, da, Vs without noise for a drive Va (N,) at fs; every: by how much it is interpolated."""
+        """Return de, da, Vs (3, N) without noise for a drive Va (N,) at fs; every: by how much it is interpolated."""
         u = interpolate(Va, fs, every, self.world.tau)
         for bend in self.world.bends:
             u = bend(u)
@@ -189,7 +189,7 @@ class Playing:
 
 
 def interpolate(u: Array, fs: float, times: int, delay: float = 0.0) -> Array:
-    """Return (N times,) the drive between its samples, without images, late by `delay`."""
+    """Return the interpolated drive (N times,), without images, late by `delay`."""
     size = fft.next_fast_len(u.size + 4096)
     f = fft.rfftfreq(size, 1 / fs)
     spectrum = fft.rfft(u, size) * np.exp(-2j * np.pi * f * delay)
@@ -207,8 +207,8 @@ def _late(y: Array, fs: float, lags: tuple[float, float, float]) -> Array:
 
 
 def _sprung(world: World, u: Array, dt: float, every: int) -> Array:
-    """Return (3, N) what a cubic spring on the payload adds: the payload's own modes step by step, then all for that
-    force."""
+    """Return the response (3, N) that a cubic spring on the payload adds: the payload's own modes step by step, then
+    all for that force."""
     push, alone = plant(world.strut, column=1), plant(world.strut)
     to_payload, free = _payload(push), _payload(alone).run(u, dt)[0]
     force = np.array(_spring_force(free.tolist(), to_payload, world.cubic, dt))
@@ -224,7 +224,7 @@ def _payload(path: Rational) -> Rational:
 
 
 def _spring_force(free: list[float], path: Rational, cubic: float, dt: float) -> list[float]:
-    """Return force of the spring at every step; each step sees the last two forces drawn on."""
+    """Return the force of the spring at every step; each step extrapolates the last two forces."""
     (pole,), (residue,), still = path.poles, path.residues[0], float(path.direct[0])
     new, old, decay = step(pole, dt)
     state, before, force, out = 0j, 0.0, 0.0, []
@@ -238,7 +238,7 @@ def _spring_force(free: list[float], path: Rational, cubic: float, dt: float) ->
 
 
 def excitation(rng: np.random.Generator, s: Setting, high: bool) -> Array:
-    """Return (N,) noise of the low or the high record, with its preroll, before the converter."""
+    """Return the noise drive (N,) of the low or the high record, with its preroll, before the converter."""
     n = int((s.seconds + s.preroll_s) * FS)
     white = rng.standard_normal(n)
     if high:
@@ -254,7 +254,7 @@ def quantise(x: Array, step: float, limit: float = np.inf) -> Array:
 
 
 def _noise(rng: np.random.Generator, s: Setting, n: int, fs: float) -> Array:
-    """Return (3, N) all that is added to de, da, Vs."""
+    """Return all noise (3, N) that is added to de, da, Vs."""
     t = np.arange(n) / fs
     white = rng.standard_normal((3, n)) * [[s.encoder_m], [s.interferometer_m], [s.sensor_V]]
     decay = np.exp(-2 * np.pi * s.coloured_Hz / fs)
@@ -286,8 +286,7 @@ def _exchanged(columns: dict[str, Array], pair: tuple[str, str] | None) -> dict[
 
 
 def _in_range(playing: Playing, u: Array) -> tuple[Array, Array]:
-    """Return Va and the response to it: played softer, as whoever stands there would, until the converter of Vs takes
-    it."""
+    """Return Va and the response to it: played softer, as an operator would, until the converter of Vs takes it."""
     while True:
         Va = quantise(u, LSB_V, CONVERTER_V)
         y = playing.drive(Va, FS, TWICE)
@@ -312,7 +311,7 @@ def slow_record(playing: Playing, s: Setting, rng: np.random.Generator) -> dict[
 
 
 def write_unit(folder: Path, serial: str, world: World, s: Setting, seed: int) -> Path:
-    """Return a unit folder as a bench leaves it: two realisations of both bands, slow sines, `unit.toml`. No truth in
+    """Write a unit folder as a bench leaves it: two realisations of both bands, slow sines, `unit.toml`. No truth in
     it."""
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(seed)

@@ -80,7 +80,7 @@ class Case:
         return world
 
     def write(self, parent: Path) -> Path:
-        """Return the unit's folder below `parent`. The truth is not in it."""
+        """Write the unit's folder below `parent` and return it. The truth is not in it."""
         return write_unit(parent / self.serial, self.serial, self.world, self.setting, self.seed)
 
     def truth(self) -> dict[str, Any]:
@@ -92,15 +92,15 @@ class Case:
 
     @property
     def alike(self) -> list[str]:
-        """Return names that are right although no effect of the library was hidden."""
+        """Return the names that are right although no effect of the library was hidden."""
         faults = [name for name, it in (("dead_channel", self.dead), ("swapped_channels", self.exchanged)) if it]
         return sorted({name for each in self.outside for name in OUTSIDE[each].alike} | set(faults))
 
     def detectability(self, rounds: int = ROUNDS) -> float | None:
-        """Return length of what is hidden, in standard deviations of noise and tolerance, beyond all that the model's
-        own parameters and their priors could do; none for what is not linear, or for a shell that is not its matrices:
-        how much of an effect its modes hide is what the workflow's stated limits have to say. rounds: of calibration;
-        one for the weak."""
+        """Return the length of the hidden effect, in standard deviations of noise and tolerance, beyond all that the
+        model's own parameters and their priors could do; None for an effect that is not linear, or for a shell that
+        differs from its matrices: there the workflow's stated limits have to tell how much of an effect its modes hide.
+        rounds: of calibration; one for the weak."""
         if not self.effects and not self.outside:
             return 0.0
         if self.strut.built is not None:
@@ -114,14 +114,14 @@ class Case:
 
 
 def _first(strut: Strut, modes: int = 10) -> dict[str, list[float]] | None:
-    """Return how the lowest modes of its shell differ, for whoever reads the truth afterwards."""
+    """Return the deviations of the lowest modes of its shell, for readers of the truth."""
     if strut.built is None:
         return None
     return {k: getattr(strut.built, k)[:modes].tolist() for k in ("frequency", "damping")}
 
 
 def _start(strut: Strut, hidden: Strut) -> Array:
-    """Where calibration may begin, in prior standard deviations: with the parameters that the effect stands for, else
+    """Return a start of calibration, in prior standard deviations: with the parameters that the effect stands for, else
     with the payload that puts the axial mode where it is; further off, no step along a resonance finds back."""
     moved = np.array([(getattr(hidden, name) - getattr(strut, name)) / sd for name, (_, sd) in priors().items()])
     if not moved.any() and replace(hidden, hung=None) != strut:
@@ -131,8 +131,8 @@ def _start(strut: Strut, hidden: Strut) -> Array:
 
 
 def _beyond(target: Complex, strut: Strut, whiten: Sequence[Complex], f: Array, rounds: int, off: Array) -> float:
-    """Return smallest misfit of a strut without the effect, by Gauss and Newton, in prior standard deviations from the
-    truth. off: where to begin."""
+    """Return the smallest misfit of a strut without the effect, by Gauss and Newton, in prior standard deviations from
+    the truth. off: where to begin."""
     best, kept, step = np.inf, off, np.zeros(off.size)
     for _ in range(rounds + 1):
         left = _stacked(whiten, target - frf(World(_moved(strut, off)), f))
@@ -149,7 +149,8 @@ def _beyond(target: Complex, strut: Strut, whiten: Sequence[Complex], f: Array, 
 
 
 def _moved(strut: Strut, off: Array) -> Strut:
-    """Return the strut with each drawn parameter so many prior standard deviations further, none through zero."""
+    """Return the strut with each drawn parameter so many prior standard deviations further, but without a change of
+    sign."""
     moved = {}
     for (name, (mean, sd)), by in zip(priors().items(), off, strict=True):
         value = getattr(strut, name)
@@ -158,7 +159,7 @@ def _moved(strut: Strut, off: Array) -> Strut:
 
 
 def _stacked(whiten: Sequence[Complex], x: Complex) -> Array:
-    """Return (6 F,) real and imaginary parts, each of variance one if there is noise and tolerance alone."""
+    """Return the real and imaginary parts (6 F,), each of variance one if there is only noise and tolerance."""
     white = np.sqrt(2) * np.concatenate(
         [linalg.solve_triangular(half, channel, lower=True) for half, channel in zip(whiten, x, strict=True)]
     )
@@ -174,7 +175,7 @@ def _sensitivities(strut: Strut, f: Array) -> Iterator[Complex]:
 
 
 def _whiteners(H: Complex, s: Setting, f: Array) -> list[Complex]:
-    """Return cholesky factors of each channel's covariance (F, F): white noise over drive in a bin's share of the
+    """Return the Cholesky factors of each channel's covariance (F, F): white noise over drive in a bin's share of the
     record, and the tolerance, which is smooth: an error of a model keeps its size over a tenth of a decade or so."""
     noise = np.array([s.encoder_m, s.interferometer_m, s.sensor_V]) ** 2 * 2 / FS
     high = f > MERGE_HZ
@@ -189,8 +190,8 @@ def _whiteners(H: Complex, s: Setting, f: Array) -> list[Complex]:
 
 
 def counts(number: int, shares: Mapping[str, float] = SHARES) -> dict[str, int]:
-    """Return how many of each kind; every kind at least once from four units on, what rounding leaves goes to the
-    largest."""
+    """Return the number of units of each kind; every kind at least once from four units on, the remainder of rounding
+    goes to the largest."""
     most = max(shares, key=lambda kind: shares[kind])
     share = {kind: max(int(number * part), 1) for kind, part in shares.items() if kind != most}
     return share | {most: max(number - sum(share.values()), 0)}
@@ -213,7 +214,7 @@ def draw_cases(
 
 
 def _turns(kind: str, rng: np.random.Generator, names: Sequence[str]) -> Iterator[tuple[Sequence[str], Sequence[str]]]:
-    """Yield names inside and outside the library, for one unit of a kind after the other, for ever."""
+    """Yield the names inside and outside the library, for one unit of a kind after the other, without end."""
     choices: dict[str, list[tuple[Sequence[str], Sequence[str]]]] = {
         "none": [((), ())],
         "one": [((name,), ()) for name in names],
@@ -240,7 +241,7 @@ def _case(serial: str, kind: str, inside: Sequence[str], outside: Sequence[str],
 
 
 def draw_weak(number: int, seed: int, prefix: str = "W") -> list[Case]:
-    """Return units with one effect, made weak: from hardly visible to what is drawn elsewhere, evenly in the
+    """Return the units with one effect, made weak: from hardly visible to what is drawn elsewhere, evenly in the
     logarithm."""
     rng = np.random.default_rng([seed, 1])
     names = [name for name in DRAWN if LIBRARY[name].grows or LIBRARY[name].fades]

@@ -32,8 +32,8 @@ DEVELOPMENT_SEEDS = range(1000)
 
 
 def learned(batch: Batch, base: Path, out: Path) -> Path:
-    """Return the model file that `accept model learn` makes of a batch's other units; raises RuntimeError if it makes
-    none. A file that is there stays."""
+    """Return the model file that `accept model learn` makes of a batch's other units. Raises RuntimeError if it makes
+    none. An existing file is kept."""
     path = out / "population.toml"
     if path.exists():
         return path
@@ -78,7 +78,7 @@ def challenge_set(name: str, a: argparse.Namespace, cluster: Cluster | None = No
 
 
 def _sealed(name: str, seed: int, version: Any, out: Path) -> str:
-    """Return written down before anything is run: the hashes of the truth, of the thresholds and of the code."""
+    """Write down the hashes of the truth, of the thresholds and of the code, before anything is run."""
     use = " (development)" if seed in DEVELOPMENT_SEEDS else ""
     head = f"set {name} of seed {seed}{use}\ntruth      sha256 {version.sealed}\n"
     head += f"thresholds sha256 {version.thresholds}\ncode       sha256 {version.code}"
@@ -89,7 +89,7 @@ def _sealed(name: str, seed: int, version: Any, out: Path) -> str:
 
 
 def challenge(a: argparse.Namespace) -> bool:
-    """Return every set that was asked for. Returns whether every target is met."""
+    """Run every requested set; return whether every target is met."""
     os.environ.setdefault("ACCEPT_HOME", str((a.out / "home").resolve()))
     for name in THREADS:  # one core for each worker: read when the worker loads its libraries
         os.environ.setdefault(name, "1")

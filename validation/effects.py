@@ -38,7 +38,7 @@ class Hidden:
     settles: tuple[str, ...] = ()
 
     def weaker(self, parameters: Values, factor: float) -> dict[str, float]:
-        """Return parameters of about that share of the effect."""
+        """Return the parameters of about that share of the effect."""
         small = {p: self.off + factor * (parameters[p] - self.off) for p in self.grows}
         return dict(parameters) | small | {p: parameters[p] / factor for p in self.fades}
 
@@ -60,9 +60,9 @@ def _log(rng: Rng, lo: float, hi: float) -> float:
 
 
 def hysteresis(relative_width: float) -> Bend:
-    """Return rate-independent: plays of every width side by side (Prandtl and Ishlinskii), all alike, so that loops
-    open in proportion to the amplitude (Rayleigh). relative_width: opening at mid-voltage over the peak to peak, at 2
-    V."""
+    """Return a rate-independent hysteresis: plays of every width side by side (Prandtl and Ishlinskii), all alike, so
+    that loops open in proportion to the amplitude (Rayleigh). relative_width: opening at mid-voltage over the peak to
+    peak, at 2 V."""
     edges = np.concatenate([[0.0], np.geomspace(2e-3, 4.0, 49)])
     width, share = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
     # a play of half-width r opens by 2 min(r, A - r) and runs through 2 (A - r); summed: c A^2 / 2 and c A^2 beside 2 A
@@ -71,7 +71,7 @@ def hysteresis(relative_width: float) -> Bend:
 
 
 def _plays(u: Array, width: Array, share: Array) -> Array:
-    """Return (N,) weighted sum of plays of half-width r, from rest: between turns each one waits, then follows."""
+    """Return the weighted sum (N,) of plays of half-width r, from rest: between turns each one waits, then follows."""
     turns = np.concatenate([[0], np.sort(np.concatenate([find_peaks(u)[0], find_peaks(-u)[0]])), [u.size - 1]])
     ends = np.unique(turns)
     total, play = np.zeros(u.size), np.zeros(width.size)
@@ -92,7 +92,7 @@ def saturation(limit_V: float) -> Bend:
 
 
 def creep(per_decade: float) -> Rational:
-    """Return step response that grows by `per_decade` each decade of time, from 10 us to 1000 s: relaxations, two a
+    """Return a step response that grows by `per_decade` each decade of time, from 10 us to 1000 s: relaxations, two a
     decade."""
     tau = np.logspace(-5, 3, 17)
     share = per_decade / 2

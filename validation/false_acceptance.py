@@ -47,7 +47,7 @@ class Answer:
     reason: str | None
 
     def stated(self, axis: str) -> float:
-        """Return probability of being outside."""
+        """Return the stated probability of being outside."""
         return 1.0 - inside(self.value[axis], self.U[axis], LIMITS_UM[axis])
 
     def outside(self, axis: str) -> bool:
@@ -66,7 +66,7 @@ def drawn(struts: int, seed: int) -> Iterator[tuple[float, Case]]:
 
 
 def asked(scatter: float, case: Case, model: Path, kept: Path) -> Answer:
-    """Return what `accept misalign` says of a strut, kept in a file of its own."""
+    """Return the answer of `accept misalign` for a strut, which is kept in a file of its own."""
     if kept.exists():
         return Answer(**json.loads(kept.read_text()))
     with tempfile.TemporaryDirectory(prefix="struts-") as parent:
@@ -84,8 +84,8 @@ def asked(scatter: float, case: Case, model: Path, kept: Path) -> Answer:
 
 
 def table(answers: Sequence[Answer]) -> str:
-    """Return stated against observed, in classes of what was stated; what a guarded limit accepts; what the intervals
-    hold."""
+    """Return a table of stated and observed probabilities in classes of the stated one, of the acceptances by a guarded
+    limit and of the coverage of the intervals."""
     given = [a for a in answers if a.reason is None]
     rows = [(a.stated(axis), a.outside(axis)) for a in given for axis in LIMITS_UM]
     lines = [f"{len(given)} of {len(answers)} struts answered", "stated P(outside)   axes  mean stated  outside  95 %"]

@@ -46,7 +46,7 @@ def learned_without(data: Path, serial: str, out: Path) -> tuple[Path, dict[str,
 
 
 def answered(data: Path, serial: str, out: Path) -> dict[str, Any]:
-    """Return what is said of a unit with the bench that was learned without it."""
+    """Return the answer for a unit with the bench that was learned without it."""
     model, learned = learned_without(data, serial, out)
     begun = time.process_time()
     gap = run_gap(data / serial, model)
@@ -71,7 +71,7 @@ def answered(data: Path, serial: str, out: Path) -> dict[str, Any]:
 
 
 def compared(answer: dict[str, Any], truth: dict[str, Any]) -> dict[str, Any]:
-    """Return whether the answer is the truth."""
+    """Return whether the answer is right."""
     hidden = truth["effects"]
     names = [n["effect"] for n in answer["named"]]
     offset = hidden.get("misalignment", {"dx_um": 0.0, "dy_um": 0.0})

@@ -12,7 +12,7 @@ AFTER_ARM = "arm_y_mm = { value = 15.0, sd = 0.3 }\n"
 
 
 def text_for(it: Set) -> str:
-    """Return TOML of the model that whoever judges a set starts from."""
+    """Return the TOML of the model from which a set is judged."""
     text = _replaced(MODEL_FILE.read_text(), '"../superelements/APA300ML.mat"', f'"{MATRICES.resolve().as_posix()}"')
     if it.stated:
         scatter = f"mode_scatter = {{ frequency = {it.stated:g}, damping = {DAMPING:g} }}\n"
@@ -33,7 +33,7 @@ def _replaced(text: str, old: str, new: str) -> str:
 
 
 def write_model(it: Set, folder: Path) -> Path:
-    """Return the file in a folder."""
+    """Write the file into a folder and return its path."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "model.toml"
     path.write_text(text_for(it))

@@ -28,7 +28,7 @@ class Rational:
     direct: Array
 
     def at(self, s: Complex) -> Complex:
-        """Return (C, F) value at complex frequencies s (F,) [rad/s]."""
+        """Return the value (C, F) at complex frequencies s (F,) [rad/s]."""
         s = np.asarray(s, dtype=complex)
         pair = self.poles.imag > 0  # a real pole stands once, a pair twice
         poles = np.concatenate([self.poles, self.poles[pair].conj()])
@@ -40,12 +40,12 @@ class Rational:
         return self.direct[:, None] + found
 
     def frf(self, f: Array) -> Complex:
-        """Return (C, F) response at frequencies f (F,) [Hz]."""
+        """Return the response (C, F) at frequencies f (F,) [Hz]."""
         return self.at(2j * np.pi * np.asarray(f))
 
     def run(self, u: Array, dt: float, every: int = 1) -> Array:
-        """Return (C, N) every so many-th output, from rest, for a drive that passes smoothly through its samples u (N
-        every,).
+        """Return every n-th output (C, N), n = `every`, from rest, for a drive that passes smoothly through its samples
+        u (N every,).
 
         Poles below `FAST_HZ` take exact steps for a drive that is straight between samples, lifted beforehand by what
         straight lines take away from a smooth one. Faster ones forget within the padding: the smooth drive's spectrum.
@@ -67,7 +67,8 @@ class Rational:
         return y
 
     def times(self, other: "Rational", channels: Sequence[int] = (0, 1, 2)) -> "Rational":
-        """Return product with a filter of one channel, on some channels only. No pole may stand in both."""
+        """Return the product with a filter of one channel, on some channels only. The two may have no pole in
+        common."""
         on = np.zeros((self.direct.size, 1))
         on[list(channels)] = 1.0
         mine = self.residues * (1 - on + on * other.at(self.poles))
@@ -77,17 +78,17 @@ class Rational:
         return Rational(poles, np.hstack([mine, theirs]), direct)
 
     def plus(self, other: "Rational") -> "Rational":
-        """Return sum of two of as many channels."""
+        """Return the sum of two with the same number of channels."""
         poles = np.concatenate([self.poles, other.poles])
         return Rational(poles, np.hstack([self.residues, other.residues]), self.direct + other.direct)
 
     def scaled(self, factors: Array) -> "Rational":
-        """Each channel times a factor (C,)."""
+        """Return each channel times a factor (C,)."""
         return replace(self, residues=self.residues * factors[:, None], direct=self.direct * factors)
 
 
 def step(pole: complex, dt: float) -> tuple[complex, complex, complex]:
-    """Return weights of the new and the old sample of a straight drive in x' = pole x + u, and the decay over one
+    """Return the weights of the new and the old sample of a straight drive in x' = pole x + u, and the decay over one
     step."""
     a = complex(pole) * dt
     z = np.exp(a)
@@ -102,19 +103,19 @@ def one(real_pole: float, residue: float, direct: float) -> Rational:
 
 
 def lowpass(f_Hz: float) -> Rational:
-    """Return 1 / (1 + s / w)."""
+    """Return a first-order low-pass, 1 / (1 + s / w)."""
     w = 2 * np.pi * f_Hz
     return one(-w, w, 0.0)
 
 
 def highpass(f_Hz: float) -> Rational:
-    """Return s / (s + w)."""
+    """Return a first-order high-pass, s / (s + w)."""
     w = 2 * np.pi * f_Hz
     return one(-w, -w, 1.0)
 
 
 def resonance(f_Hz: float, zeta: float, gain: float = 1.0, direct: float = 0.0) -> Rational:
-    """Return direct + gain w^2 / (s^2 + 2 zeta w s + w^2), zeta < 1."""
+    """Return a resonance, direct + gain w^2 / (s^2 + 2 zeta w s + w^2), zeta < 1."""
     w = 2 * np.pi * f_Hz
     damped = w * np.sqrt(1 - zeta**2)
     pole = -zeta * w + 1j * damped

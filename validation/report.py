@@ -7,7 +7,8 @@ from validation.scores_as_built import acceptances, scores_of, time_of_all
 
 
 def report_of_set(name: str, outcomes: Outcomes, removed: Outcomes) -> tuple[str, bool]:
-    """Return text, and whether every target is met. removed: of the controls, which only the exact set has."""
+    """Return the report of a set, and whether every target is met. removed: outcomes of the controls, which only the
+    exact set has."""
     rows = scores_of(name, [o for o in outcomes if o.kind != "weak"])
     if name == "exact":
         rows = [*scores(outcomes), *rows]
@@ -27,7 +28,7 @@ def report_of_set(name: str, outcomes: Outcomes, removed: Outcomes) -> tuple[str
 
 
 def summary(sets: Mapping[str, Outcomes]) -> tuple[str, bool]:
-    """Return all sets together: false names, wrong acceptances by the stated probability, time."""
+    """Return the summary of all sets: false names, wrong acceptances by the stated probability, time."""
     every = [o for outcomes in sets.values() for o in outcomes]
     rows = [
         share("a false name, all sets", [bool(o.false_names) for o in every], "<= 3 %", most(0.03)),

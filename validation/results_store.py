@@ -31,7 +31,7 @@ class Stamp:
 
 
 def stamp(sealed: str) -> Stamp:
-    """Of the tree as it is now."""
+    """Return the stamp of the tree as it is now."""
     parts = [hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted({p for g in CODE for p in ROOT.glob(g)})]
     thresholds = hashlib.sha256(THRESHOLDS.read_bytes()).hexdigest()
     return Stamp(thresholds, hashlib.sha256("".join(parts).encode()).hexdigest(), sealed)
@@ -45,7 +45,8 @@ class Store:
     stamp: Stamp
 
     def finished(self, seeds: dict[str, int]) -> dict[str, Outcome]:
-        """Return outcomes that are there already. seeds: name -> seed of every case that is to be run. Raises Mixed."""
+        """Return the outcomes that are stored already. seeds: name -> seed of every case that is to be run. Raises
+        Mixed."""
         paths = {name: self.folder / f"{name}.json" for name in seeds}
         return {name: self._read(path, seeds[name]) for name, path in paths.items() if path.exists()}
 
@@ -62,7 +63,7 @@ class Store:
         return Outcome(**{**o, "without": tuple(o["without"])})
 
     def keep(self, name: str, seed: int, outcome: Outcome) -> None:
-        """Written beside and renamed: a run that is killed leaves no half of a file."""
+        """Write the outcome beside its place and rename it: a run that is killed leaves no half of a file."""
         self.folder.mkdir(parents=True, exist_ok=True)
         path = self.folder / f"{name}.json"
         beside = path.with_suffix(".part")

@@ -56,8 +56,8 @@ class Job:
 
 
 def run(job: Job) -> Outcome:
-    """Return record the unit, hand its folder over, forget it. Whatever the workflow raises is an outcome of its
-    own."""
+    """Record the unit, run the workflow on its folder and delete it. Any exception of the workflow is an outcome
+    too."""
     module, function = job.workflow.split(":")
     workflow: Workflow = getattr(importlib.import_module(module), function)
     with tempfile.TemporaryDirectory(prefix="challenge-") as parent:
@@ -76,14 +76,14 @@ def run(job: Job) -> Outcome:
 
 
 def _misalign(folder: Path, model: Path) -> Mapping[str, Any]:
-    """Return what `accept misalign` writes; nothing if it wrote none."""
+    """Return the document that `accept misalign` writes, or the reason if it wrote none."""
     out = folder.parent / "misalign.json"
     done = accept("misalign", str(folder), "--model", str(model), "--json", str(out))
     return dict(json.loads(out.read_text())) if out.exists() else {"reason": f"exit {done.returncode}: {done.stderr}"}
 
 
 def accept(*arguments: str) -> "subprocess.CompletedProcess[str]":
-    """Return the program itself, on one core."""
+    """Run the program itself, on one core."""
     return subprocess.run(
         [sys.executable, "-m", "accept", *arguments],
         cwd=ROOT,
@@ -98,9 +98,9 @@ def accept(*arguments: str) -> "subprocess.CompletedProcess[str]":
 def run_all(
     jobs: Sequence[Job], workers: int, store: Store | None = None, cluster: Cluster | None = None
 ) -> list[Outcome]:
-    """Return all outcomes, in the order of the jobs. workers: processes of this machine, 0 for none beside this one;
-    cluster: works instead of them. store: of finished ones, which are not run again. Raises Mixed, ClusterError,
-    WorkFailed."""
+    """Run all jobs and return their outcomes, in the order of the jobs. workers: processes of this machine, 0 for none
+    beside this one; cluster: works instead of them. store: of finished ones, which are not run again. Raises Mixed,
+    ClusterError, WorkFailed."""
     done = {} if store is None else store.finished({job.name: job.case.seed for job in jobs})
     left = [job for job in jobs if job.name not in done]
     if done:
@@ -129,7 +129,7 @@ def _finished(jobs: Sequence[Job], workers: int) -> Iterable[tuple[Job, Outcome]
 
 
 def _far(jobs: Sequence[Job], cluster: Cluster) -> Iterable[tuple[Job, Outcome]]:
-    """Return a unit that no worker could do counts as a crash of the workflow."""
+    """Yield jobs and outcomes from a cluster; a unit that no worker could do counts as a crash of the workflow."""
     looks = {model: looks_of(model) for model in {job.model for job in jobs}}
     for (job, _), found in cluster.unordered(run_far, [(job, looks[job.model]) for job in jobs]):
         if isinstance(found, GivenUp):
@@ -138,7 +138,7 @@ def _far(jobs: Sequence[Job], cluster: Cluster) -> Iterable[tuple[Job, Outcome]]
 
 
 def run_far(item: tuple[Job, Mapping[str, str]]) -> Outcome:
-    """Return `run` in a worker. Raises RuntimeError if it would run something else: a score of that would mean
+    """Call `run` in a worker. Raises RuntimeError if the worker has other code or files: a score of those would mean
     nothing."""
     job, looks = item
     here = looks_of(job.model)
@@ -149,7 +149,7 @@ def run_far(item: tuple[Job, Mapping[str, str]]) -> Outcome:
 
 
 def looks_of(model: Path) -> Mapping[str, str]:
-    """Return hashes of what a unit is run with: code (of this validation too), matrices, model file."""
+    """Return the hashes of everything that a unit is run with: code (of this validation too), matrices, model file."""
     return {"code": _code(), str(MATRICES): _hash(MATRICES), str(model): _hash(model)}
 
 
@@ -163,5 +163,5 @@ def _hash(path: Path) -> str:
 
 
 def talk(text: str) -> None:
-    """To whoever waits."""
+    """Print progress to stderr."""
     print(text, file=sys.stderr, flush=True)

@@ -39,7 +39,7 @@ class Outcome:
 
     @property
     def refused(self) -> bool:
-        """Return whether the workflow said that these records cannot be used, rather than broke off."""
+        """Return whether the workflow refused these records, as opposed to a crash."""
         return self.error is not None and self.error.partition(":")[0] in REFUSALS
 
     @property
@@ -64,12 +64,12 @@ class Outcome:
 
     @property
     def unnamed(self) -> bool:
-        """Return something is missing, and it has no name."""
+        """Return whether something is missing and has no name."""
         return not self.named and self.verdict in OPEN
 
     @property
     def label(self) -> str:
-        """Return what it said first, in one word."""
+        """Return the first answer, in one word."""
         if self.verdict == "error":
             return "error"
         if self.named:
@@ -79,12 +79,13 @@ class Outcome:
 
     @property
     def identifiable(self) -> bool:
-        """Return what is not linear has no such number; it was drawn large enough to be seen."""
+        """Return whether the effect is large enough to be identified. One that is not linear has no detectability; it
+        was drawn large enough to be seen."""
         seen = float(self.truth.get("detectability") or nan)
         return not isfinite(seen) or seen >= IDENTIFIABLE
 
     def sizes(self, effect: str) -> list[int]:
-        """Return size of each reported class that holds the effect; a name is a class of one."""
+        """Return the size of each reported class that holds the effect; a name is a class of one."""
         alone = [1] if effect in self.named else []
         return alone + [len(c["effects"]) for c in self.gap.get("ambiguous", ()) if effect in c["effects"]]
 
@@ -107,7 +108,7 @@ Judge = Callable[[float], bool]
 
 
 def wilson(hits: int, n: int, level: float = WILSON) -> tuple[float, float]:
-    """Return interval of a proportion ([WILSON27]). Nothing counted: all is possible."""
+    """Return the interval of a proportion ([WILSON27]); without counts, 0..1."""
     if n == 0:
         return 0.0, 1.0
     z, p = float(stats.norm.ppf((1 + level) / 2)), hits / n
@@ -145,12 +146,12 @@ def of_kind(outcomes: Outcomes, kind: str) -> list[Outcome]:
 
 
 def single(outcomes: Outcomes) -> list[tuple[Outcome, str]]:
-    """Return units with one identifiable effect, and which."""
+    """Return the units with one identifiable effect, and that effect."""
     return [(o, next(iter(o.true))) for o in of_kind(outcomes, "one") if o.identifiable]
 
 
 def right(outcomes: Outcomes) -> Iterator[tuple[str, Json, Json]]:
-    """Yield every effect that was named rightly: name, what was said of its parameters, what they were."""
+    """Yield every effect that was named correctly: its name, its reported parameters, its true parameters."""
     for o in outcomes:
         for each in o.gap.get("named", ()):
             if each["effect"] in o.true:
@@ -158,7 +159,7 @@ def right(outcomes: Outcomes) -> Iterator[tuple[str, Json, Json]]:
 
 
 def errors(said: Json, true: Json) -> list[float]:
-    """Return relative errors; the two of a misalignment together, since one of them may be near zero."""
+    """Return the relative errors; the two of a misalignment together, since one of them may be near zero."""
     off = {p: said[p]["value"] - v if p in said else nan for p, v in true.items()}
     if set(true) == {"dx_um", "dy_um"}:
         return [float(np.hypot(*off.values()) / np.hypot(*true.values()))]
@@ -170,7 +171,8 @@ def covered(said: Json, true: Json) -> list[bool]:
 
 
 def closed(o: Outcome) -> bool:
-    """The gap is closed on records never fitted: in every channel, and around every mode where that is reported."""
+    """Return whether the gap is closed on unseen records: in every channel, and around every mode if that is
+    reported."""
     after = o.gap.get("gap_after") or {}
     around = [float(each["G"]) for each in after.get("modes", ())]
     channels = [float(g) for g in (after.get("channels") or {}).values()]
@@ -197,12 +199,12 @@ def rms(values: Sequence[float]) -> float:
 
 
 def slowest(values: Sequence[float]) -> float:
-    """Return what 95 % stay below."""
+    """Return the value that 95 % stay below."""
     return float(np.quantile(values, 0.95))
 
 
 def scores(outcomes: Outcomes) -> list[Score]:
-    """Return the table of the method, row by row. Units with weak effects are no part of its mix."""
+    """Return the table of the method, row by row. Units with weak effects are excluded."""
     outcomes = [o for o in outcomes if o.kind != "weak"]
     nothing, outside, two = (of_kind(outcomes, kind) for kind in ("none", "outside", "two"))
     one = single(outcomes)
@@ -230,7 +232,7 @@ def scores(outcomes: Outcomes) -> list[Score]:
 
 
 def details(outcomes: Outcomes) -> list[Score]:
-    """Return what stands behind the table: the gap by channel and about modes, intervals and errors by effect, time."""
+    """Return the details behind the table: the gap by channel and about modes, intervals and errors by effect, time."""
     outcomes = [o for o in outcomes if o.kind != "weak"]
     after = [o.gap.get("gap_after") or {} for o in outcomes if o.verdict == "explained"]
     by_channel: dict[str, list[float]] = {}
@@ -260,8 +262,8 @@ def _number(name: str, values: Iterable[float]) -> Score:
 
 
 def controls(outcomes: Outcomes, removed: Outcomes) -> list[Score]:
-    """Return what must go wrong when the truth is taken away: the effect from the library, the labels from the
-    units."""
+    """Return the scores of the controls, which must fail because the truth is removed: the effect from the library, the
+    labels from the units."""
     true, shuffled, chance = shuffled_labels(outcomes)
     weak = of_kind(outcomes, "weak")
     drop, n = f"chance, {chance:.1%}", len(single(outcomes))
@@ -275,7 +277,7 @@ def controls(outcomes: Outcomes, removed: Outcomes) -> list[Score]:
 
 
 def shuffled_labels(outcomes: Outcomes, seed: int = 1) -> tuple[float, float, float]:
-    """Return first names right with the true labels, with shuffled ones (mean of many), and by chance."""
+    """Return the share of right first names with the true labels, with shuffled ones (mean of many), and by chance."""
     pairs = [(o.named[0] if o.named else o.label, e) for o, e in single(outcomes)]
     if not pairs:
         return nan, nan, nan
@@ -297,8 +299,8 @@ def confusion(outcomes: Outcomes) -> dict[str, Counter[str]]:
 
 
 def power(outcomes: Outcomes, groups: int = 6) -> list[tuple[float, float, Score]]:
-    """Return single effects, weak ones too, by detectability, in groups of one size: from, to, share in which something
-    was seen."""
+    """Return the single effects, weak ones too, by detectability, in groups of one size: from, to, share in which
+    something was seen."""
     single = [*of_kind(outcomes, "weak"), *of_kind(outcomes, "one")]
     seen = [o for o in single if isfinite(float(o.truth["detectability"] or nan))]
     seen.sort(key=lambda o: float(o.truth["detectability"]))

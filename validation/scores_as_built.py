@@ -47,7 +47,7 @@ TARGETS: Mapping[str, tuple[float, float]] = {
 
 
 def scores_of(name: str, outcomes: Outcomes) -> list[Score]:
-    """Return the row of a set."""
+    """Return the scores of a set."""
     failed = [o.error is not None and not (name == "faults" and o.refused) for o in outcomes]
     rows = [
         share("errors, or refused", failed, "0 %", most(0.0)),
@@ -83,7 +83,7 @@ def _by_kind(name: str, outcomes: Outcomes) -> Iterator[Score]:
 
 
 def _own(name: str, outcomes: Outcomes) -> Iterator[Score]:
-    """Yield what only one set asks."""
+    """Yield the scores that only one set has."""
     if name == "rough":
         one = [o.named[:1] == [next(iter(o.true))] for o in of_kind(outcomes, "one")]
         yield share("one effect: first name right", one, ">= 90 %", least(0.90))
@@ -99,8 +99,8 @@ def _own(name: str, outcomes: Outcomes) -> Iterator[Score]:
 
 
 def above_limit(o: Outcome, effect: str) -> bool:
-    """Return whether the effect is as large as the limit that the unit's own answer states; without one it has to be
-    seen."""
+    """Return whether the effect is at least as large as the detection limit of the unit's own answer; without a limit
+    it has to be seen."""
     if o.verdict != "no_missing_effect":
         return True
     limits = o.gap.get("detection_limits", {}).get(effect, {})
@@ -131,18 +131,18 @@ def says_period(o: Outcome) -> bool:
 
 
 def _numbers(gap: Json, unit: str) -> list[float]:
-    """Return every number with that unit in what was said in words."""
+    """Return every number with that unit in the notes and words of a result."""
     words = " ".join(str(w) for w in (*gap.get("notes", ()), *(u.get("words", "") for u in gap.get("unnamed", ()))))
     return [float(x) for x in re.findall(rf"(\d+(?:\.\d+)?)\s*{unit}\b", words)]
 
 
 def faulty_right(o: Outcome) -> bool:
-    """Return named as what it is, or refused; no other name."""
+    """Return whether a fault was named correctly or the unit was refused, without any other name."""
     return o.refused or (o.error is None and not o.false_names)
 
 
 def misalignment(name: str, outcomes: Outcomes) -> Iterator[Score]:
-    """Of `accept misalign` on every unit that hides nothing else."""
+    """Yield the scores of `accept misalign` on every unit that hides nothing else."""
     asked = [o for o in outcomes if o.misalign is not None]
     if not asked:
         return
@@ -157,7 +157,8 @@ def misalignment(name: str, outcomes: Outcomes) -> Iterator[Score]:
 
 
 def rms_row(name: str, off: Sequence[float], limit: float) -> Score:
-    """Return root mean square with its 95 % interval, of errors that are normal; limit not a number: none is set."""
+    """Return the root mean square with its 95 % interval, of errors that are normal; a limit that is not a number sets
+    no target."""
     n = len(off)
     value = rms(off) if n else nan
     lo, hi = (value * sqrt(n / x) for x in stats.chi2.ppf([0.975, 0.025], n)) if n else (nan, nan)
@@ -181,8 +182,8 @@ def true_um(o: Outcome, axis: str) -> float:
 
 
 def acceptances(outcomes: Outcomes) -> list[tuple[float, bool]]:
-    """Of every unit that a guarded limit of dx and dy accepts: the stated probability that it is outside nevertheless,
-    and whether it is."""
+    """Return for every unit that a guarded limit of dx and dy accepts the stated probability that it is outside
+    nevertheless, and whether it is."""
     out = []
     for o in outcomes:
         said: Any = o.misalign or {}
@@ -196,13 +197,13 @@ def acceptances(outcomes: Outcomes) -> list[tuple[float, bool]]:
 
 
 def inside(value: float, U: float, limit: float) -> float:
-    """Return probability that what is measured as a value with U lies inside a limit on either side of zero."""
+    """Return the probability that what is measured as a value with U lies inside a limit on either side of zero."""
     sd = max(U / U_FACTOR, 1e-12)
     return float(stats.norm.cdf((limit - value) / sd) - stats.norm.cdf((-limit - value) / sd))
 
 
 def wrong_acceptances(outcomes: Outcomes) -> Score:
-    """Return how many of the accepted are outside, against how many the stated probabilities make likely."""
+    """Return the number of accepted units that are outside, compared with the stated probabilities."""
     accepted = acceptances(outcomes)
     stated = np.array([p for p, _ in accepted])
     n = len(accepted)
@@ -213,7 +214,7 @@ def wrong_acceptances(outcomes: Outcomes) -> Score:
 
 
 def time_of_all(outcomes: Outcomes) -> list[Score]:
-    """Return over all sets."""
+    """Return the scores of time over all sets."""
     seconds = [o.seconds for o in outcomes]
     return [
         middle("seconds of one core, median", seconds, "<= 5 s", most(5.0)),

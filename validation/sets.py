@@ -29,9 +29,9 @@ BATCH = 10  # units that are judged with what was learned from others
 
 @dataclass(frozen=True)
 class Set:
-    """units: how many in the full run. frequency: scatter of the modes, 1 sd; stated: what the model file says of it,
-    zero where it says nothing; bias: 1 sd of what is alike in a batch; lopsided: 1 sd of the coupling of modes; beside:
-    the ruler is not read where the head is; learned: the model is learned from other units of the batch first; effects:
+    """units: how many in the full run. frequency: scatter of the modes, 1 sd; stated: the value that the model file
+    states for it, or zero; bias: 1 sd of what is alike in a batch; lopsided: 1 sd of the coupling of modes; beside: the
+    ruler is not read where the head is; learned: the model is learned from other units of the batch first; effects:
     those that it draws from."""
 
     units: int
@@ -100,7 +100,7 @@ def draw_set(name: str, seed: int, units: int | None = None, weak: int = 0, *, o
 
 
 def _sizes(number: int) -> list[int]:
-    """Return units of each batch."""
+    """Return the number of units of each batch."""
     return [min(BATCH, number - start) for start in range(0, number, BATCH)]
 
 
@@ -115,7 +115,7 @@ def _drawn(it: Set, number: int, seed: Sequence[int], prefix: str) -> list[Case]
 
 
 def _dress(case: Case, it: Set, rng: np.random.Generator, bias: Array | None, beside: Array | None) -> Case:
-    """Return the unit on a shell and a bench of its set."""
+    """Put the unit on a shell and a bench of its set."""
     strut = case.strut
     if not it.exact:
         strut = replace(strut, built=draw_shell(rng, it.frequency, DAMPING, bias, it.lopsided))
@@ -127,12 +127,13 @@ def _dress(case: Case, it: Set, rng: np.random.Generator, bias: Array | None, be
 
 
 def _beside(rng: np.random.Generator) -> Array:
-    """Return (2,) [m] from where the head is read to where the ruler is, alike in a batch: it is how they are glued."""
+    """Return the vector (2,) [m] from the reading point of the head to that of the ruler, which gluing makes equal
+    within a batch."""
     return np.array([rng.normal(0.0, 0.3e-3), rng.choice([-1.0, 1.0]) * rng.uniform(0.5e-3, 1.5e-3)])
 
 
 def _about_a_limit(case: Case, k: int, rng: np.random.Generator) -> Case:
-    """Return misaligned by about the limit of dx and of dy in turns, on either side of it."""
+    """Return the unit with a misalignment near the limit of dx and of dy in turns, on either side of it."""
     sign = rng.choice([-1.0, 1.0], 2)
     near = rng.uniform(*ABOUT_UM)
     if k % 2 == 0:
@@ -143,7 +144,7 @@ def _about_a_limit(case: Case, k: int, rng: np.random.Generator) -> Case:
 
 
 def _faulty(case: Case, k: int, rng: np.random.Generator) -> Case:
-    """Return Vs reversed, a channel without a signal, two channels exchanged: in turns."""
+    """Return the unit with a fault: Vs reversed, a channel without a signal, two channels exchanged, in turns."""
     match k % 3:
         case 0:
             return replace(case, effects={"sensor_polarity": LIBRARY["sensor_polarity"].draw(rng)})

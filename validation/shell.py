@@ -44,12 +44,12 @@ def _elastic() -> tuple[Array, Array, Array, Array, Array]:
 
 
 def count() -> int:
-    """Return elastic modes of the free shell."""
+    """Return the number of elastic modes of the free shell."""
     return int(_elastic()[2].size)
 
 
 def across(size: int) -> Array:
-    """Return (size,) picks the elongation of the sensor stack."""
+    """Return the row (size,) that reads the elongation of the sensor stack."""
     pick = np.zeros(size)
     pick[6 * NODES["sensor_right"]], pick[6 * NODES["sensor_left"]] = 1.0, -1.0
     return pick
@@ -86,5 +86,5 @@ def draw_shell(
 
 
 def draw_bias(rng: np.random.Generator, sd: float) -> Array:
-    """Return (m,) what is alike in all shells of a batch: the model is wrong by it for each of them."""
+    """Return the error (m,) that all shells of a batch have in common: the model is wrong by it for each of them."""
     return np.maximum(1 + sd * rng.standard_normal(count()), LEAST)

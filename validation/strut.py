@@ -95,7 +95,7 @@ DRAWN: Mapping[str, tuple[str, str, float]] = {
 
 @cache
 def priors() -> dict[str, tuple[float, float]]:
-    """Return field of Strut -> (mean, standard deviation), SI, as the model file states them."""
+    """Return the mean and standard deviation, SI, of each field of Strut, as the model file states them."""
     text = tomllib.loads(MODEL_FILE.read_text())
     stated = {field: (text[section][name], scale) for field, (section, name, scale) in DRAWN.items()}
     return {field: (entry["value"] * scale, entry["sd"] * scale) for field, (entry, scale) in stated.items()}
@@ -106,7 +106,7 @@ def nominal() -> Strut:
 
 
 def draw(rng: np.random.Generator) -> Strut:
-    """Return a strut with every parameter from its prior; those that a sign would make another thing keep theirs."""
+    """Return a strut with every parameter drawn from its prior; the signs stay those of the means."""
     values = {field: _draw(rng, mean, sd) for field, (mean, sd) in priors().items()}
     return Strut(**values, modal=bool(rng.integers(2)))
 
@@ -119,13 +119,14 @@ def _draw(rng: np.random.Generator, mean: float, sd: float) -> float:
 
 
 def _lever(at: Array) -> Array:
-    """Return (3, 6): displacement of a point rigidly at a node, from the node's three and three: u + theta x r."""
+    """Return the matrix (3, 6) from a node's translations and rotations to the displacement of a point rigidly fixed to
+    it: u + theta x r."""
     x, y, z = at
     return np.hstack([np.eye(3), np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])])
 
 
 class _Assembly:
-    """Matrices being put together: shell, then payload (one, along z), then the hung mass where there is one."""
+    """Matrices being put together: shell, then payload (one, along z), then the hung mass, if any."""
 
     def __init__(self, strut: Strut) -> None:
         K, M, C, stack = free_shell(strut.built)
@@ -143,12 +144,12 @@ class _Assembly:
         self.M[block, block][3:, 3:] += np.diag(inertia)
 
     def springs(self, along: Array, k: Array, c: Array) -> None:
-        """along (n, size): the elongations; k, c (n,)."""
+        """Add springs. along (n, size): their elongations; k, c (n,)."""
         self.K += along.T @ (k[:, None] * along)
         self.C += along.T @ (c[:, None] * along)
 
     def point(self, node: int, at: Array) -> Array:
-        """Return (3, size) displacement of a point fixed to a node."""
+        """Return the displacement (3, size) of a point fixed to a node."""
         pick = np.zeros((3, self.K.shape[0]))
         pick[:, 6 * node : 6 * node + 6] = _lever(at)
         return pick
@@ -159,7 +160,8 @@ def _up(z: float) -> Array:
 
 
 def _joint(a: _Assembly, strut: Strut, node: int, side: float) -> None:
-    """side: -1 the bottom joint, to the ground; +1 the top one, to the payload. The shell stands off the axis."""
+    """Add a joint. side: -1 the bottom one, to the ground; +1 the top one, to the payload. The shell is offset from the
+    axis."""
     axis = np.array([-strut.dx, -strut.dy, 0.0])
     a.body(node, axis + _up(side * JOINT_MASS_AT), HALF_JOINT_KG, HALF_JOINT_INERTIA)
     along = np.zeros((6, a.K.shape[0]))
@@ -212,7 +214,8 @@ def _or(value: float | None, other: float) -> float:
 
 
 def plant(strut: Strut, column: int = 0) -> Rational:
-    """From Va (column 0) or a force on the payload (1) to de, da, Vs: all modes below 15 kHz, the statics of the rest.
+    """Return the responses of de, da, Vs to Va (column 0) or a force on the payload (1): all modes below 15 kHz, the
+    statics of the rest.
 
     Dampers join the modes, which are complex then: eigenvalues of the first-order form in the coordinates of the
     undamped ones, where it is well scaled. The static response is that of the whole stiffness.
@@ -235,7 +238,7 @@ def plant(strut: Strut, column: int = 0) -> Rational:
 
 
 def modes_Hz(strut: Strut, clamped: bool = False) -> Array:
-    """Return undamped frequencies [Hz], rising; clamped: with the payload held."""
+    """Return the undamped frequencies [Hz], rising; clamped: with the payload held."""
     M, _, K, _, _ = matrices(strut)
     free = np.ones(M.shape[0], dtype=bool)
     free[-2] = not clamped

@@ -69,8 +69,8 @@ def run_gap(
     without: Sequence[str] = (),
     say: Say = lambda _: None,
 ) -> dict[str, Any]:
-    """Return gap.json of a unit as a dictionary; with out, the files are written there too. without: effects that are
-    taken out of the library. Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
+    """Return gap.json of a unit as a dictionary and, with out, write the files there. without: effects that are removed
+    from the library. Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
     done = analyse(folder, model, without, say)
     if out is not None:
         write(done, out)
@@ -83,7 +83,7 @@ def analyse(
     without: Sequence[str] = (),
     say: Say = lambda _: None,
 ) -> GapAnalysis:
-    """Return the workflow on a unit."""
+    """Run the workflow on a unit."""
     held = loaded(unit)
     given = opened(model)
     say("reading the records")
@@ -116,8 +116,8 @@ def analyse(
 
 
 def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = False) -> tuple[Added, ...]:
-    """Return gap.json, gap.pdf and model.toml into a folder; empirical: what has no name is added to the model, and
-    what that was comes back; html: gap.html as well. Raises PictureError if that needs what is not installed."""
+    """Write gap.json, gap.pdf and model.toml into a folder and return the elements added without a name. empirical: add
+    these to the model; html: write gap.html as well. Raises PictureError if plotly is not installed."""
     from accept.gap.report_pdf import render  # loads reportlab and matplotlib: only when wanted
 
     model = out / "model.toml"
@@ -137,8 +137,8 @@ def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = Fa
 
 
 def _read(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:
-    """Return responses of the channels that there are, to where the model holds, and what is lost where one is
-    missing."""
+    """Return the responses of the available channels, up to the model's highest frequency, and notes on missing
+    channels."""
     tolerance, f_hi = model.tolerance, min(F_HI, model.up_to_Hz)
     notes = () if f_hi == F_HI else (f"compared to {f_hi:.0f} Hz only: {model.name} is valid up to there",)
     try:
@@ -157,7 +157,7 @@ def _read(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:
 
 
 def _quality(A: Dataset) -> tuple[str, ...]:
-    """Return notes on channels that say little. Raises GapRefused if none says anything."""
+    """Return the notes on channels that are of little use. Raises GapRefused if no channel is usable."""
     poor = {c: float((A.noise[:, i] > NOISE_ALONE * abs(A.H[:, i]) ** 2).mean()) for i, c in enumerate(A.channels)}
     if min(poor.values()) > 0.5:
         raise GapRefused("no channel follows the drive in half of the band: coherence is too low to say anything")

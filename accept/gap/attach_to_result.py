@@ -28,8 +28,8 @@ NO_ANSWER = (GapRefused, ModelError, RecordError, SpecError, UnitError, OSError)
 
 
 def explained(result: UnitResult, unit: LoadedUnit, start: StartModel, say: Say, out: Path | None) -> UnitResult:
-    """Return the result with its key `gap`: gap.json, with the model it began from, or why there is none. out: folder
-    of the results; the improved model goes there."""
+    """Return the result with its key `gap`: gap.json with the start model, or the reason why there is no analysis. out:
+    folder of the results; the improved model goes there."""
     try:
         done = _analysed(unit, start, say)
         improved = _improved(done, out)
@@ -40,13 +40,13 @@ def explained(result: UnitResult, unit: LoadedUnit, start: StartModel, say: Say,
 
 
 def with_explanation(result: UnitResult, document: Mapping[str, Any], drawn: Mapping[str, Panel]) -> UnitResult:
-    """Return the result with what was found missing, and those of its pictures that a certificate has a place for."""
+    """Return the result with the missing effects, and those of its pictures that a certificate shows."""
     shown = {f"{GAP_PICTURES}{name}": drawn[name] for name in on_certificate(document) if name in drawn}
     return without_bench_errors(replace(result, gap=document, panels={**result.panels, **shown}))
 
 
 def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return names of the pictures that have a place on a certificate: magnitude and residual, before and after, of the
+    """Return the names of the pictures that a certificate shows: magnitude and residual, before and after, of the
     channel that fitted worst; none if nothing is missing or nothing was found."""
     channels = {c: G for c, G in document.get("gap_before", {}).get("channels", {}).items() if G is not None}
     if not channels or document["verdict"] == NO_MISSING:
@@ -56,7 +56,7 @@ def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _improved(done: analyse_unit.GapAnalysis, out: Path | None) -> str | None:
-    """Return name of the improved model within `out`, written there where something was named. Raises OSError."""
+    """Write the improved model if an effect was named and return its name within `out`. Raises OSError."""
     if out is None or not done.result.named:
         return None
     name = f"{MODELS}/{done.measured.serial}.toml"
@@ -65,7 +65,8 @@ def _improved(done: analyse_unit.GapAnalysis, out: Path | None) -> str | None:
 
 
 def _analysed(unit: LoadedUnit, start: StartModel, say: Say) -> analyse_unit.GapAnalysis:
-    """Raise NO_ANSWER, into which an error of the workflow itself is turned: the unit is judged all the same."""
+    """Run the workflow. Raises one of NO_ANSWER, also for an error of the workflow itself, so that the unit is still
+    judged."""
     try:
         return analyse_unit.analyse(unit, start.model, say=say)
     except NO_ANSWER:

@@ -43,8 +43,8 @@ class Added:
 def write_with_elements(
     path: Path, given: Opened, measured: Responses, result: Result, inputs: Inputs
 ) -> tuple[Added, ...]:
-    """Return the improved model with what has no name added; written without, then again with every element that
-    helps."""
+    """Write the improved model, first without unidentified elements, then again with every element that helps, and
+    return those."""
     write_improved(path, given, measured, result)
     model = open_model(path)
     A, B = (d.select(result.after.data.channels) for d in (inputs.A, inputs.B))
@@ -82,12 +82,12 @@ def _G(model: Model, data: Dataset) -> dict[str, float]:
 
 
 def elements_of(added: Sequence[Added]) -> dict[str, Element]:
-    """Return what was added, by channel."""
+    """Return the added elements by channel."""
     return {a.channel: a.fitted.element for a in added if a.fitted is not None}
 
 
 def lines(added: tuple[Added, ...]) -> list[str]:
-    """Return what was added, for a terminal."""
+    """Return the added elements as text for a terminal."""
     out = []
     for a in added:
         if a.fitted is not None:

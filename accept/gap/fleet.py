@@ -16,7 +16,7 @@ SETTLED = (NO_MISSING, EXPLAINED)  # nothing is missing beyond what is named: an
 
 
 def common(documents: Sequence[Document]) -> dict[str, Any]:
-    """From gap.json of every unit: effects of the bench, and those of single struts.
+    """Return the effects of the bench and those of single struts, from gap.json of every unit.
 
     An effect is of the bench (`common`) where more than half of the units, and at least two, have it with one value,
     and no unit that is explained is without it. A unit that is not explained may have it unseen: it is in
@@ -34,7 +34,7 @@ def common(documents: Sequence[Document]) -> dict[str, Any]:
 
 
 def lines(found: Mapping[str, Any]) -> list[str]:
-    """For a person, a line per effect."""
+    """Return the effects as text, a line for each."""
     out = [f"fleet of {len(found['units'])}: {', '.join(found['units'])}"]
     for row in found["common"]:
         values = ", ".join(_value(row["effect"], k, p) for k, p in row["parameters"].items())
@@ -69,7 +69,7 @@ def _row(effect: str, entries: Sequence[Document], documents: Sequence[Document]
 
 
 def _mean(values: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """Return weighted mean, its 95 % interval, and the chance of the spread."""
+    """Return the weighted mean, its 95 % interval, and the chance of the spread."""
     x = [float(v["value"]) for v in values]
     sd = [
         max((v["ci95"][1] - v["ci95"][0]) / (2 * TWO_SIDED_95), 1e-12 * max(abs(float(v["value"])), 1e-12))

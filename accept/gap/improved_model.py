@@ -16,8 +16,9 @@ PAYLOAD = "bench.payload_kg"
 def write_improved(
     path: Path, given: Opened, measured: Responses, result: Result, unidentified: Sequence[FittedElement] = ()
 ) -> None:
-    """model.toml; unidentified: what is added without a name. What the checks before the search found is a fault of the
-    records, not of the model, and is left out; only a turned sensor is an effect that a model can have."""
+    """Write model.toml; unidentified: elements that are added without a name. Faults that were found before the search
+    belong to the records, not to the model, and are left out; only a reversed sensor is an effect that a model can
+    have."""
     fit, spec = result.fit, given.spec
     # The misalignment is an effect and a parameter by one name; as an effect it has no prior for later estimates of it.
     added = {f"{n.effect}.{k}" for n in result.named for k in n.parameters}

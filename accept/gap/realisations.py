@@ -18,7 +18,7 @@ HALVES = "a single realisation: one half of it is fitted, the other half judged,
 
 
 def realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Dataset, tuple[str, ...]]:
-    """Return a to fit and B to judge with; a single realisation is cut in two halves, and a note says so."""
+    """Return A to fit, B to judge with, and notes: a single realisation is cut in two halves, and a note states it."""
     if measured.second is not None:
         return measured.first, measured.second, ()
     A, B = _halves(measured, measured.records, tolerance)
@@ -28,7 +28,7 @@ def realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Datase
 def trials_of(
     unit: LoadedUnit, measured: Responses, tolerance: float
 ) -> tuple[tuple[ConditionTrial, ...], tuple[str, ...]]:
-    """Return the unit's experiments, and why one cannot be used."""
+    """Return the unit's experiments, and the reasons why some cannot be used."""
     trials, lost = [], []
     for name in unit.folder.experiments:
         try:
@@ -75,7 +75,7 @@ def _half(record: Record, second: bool) -> Record:
 
 
 def _dataset(low: Record, high: Record | None, measured: Responses, tolerance: float) -> Dataset:
-    """Of the channels and over the frequencies of the unit's own responses."""
+    """Return a dataset with the channels and the frequencies of the unit's own responses."""
     return dataset_from_records(
         low,
         high,

@@ -29,7 +29,7 @@ class Moved:
 
 
 def candidates(result: Result) -> Iterator[tuple[str, str, str, str]]:
-    """Yield explanation, gain in ln L, p of the rest, and why it was named or not; the best first."""
+    """Yield the explanation, gain in ln L, p of the rest, and why it was named or not; the best first."""
     for tried, why in considered(result):
         words = ", ".join(map(words_of, tried.names)) or "none"
         yield words, _gain(tried), chance(tried.p), why
@@ -48,7 +48,7 @@ def considered(result: Result) -> list[tuple[Tried, str]]:
 
 
 def _chosen(result: Result) -> Tried | None:
-    """Return what was named, where it came out of an explanation with more in it that proved to be needless."""
+    """Return a note on the named effects if the explanation first held others that proved to be unnecessary."""
     if not result.named or result.verdict != EXPLAINED:
         return None
     gain = result.named[0].delta_lnL if len(result.named) == 1 else math.nan
@@ -84,7 +84,7 @@ def _gain(tried: Tried) -> str:
 
 
 def moved(result: Result) -> list[Moved]:
-    """Return values of the model with a prior, those that the fit moved furthest first."""
+    """Return the values of the model with a prior, those that the fit moved furthest first."""
     fit, sds = result.fit, result.fit.sds
     found = [
         Moved(
@@ -102,5 +102,5 @@ def moved(result: Result) -> list[Moved]:
 
 
 def shift_words(one: Moved) -> str:
-    """Return how far a value moved, in its prior's sd, and a warning where that is far."""
+    """Return how far a value moved, in its prior's sd, and a warning if that is far."""
     return f"{one.shift:+.1f} sd" + (", far from the model's file" if abs(one.shift) > FAR else "")

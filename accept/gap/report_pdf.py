@@ -54,7 +54,7 @@ BANDS = (
 
 
 def render(serial: str, result: Result, added: Sequence[Added] = ()) -> bytes:
-    """Return the report as a PDF. added: what was added to the improved model without a name."""
+    """Return the report as a PDF. added: elements that were added to the improved model without a name."""
     register()
     shown = tables(result, added)
     story: list[Flowable] = [
@@ -138,7 +138,7 @@ def _found(result: Result) -> list[Flowable]:
 
 
 def _bode(result: Result, added: Sequence[Added]) -> list[Flowable]:
-    """Return magnitude, phase and what is left of every channel, on one frequency axis each."""
+    """Return the magnitude, phase and what is left of every channel, on one frequency axis each."""
     channels = result.before.data.channels
     drawn = bode_panels(result, elements_of(added))
     heights = [h * min(3.0 / len(channels), 1.6) for h in BODE]

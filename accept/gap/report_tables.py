@@ -16,7 +16,7 @@ PARAMETERS = 16  # of the fitted values: those that moved furthest
 
 
 def tables(result: Result, added: Sequence[Added] = ()) -> dict[str, PageTable]:
-    """By subject, in order: "gap", "steps", "reasons", "added", "fitted"; those that have something to say."""
+    """Return the tables that have rows by subject, in order: "gap", "steps", "reasons", "added", "fitted"."""
     found = {
         "gap": _gap(result),
         "steps": _steps(result),
@@ -44,14 +44,13 @@ def _gap(result: Result) -> PageTable:
 
 
 def _taken_away(result: Result) -> str:
-    """Return which values the map, the curves, level and phase before have, where they are not those that G before
-    has."""
+    """Return a note on the values behind the map and the curves before, if these are not the values behind G before."""
     alike = bool(result.before.names) or not result.named
     return "" if alike else ". Their before, as on the map: the named effects removed, all other values unchanged"
 
 
 def _steps(result: Result) -> PageTable:
-    """Return what each named effect explains, where there is more than one; the last row is what is left."""
+    """Return what each named effect explains, if there are several; the last row is what is left."""
     steps = result.steps if len(result.steps) > TWO else ()
     channels = list(result.gap_before.channels)
     rows = tuple(
@@ -107,5 +106,5 @@ def _fitted(result: Result) -> PageTable:
 
 
 def _pairs(of: Sequence[Pair]) -> str:
-    """Return `750.4 Hz, 0.01; 5999 Hz, 0.7`."""
+    """Return pairs of frequency and damping as text: `750.4 Hz, 0.01; 5999 Hz, 0.7`."""
     return "; ".join(f"{number(f)} Hz, {ratio:.2g}" for f, ratio in of)

@@ -41,7 +41,7 @@ class Responses:
         return [words for record in self.records.values() for words in record.remarks]
 
     def on_bench(self, learned: LearnedBench | None) -> "Responses":
-        """Return the same with what a learned bench says of units that differ, if there is one."""
+        """Return the same with the learned bench's scatter between units, if the model has a learned bench."""
         second = None if self.second is None else self.second.on_bench(learned)
         return replace(self, first=self.first.on_bench(learned), second=second)
 
@@ -57,7 +57,7 @@ def responses(
     f_lo: float = F_LO,
     f_hi: float = F_HI,
 ) -> Responses:
-    """Return responses of a unit over f_lo..f_hi [Hz]. tolerance: of the model they will be compared with.
+    """Return the responses of a unit over f_lo..f_hi [Hz]. tolerance: of the model they will be compared with.
 
     Raises UnitError for the folder or a missing [frf], RecordError for records that cannot be used, for the same causes
     as judging."""

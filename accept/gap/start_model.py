@@ -14,14 +14,14 @@ from specs.strict import SpecError
 
 @dataclass(frozen=True)
 class StartModel:
-    """The model that the workflow starts from, by name or file, with its hash; None where it cannot be opened."""
+    """The model that the workflow starts from, by name or file, with its hash; None if it cannot be opened."""
 
     model: str
     sha256: str | None
 
     @classmethod
     def of(cls, spec: Spec, model: str | None = None) -> "StartModel | None":
-        """Return the one named, else the spec's; None if neither names one: then no workflow is run."""
+        """Return the start model by name, else the spec's; None if neither names one: then no workflow is run."""
         name = model or (spec.gap.model if spec.gap else None)
         return None if name is None else cls.at(name)
 
@@ -34,7 +34,7 @@ class StartModel:
         return {key: value for key, value in found.items() if key != "serial"} | self._about | {"reason": None}
 
     def refused(self, reason: str) -> dict[str, Any]:
-        """Return the same where the workflow gave no answer."""
+        """Return the key `gap` of a result for a workflow that gave no answer."""
         return self._about | {"verdict": REFUSED, "reason": reason}
 
     @property
@@ -43,7 +43,7 @@ class StartModel:
 
 
 def same_start(known: Mapping[str, Any] | None, start: StartModel | None) -> bool:
-    """Return whether a stored explanation began where one would begin now, from a model that is still the same."""
+    """Return whether a stored explanation has the start model of a new one, unchanged."""
     if known is None or start is None:
         return known is None and start is None
     return (known.get("start"), known.get("model_sha256")) == (start.model, start.sha256)
@@ -56,7 +56,7 @@ def applies(folder: UnitFolder) -> bool:
 
 
 def is_there(known: Mapping[str, Any] | None, out: Path) -> bool:
-    """Return whether the improved model that a stored explanation speaks of lies where it says."""
+    """Return whether the improved model that a stored explanation names is at its place."""
     improved = (known or {}).get("improved")
     return improved is None or (out / str(improved)).is_file()
 

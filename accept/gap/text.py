@@ -26,40 +26,40 @@ HEADLINE = {
 
 
 def headline_of(verdict: str, effects: Iterable[str]) -> str:
-    """Return `Cause found: misalignment`."""
+    """Return the headline, such as `Cause found: misalignment`."""
     named = ", ".join(map(words_of, effects))
     return f"{HEADLINE[verdict]}: {named}" if named else HEADLINE[verdict]
 
 
 def number(x: float) -> str:
-    """Return four digits, plain where that is readable."""
+    """Return four digits, without an exponent if that is readable."""
     return f"{x:.0f}" if 1e4 <= abs(x) < 1e6 else f"{x:.4g}"
 
 
 def gap_number(G: float) -> str:
-    """Return G to three digits at most: it says how well a model fits, and no more."""
+    """Return G with three digits at most."""
     return f"{G:.0f}" if 100.0 <= G < 1e5 else f"{G:.2g}"
 
 
 def chance(p: float) -> str:
-    """A probability in words or digits, none smaller than can be known."""
+    """Return a probability as text; below 1e-12 it is not reliable and only bounded."""
     return "< 1e-12" if p < 1e-12 else f"{p:.2g}"
 
 
 def words_of(effect: str) -> str:
-    """Return `sensor_highpass` is "sensor highpass" where people read it; its code name is in gap.json."""
+    """Return an effect's name for readers: "sensor highpass" for `sensor_highpass`, which is its name in gap.json."""
     return effect.replace("_", " ")
 
 
 def named_line(n: Named) -> str:
-    """Return name, then every parameter with its interval."""
+    """Return an effect's name, then every parameter with its interval."""
     values = parameters(n.effect, ((name, v.value, v.lo, v.hi) for name, v in n.parameters.items()))
     return f"{words_of(n.effect)}: {values}" if values else words_of(n.effect)
 
 
 def parameters(effect: str, values: Iterable[Value], form: str = "{} = {} [{}, {}]", between: str = ", ") -> str:
-    """Return label, value with its unit and the ends of the interval of an effect's parameters, each in the given form
-    and to two digits of half the interval."""
+    """Return the label, value with its unit and the ends of the interval of an effect's parameters, each in the given
+    form and to two digits of half the interval."""
     parts = []
     for name, value, lo, hi in values:
         at, low, high = (rounded(x, (hi - lo) / 2.0) for x in (value, lo, hi))
@@ -86,7 +86,7 @@ def _declared(effect: str, parameter: str) -> "Parameter":
 
 
 def summary(serial: str, r: Result) -> list[str]:
-    """At most 24 lines of 80 columns for a terminal; the gap itself is never what is cut."""
+    """Return at most 24 lines of 80 columns for a terminal; the gap itself is never cut."""
     lines = _wrapped(
         f"{serial}: {headline_of(r.verdict, [n.effect for n in r.named])} (model {r.model}, damping {r.damping})", ""
     )
@@ -100,7 +100,7 @@ def summary(serial: str, r: Result) -> list[str]:
 
 
 def told(r: Result) -> Iterator[tuple[str, str]]:
-    """Yield what is to be said besides the gap, the most important first, each with its indent."""
+    """Yield the statements besides the gap, the most important first, each with its indent."""
     for n in r.named:
         yield n.sentence, "  "
         yield f"{named_line(n)}  {_unbroken(f'p {chance(n.p)}')}", "    "
@@ -125,13 +125,13 @@ def told(r: Result) -> Iterator[tuple[str, str]]:
 
 
 def step_line(effect: str | None, G: Mapping[str, float]) -> str:
-    """Return `then crosstalk: G Vs 3.1, de 0.9`."""
+    """Return a step of the search, such as `then crosstalk: G Vs 3.1, de 0.9`."""
     left = ", ".join(f"{c} {gap_number(g)}" for c, g in G.items())
     return f"with nothing named: G {left}" if effect is None else f"then {words_of(effect)}: G {left}"
 
 
 def poles_of(poles_Hz: Iterable[float], ci95: Iterable[Iterable[float]], at_edge: bool) -> str:
-    """Return `140.1 [139.8, 140.4] Hz`, and what a pole at the end of the band is worth."""
+    """Return the pole as text, `140.1 [139.8, 140.4] Hz`, with a warning if it lies at the end of the band."""
     ends = [tuple(each) for each in ci95]
     shown = [
         f"{f:.1f} [{ends[i][0]:.1f}, {ends[i][1]:.1f}]" if i < len(ends) else f"{f:.1f}" for i, f in enumerate(poles_Hz)
@@ -142,7 +142,7 @@ def poles_of(poles_Hz: Iterable[float], ci95: Iterable[Iterable[float]], at_edge
 
 
 def experiment_line(t: Tested) -> str:
-    """Return what an experiment says of the explanation."""
+    """Return the outcome of an experiment for the explanation."""
     if t.against and not t.channels:
         return f"experiment, {t.words}: {t.against}"
     G = ", ".join(f"{c} {gap_number(g.G)}" for c, g in t.channels.items())
@@ -151,7 +151,7 @@ def experiment_line(t: Tested) -> str:
 
 
 def _limit(effect: str, values: Mapping[str, float]) -> str:
-    """Return `loop delay tau 1.9 us`."""
+    """Return the effect and its values, such as `loop delay tau 1.9 us`."""
     return f"{words_of(effect)} {value_words(effect, *list(values.items())[-1])}"
 
 
@@ -168,12 +168,13 @@ def _wrapped(words: str, indent: str) -> list[str]:
 
 
 def _unbroken(words: str) -> str:
-    """Return words that stay on one line."""
+    """Return the words joined so that they stay on one line."""
     return words.replace(" ", _TIED)
 
 
 def one_line(document: Mapping[str, Any]) -> str:
-    """Return a judged unit's key `gap` in a line: what is missing, and the gap before and after where it was widest."""
+    """Return a judged unit's key `gap` in a line: what is missing, and the gap before and after in the worst
+    channel."""
     if document["verdict"] == REFUSED:
         return f"not compared with model {document['start']}: {document['reason']}"
     if document["verdict"] == NO_MISSING:
@@ -189,14 +190,14 @@ def one_line(document: Mapping[str, Any]) -> str:
 
 
 def gap_of(document: Mapping[str, Any]) -> str:
-    """Return `de 81.0 -> 1.02`: of the channel that fitted worst."""
+    """Return G before and after of the channel that fitted worst: `de 81.0 -> 1.02`."""
     before, after = (document[key]["channels"] for key in ("gap_before", "gap_after"))
     worst = max(before, key=lambda c: before[c])
     return f"{worst} {gap_number(before[worst])} -> {gap_number(after[worst])}"
 
 
 def _left(document: Mapping[str, Any]) -> str:
-    """Return `Vs 5.7`: the channel that is explained worst in the end."""
+    """Return the channel that is explained worst in the end and its G: `Vs 5.7`."""
     after = document["gap_after"]["channels"]
     worst = max(after, key=lambda c: after[c])
     return f"{worst} {gap_number(after[worst])}"
@@ -209,8 +210,8 @@ def _named(n: Mapping[str, Any]) -> str:
 
 
 def in_order(n: Mapping[str, Any]) -> list[str]:
-    """Return the parameters of an entry of `named` as its effect declares them: JSON that was stored has them by
-    letter."""
+    """Return the parameters of an entry of `named` as its effect declares them: stored JSON has them in alphabetical
+    order."""
     from checks.gap.effects import EFFECTS  # the whole library: only where one was found
 
     declared = [p.name for p in EFFECTS[n["effect"]].parameters] if n["effect"] in EFFECTS else []
@@ -224,12 +225,12 @@ def values_of(n: Mapping[str, Any]) -> list[Value]:
 
 
 def alternatives(a: Mapping[str, Any]) -> str:
-    """Return effects of an entry of `ambiguous`, and the experiment that distinguishes them."""
+    """Return the effects of an entry of `ambiguous`, and the experiment that distinguishes them."""
     return f"Cannot be distinguished: {', '.join(map(words_of, a['effects']))}. Next experiment: {a['experiment']}."
 
 
 def without_a_name(u: Mapping[str, Any]) -> str:
-    """Return channel, poles and zeros of an entry of `unnamed`, and what was tried for it."""
+    """Return the channel, poles and zeros of an entry of `unnamed`, and the effects that were tried for it."""
     zeros = ", ".join(f"{f:.1f} Hz" for f in u["zeros_Hz"]) or "none"
     poles = poles_of(u["poles_Hz"], u.get("poles_ci95", ()), u.get("at_edge", False))
     level = ", depends on the level" if u["level_dependent"] else ""

@@ -92,7 +92,7 @@ def latency(f: Array, mean: Complex, variance: Array) -> Array:
 
 
 def like_the_others(f: Array, ratios: Complex, variance: Array) -> Array:
-    """Return what each unit counts for (n, F, C): about 1 where it lies as near to the middle of all as most do
+    """Return the weight of each unit (n, F, C): about 1 if it lies as near to the middle of all as most do
     ([LLT89])."""
     middle = np.median(ratios.real, axis=0) + 1j * np.median(ratios.imag, axis=0)
     place = np.log2(f / f[0]) / BLOCK
@@ -130,13 +130,13 @@ def smoothed(f: Array, mean: Complex, variance: Array) -> tuple[Complex, Array]:
 
 
 def averaged(f: Array, values: Array, width: float) -> Array:
-    """Return values (F, C) averaged over so large a part of f."""
+    """Return the values (F, C) averaged over so large a part of f."""
     K = kernel(f, float(np.log2(1.0 + width)))
     return np.asarray((K / K.sum(axis=1, keepdims=True)) @ values)
 
 
 def kernel(f: Array, half_octaves: float) -> Array:
-    """Return weights (F, F) that fall to zero at a distance of so many octaves."""
+    """Return the weights (F, F) that fall to zero at a distance of so many octaves."""
     x = np.log2(f)
     away = np.abs(x[:, None] - x[None, :]) / half_octaves
     found: Array = np.where(away < 1.0, np.cos(0.5 * np.pi * np.minimum(away, 1.0)) ** 2, 0.0)

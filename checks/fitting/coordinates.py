@@ -35,7 +35,7 @@ class Free:
 
     @property
     def unit(self) -> float:
-        """Return the value that corresponds to x, in which one is a natural step of the search."""
+        """Return the size of a natural step of the search, in the parameter's unit."""
         if self.scale is not None:
             return self.scale
         return self.sd if np.isfinite(self.sd) else max(abs(self.begin) * 0.1, 1e-12)

@@ -14,7 +14,7 @@ UNITS: Mapping[str, str] = {"Vs": "V/V", "de": "m/V", "da": "m/V"}
 
 
 def fit_panels(data: Dataset, before: Complex, after: Complex) -> dict[str, Panel]:
-    """Return panels "<channel> magnitude", "<channel> phase", "<channel> residual" of every channel.
+    """Return the panels "<channel> magnitude", "<channel> phase", "<channel> residual" of every channel.
 
     before, after (F, C): the model at the bins of the data. The residual is drawn beside the 95 % band that noise and
     tolerance allow; a fit that explains stays within it 19 times in 20."""
@@ -28,7 +28,7 @@ def fit_panels(data: Dataset, before: Complex, after: Complex) -> dict[str, Pane
 
 
 def frf_panels(f: Array, H: Complex, channels: tuple[str, ...]) -> dict[str, Panel]:
-    """Return magnitude and phase of a model's responses H (F, C) alone."""
+    """Return the magnitude and phase of a model's responses H (F, C) alone."""
     panels: dict[str, Panel] = {}
     for c, name in enumerate(channels):
         panels[f"{name} magnitude"] = _magnitude(f, name, {"model": H[:, c]})

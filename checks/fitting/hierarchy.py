@@ -184,11 +184,11 @@ class _Given:
         return np.asarray((self.own + away @ self.mean) ** 2 + np.diagonal(self.alone, axis1=1, axis2=2) + spread)
 
     def units(self) -> Array:
-        """Return the weights (n, p) of the units' values."""
+        """Return the values (n, p) of the units, given the batch."""
         return np.asarray(self.own + self.follows @ self.mean)
 
     def units_cov(self) -> Array:
-        """Return the weighted precisions (n, p, p)."""
+        """Return the covariances (n, p, p) of the units' values, given the batch."""
         return np.asarray(self.alone + self.follows @ self.mean_cov @ self.follows.transpose(0, 2, 1))
 
 

@@ -81,8 +81,8 @@ class _Modes:
         return np.sqrt(w2[:n]) / (2.0 * np.pi), slopes[:, :n].T / w2[:n, None]
 
     def moved(self, at: Values, mode: int, to_Hz: float, strides: int) -> dict[str, float] | None:
-        """Return values at which one mode has moved and the others have stayed as far as they can; None if such values
-        are unlikely or the strut is not held."""
+        """Return the values at which one mode has moved and the others have stayed as far as they can; None if such
+        values are unlikely or the strut is not held."""
         back = np.linalg.inv(prior_rows(self.free, self.model.joint))
         values, far = dict(at), 0.0
         try:

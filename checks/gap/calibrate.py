@@ -53,7 +53,7 @@ def calibrated(search: Search, p: Prepared) -> Candidate:
 
 
 def _damped(search: Search, own: Candidate) -> Candidate:
-    """With the form of damping that the data ask for beyond doubt."""
+    """Return the candidate with the form of damping that is more likely beyond doubt."""
     other = search.damped_otherwise(own)
     return own if other is None or not other.cost < own.cost - BEYOND_DOUBT else other
 
@@ -92,8 +92,8 @@ def _as_near(search: Search, base: Candidate, A: Dataset) -> Refit | None:
 
 
 def _level_dependence(slow: Slow | None, loops: bool, table: Thresholds) -> float:
-    """By how much two levels of drive may differ, as the slow sines show: loops that open with the amplitude, a curve
-    that bends."""
+    """Return the relative difference between two levels of drive that the slow sines show: loops that open with the
+    amplitude, a curve that bends."""
     if slow is None:
         return 0.0
     bends = BENT * abs(slow.bends.value) if is_bent(slow, table) else 0.0

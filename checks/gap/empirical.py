@@ -83,7 +83,8 @@ class _Residual:
         return below, above
 
     def starts(self, x: Array) -> list[Array]:
-        """Return x with one more pair, where it explains most of what is left, linearly."""
+        """Return x with one more pair of pole and zero, placed where it explains most of the residual to first
+        order."""
         now = self.M * _element(self.channel, x).factor(self.f)
         left = (self.H - now) / self.sigma
         rated = []

@@ -79,7 +79,7 @@ def _of_its_batch(spec: ModelSpec) -> JointPrior | None:
 
 
 def _learned_bench(spec: ModelSpec) -> LearnedBench | None:
-    """Return what the bench adds to every unit without a name, if the file knows it."""
+    """Return the unexplained factor that the bench puts on every unit, if the file holds one."""
     record = spec.learned_bench
     if record is None:
         return None

@@ -104,7 +104,7 @@ class Model:
 
     @property
     def scatters(self) -> bool:
-        """Return whether the modes of its APA are uncertain parameters, so that it need not be wrong for any strut."""
+        """Return whether the modes of its APA are uncertain parameters, which can be fitted to any strut."""
         return any(is_mode_factor(n) for n in self.sds)
 
     @property
@@ -126,8 +126,8 @@ class Model:
         return replace(self, values=bare, sds={n: s for n, s in self.sds.items() if n in bare})
 
     def system(self, changes: Values = PRIOR_ONLY) -> System:
-        """Return matrices from a force pair of 1 N to the sensor stack's elongation, the encoder's and the payload's z
-        [m]."""
+        """Return the matrices from a force pair of 1 N to the sensor stack's elongation, the encoder's and the
+        payload's z [m]."""
         return self._solved(self._at(changes))[0]
 
     def modal(self, changes: Values = PRIOR_ONLY) -> Modal:
@@ -190,11 +190,12 @@ class Model:
         return w2, np.array([found.get(n, np.zeros_like(w2)) for n in names]).reshape(len(names), w2.size)
 
     def poles(self, changes: Values = PRIOR_ONLY) -> Complex:
-        """Return poles [rad/s] of the mechanics, Im >= 0, by rising magnitude; `frequency_and_damping` reads them."""
+        """Return the poles [rad/s] of the mechanics, Im >= 0, by rising magnitude; `frequency_and_damping` reads
+        them."""
         return self.modal(changes).poles()
 
     def zeros(self, channel: str, changes: Values = PRIOR_ONLY) -> Complex:
-        """Return zeros [rad/s] of one channel's mechanics, Im >= 0, by rising magnitude."""
+        """Return the zeros [rad/s] of one channel's mechanics, Im >= 0, by rising magnitude."""
         return self.modal(changes).zeros(channel)
 
     def _at(self, changes: Values) -> dict[str, float]:
@@ -217,7 +218,7 @@ class Model:
 
     @cached_property
     def mechanical(self) -> tuple[str, ...]:
-        """Return names of the parameters that the matrices depend on, in the order of `values`."""
+        """Return the names of the parameters that the matrices depend on, in the order of `values`."""
         return tuple(n for n in self.values if is_mechanical(n))
 
     @cached_property
@@ -324,6 +325,6 @@ def frequencies(f: ArrayLike) -> Array:
 
 
 def frequency_and_damping(roots: NDArray[np.complex128]) -> tuple[Array, Array]:
-    """Return frequencies [Hz] and damping ratios of poles or zeros [rad/s]; below zero: right half plane."""
+    """Return the frequencies [Hz] and damping ratios of poles or zeros [rad/s]; below zero: right half plane."""
     size = np.abs(roots)
     return size / (2.0 * math.pi), -roots.real / size

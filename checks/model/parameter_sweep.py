@@ -50,7 +50,8 @@ class Sweep:
 
 
 def sweep(model: Model, names: Iterable[str], values: Sequence[float], channel: str, f: Array) -> Sweep:
-    """Return poles, zeros and response of a channel while all `names` take each of `values`, in the names' own unit.
+    """Return the poles, zeros and response of a channel while all `names` take each of `values`, in the names' own
+    unit.
 
     Poles and zeros are those up to the last frequency of f (F,) [Hz]. Raises ModelError for an unknown parameter."""
     names, f = tuple(names), frequencies(f)
@@ -59,7 +60,7 @@ def sweep(model: Model, names: Iterable[str], values: Sequence[float], channel: 
 
 
 def table(s: Sweep) -> list[dict[str, object]]:
-    """Return rows to print or to write: value, then poles and zeros [Hz] and their damping ratios."""
+    """Return the rows to print or to write: value, then poles and zeros [Hz] and their damping ratios."""
     return [
         {
             "value": row.value,
@@ -73,7 +74,7 @@ def table(s: Sweep) -> list[dict[str, object]]:
 
 
 def panels(s: Sweep) -> tuple[Panel, Panel]:
-    """Return magnitude and phase of the swept responses."""
+    """Return the magnitude and phase of the swept responses."""
     unit = "V/V" if s.channel == "Vs" else "m/V"
     of = unit_of(s.names[0]).replace(DIMENSIONLESS, "")
     labels = [f"{row.value:g} {of}".strip() for row in s.rows]

@@ -83,7 +83,7 @@ class Chart:
 
 
 def estimate_baseline(values: Array) -> Baseline:
-    """Return mean and spread within a process from values (n,) in the order of measurement, gross values left out.
+    """Return the mean and spread within a process from values (n,) in the order of measurement, gross values left out.
 
     Raises ValueError for fewer than `LEAST` values or one that is not finite.
     """
@@ -168,7 +168,7 @@ def _direction(size: float) -> str:
 
 
 def _departures(x: Array, kept: NDArray[np.intp], base: Baseline, off: Array) -> list[Alarm]:
-    """Return the shifts away from the baseline that the weighted mean shows, each from where it most likely began.
+    """Return the shifts from the baseline that the weighted mean shows, each with its most likely start.
 
     off (K,): distance of the weighted mean from the baseline at x[kept], in units of its limits. A shift lasts until it
     is back within a third of them. The beginning is the maximum-likelihood one of a step, the values before it counted

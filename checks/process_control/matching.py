@@ -28,7 +28,7 @@ class Matched:
 
 
 def match(values: Array, U: Array, size: int, sets: int = 1, time_limit_s: float = TIME_LIMIT_S) -> Matched:
-    """Return disjoint sets of `size` units with the least sum of costs. values (N, Q); U (Q,) positive.
+    """Return the disjoint sets of `size` units with the least sum of costs. values (N, Q); U (Q,) positive.
 
     Raises ValueError if there are too few units, a value is not finite, or U is not positive.
     """
@@ -46,14 +46,14 @@ def match(values: Array, U: Array, size: int, sets: int = 1, time_limit_s: float
 
 
 def cost(scaled: Array, members: Sequence[int]) -> float:
-    """Return sum over quantities of the width of a set. scaled (N, Q): values in units of U."""
+    """Return the sum over quantities of the width of a set. scaled (N, Q): values in units of U."""
     part = scaled[list(members)]
     return float((part.max(axis=0) - part.min(axis=0)).sum())
 
 
 def ideal_replacement(values: Array, U: Array, members: Sequence[int]) -> tuple[int, float, Array, Array]:
-    """Return which member a better unit should replace: its index, the cost then, and the interval (Q,), (Q,) in which
-    the values of such a unit must lie."""
+    """Return the member that a better unit should replace: its index, the resulting cost, and the interval (Q,), (Q,)
+    in which the values of such a unit must lie."""
     scaled = np.asarray(values) / np.asarray(U)
     without = {m: cost(scaled, [k for k in members if k != m]) for m in members}
     worst = min(without, key=lambda m: without[m])
@@ -62,7 +62,8 @@ def ideal_replacement(values: Array, U: Array, members: Sequence[int]) -> tuple[
 
 
 def _solve(scaled: Array, size: int, sets: int, time_limit_s: float) -> tuple[list[Array], bool, float]:
-    """Return variables: x (sets, N) chosen, top (sets, Q), bottom (sets, Q). top - bottom is what costs."""
+    """Build the linear programme. Variables: x (sets, N) chosen, top (sets, Q), bottom (sets, Q). top - bottom is what
+    costs."""
     n, q = scaled.shape
     lo, hi = scaled.min(axis=0), scaled.max(axis=0)
     binaries, edges = sets * n, sets * q

@@ -13,7 +13,7 @@ FREE_MODES = 5  # to 3.5 kHz
 
 
 def figures(s: Superelement) -> dict[str, float]:
-    """Return what an APA is judged by, by name, SI.
+    """Return the figures that an APA is judged by, by name, SI.
 
     mass, inertia_x..z about the origin; compliance_ux..rz of the top with the bottom clamped [m/N, rad/(N m)], and
     coupling_ux_ry, coupling_uy_rx of it [rad/N]; stiffness_sensor, stiffness_actuator [N/m] felt by a pair of forces

@@ -32,7 +32,7 @@ class Explanation:
 
     @cached_property
     def lnL(self) -> float:
-        """Return log-likelihood of B at the values from A, priors included, but for a constant."""
+        """Return the log-likelihood of B at the values from A, priors included, but for a constant."""
         at, free = self.fit.at, self.fit.free
         rows = [d.whitener(d.H - self.under_all.frf(d.f, at, d.channels)) for d in self.unseen]
         off = prior_rows(free, self.fit.joint) @ np.array([at[p.name] - p.prior for p in free])

@@ -21,7 +21,7 @@ SENSOR_F = 5.1e-6  # of the sensor stack, where nothing else is known ([STB] 3.1
 
 
 def under(model: Model, kind: ExperimentKind, value: float | None, sensor_F: float = SENSOR_F) -> Model:
-    """Return a model of a unit as it is under an experiment; the drive's level is none of its parameters. Raises
+    """Return a model of a unit as it is under an experiment; the drive's level is not a parameter of it. Raises
     ModelError."""
     if kind is TURNED:
         return model
@@ -37,8 +37,8 @@ def under(model: Model, kind: ExperimentKind, value: float | None, sensor_F: flo
 
 
 def share_open(corner_Hz: float) -> float:
-    """Of a stiffening by an open circuit that is left at a corner: all or nothing. Raises ModelError in between, where
-    the stack is neither open nor closed over the band."""
+    """Return the share of the open circuit's stiffening that remains at a corner [Hz]: 0 or 1. Raises ModelError in
+    between, if the stack is neither open nor closed over the band."""
     if OPEN_HZ < corner_Hz < CLOSED_HZ:
         raise ModelError(
             f"a resistor that puts the sensor stack's corner at {corner_Hz:.3g} Hz leaves a stack that is stiffer when "
@@ -48,5 +48,5 @@ def share_open(corner_Hz: float) -> float:
 
 
 def drive(kind: ExperimentKind, value: float | None) -> float:
-    """Return factor on the drive of every record."""
+    """Return the factor on the drive of every record."""
     return value if kind is DRIVE_LEVEL and value is not None else 1.0

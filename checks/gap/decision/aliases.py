@@ -18,9 +18,9 @@ COUNTS = 0.1  # of the largest share in the imitation: parameters with less are 
 
 
 def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
-    """Return calibrated parameters that together do to the data what the effect does, the largest share first; none if
-    what they cannot imitate is seen: beyond 2 delta lnL of two explanations that are told apart. The modes of an APA
-    imitate within their scatter only: free of it, they would do anything."""
+    """Return the calibrated parameters that together imitate the effect, the largest share first; none if the part that
+    they cannot imitate is seen: beyond 2 delta lnL of two distinguishable explanations. The modes of an APA are limited
+    to their scatter: without that limit they would imitate anything."""
     data, response = full.unseen, full.response
     less = response.without(effect.name)
     own = {t for p in effect.parameters for t in effect.targets(response.model, p.name)}  # is the effect itself
@@ -37,7 +37,8 @@ def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
 
 
 def _change(full: Candidate, effect: Effect) -> Complex:
-    """Return (F, C) of the response by the effect: by its size; as it is, if there is no size to take."""
+    """Return the change (F, C) of the response by the effect: its derivative times its size, or the whole change if the
+    effect has no size."""
     data, response = full.unseen, full.response
     change = by_its_size(effect, response.model, response, full.at, data)
     if change is not None:
@@ -48,8 +49,8 @@ def _change(full: Candidate, effect: Effect) -> Complex:
 
 
 def by_its_size(effect: Effect, model: Model, response: Response, at: Values, data: Dataset) -> Complex | None:
-    """Return (F, C) of a response by an effect in it: its derivatives times its size, because an imitation that is
-    exact turns with the parameters. None if nothing says what its size is."""
+    """Return the change (F, C) of a response by an effect in it: its derivatives times its size, because an exact
+    imitation turns with the parameters. None if its size is unknown."""
     off = effect.off(model)
     if not all(np.isfinite(v) for v in off.values()):
         return None
@@ -59,8 +60,8 @@ def by_its_size(effect: Effect, model: Model, response: Response, at: Values, da
 
 
 def shares(J: Array, d: Array) -> tuple[Array, Array]:
-    """Return (p,) of d (n,) along each column of J (n, p), in units of the column's length, and (n,) what lies along
-    none."""
+    """Return the parts (p,) of d (n,) along the columns of J (n, p), in units of a column's length, and the rest (n,)
+    of d."""
     size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
     share, *_ = np.linalg.lstsq(J / size, d, rcond=1e-9)
     return share, np.asarray(d - (J / size) @ share)

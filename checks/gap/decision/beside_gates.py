@@ -151,7 +151,7 @@ def _confirmed(search: Search, state: Beside, without: Beside) -> float:
 def _rivals(
     search: Search, effect: Effect, state: Beside, without: Beside, step: ExplainingStep
 ) -> tuple[list[Effect], list[str]]:
-    """Return effects that do as well in the place of one, and why a member that does better takes its name."""
+    """Return the effects that do as well in the place of one, and why a member that does better takes its name."""
     own = score_of(effect, state)
     first = score_of(effect, step.after)
     near = [m for m, b in step.rivals if score_of(m, b) > first - NEAR and m.name not in state.response.names]

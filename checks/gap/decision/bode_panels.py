@@ -29,8 +29,8 @@ AFTER, ELEMENT = "model after", "with the unidentified element"
 
 
 def bode_panels(result: Result, elements: Mapping[str, Element] | None = None) -> dict[str, Panel]:
-    """Return panels "<channel> magnitude", "<channel> phase", "<channel> deviation". elements: what was added to the
-    improved model without a name, by channel."""
+    """Return the panels "<channel> magnitude", "<channel> phase", "<channel> deviation". elements: what was added to
+    the improved model without a name, by channel."""
     data = result.before.data
     f = np.union1d(data.f, np.geomspace(data.f[0], data.f[-1], GRID))
     names = data.channels
@@ -55,8 +55,8 @@ def bode_panels(result: Result, elements: Mapping[str, Element] | None = None) -
 
 
 def _spread(fitted: Projected, f: Array, H: Complex) -> tuple[Array, Array]:
-    """Return (F, C) standard uncertainty of a fitted response along itself and across it, in its unit: tolerance and
-    the covariance of the calibrated values."""
+    """Return the standard uncertainty (F, C) of a fitted response along itself and across it, in its unit: tolerance
+    and the covariance of the calibrated values."""
     names, L = _covariance(fitted)
     D = np.einsum("pq,pfc->qfc", L, fitted.response.jacobian(f, names, fitted.at, fitted.data.channels))
     turned = D * np.exp(-1j * np.angle(H))
@@ -65,7 +65,7 @@ def _spread(fitted: Projected, f: Array, H: Complex) -> tuple[Array, Array]:
 
 
 def _covariance(fitted: Projected) -> tuple[tuple[str, ...], Array]:
-    """Return names, and L (p, q) with L L^T the covariance of their values given data and priors."""
+    """Return the names, and L (p, q) with L L^T the covariance of their values given data and priors."""
     free = fitted.response.free()
     names = tuple(p.name for p in free)
     scale = np.array([p.unit for p in free])
@@ -77,8 +77,8 @@ def _covariance(fitted: Projected) -> tuple[tuple[str, ...], Array]:
 
 
 def _units_of_the_file(base: Projected, f: Array) -> tuple[Array, Array] | None:
-    """Return (F, C) magnitudes between which 95 % of the units lie that the model's file describes; None if it states
-    no uncertain value. What has no prior stays as it was fitted."""
+    """Return the two magnitudes (F, C) between which 95 % of the units described by the model's file lie; None if it
+    states no uncertain value. Parameters without a prior stay as fitted."""
     known = [p for p in base.response.free() if np.isfinite(p.sd) and p.sd > 0.0]
     if not known:
         return None
@@ -138,8 +138,8 @@ def _phase(result: Result, c: int, f: Array, curves: Mapping[str, Complex], sd_d
 
 
 def _deviation(result: Result, c: int, f: Array, relative_sd: Array, added: Element | None) -> Panel:
-    """Return measured less model, as a part of the measured, beside what noise and the model's own uncertainty
-    allow."""
+    """Return measured less model, relative to the measured, beside the band of noise and the model's own
+    uncertainty."""
     data = result.before.data
     name, H = data.channels[c], data.H[:, c]
     first, last = shown(result)
@@ -169,7 +169,7 @@ def _range(f: Array) -> tuple[float, float]:
 
 
 def _cut(phases: list[Array]) -> float:
-    """Return [deg] where an axis of a whole turn begins so that the fewest curves jump from one end to the other."""
+    """Return the start [deg] of an axis of a whole turn at which the fewest curves jump from one end to the other."""
     return float(min(CUTS, key=lambda cut: (_jumps(phases, cut), abs(np.mean(_from(phases[0], cut))))))
 
 
@@ -178,12 +178,12 @@ def _jumps(phases: list[Array], cut: float) -> int:
 
 
 def _from(phase: Array, start: float) -> Array:
-    """Return [deg] the same angles in start..start + 360."""
+    """Return the same angles [deg] in start..start + 360."""
     return np.asarray(start + np.mod(phase - start, 360.0))
 
 
 def _quarters(phases: list[Array]) -> tuple[float, float]:
-    """Return [deg] ends of an axis, a little beyond whole quarters of a turn."""
+    """Return the ends [deg] of an axis, a little beyond whole quarters of a turn."""
     low, high = min(float(p.min()) for p in phases), max(float(p.max()) for p in phases)
     return 90.0 * np.floor(low / 90.0) - 15.0, 90.0 * np.ceil(high / 90.0) + 15.0
 

@@ -17,7 +17,8 @@ STEPS = 60  # halvings of an interval on a logarithmic scale
 def detection_limits(
     projected: Projected, effects: Iterable[Effect], slow: Slow | None, table: Thresholds
 ) -> dict[str, dict[str, float]]:
-    """Return effect -> parameter -> size that would be seen with the stated power at the chance of the global test."""
+    """Return the detection limits: effect -> parameter -> size that would be seen with the stated power at the level of
+    the global test."""
     needed = _noncentrality(table)
     out = {}
     for effect in effects:
@@ -30,7 +31,7 @@ def detection_limits(
 
 
 def _noncentrality(table: Thresholds) -> float:
-    """Return squared shift of a standard normal that a two-sided test sees with the stated power."""
+    """Return the squared shift of a standard normal that a two-sided test sees with the stated power."""
     return float((stats.norm.isf(table.p_global / 2) + stats.norm.ppf(table.power)) ** 2)
 
 
@@ -51,7 +52,7 @@ def _bounded(value: float, p: Parameter) -> float:
 
 
 def _searched(projected: Projected, effect: Effect, p: Parameter, needed: float) -> dict[str, float]:
-    """Of what the response is not linear in: the value nearest to doing nothing that would be seen."""
+    """Return the value nearest to no effect that would be seen, for a parameter in which the response is not linear."""
     others = {q.name: q.start for q in effect.parameters if q is not p}
     nothing = effect.off(projected.response.model)[p.name]
     if np.isfinite(nothing) and nothing != 0.0:

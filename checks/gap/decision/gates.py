@@ -40,7 +40,7 @@ class HasResponse(Protocol):
 
     @property
     def response(self) -> Augmented:
-        """Return what was fitted."""
+        """Return the fitted response."""
 
 
 @dataclass(frozen=True)
@@ -54,14 +54,14 @@ class Claim:
 
 
 def kept(made: Sequence[Claim]) -> tuple[Claim, ...]:
-    """Those that passed every gate."""
+    """Return the claims that passed every gate."""
     return tuple(c for c in made if not c.reasons)
 
 
 def claims(
     search: Search, found: SearchResult, final: Fit, full: Candidate, slow: Slow | None, left_out: Sequence[str] = ()
 ) -> tuple[Claim, ...]:
-    """Return every named effect of the best explanation against its gates. left_out: channels that nothing explains."""
+    """Judge every named effect of the best explanation by the gates. left_out: channels that no explanation covers."""
     out = []
     total = max(found.best.lnL - found.base.lnL, 1.0)
     for effect in found.best.response.effects:
@@ -137,7 +137,8 @@ def acting_on(effect: Effect, response: Augmented, at: Values, data: Dataset) ->
 
 
 def acts_alone(effect: Effect, response: Augmented, at: Values, data: Dataset) -> str:
-    """Return why an effect of every channel that acts on one alone gets no name: there it is any filter."""
+    """Return why an effect that belongs to every channel but acts on only one gets no name: there any filter could do
+    the same."""
     acting = acting_on(effect, response, at, data)
     if len(effect.channels) <= AT_LEAST or len(acting) != 1:
         return ""
@@ -145,8 +146,9 @@ def acts_alone(effect: Effect, response: Augmented, at: Values, data: Dataset) -
 
 
 def on_a_mode(effect: Effect, response: Augmented, at: Values) -> bool:
-    """Return whether an effect that adds a mode has it within the half-widths of one of the strut's own. A lopsided APA
-    couples its modes otherwise, which no factor on them explains: a small mode there does, and means nothing."""
+    """Return whether an effect that adds a mode has it within the half-widths of one of the strut's own. The modes of a
+    lopsided APA are coupled in another way, which no factor on them explains: a small mode there does, but means
+    nothing."""
     values = response.of(at, effect.name)
     if not {"f_Hz", "damping_ratio"} <= values.keys() or not any(p.linear for p in effect.parameters):
         return False
@@ -156,7 +158,7 @@ def on_a_mode(effect: Effect, response: Augmented, at: Values) -> bool:
 
 
 def off_zero(table: Thresholds, effect: Effect, final: Fit, full: HasResponse) -> bool:
-    """Return whether the fitted values lie as far off those of no effect as a gain that counts asks for."""
+    """Return whether the fitted values lie as far from those of no effect as a significant gain requires."""
     off = effect.off(full.response.model)
     names = [p.name for p in effect.parameters if p.linear and np.isfinite(off[p.name])]
     if not names:
@@ -208,15 +210,15 @@ def _disturbed(full: Candidate, effect: Effect) -> bool:
 
 
 def _spread_out(full: Candidate, base: Candidate) -> bool:
-    """Return whether what is left lies in no band, so that nothing says that it lies elsewhere, and weighs: where it is
-    more than chance at its worst (a p just below the limit is what one right explanation in a thousand has), or where
-    the tolerance could hold what was there before."""
+    """Return whether the residual that is left matters although it lies in no band: if it is clearly more than chance
+    (a p just below the limit occurs for one right explanation in a thousand), or if the tolerance could hide what was
+    there before."""
     weighs = full.adequacy.p < BEYOND_CHANCE * full.table.p_global or base.worst_G < full.table.G
     return weighs and not full.adequacy.windows
 
 
 def _astray(full: Candidate) -> bool:
-    """Return whether a calibrated value lies so far off its prior that the calibration explains what it should not."""
+    """Return whether a calibrated value lies so far from its prior that the calibration explains what it should not."""
     free = [p for p in full.response.free() if np.isfinite(p.sd)]
     return any(abs(full.at[p.name] - p.prior) > full.table.pull * p.sd for p in free)
 
@@ -224,8 +226,8 @@ def _astray(full: Candidate) -> bool:
 def nameless(
     best: Candidate, full: Candidate, final: Fit, made: Sequence[Claim], slow: Slow | None, table: Thresholds
 ) -> tuple[Nameless, ...]:
-    """Return the unidentified effects: unmodelled modes of the best explanation, and where it still does not fit, a
-    mode fitted to the residual of the worst window of every channel."""
+    """Return the unidentified effects: unmodelled modes of the best explanation, and, if it still does not fit, a mode
+    fitted to the residual of the worst window of every channel."""
     out = []
     level = slow is not None and is_bent(slow, table)
     for u in best.response.stand_ins:
@@ -248,7 +250,7 @@ def nameless(
 
 
 def is_bent(slow: Slow, table: Thresholds) -> bool:
-    """Return whether the static curve between drive and displacement bends beyond what is worth saying."""
+    """Return whether the static curve between drive and displacement bends enough to be reported."""
     return abs(slow.bends.value) > max(table.bend, 6.0 * slow.bends.u)
 
 
@@ -267,7 +269,8 @@ def _stand_in_words(u: UnmodelledMode, full: Candidate) -> str:
 
 
 def from_window(full: Candidate, channel: str, level: bool) -> Nameless:
-    """Return pole, with its interval, and zero of a mode that would explain most of what is left of a channel."""
+    """Return the pole, with its interval, and the zero of a mode that would explain most of what is left of a
+    channel."""
     mode, seen = UnmodelledMode(MODE, channel), full.seen
     start = {"ratio": 0.0, "damping_ratio": 0.01, **screen(seen, mode, starts=1).starts[0]}
     data, c = seen.data, seen.data.channels.index(channel)

@@ -25,7 +25,7 @@ LARGE = 1.5  # of G: what the noise's own estimate does not reach
 def tested(
     response: Augmented, fit: Fit, A: Dataset, B: Dataset, trials: Sequence[ConditionTrial]
 ) -> tuple[Tested, ...]:
-    """Return every experiment against an explanation with its fit: to A, or to all conditions."""
+    """Test an explanation, with its fit to A or to all conditions, by every experiment."""
     return tuple(_one(response, fit, A, B, t) for t in trials)
 
 
@@ -60,7 +60,7 @@ def _with_own(response: Augmented, fit: Fit, A: Dataset, trial: ConditionTrial) 
 
 
 def changed(one: Dataset, other: Dataset) -> dict[str, Gap]:
-    """Return channels whose responses differ by more than noise between two records of the same unit, with their G;
+    """Return the channels whose responses differ by more than noise between two records of the same unit, with their G;
     only at frequencies that both have."""
     near = np.abs(one.f[:, None] - other.f) <= SAME_HZ * one.f[:, None]
     i, j = np.nonzero(near)

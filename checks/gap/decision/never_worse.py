@@ -28,7 +28,8 @@ class Shown:
 
 
 def never_worse(without: Sequence[Candidate], full: Candidate, made: Sequence[Claim]) -> Shown:
-    """Return without: the model without effects, at every calibration that there is; full: with all that was found.
+    """Withdraw names until no channel's gap is wider than before. without: the model without effects, in every
+    available calibration; full: the model with all effects found.
 
     Names are taken back, the one that explains least first, until no channel's gap grows by the others; with none left,
     nothing was gained and both gaps are that of the nearest model."""
@@ -47,12 +48,12 @@ def never_worse(without: Sequence[Candidate], full: Candidate, made: Sequence[Cl
 
 
 def _grown(before: Candidate, after: Candidate, agrees: float = 0.0, slack: float = 1.0) -> list[str]:
-    """Return channels that are worse explained after than before, beyond agreement."""
+    """Return the channels that are worse explained after than before, beyond agreement."""
     return grown(gaps_of(before), gaps_of(after), agrees, slack)
 
 
 def grown(before: Gaps, after: Gaps, agrees: float = AGREES, slack: float = SLACK) -> list[str]:
-    """Return channels whose gap is wider after than before."""
+    """Return the channels whose gap is wider after than before."""
     old, new = before.channels, after.channels
     return [c for c in new if new[c].G > max(agrees, slack * old[c].G)]
 
@@ -94,6 +95,6 @@ def gaps_of(c: Candidate) -> Gaps:
 
 
 def _modes(c: Candidate, data: Dataset) -> list[float]:
-    """Return frequencies [Hz] of the model's modes within the data."""
+    """Return the frequencies [Hz] of the model's modes within the data."""
     poles = np.abs(c.response.model.poles(c.response.changes(c.at))) / (2.0 * np.pi)
     return [float(f) for f in poles if data.f[0] <= f <= data.f[-1]]

@@ -46,8 +46,8 @@ class Rival:
 def asked(
     rivals: Sequence[Ambiguous], good: Sequence[Claim], found: SearchResult, full: Candidate, A: Dataset
 ) -> tuple[Ambiguous, ...]:
-    """Return the same with the experiment that is predicted to tell them apart, where the menu has one that can be
-    given."""
+    """Return the same with the experiment that is predicted to distinguish them, if the menu has one that is
+    possible."""
     return tuple(_with_experiment(a, good, found, full, A) for a in rivals)
 
 
@@ -82,7 +82,7 @@ def _words(before: str, kind: ExperimentKind, value: float) -> str:
 
 
 def _rival(name: str, effect: Effect, found: SearchResult, full: Candidate) -> Rival | None:
-    """Return none: other values of calibrated parameters."""
+    """Return the rival explanation by an effect; None if the rival is a set of other calibrated values."""
     if name not in EFFECTS:
         return None
     names = frozenset({*full.names, name} - {effect.name})
@@ -91,7 +91,7 @@ def _rival(name: str, effect: Effect, found: SearchResult, full: Candidate) -> R
 
 
 def separation(full: Candidate, effect: Effect, rival: Rival | None, A: Dataset, trial: ConditionTrial) -> float:
-    """Twice the gain in log-likelihood to expect of a condition with the noise of A. Raises ModelError."""
+    """Return twice the expected gain in log-likelihood under a condition with the noise of A. Raises ModelError."""
     every = together(full.response, [trial])
     at = {p.name: p.begin for p in every.free(full.at)}
     sets = [replace(d, H=every.frf(d.f, at, d.channels)) for d in (A, marked(A, trial.name))]
@@ -113,7 +113,8 @@ def separation(full: Candidate, effect: Effect, rival: Rival | None, A: Dataset,
 
 
 def _by_effect(full: Candidate, effect: Effect, every: Together, at: Values, data: Dataset) -> Complex:
-    """Return (F, C) of the response by the effect: by its size; as it is, if there is no size to take."""
+    """Return the change (F, C) of the response by the effect: its derivative times its size, or the whole change if the
+    effect has no size."""
     change = by_its_size(effect, full.response.model, every, at, data)
     if change is not None:
         return change

@@ -27,18 +27,19 @@ def panels(result: Result) -> dict[str, Panel]:
 
 
 def responses(result: Result) -> tuple[Complex, Complex]:
-    """Return (F, C) of the model before and after at the bins of the unseen records."""
+    """Return the responses (F, C) of the model before and after at the bins of the unseen records."""
     data = result.before.data
     return tuple(p.response.frf(data.f, p.at, data.channels) for p in shown(result))  # type: ignore[return-value]
 
 
 def shown(result: Result) -> tuple[Projected, Projected]:
-    """Return the models before and after; the same where nothing was named: then G before and after are alike too."""
+    """Return the models before and after; the same twice if no effect was named: then G before and after are equal
+    too."""
     return (result.before, result.after) if result.named else (result.after, result.after)
 
 
 def disagreement(result: Result) -> Panel:
-    """Return map over frequency and channel, before and after: log10 of the squared residual over noise and
+    """Return the map over frequency and channel, before and after: log10 of the squared residual over noise and
     tolerance."""
     data = result.before.data
     edges = np.geomspace(data.f[0], data.f[-1] * (1 + 1e-9), CELLS + 1)
@@ -57,7 +58,7 @@ def disagreement(result: Result) -> Panel:
 
 
 def _by_cell(f: Array, G: Array, edges: Array) -> Array:
-    """Return mean within every cell; a cell without a bin takes the nearest bin's."""
+    """Return the mean in every cell; a cell without a bin takes the value of the nearest bin."""
     place = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, edges.size - 2)
     count = np.bincount(place, minlength=edges.size - 1)
     mean = np.bincount(place, G, minlength=edges.size - 1) / np.maximum(count, 1)
@@ -94,7 +95,7 @@ def _residual(result: Result, c: int, before: Complex, after: Complex) -> Panel:
 
 
 def smooth(f: Array, x: Array) -> tuple[Array, Array]:
-    """Return root mean square within cells of 1 % of f: what the eye would see of the noise."""
+    """Return the root mean square within cells of 1 % of f: the noise as the eye would see it."""
     place = np.floor(np.log(f / f[0]) / 0.01).astype(int)
     _, inverse, counts = np.unique(place, return_inverse=True, return_counts=True)
     mean = np.sqrt(np.bincount(inverse, x**2) / counts)
@@ -103,7 +104,7 @@ def smooth(f: Array, x: Array) -> tuple[Array, Array]:
 
 
 def errors(result: Result) -> Mapping[str, tuple[float, float, float, float]]:
-    """Return channel -> rms of the level [dB] and of the phase [deg] before, then after, over bins that are not
+    """Return by channel the rms of the level [dB] and of the phase [deg], before and after, over bins that are not
     noise."""
     data = result.before.data
     out = {}

@@ -33,8 +33,8 @@ RIVALS = 3  # in the place of an effect, that are shown
 
 
 def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -> Result:
-    """Return found: by the search, on the search's channels; whole: the base model judged on all bins of all
-    channels."""
+    """Return the result of the whole analysis. found: by the search, on the search's channels; whole: the base model
+    judged on all bins of all channels."""
     table, base, best, slow = p.table, found.base, found.best, p.slow
     search.say("fitting all bins")
     told = search.A.channels
@@ -182,8 +182,8 @@ def _ended(search: Search, verdict: str) -> tuple[str, ...]:
 
 
 def _notes(full: Candidate, verdict: str) -> tuple[str, ...]:
-    """Return values that are far off, though each channel may agree; a single one only where it may be why nothing
-    fits."""
+    """Return the values that are far off, though each channel may agree; a single one only if it may be the reason why
+    nothing fits."""
     out = _far(full)
     if len(out) < (2 if verdict in (NO_MISSING, EXPLAINED) else 1):
         return ()
@@ -192,7 +192,7 @@ def _notes(full: Candidate, verdict: str) -> tuple[str, ...]:
 
 
 def _agrees_before(base: Candidate, named: Sequence[Named], before: Gaps) -> tuple[str, ...]:
-    """Return why something is named although every channel agrees without it."""
+    """Return why an effect is named although every channel agrees without it."""
     if not named or any(gap.G > 1.0 for gap in before.channels.values()):
         return ()
     out = _far(base)
@@ -201,7 +201,7 @@ def _agrees_before(base: Candidate, named: Sequence[Named], before: Gaps) -> tup
 
 
 def _far(c: Candidate) -> dict[str, float]:
-    """Return calibrated values of the model far from its file, in standard deviations of it."""
+    """Return the calibrated values of the model far from its file, in standard deviations of it."""
     free = {p.name: p for p in c.response.free()}
     far = {n: (c.at[n] - p.prior) / p.sd for n, p in free.items() if np.isfinite(p.sd) and n in c.at}
     return {n: z for n, z in far.items() if abs(z) > c.table.pull and n in c.response.model.values}

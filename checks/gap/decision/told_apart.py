@@ -63,8 +63,8 @@ def settled(
     conditions: Conditions,
     table: Thresholds,
 ) -> Settled:
-    """Return full: the explanation that was found, with its values; made: its claims; rivals: what is not told
-    apart."""
+    """Decide between rival explanations by the unit's experiments. full: the explanation that was found, with its
+    values; made: its claims; rivals: effects that cannot be distinguished without experiments."""
     few = conditions.thinned(table.search_bins)
     state = _State(full.response, full.at, tuple(made), tuple(rivals))
     for claim in made:
@@ -85,7 +85,7 @@ def settled(
 def _one(
     state: _State, claim: Claim, mine: set[str], few: Conditions, found: SearchResult, table: Thresholds
 ) -> _State:
-    """One claim and what it is not told apart from."""
+    """Decide between one claim and its rivals."""
     ranked = [(claim.effect, few.explained(state.response, state.at))]
     wanted = state.response.names
     for name in sorted(mine & EFFECTS.keys()):
@@ -103,7 +103,7 @@ def _one(
 def _against_values(
     state: _State, claim: Claim, effect: Effect, best: Explanation, few: Conditions, table: Thresholds
 ) -> _State:
-    """Return whether an effect is needed where calibrated values may be anything."""
+    """Return whether an effect is needed even if calibrated values may be anything."""
     alone = by_data_alone(best.response, effect)
     less = alone.without(effect.name)
     free = few.explained(alone, best.fit.at, far=True)
@@ -137,7 +137,7 @@ def _excluded(claimed: Effect, at: Values, effect: Effect, free: Fit, table: Thr
 
 
 def _moved(response: Augmented, fit: Fit, found: SearchResult) -> tuple[str, ...]:
-    """Return calibrated values far from the model file, where they explain what no effect does."""
+    """Return the calibrated values far from the model file, if they explain what no effect does."""
     model = found.base.response.model
     if response.model is found.best.response.model:
         return ()

@@ -29,7 +29,7 @@ from checks.gap.search.forward import SearchResult
 def named_effects(
     good: Sequence[Claim], final: Fit, early: tuple[Early, ...], in_slow: Mapping[Effect, SlowFinding]
 ) -> tuple[Named, ...]:
-    """In the order in which they were found: before the search, by it, in the slow sines."""
+    """Return the named effects in the order in which they were found: before the search, by it, in the slow sines."""
     out = [Named(e.effect, e.effect.replace("_", " "), e.words, _exact(e), float("inf"), 0.0) for e in early]
     for claim in good:
         effect = claim.effect
@@ -51,7 +51,7 @@ def _from_slow(effect: Effect, found: SlowFinding) -> Named:
 
 
 def not_told_apart(found: SearchResult, good: Sequence[Claim], table: Thresholds) -> tuple[Ambiguous, ...]:
-    """Return other adequate explanations by name that unseen records do not tell from the best."""
+    """Return the names of other adequate explanations that unseen records do not distinguish from the best."""
     names = found.best.names
     out = []
     for claim in good:
@@ -71,7 +71,7 @@ def not_told_apart(found: SearchResult, good: Sequence[Claim], table: Thresholds
 
 
 def imitated(full: Candidate, good: Sequence[Claim]) -> tuple[Ambiguous, ...]:
-    """Return named effects that calibrated parameters imitate: only their priors speak for the effect."""
+    """Return the named effects that calibrated parameters imitate: only their priors favour the effect."""
     found = ((c.effect, imitation(full, c.effect)) for c in good)
     return tuple(
         Ambiguous((effect.name, f"other values of {', '.join(by)}"), effect.experiment.value)
@@ -89,7 +89,7 @@ def bent(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
 
 
 def word(adequate: bool, named: Sequence[Named], rivals: Sequence[Ambiguous], missing: Sequence[Nameless]) -> str:
-    """Return adequate: the whole explanation, on unseen records."""
+    """Return the verdict. adequate: of the whole explanation, on unseen records."""
     if adequate and not missing:
         if rivals:
             return AMBIGUOUS

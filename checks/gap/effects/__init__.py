@@ -14,7 +14,7 @@ from specs import plugins
 
 
 def effect_problem(effect: Any) -> str:
-    """Return what is wrong with an effect of another package, "" for nothing."""
+    """Return the error in an effect of another package, or ""."""
     if not isinstance(effect, Effect):
         return f"is a {type(effect).__name__}, expected an Effect"
     if not effect.channels or not effect.sources:
@@ -40,7 +40,7 @@ EFFECTS: dict[str, Effect] = {effect.name: effect for effect in _own()}
 
 
 def effect_named(name: str) -> Effect:
-    """Raise ModelError naming the library."""
+    """Return an effect by name. Raises ModelError listing the library if it has no such effect."""
     if name not in EFFECTS:
         raise ModelError(f"unknown effect '{name}' (known: {', '.join(EFFECTS)})")
     return EFFECTS[name]

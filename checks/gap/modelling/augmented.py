@@ -41,12 +41,12 @@ class Augmented:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the members, in order."""
+        """Return the names of the members, in order."""
         return tuple(m.name for m in self.members)
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Of the members, for a person."""
+        """Return the labels of the members, for reports."""
         return tuple(m.label for m in self.members)
 
     @property
@@ -59,7 +59,7 @@ class Augmented:
 
     @property
     def counted(self) -> tuple[Member, ...]:
-        """Return the members that say that something is missing, stand-ins first."""
+        """Return the members that mean that something is missing, unmodelled modes first."""
         return (*self.stand_ins, *self.effects)
 
     def with_member(self, member: Member) -> "Augmented":
@@ -69,7 +69,7 @@ class Augmented:
         return replace(self, members=tuple(m for m in self.members if m.name != name))
 
     def free(self, start: Values | None = None) -> list[Free]:
-        """Return everything that is fitted. An effect that stands for a calibrated parameter takes its place, without
+        """Return all fitted parameters. An effect that stands for a calibrated parameter takes its place, without
         prior."""
         at = start or {}
         taken = {t for e in self.effects if not e.adds for t in e.stands_for(self.model)}
@@ -85,12 +85,12 @@ class Augmented:
         return [*base, *added]
 
     def of(self, values: Values, member: str) -> dict[str, float]:
-        """Return parameters of one member."""
+        """Return the values of one member, by its own parameter names."""
         prefix = f"{member}."
         return {k.removeprefix(prefix): v for k, v in values.items() if k.startswith(prefix)}
 
     def changes(self, values: Values) -> dict[str, float]:
-        """Return what the values are to the model."""
+        """Return the model's changes that the values amount to."""
         inside = self._stand_for
         own = dict(self.held) | {k: v for k, v in values.items() if k not in inside}
         for e in self.effects:
@@ -102,11 +102,11 @@ class Augmented:
         return self.shift.applied(own, values, self.model.values)
 
     def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
-        """Return (F, C)."""
+        """Return the response (F, C)."""
         return self._bare(f, self.changes(changes), channels) * self._factor(f, changes, channels)
 
     def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: tuple[str, ...]) -> Complex:
-        """Return (P, F, C) derivatives per unit of each name."""
+        """Return the derivatives (P, F, C) per unit of each name."""
         at = self.changes(changes)
         targets = [self._targets(n) for n in names]
         out = self._of_model(f, names, targets, at, channels)
@@ -120,7 +120,7 @@ class Augmented:
         return out
 
     def _bare(self, f: Array, at: Values, channels: tuple[str, ...]) -> Complex:
-        """Return (F, C) of the model at changes `at`, never to be written into."""
+        """Return the response (F, C) of the model at changes `at`; the array is read-only."""
         return _modelled(self.model, tuple(at.items()), f.tobytes(), channels)
 
     def _of_model(
@@ -131,7 +131,7 @@ class Augmented:
         at: Values,
         channels: tuple[str, ...],
     ) -> Complex:
-        """Return (P, F, C) of the model's response alone, zero for a name that stands for nothing in it."""
+        """Return the derivatives (P, F, C) of the model's own response, zero for a name that does not act on it."""
         needed = list(dict.fromkeys(t for each in targets for t in each))
         slopes = np.zeros((len(names), len(needed)))
         for i, (name, each) in enumerate(zip(names, targets, strict=True)):
@@ -152,8 +152,7 @@ class Augmented:
 
     @cached_property
     def _stand_for(self) -> dict[str, tuple[str, ...]]:
-        """Return names that are none of the model's -> its parameters behind them; none behind what multiplies
-        channels."""
+        """Return the model's parameters behind each name that is not the model's own; none for factors on channels."""
         out: dict[str, tuple[str, ...]] = {f"{m.name}.{p.name}": () for m in self._factors for p in m.parameters}
         out |= {f"{e.name}.{p.name}": p.targets(self.model) for e in self.effects for p in e.parameters}
         return out | {n: self.shift.targets(n) for n in self.shift.names}
@@ -179,7 +178,8 @@ class Augmented:
 
 @lru_cache(maxsize=16)
 def _modelled(model: Model, at: tuple[tuple[str, float], ...], band: bytes, channels: tuple[str, ...]) -> Complex:
-    """Remembered: what multiplies channels is tried with many values of its own beside one of the model's."""
+    """Return the model's own response. Cached, because a factor on a channel is tried with many values at one point of
+    the model."""
     H = model.frf(np.frombuffer(band), dict(at), channels)
     H.setflags(write=False)
     return H
@@ -187,7 +187,7 @@ def _modelled(model: Model, at: tuple[tuple[str, float], ...], band: bytes, chan
 
 @lru_cache(maxsize=32)
 def _own(model: Model) -> tuple[Free, ...]:
-    """Return the model's own uncertain parameters: a search asks for them at every start."""
+    """Return the model's own uncertain parameters. Cached, because a search asks for them at every start."""
     return tuple(_of_its_sign(p) for p in free_of(model))
 
 
@@ -196,7 +196,8 @@ def _beginning(p: Free, start: float | None) -> Free:
 
 
 def _of_its_sign(p: Free) -> Free:
-    """Return a parameter that keeps the sign of its prior: a constant that turned would undo a polarity that turned."""
+    """Return a parameter bounded to the sign of its prior: a constant that changed sign would undo a reversed
+    polarity."""
     least = LEAST * p.prior
     if least > 0.0:
         return replace(p, lo=max(p.lo, least))
@@ -204,8 +205,8 @@ def _of_its_sign(p: Free) -> Free:
 
 
 def _evaluated(member: Member, values: Values, s: Complex) -> Complex:
-    """Return (F,) its factor. Raises ModelError if there is none, so that a search turns back: an effect may be another
-    package's."""
+    """Return the factor (F,) of a member. Raises ModelError if it has none, so that a search turns back: an effect may
+    be another package's."""
     if member.factor is None:
         raise ModelError(f"effect '{member.name}' multiplies no channel")
     try:

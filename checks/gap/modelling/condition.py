@@ -30,20 +30,20 @@ class Together:
     fixed: Values = field(default_factory=dict)
 
     def free(self, start: Values = NOTHING) -> list[Free]:
-        """Return everything that is fitted: the response's own, then what has a value of its own under a condition."""
+        """Return all fitted parameters: the response's own, then those with a value of their own under a condition."""
         return [*self.base.free(start), *self.own(start)]
 
     def own(self, start: Values = NOTHING) -> list[Free]:
-        """Return what has a value of its own under a condition."""
+        """Return the parameters with a value of their own under a condition."""
         return [replace(p, start=start.get(p.name, p.start)) for s in self.shifts for p in s.free]
 
     def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
-        """Return (F, C)."""
+        """Return the response (F, C)."""
         response, bare, values = self._under(changes, channels)
         return response.frf(f, values, bare)
 
     def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: tuple[str, ...]) -> Complex:
-        """Return (P, F, C) derivatives per unit of each name; zero for what has its own value under another
+        """Return the derivatives (P, F, C) per unit of each name; zero for what has its own value under another
         condition."""
         response, bare, values = self._under(changes, channels)
         seen = [n for n in names if n in values]
@@ -56,7 +56,8 @@ class Together:
         return {p.name for p in self.base.free()}
 
     def _under(self, changes: Values, channels: tuple[str, ...]) -> tuple[Augmented, tuple[str, ...], Values]:
-        """Return the response under the channels' condition, their own names, and the values that it knows."""
+        """Return the response under the channels' condition, the channels' plain names, and the values that the
+        response has."""
         condition = channels[0].partition(AT)[2]
         shift = next((s for s in self.shifts if s.name == condition), None)
         known = self._known | (set() if shift is None else shift.names)
@@ -66,5 +67,5 @@ class Together:
 
 
 def marked(data: Dataset, condition: str) -> Dataset:
-    """Return a dataset with its condition behind its channels."""
+    """Return a dataset with its condition appended to its channels' names."""
     return replace(data, channels=tuple(f"{c}{AT}{condition}" for c in data.channels))

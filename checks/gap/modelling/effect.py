@@ -62,7 +62,7 @@ class Parameter:
         return not self.grid
 
     def targets(self, model: Model) -> tuple[str, ...]:
-        """Return the model's parameters that take (or add) the value; empty if the model has none of them."""
+        """Return the model's parameters that take (or add) the value; empty if the model has no such parameter."""
         return tuple(n for n in (*self.sets, *self.adds) if n in model.values)
 
 
@@ -119,28 +119,28 @@ class Effect:
 
     @property
     def label(self) -> str:
-        """As it stands in a list of explanations."""
+        """Return the effect as a list of explanations shows it."""
         return self.name
 
     def parameter(self, name: str) -> Parameter:
         return next(p for p in self.parameters if p.name == name)
 
     def targets(self, model: Model, parameter: str) -> tuple[str, ...]:
-        """Return the model's parameters behind one of its own."""
+        """Return the model's parameters behind one parameter of the effect."""
         return self.parameter(parameter).targets(model)
 
     def stands_for(self, model: Model) -> tuple[str, ...]:
-        """Return the model's parameters behind all of its own."""
+        """Return the model's parameters behind all parameters of the effect."""
         return tuple(t for p in self.parameters for t in p.targets(model))
 
     @property
     def adds(self) -> bool:
-        """Return whether its values count from the model's."""
+        """Return whether its values are added to the model's."""
         return any(p.adds for p in self.parameters)
 
     @property
     def in_model(self) -> bool:
-        """Return whether it is a matter of the model's parameters, so that a model can hold it."""
+        """Return whether it acts by the model's parameters, so that a model can hold it."""
         return bool(self.turns) or any(p.sets or p.adds for p in self.parameters)
 
     def fits(self, model: Model) -> bool:
@@ -150,7 +150,7 @@ class Effect:
         return self.factor is not None or all(p.targets(model) for p in self.parameters)
 
     def off(self, model: Model) -> dict[str, float]:
-        """Return values at which it does nothing to this model."""
+        """Return the values at which it leaves this model unchanged."""
         return {p.name: _off(p, model) for p in self.parameters}
 
     def say(self, values: Values, half_widths: Values) -> str:
@@ -166,7 +166,7 @@ class Effect:
             raise ModelError(f"effect '{self.name}' is given with {_listed(values)}; expected {_listed(expected)}")
 
     def changes(self, model: Model, values: Values) -> dict[str, float]:
-        """Return changes of the model's values that it amounts to. Raises ModelError for what the model cannot hold."""
+        """Return the changes of the model's values that it makes. Raises ModelError if the model cannot hold it."""
         self.checked(values)
         if self.turns:
             return {n: -model.values[n] for n in self._held(model, self.turns)}
@@ -190,13 +190,13 @@ def _listed(names: Mapping[str, float] | set[str]) -> str:
 
 
 def _off(p: Parameter, model: Model) -> float:
-    """Return a parameter that is calibrated anyway does nothing at the model's own value."""
+    """Return the value at which a parameter has no effect: for a calibrated parameter, the model's own value."""
     targets = p.targets(model)
     return model.values[targets[0]] if math.isnan(p.off) and targets else p.off
 
 
 def _short(value: float, U: float) -> str:
-    """Return three digits, and none beyond the second one of its uncertainty ([JCGM100] 7.2.6)."""
+    """Return a number with three digits, but no digit beyond the second one of its uncertainty ([JCGM100] 7.2.6)."""
     if math.isfinite(U) and U > 0.0:
         value = float(rounded(value, U))
     return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"

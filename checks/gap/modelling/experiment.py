@@ -19,6 +19,6 @@ class Experiment(Enum):
 
 
 def sharpest(experiments: Iterable[Experiment]) -> Experiment:
-    """The one to do first of those that several effects ask for."""
+    """Return the experiment to do first of those that several effects ask for."""
     order = list(Experiment)
     return min(experiments, key=order.index, default=Experiment.LEVEL)

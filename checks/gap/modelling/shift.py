@@ -31,12 +31,12 @@ class Shift:
 
     @property
     def names(self) -> set[str]:
-        """Of the values that are its own."""
+        """Return the names of its own values."""
         return {o.free.name for o in self.own}
 
     def applied(self, changes: Values, values: Values, model: Values) -> dict[str, float]:
-        """Return changes of a model's values under the condition. changes: without it; values: of what is its own
-        too."""
+        """Return the changes of a model's values under the condition. changes: those without it; values: with those of
+        its own parameters."""
         out = dict(changes)
         for target, more in self.adds:
             out[target] = out.get(target, model[target]) + more
@@ -45,7 +45,7 @@ class Shift:
         return out | {o.target: values[o.free.name] for o in self.own}
 
     def slope(self, name: str, target: str) -> float:
-        """Of a parameter of the model by what stands for it, named `name`."""
+        """Return the derivative of the model's parameter `target` by the parameter `name` that stands for it."""
         if name in self.names:
             return 1.0
         if any(o.target == target for o in self.own):

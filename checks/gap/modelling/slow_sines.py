@@ -33,14 +33,13 @@ class Slow:
 
     @property
     def model(self) -> Array:
-        """Return (L,) opening of every loop by the two shares."""
+        """Return the opening (L,) of every loop by the two shares."""
         a = np.array([p.amplitude for p in self.loops])
         return np.asarray(self.constant.value + self.grows.value * a / a.max())
 
 
 def slow_record(record: Record, channel: str = "de") -> Slow | None:
-    """Return what the record of slow sines (channels Va and `channel`) says; None if it holds too few loops to say
-    it."""
+    """Analyse the record of slow sines (channels Va and `channel`); None if it holds too few loops."""
     cycles = last_cycles(record["Va"])
     if len(cycles) < MANY:
         return None
@@ -66,7 +65,7 @@ def slow_record(record: Record, channel: str = "de") -> Slow | None:
 
 
 def _bend(loops: tuple[Loop, ...]) -> ScalarEstimate:
-    """Return third harmonic share of the response's middle line at the largest amplitude, beside that of the
+    """Return the third harmonic's share of the response's middle line at the largest amplitude, beside that of the
     smallest."""
     largest = loops[-1]
     v = largest.drive / largest.amplitude

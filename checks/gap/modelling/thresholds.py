@@ -50,5 +50,5 @@ THRESHOLDS = Thresholds()
 
 
 def digest(table: Thresholds = THRESHOLDS) -> str:
-    """Return sha256 of the table."""
+    """Return the sha256 of the table."""
     return hashlib.sha256(json.dumps(asdict(table), sort_keys=True).encode()).hexdigest()

@@ -43,7 +43,7 @@ class UnmodelledMode:
 
     @property
     def label(self) -> str:
-        """As it stands in a list of explanations."""
+        """Return the unmodelled mode as a list of explanations shows it."""
         where = "in the drive" if self.channel == ALL else f"on {self.channel}"
         return f"an unidentified {self.shape.name} {where}"
 
@@ -57,11 +57,11 @@ class UnmodelledMode:
 
     @property
     def factor(self) -> Callable[[Values, Complex], Complex]:
-        """Return (values, s (F,)) -> (F,) by which the channel is multiplied."""
+        """Return the function (values, s (F,)) -> (F,) by which the channel is multiplied."""
         return self.shape.factor
 
     def poles_and_zeros(self, values: Values) -> tuple[list[float], list[float]]:
-        """Return frequencies [Hz] of the poles and the zeros."""
+        """Return the frequencies [Hz] of the poles and the zeros."""
         if self.shape.name == "mode":
             f, r = values["f_Hz"], values["ratio"]
             return [f], [f * float(np.sqrt(abs(1.0 + r)))]
@@ -108,10 +108,10 @@ DELAY = RationalShape("delay", (Parameter("tau_us", lo=-500.0, hi=5000.0, off=0.
 
 
 def levels(merge_Hz: float, width: float) -> UnmodelledMode:
-    """Return what a hysteresis of this relative width does to responses taken with noise of two levels, one below and
-    one above merge_Hz: a lag of each (the loop's area), the slope that goes with a lag of constant angle in anything
-    causal (2 / pi of it per e-fold of frequency: [BODE45] ch. 14; the best linear answer to noise is causal: [PS12]
-    3.4), and another gain above. Nothing that counts as missing: the slow records measure it."""
+    """Return the effect of a hysteresis of this relative width on responses taken with noise of two levels, one below
+    and one above merge_Hz: a lag of each (the loop's area), the slope that goes with a lag of constant angle in
+    anything causal (2 / pi of it per e-fold of frequency: [BODE45] ch. 14; the best linear answer to noise is causal:
+    [PS12] 3.4), and another gain above. It does not count as missing: the slow records measure it."""
     parameters = (
         Parameter("lag_below", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=2.0 * width),
         Parameter("lag_above", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=2.0 * width),
@@ -132,6 +132,6 @@ SHAPES = (MODE, LAG, SHELF, DELAY)
 
 
 def unmodelled_modes(channels: tuple[str, ...]) -> tuple[UnmodelledMode, ...]:
-    """One of every shape for every channel, and of what may sit in the drive."""
+    """Return an unmodelled mode of every shape for every channel, and those that may be in the drive."""
     common = (UnmodelledMode(MODE, ALL), UnmodelledMode(LAG, ALL)) if len(channels) > 1 else ()
     return (*common, *(UnmodelledMode(shape, c) for shape in SHAPES for c in channels))

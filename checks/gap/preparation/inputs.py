@@ -101,7 +101,7 @@ def _before(inputs: Inputs) -> tuple[tuple[Early, ...], Dataset, Dataset]:
 
 
 def raw(p: Prepared) -> Dataset:
-    """Return B as it was measured, the channels that say something."""
+    """Return B as it was measured, in the usable channels."""
     return p.inputs.B.select(p.B.channels)
 
 
@@ -135,7 +135,7 @@ def opposed(channel: str) -> Early:
 
 
 def swapped(pair: tuple[str, str]) -> Early:
-    """Return two channels exchanged."""
+    """Return the two channels that are exchanged."""
     return Early("swapped_channels", pair, {}, f"{pair[0]} and {pair[1]} are exchanged.", exchanges=True)
 
 
@@ -147,7 +147,7 @@ def as_recorded(p: Prepared) -> Prepared:
 
 
 def possible_faults(p: Prepared) -> list[Early]:
-    """Return faults of sign and of channels that were not found yet, each alone."""
+    """Return the new faults of sign and of channels, one by one."""
     channels = p.A.channels
     every = [*map(opposed, channels), *(swapped(pair) for pair in combinations(channels, 2))]
     known = {(e.effect, e.channels) for e in p.early}
@@ -161,7 +161,7 @@ def with_fault(p: Prepared, fault: Early) -> Prepared:
 
 
 def _in_slow(slow: Slow | None, inputs: Inputs, table: Thresholds) -> dict[Effect, SlowFinding]:
-    """Return effects that the slow sines name."""
+    """Return the effects that the slow sines show."""
     if slow is None:
         return {}
     found = {e: e.slow.named(slow, table) for e in EFFECTS.values() if e.name not in inputs.without}

@@ -49,7 +49,7 @@ def exchanged(data: Dataset, model: Model) -> tuple[str, str] | None:
 
 
 def turned(data: Dataset, model: Model) -> tuple[str, ...]:
-    """Return channels whose phase is opposite to the model's in most bins that are not noise."""
+    """Return the channels whose phase is opposite to the model's in most bins that are not noise."""
     low = data.f < SIGN_HZ
     if low.sum() < 5:
         low = np.arange(data.f.size) < 20
@@ -62,7 +62,7 @@ def turned(data: Dataset, model: Model) -> tuple[str, ...]:
 
 
 def dead(data: Dataset, model: Model) -> tuple[str, ...]:
-    """Return channels that answer the drive with next to nothing of what the model says in most bins."""
+    """Return the channels that respond to the drive far less than the model predicts in most bins."""
     H = model.frf(data.f, channels=data.channels)
     median = np.median(_log_ratio(data.H, H), axis=0)
     return tuple(c for c, m in zip(data.channels, median, strict=True) if m < -np.log(DEAD))
@@ -78,7 +78,7 @@ def mended(data: Dataset, fault: Early) -> Dataset:
 
 
 def offsets(data: Dataset, model: Model, fs: float) -> dict[str, int]:
-    """Return channel -> whole samples of fs [Hz] by which it comes later than the others (which define zero).
+    """Return by channel the whole samples of fs [Hz] by which it lags the others (which define zero).
 
     Only where nothing else that turns the phase does it as well: a lag of first order, a resonance above which the
     channel turns round."""
@@ -108,7 +108,7 @@ def _direction(z: Complex) -> Complex:
 
 
 def _turning(f: Array) -> Complex:
-    """Return (n, F) first-order lags, and resonances of 2 % damping, with corners from 100 Hz to 10 kHz."""
+    """Return n first-order lags (n, F), and resonances of 2 % damping, with corners from 100 Hz to 10 kHz."""
     x = 1j * f / np.geomspace(1e2, 1e4, CORNERS)[:, None]
     return np.concatenate([1.0 / (1.0 + x), 1.0 / (1.0 + 0.04 * x + x * x)])
 
@@ -120,7 +120,7 @@ def with_signs(data: Dataset, channels: tuple[str, ...]) -> Dataset:
 
 
 def with_names(data: Dataset, pair: tuple[str, str]) -> Dataset:
-    """Return two channels exchanged."""
+    """Return the data with two channels exchanged."""
     a, b = (data.channels.index(c) for c in pair)
     order = list(range(len(data.channels)))
     order[a], order[b] = b, a
@@ -128,7 +128,7 @@ def with_names(data: Dataset, pair: tuple[str, str]) -> Dataset:
 
 
 def with_offsets(data: Dataset, samples: Mapping[str, int], fs: float) -> Dataset:
-    """Return channels moved back by whole samples."""
+    """Return the data with channels moved back by whole samples."""
     late = np.array([samples.get(c, 0) for c in data.channels])
     factor = np.exp(2j * np.pi * np.outer(data.f / fs, late))
     return replace(data, H=data.H * factor, cov=data.cov * factor[:, :, None] * factor[:, None, :].conj())

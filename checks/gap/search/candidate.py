@@ -34,12 +34,12 @@ class Candidate:
 
     @property
     def lnL(self) -> float:
-        """Return log-likelihood of B at the values from A, priors included, but for a constant."""
+        """Return the log-likelihood of B at the values from A, priors included, but for a constant."""
         return -self._settled.cost
 
     @cached_property
     def _settled(self) -> Projected:
-        """Return the residual as it is: what the parameters could explain takes derivatives by all of them to know."""
+        """Return the residual without projection, which would take derivatives by all parameters."""
         return at_known(self.response, self.unseen, self.at)
 
     @cached_property
@@ -48,8 +48,8 @@ class Candidate:
 
     @property
     def adequate(self) -> bool:
-        """Return chance explains what is left, and no channel is off by more than tolerance as a whole: a smooth error
-        that the tolerance could just explain bin by bin is still one."""
+        """Return whether chance explains what is left and no channel is off by more than tolerance as a whole: a smooth
+        error that the tolerance could just explain bin by bin is still one."""
         return self.worst_G < self.table.G and self.adequacy.adequate(self.table.p_global)  # the quicker one first
 
     @cached_property
@@ -61,12 +61,12 @@ class Candidate:
 
     @property
     def worst_G(self) -> float:
-        """Return largest G of a channel on B."""
+        """Return the largest G of a channel on B."""
         return max(self.channel_G.values())
 
     @property
     def gross(self) -> bool:
-        """Return whether so much is left that what is linear here promises nothing."""
+        """Return whether the residual is so large that a linear prediction is meaningless."""
         return self.worst_G > GROSS
 
     @property
@@ -75,7 +75,7 @@ class Candidate:
 
     @property
     def score(self) -> float:
-        """Return lnL less what parameters and stand-ins cost: a name is preferred to a stand-in that is hardly
-        better."""
+        """Return lnL less the cost of parameters and unmodelled modes: a named effect is preferred to an unmodelled
+        mode that is hardly better."""
         parameters = sum(len(m.parameters) for m in self.response.members)
         return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.stand_ins)

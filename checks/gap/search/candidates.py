@@ -47,7 +47,7 @@ class Effort:
 
     @property
     def over(self) -> bool:
-        """Return what was found so far must do."""
+        """Return whether the work is used up and the search must stop with what it has."""
         return self.spent > self.most
 
 
@@ -68,8 +68,8 @@ class Search:
         return self.effort.over
 
     def fitted(self, response: Augmented, start: Mapping[str, float], drawn: int = DRAWN) -> Candidate:
-        """Return a response fitted to A to the end, from far away. drawn: more starts, where the model scatters and
-        the one at `start` leads to nothing adequate."""
+        """Return a response fitted to A to the end, from far away. drawn: more starts, if the model scatters and the
+        one at `start` leads to no adequate fit."""
         if not response.model.scatters:
             return self._candidate(self.go_on(self._annealed(response, start), MANY))
         first = self._led(response, start)
@@ -81,7 +81,7 @@ class Search:
         return self._to_its_end(response, self._led(response, start))
 
     def elsewhere(self, c: Candidate) -> Candidate:
-        """Return a candidate or, where a search from another place comes nearer, what that found."""
+        """Return a candidate or, if a search from another place comes nearer, its result."""
         return self._elsewhere(c.response, {}, Led(tuple(c.response.free(c.at)), inf), c, DRAWN)
 
     def _elsewhere(
@@ -106,8 +106,8 @@ class Search:
         return _nearest(found)
 
     def rearranged(self, c: Candidate) -> list[Candidate]:
-        """Return a candidate fitted from where one of its modes lies at a peak of what is left; none, or the best
-        few."""
+        """Return candidates fitted from points at which a mode lies at a peak of the residual: the best few, or
+        none."""
         if not c.response.model.scatters or self.over:
             return []
         places = peaks(project(c.response, self.A, c.at), self.A.channels)[:PLACES]
@@ -118,7 +118,7 @@ class Search:
         return [self._candidate(self.go_on(r, 2 * MANY)) for r in few[:BOTH_WAYS]]
 
     def _led(self, response: Augmented, start: Mapping[str, float], seed: int = 0) -> Led:
-        """Where a search on few bins ends: from `start`, or with a seed from a draw about it."""
+        """Search on few bins, from `start` or, with a seed, from a draw about it."""
         free, joint = response.free(start), response.model.joint
         (found,) = lead(response, self.A, free, joint=joint, seed=seed, drawn=seed > 0)
         self.effort.spent += found.work
@@ -128,7 +128,7 @@ class Search:
         return replace(self._candidate(self.go_on(begin(response, self.A, led.at), MANY)), led=led)
 
     def go_on(self, refit: Refit, steps: int) -> Refit:
-        """At most so many steps more; their work counts."""
+        """Take at most so many more steps and count their work."""
         done = go_on(refit, steps)
         self.effort.spent += done.work - refit.work
         return done
@@ -138,7 +138,7 @@ class Search:
         return self._candidate(self.go_on(begin(response, self.A, at), MANY))
 
     def compared(self, response: Augmented, at: Mapping[str, float]) -> Candidate:
-        """Return a response at values that something else has fitted."""
+        """Return a response at values that were fitted elsewhere."""
         return self._candidate(begin(response, self.A, at))
 
     def _annealed(self, response: Augmented, start: Mapping[str, float]) -> Refit:
@@ -150,8 +150,8 @@ class Search:
         return Candidate(r.response, r.at, r.cost, self.B, self.table)
 
     def extended(self, base: Candidate, known: Collection[frozenset[str]] = ()) -> list[Candidate]:
-        """Return every member added to a candidate and fitted jointly, from the candidate's values and from the priors:
-        a calibration that had to do without the effect may have gone astray. known: sets that need no other fit."""
+        """Add every member to a candidate and fit them jointly, from the candidate's values and from the priors: a
+        calibration that lacked the effect may have gone astray. known: sets that are fitted already."""
         on_A = project(base.response, self.A, base.at)
         absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
         every = [screen(on_A, m) for m in absent]
@@ -163,8 +163,8 @@ class Search:
         return self._raced(starts)
 
     def damped_otherwise(self, c: Candidate) -> Candidate | None:
-        """Return a candidate with the model's other form of damping; None where the model cannot have it. Which form
-        the strut has shows only when little else is missing."""
+        """Return a candidate with the model's other form of damping; None if the model cannot have it. Which form the
+        strut has shows only when little else is missing."""
         model = of_damping(c.response.model, OTHER[c.response.model.damping])
         if model is None:
             return None
@@ -174,7 +174,7 @@ class Search:
             return None
 
     def damped_best(self, c: Candidate) -> Candidate:
-        """Return a candidate with the form of damping that the data ask for beyond doubt."""
+        """Return a candidate with the form of damping that is more likely beyond doubt."""
         other = self.damped_otherwise(c)
         return other if other is not None and other.cost < c.cost - BEYOND_DOUBT and other.adequate else c
 
@@ -195,8 +195,9 @@ class Search:
         return out
 
     def _coarse_start(self, base: Candidate, score: Score) -> list[Refit]:
-        """As a calibration begins, from the priors, on few bins: where the calibration without the effect is far off,
-        only this one arrives. Everything is free, because modes that are held on the way lead elsewhere."""
+        """Start as a calibration does, from the priors and on few bins: if the calibration without the effect is far
+        off, only this start succeeds. All parameters are free, because modes that are held on the way lead
+        elsewhere."""
         response, member = base.response.with_member(score.member), score.member
         if not isinstance(member, Effect):
             return []
@@ -216,7 +217,7 @@ class Search:
 
     def pruned(self, c: Candidate) -> Candidate:
         """Return a candidate without the members that it does not need (backward deletion); an adequate one stays
-        that."""
+        adequate."""
         for member in c.response.counted:
             less = c.response.without(member.name)
             start = {k: v for k, v in c.at.items() if not k.startswith(f"{member.name}.")}
@@ -226,10 +227,10 @@ class Search:
         return c
 
     def swapped(self, c: Candidate) -> list[Candidate]:
-        """Return candidates in which an effect takes the place of a member, from the other values of the candidate.
-        With more freedom than an effect, a stand-in may have come in first (a lag whose gain turns round is nearly a
-        delay); and a search for the right effect may have ended in a false minimum, where that for its neighbour did
-        not."""
+        """Return the candidates in which an effect takes the place of a member, from the other values of the candidate.
+        With more freedom than an effect, an unmodelled mode may have come in first (a lag whose gain turns round is
+        nearly a delay); and a search for the right effect may have ended in a false minimum, although the search for
+        its neighbour did not."""
         out = []
         for member in c.response.counted:
             less = c.response.without(member.name)
@@ -243,7 +244,7 @@ class Search:
         return out
 
     def from_far(self, found: Sequence[Candidate]) -> list[Candidate]:
-        """Return the best few fitted once more, from the priors, their members beginning where they are."""
+        """Return the best few fitted once more, the model from the priors and the members from their present values."""
         return [self._candidate(self._again(c)) for c in sorted(found, key=lambda c: c.cost)[:FROM_FAR]]
 
     def _again(self, c: Candidate) -> Refit:
@@ -252,13 +253,13 @@ class Search:
         return self.go_on(begin(c.response, self.A, self._annealed(quick, own).at), MANY)
 
     def _to_the_end(self, refit: Refit) -> Refit:
-        """Return first with the scatter held, then with all that is free."""
+        """Fit to the end, first with the scatter held, then with all parameters free."""
         done = self.go_on(refit, MANY)
         return self.go_on(freed(done), POLISH) if done.response.held else done
 
     def _raced(self, started: Sequence[Refit], adequate: float = inf) -> list[Candidate]:
-        """Return the best start of every set, the most promising ones fitted to the end. adequate: cost of an
-        explanation that is; once there is one, what is far above it is no rival and stays where it is."""
+        """Return the best start of every set, the most promising ones fitted to the end. adequate: cost of an adequate
+        explanation; a start far above it is no rival and is not fitted further."""
         best: dict[frozenset[str], Refit] = {}
         for r in sorted(started, key=lambda r: r.cost):
             best.setdefault(frozenset(r.response.names), r)
@@ -272,14 +273,14 @@ class Search:
 
 
 def _promising(scores: Sequence[Score]) -> list[Score]:
-    """Return the largest gains first, without those that are small beside the largest: of what is missing they
-    explain too little to come out first, and once the rest is explained they are screened again."""
+    """Return the scores by falling gain, without those that are small beside the largest: they explain too little to be
+    added first, and are screened again once the rest is explained."""
     ranked = sorted(scores, key=lambda s: -s.gain)
     return [s for i, s in enumerate(ranked) if i < SURE or s.gain > SMALL * ranked[0].gain]
 
 
 def _nearest(found: Sequence[Candidate]) -> Candidate:
-    """Of one response fitted from several places: the adequate one, wherever the search still is on its way there."""
+    """Return the best of one response fitted from several places; only the adequate ones compete, if there are any."""
     return min([c for c in found if c.adequate] or found, key=lambda c: c.cost)
 
 
@@ -294,10 +295,10 @@ def freed(refit: Refit) -> Refit:
 
 
 def quicker(model: Model) -> Model:
-    """Return the model with modal damping where it can have it: the derivatives are quicker, and a start is as good."""
+    """Return the model with modal damping if it can have it: the derivatives are quicker, and a start is as good."""
     return of_damping(model, "modal") or model
 
 
 def _stood_for(member: Member, response: Augmented) -> set[str]:
-    """Return calibrated parameters that an effect stands for: they go back to their priors when it comes in."""
+    """Return the calibrated parameters that an effect stands for: they go back to their priors when it comes in."""
     return set(member.stands_for(response.model)) if isinstance(member, Effect) else set()

@@ -87,17 +87,17 @@ class Beside:
 
     @cached_property
     def residual(self) -> Complex:
-        """Return (F, C) of B."""
+        """Return the residual (F, C) of B."""
         return self.unseen.H - self.response.frf(self.unseen.f, self.at, self.unseen.channels)
 
     @cached_property
     def Q(self) -> Array:
-        """Return (K, C) what is left on B, by cell."""
+        """Return the disagreement (K, C) that is left on B, by cell."""
         return left_by_cell(self.unseen, self.residual)
 
     @property
     def lnL(self) -> float:
-        """Return profile log-likelihood of B over the sizes of the disagreement, but for a constant."""
+        """Return the profile log-likelihood of B over the sizes of the disagreement, but for a constant."""
         return -0.5 * TOLD * float(np.log(np.maximum(self.Q, 1.0)).sum()) - self.off_prior
 
 
@@ -113,7 +113,7 @@ class ExplainingStep:
 
     @property
     def gain(self) -> float:
-        """Of the profile log-likelihood of B."""
+        """Return the gain in profile log-likelihood of B."""
         return self.after.lnL - self.before.lnL
 
 
@@ -166,13 +166,13 @@ def one_more(search: Search, state: Beside, among: Sequence[Member] = ()) -> lis
 
 
 def score_of(member: Member, b: Beside) -> float:
-    """Return lnL less what parameters cost, and less what a stand-in must be better by."""
+    """Return lnL less the cost of parameters, and less the margin that an unmodelled mode must gain."""
     return b.lnL - PER_PARAMETER * len(member.parameters) - (0.0 if isinstance(member, Effect) else STAND_IN)
 
 
 def _best_from(search: Search, state: Beside, member: Member, values: Values) -> Beside | None:
-    """Return a member added to a state and fitted from its own values, the scatter at its best; None where nothing
-    stands with them."""
+    """Return a member added to a state and fitted from its own values, the scatter at its best; None if nothing stands
+    with them."""
     start = {**state.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
     taken = set(member.stands_for(state.response.model)) if isinstance(member, Effect) else set()
     start = {k: v for k, v in start.items() if k not in taken}

@@ -27,8 +27,8 @@ class SearchResult:
 
 
 def explain(search: Search, base: Candidate, most: int, width: int) -> SearchResult:
-    """Return smallest set of at most so many more members that is adequate on B; without one, the set that explains
-    most. width: partial explanations that are followed after the first round."""
+    """Return the smallest set of at most so many more members that is adequate on B; failing that, the set that
+    explains most. width: partial explanations that are followed after the first round."""
     beam = [base]
     tried: list[Candidate] = []
     for size in range(1, most + 1):
@@ -69,8 +69,8 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
 
 
 def explain_beside(search: Search, found: SearchResult) -> SearchResult:
-    """Return what a search beside the disagreement finds where nothing explained everything: an explanation that is
-    adequate after all, with its rivals, or one with its steps.
+    """Return the result of a search beside the disagreement, used if no explanation was complete: an explanation that
+    is adequate after all, with its rivals, or one with its steps.
 
     found: by the search for what explains everything."""
     base = found.base
@@ -110,7 +110,7 @@ def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried:
 
 
 def _preferred(adequate: Sequence[Candidate]) -> Candidate:
-    """Return the best that names everything; only where there is none, the best with a stand-in."""
+    """Return the best candidate without unmodelled modes; failing that, the best one with them."""
     named = [c for c in adequate if not c.response.stand_ins]
     return max(named or adequate, key=lambda c: c.score)
 

@@ -30,12 +30,12 @@ class HeldScatter:
     tail: Array
 
     def off(self, white: Array) -> Array:
-        """Return (n + q,) of whitened residuals (n,), the scatter at its best."""
+        """Return whitened residuals (n,) extended to (n + q,), with the scatter at its optimum."""
         r = np.concatenate([white, self.tail])
         return np.asarray(r - self.Q @ (self.Q.T @ r))
 
     def turned(self, rows: Array) -> Array:
-        """Return (p, n + q) of whitened derivatives (p, n), the scatter following."""
+        """Return whitened derivatives (p, n) extended to (p, n + q), with the scatter following."""
         r = np.concatenate([rows, np.zeros((rows.shape[0], self.tail.size))], axis=1)
         r -= (r @ self.Q) @ self.Q.T
         return r
@@ -48,7 +48,7 @@ class HeldScatter:
 
 
 def scatter_of(response: Augmented, data: Dataset) -> HeldScatter:
-    """Of a response that holds its scatter, on some data."""
+    """Return the scatter that a response holds, on some data."""
     return _scatter(response.model, response.held, data)
 
 

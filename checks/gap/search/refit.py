@@ -42,14 +42,15 @@ class Refit:
 
 
 def begin(response: Augmented, data: Dataset, start: Mapping[str, float]) -> Refit:
-    """Return start: values by name; what it does not hold begins at its prior. Raises ModelError if that cannot be."""
+    """Return the state at a start: values by name, others at their priors. Raises ModelError if the model cannot take
+    these values."""
     problem = _Problem(response, data, response.free(start))
     x = problem.begin()
     return Refit(response, data, problem.values(x), problem.cost(x), False)
 
 
 def annealed(response: Augmented, data: Dataset, start: Mapping[str, float]) -> Refit:
-    """From far away: tolerances that shrink towards the data's own. Raises ModelError."""
+    """Fit from far away, with tolerances that shrink towards the data's own. Raises ModelError."""
     at, work = dict(start), 0.0
     for tolerance in ANNEAL:
         if tolerance > data.tolerance:
@@ -60,7 +61,8 @@ def annealed(response: Augmented, data: Dataset, start: Mapping[str, float]) -> 
 
 @lru_cache(maxsize=32)
 def blurred(data: Dataset, tolerance: float) -> Dataset:
-    """Remembered with its whitener: every start of a search asks for the same ones."""
+    """Return the data with a larger tolerance. Cached with its whitener, because every start of a search asks for the
+    same ones."""
     return replace(data, tolerance=tolerance)
 
 
@@ -112,7 +114,7 @@ class _Problem:
         return x
 
     def bounds(self) -> tuple[Array, Array]:
-        """Of x."""
+        """Return the bounds of x."""
         return self.lo / self.unit, self.hi / self.unit
 
     def inside(self, x: Array) -> Array:
@@ -132,7 +134,7 @@ class _Problem:
         return np.concatenate([white, self.weight @ (x - self.prior / self.unit)])
 
     def normal(self, x: Array, r: Array) -> tuple[Array, Array]:
-        """Return j'J and J'r."""
+        """Return J'J and J'r."""
         D = self.response.jacobian(self.data.f, self.names, self.values(x), self.data.channels)
         rest = r[r.size - len(self.weight) :]
         if self.scatter is None:

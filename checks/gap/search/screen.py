@@ -33,12 +33,12 @@ class Score:
 
     @property
     def p(self) -> float:
-        """Return chance of so large a gain somewhere, when nothing is missing."""
+        """Return the chance of so large a gain somewhere if nothing is missing."""
         return float(min(1.0, self.looked * stats.chi2.sf(self.gain, self.dof)))
 
 
 def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
-    """Return gain of one member on top of a calibrated response, the calibrated parameters free to follow."""
+    """Return the gain of one member on top of a calibrated response, the calibrated parameters free to follow."""
     if isinstance(member, Effect) and (score := _pulled(projected, member)) is not None:
         return score
     lacking = _too_small(projected, member)
@@ -57,8 +57,8 @@ def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
 
 
 def _pulled(projected: Projected, effect: Effect) -> Score | None:
-    """Of an effect that stands for a calibrated parameter: what its prior costs, and where the calibration has gone.
-    None where the model does not calibrate it."""
+    """Score an effect that stands for a calibrated parameter by what the prior costs and by the calibrated value; None
+    if the model does not calibrate that parameter."""
     model, pulls = projected.response.model, projected.pulls
     found = [t for t in effect.stands_for(model) if t in pulls and t in projected.at]
     if not found or len(effect.parameters) != 1:
@@ -83,16 +83,16 @@ def _grid(projected: Projected, member: Member, lacking: Sequence[float]) -> Ite
 
 
 def peaks(projected: Projected, channels: Sequence[str]) -> list[float]:
-    """Where on some channels the most is left [Hz], as `misplaced_modes.peaks` has it."""
+    """Return the frequencies [Hz] at which some channels leave the largest residual, by `misplaced_modes.peaks`."""
     e = energies(projected)
     columns = [projected.data.channels.index(c) for c in channels if c in projected.data.channels]
     return peaks_of(projected.data.f, e[:, columns].sum(axis=1))
 
 
 def _too_small(projected: Projected, member: Member) -> list[float]:
-    """Where on a member's channels the model is by far too small [Hz], the worst first, for one that is all shape: a
-    tall resonance that the model lacks is off by no more than itself in a few bins, and above it the model is far too
-    large in many. The model's zeros are no such places."""
+    """Return the frequencies [Hz] at which the model is by far too small on the channels of a member without linear
+    parameters, the worst first: a tall resonance that the model lacks is off by no more than itself in a few bins, and
+    above it the model is far too large in many. The model's zeros are no such places."""
     if any(p.linear for p in member.parameters):
         return []
     data, size = projected.data, np.abs(projected.modelled)
@@ -133,8 +133,8 @@ def _at_best(
 def _along(
     projected: Projected, member: Member, d: Array, shape: Mapping[str, float]
 ) -> tuple[float, dict[str, float]]:
-    """Return the same for values that are not linear: how much would go if the effect were as large as fits best,
-    and, where there is a value of no effect, that size; a grid's own values may all be far too large."""
+    """Return the same for values that are not linear: how much would go if the effect were as large as fits best, and,
+    if a value of no effect exists, that size; a grid's own values may all be far too large."""
     share = max(float(d @ projected.left), 0.0) / max(float(d @ d), 1e-300)
     gain = share * share * float(d @ d)
     p = member.parameters[0]
@@ -144,13 +144,13 @@ def _along(
 
 
 def directions(projected: Projected, member: Member, values: Mapping[str, float]) -> Array:
-    """Return (k, n) projected rows per unit of the linear parameters; with none, (1, n) of the effect at the values
-    itself."""
+    """Return the projected rows (k, n) per unit of the linear parameters; without any, the row (1, n) of the effect
+    itself at the values."""
     return projected.rows(_changes(projected, member, values))
 
 
 def _changes(projected: Projected, member: Member, values: Mapping[str, float]) -> Complex:
-    """Return (k, F, C) changes of the response that `directions` whitens."""
+    """Return the changes (k, F, C) of the response that `directions` whitens."""
     data, base = projected.data, projected.response
     response = base.with_member(member)
     at = {**projected.at, **{f"{member.name}.{k}": v for k, v in values.items()}}

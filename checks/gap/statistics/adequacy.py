@@ -49,8 +49,8 @@ class Adequacy:
 
 
 def energies(projected: Projected) -> Array:
-    """Return (F, C) -2 ln p of every bin, with the spread of the estimated noise in it: chi-square of two under the
-    null."""
+    """Return -2 ln p (F, C) of every bin, which includes the spread of the estimated noise: chi-square of two degrees
+    of freedom under the null."""
     data = projected.data
     z = projected.by_bin(projected.left)
     x = 0.5 * np.abs(z) ** 2
@@ -65,7 +65,7 @@ def energies(projected: Projected) -> Array:
 
 
 def judge(projected: Projected, p_window: float) -> Adequacy:
-    """Return windows with p below p_window are listed."""
+    """Judge whether chance explains the residual, and list the windows with p below p_window."""
     e = energies(projected)
     channels = projected.data.channels
     found = [w for c, name in enumerate(channels) for w in _scan(e[:, c], projected.data.f, name, len(channels))]
@@ -94,8 +94,8 @@ def _scan(e: Array, f: Array, channel: str, channels: int) -> list[ExcessBand]:
 
 
 def _apart(windows: list[ExcessBand]) -> tuple[ExcessBand, ...]:
-    """By rising p, as long as they lie in no place that one before has claimed. Of those whose p is too small to be
-    compared, first what stands out most: the mean energy times the root of the width, its distance from chance."""
+    """Return windows that do not overlap, by rising p. Those whose p is too small to be compared are ordered by the
+    mean energy times the root of the width, their distance from chance."""
     kept: list[ExcessBand] = []
     for w in sorted(windows, key=lambda w: (w.p, -w.excess * np.sqrt(w.last - w.first + 1))):
         if all(w.channel != k.channel or w.last < k.first or w.first > k.last for k in kept):
@@ -104,8 +104,7 @@ def _apart(windows: list[ExcessBand]) -> tuple[ExcessBand, ...]:
 
 
 def _joined(windows: list[ExcessBand]) -> tuple[ExcessBand, ...]:
-    """Return windows side by side that stand out about as far are one band. By rising p, then by what stands out
-    most."""
+    """Join adjacent windows of about equal excess to bands, by rising p, then by falling excess."""
     bands: list[ExcessBand] = []
     for w in sorted(windows, key=lambda w: (w.channel, w.first)):
         last = bands[-1] if bands else None

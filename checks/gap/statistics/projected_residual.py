@@ -30,32 +30,33 @@ class Projected:
 
     @cached_property
     def modelled(self) -> Complex:
-        """Return (F, C) response at the values."""
+        """Return the response (F, C) at the values."""
         return self.response.frf(self.data.f, self.at, self.data.channels)
 
     @cached_property
     def left(self) -> Array:
-        """Return (n,) what the calibrated parameters cannot explain."""
+        """Return the part (n,) of the residual that the calibrated parameters cannot explain."""
         return self.off(self.r)
 
     def off(self, x: Array) -> Array:
-        """Return (..., n) without what lies along the parameters."""
+        """Return the rows (..., n) without their part along the parameters."""
         return x - (x @ self.Q) @ self.Q.T
 
     def rows(self, dH: Complex) -> Array:
-        """Return (..., n) whitened rows, projected, of changes of the response (..., F, C)."""
+        """Return the whitened and projected rows (..., n) of changes of the response (..., F, C)."""
         white = self.data.whitener(dH)
         zeros = np.zeros((*white.shape[:-1], len(self.pulled)))
         return self.off(np.concatenate([white, zeros], axis=-1))
 
     def by_bin(self, x: Array) -> Complex:
-        """Return (F, C) complex from the data's rows of x (n,): each of unit variance per real and imaginary part."""
+        """Return the data's rows of x (n,) as complex numbers (F, C): each of unit variance per real and imaginary
+        part."""
         return self.data.whitener.by_bin(x[: 2 * self.data.H.size])
 
     @property
     def pulls(self) -> dict[str, float]:
-        """Return standard normal under the null: how far a calibrated value is pulled off its prior by data that it can
-        explain no other way."""
+        """Return the pulls, standard normal under the null: how far a calibrated value is pulled off its prior by data
+        that it can explain no other way."""
         last = len(self.pulled)
         room = 1.0 - np.sum(self.Q[-last:] ** 2, axis=1) if last else np.zeros(0)
         rest = self.left[-last:] if last else np.zeros(0)
@@ -68,7 +69,7 @@ class Projected:
 
 
 def project(response: Augmented, data: Dataset, at: Values) -> Projected:
-    """At values of everything that is free. A parameter on its bound counts as free."""
+    """Return the projected residual at values of all free parameters. A parameter on its bound counts as free."""
     free = response.free()
     names = tuple(p.name for p in free)
     priors = [p for p in free if np.isfinite(p.sd)]
@@ -80,7 +81,8 @@ def project(response: Augmented, data: Dataset, at: Values) -> Projected:
 
 
 def _basis(rows: Array) -> Array:
-    """Return (n, q) orthonormal basis of rows (p, n), without directions that rounding alone tells from the others."""
+    """Return an orthonormal basis (n, q) of rows (p, n), without directions that differ from the others by rounding
+    only."""
     J = rows.T / np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
     Q, R = np.linalg.qr(J)
     U, s, _ = np.linalg.svd(R)
@@ -89,8 +91,8 @@ def _basis(rows: Array) -> Array:
 
 
 def at_known(response: Augmented, data: Dataset, at: Values) -> Projected:
-    """At values that something else has settled: nothing is taken out. Where a channel holds something that has no
-    place in the response, taking out what the parameters could explain of it would spread it over all channels."""
+    """Return the residual at values that were fitted elsewhere, without projection. If a channel holds something that
+    the response lacks, taking out what the parameters could explain of it would spread it over all channels."""
     priors = [p for p in response.free() if np.isfinite(p.sd)]
     known = prior_rows(priors, response.model.joint) @ np.array([at[p.name] - p.prior for p in priors])
     residual = data.H - response.frf(data.f, at, data.channels)

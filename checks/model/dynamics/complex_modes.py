@@ -91,13 +91,13 @@ class Modal(Sections):
         return at_rest
 
     def poles(self) -> Complex:
-        """Return poles [rad/s], Im >= 0, by rising frequency; one per conjugate pair."""
+        """Return the poles [rad/s], Im >= 0, by rising frequency; one per conjugate pair."""
         slow = np.abs(self.mu) > FAST
         poles = 1.0 / self.mu[slow]
         return poles[np.argsort(np.abs(poles))]
 
     def zeros(self, channel: str) -> Complex:
-        """Return zeros [rad/s], Im >= 0, by rising frequency, of one channel.
+        """Return the zeros [rad/s], Im >= 0, by rising frequency, of one channel.
 
         With v = 1/s the response is d + c W (v - W)^-1 (-g), so the zeros in v are eigenvalues of W - g c W / (c g).
         Raises ModelError for a channel without static gain, or an unknown one."""

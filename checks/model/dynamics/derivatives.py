@@ -87,7 +87,7 @@ def _slope(above: Array, below: Array, h: float) -> Array:
 
 
 def _block(D: Array, first: int) -> SymmetricBlock | None:
-    """Return first: where D begins among what is reached."""
+    """Return the first: where D begins among what is reached."""
     rows = np.flatnonzero(D.any(axis=0))
     return SymmetricBlock(first + rows, D[np.ix_(rows, rows)]) if rows.size else None
 

@@ -116,7 +116,7 @@ def _each(parts: Parts, w: Array, which: NDArray[np.bool_] | slice = slice(None)
 
 @lru_cache(maxsize=8)
 def _at_rest(system: System) -> Array:
-    """Return the coordinates (n, 1 + c) under such forces if these are constant. Raises NotHeld."""
+    """Return the static coordinates (n, 1 + c) under such forces. Raises NotHeld."""
     try:
         factor = linalg.cho_factor(system.K, check_finite=False)
     except linalg.LinAlgError as e:

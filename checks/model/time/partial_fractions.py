@@ -69,7 +69,7 @@ class Fractions:
         return list(zip(self.poles[kept], self.residues[kept], strict=True))
 
     def parts(self) -> tuple[Complex, Complex]:
-        """Return poles and residues, (P,) each."""
+        """Return the poles and residues, (P,) each."""
         return self.poles, self.residues
 
 

@@ -75,7 +75,7 @@ def answer(
     before: Fractions | None = None,
 ) -> Answer:
     """Return the simulation of the model's responses to drives of up to so many samples at fs [Hz]; hold: see `Held`;
-    before: what the drive passes first.
+    before: a filter that the drive passes first.
 
     Raises ModelError for a sampling frequency beyond 0..10 kHz, and where holding meets a negative delay."""
     if not 0.0 < fs <= 2.0 * F_MAX or samples < 1:

@@ -20,13 +20,13 @@ WITHIN = 0.3  # of the opening: creep from minutes to milliseconds is not quite 
 
 
 def factor(values: Mapping[str, float], s: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Return (F,) by which every channel is multiplied."""
+    """Return the factor (F,) on every channel."""
     decades = np.log10(SLOWEST_S / FASTEST_S) - np.log10((1.0 + s * SLOWEST_S) / (1.0 + s * FASTEST_S))
     return np.asarray(1.0 + values["per_decade"] * decades)
 
 
 def _contradicts(slow: Slow, values: Mapping[str, float]) -> str:
-    """Return slow loops open by the sine of creep's lag, at every amplitude alike."""
+    """Return the opening of slow loops: the sine of creep's lag, equal at every amplitude."""
     lag = -float(np.angle(factor(values, np.array([2j * np.pi * slow.f_Hz]))[0]))
     unsure = WITHIN * abs(np.sin(lag)) + 6.0 * slow.constant.u + 0.1 * abs(slow.grows.value)
     agrees = abs(slow.constant.value - np.sin(lag)) < unsure
