@@ -14,7 +14,7 @@ from pydantic_core.core_schema import no_info_plain_validator_function, plain_se
 from specs.labels import CHANNEL_LABELS, model_label
 from specs.units import DIMENSIONLESS
 
-_RECORDS: dict[str, str] = {}  # input of a check -> what people call it, as its declaration says
+_RECORDS: dict[str, str] = {}  # input of a check -> its label, as declared
 _CHANNELS = frozenset({"channel", "other", "reference"})  # parameters that name a channel
 
 
@@ -32,7 +32,7 @@ class Cause(Enum):
     NOT_FINITE = "the value is {value}"
     WRONG_UNIT = "the value is in {unit}, the limit in {expected}"
     PLUGIN_QUANTITIES = "check '{check}' of another package returned {found}; expected {expected}"
-    IN_WORDS = "{detail}"  # where no cause is known: of a file's format, of another package
+    IN_WORDS = "{detail}"  # if no cause is known: errors of a file's format, of another package
     # Files
     FILE_DAMAGED = "cannot be read, it is damaged or cut: {detail}"
     SAMPLES_NOT_FINITE = "{channel} holds {value} {where}; every sample must be a finite number"

@@ -20,8 +20,8 @@ from specs.units import unit_of
 
 @dataclass(frozen=True)
 class Scalar:
-    """One number in the unit that its name says. lo, hi: what is plausible at all; outside it the entry is refused.
-    usual: a value outside it is asked about, since a power of ten or another unit is easily mistyped."""
+    """Number in the unit that its name gives. lo, hi: plausible range; an entry outside it is refused. usual: a value
+    outside it is asked about, since a power of ten or another unit is easily mistyped."""
 
     name: str
     label: str

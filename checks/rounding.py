@@ -2,8 +2,8 @@
 
 import math
 
-MOST_DECIMALS = 9  # nobody reads more
-BELIEVED = 1e-4  # of a value: nobody believes a smaller U of a measurement here, so it is said to be below a digit
+MOST_DECIMALS = 9  # more are never read
+BELIEVED = 1e-4  # of a value: a smaller U is not credible for a measurement here, so it is shown as below a digit
 LARGE = 1e12  # above, digits to U would run beyond those of a float
 
 

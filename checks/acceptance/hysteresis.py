@@ -22,16 +22,16 @@ from specs.spec import CheckSpec
 UM = 1e-6
 CENTRE_LINE_DEGREE = 5  # of the polynomial in V through the middle of the loop
 MAX_MISFIT = 0.02  # at the largest amplitude; at small ones it is the noise, and U says so
-MIN_AMPLITUDE_V = 0.0  # a spec may ask for more
-LOOP_PERCENT = 0.0  # a spec may ask for more: see lag.py
-USUAL_PERCENT = 1.0  # what soft PZT loses at small signals already ([DAMJANOVIC98])
+MIN_AMPLITUDE_V = 0.0  # a spec may require more
+LOOP_PERCENT = 0.0  # a spec may require more: see piezo_lag.py
+USUAL_PERCENT = 1.0  # loss of soft PZT at small signals ([DAMJANOVIC98])
 STUCK = 0.1  # of the drive's peak to peak: no actuator stands still over so much of it, not even after a turn
 
 
 @dataclass(frozen=True, eq=False)
 class Loop:
     """The loop of one amplitude. width : opening at mid-voltage relative to the peak to peak of the response, positive
-    when the response lags; misfit : rms of what the loop's shape leaves, relative to half the peak to peak; drive,
+    if the response lags; misfit : rms of the residual of the loop's shape, relative to half the peak to peak; drive,
     response : (n,) samples of its period, centred; one_sample : of that period [rad]."""
 
     amplitude: float
@@ -60,7 +60,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     _check_actuator(loops[-1], spec)
     if _falls(loops[-1]):
         notes.append("de falls while Va rises: the encoder counts the other way")
-    width = _held_against_gain(_width("hysteresis_percent", loops[-1], spec), loops[-1], spec)
+    width = _check_gain(_width("hysteresis_percent", loops[-1], spec), loops[-1], spec)
     notes += _unseen(width)
     quantities = [width, _small(loops, spec), _amplitude(loops), _gain(loops[-1])]
     panels = _panels("displacement", "displacement [um]", 1 / UM, loops)
@@ -101,7 +101,7 @@ def _check_actuator(loop: Loop, spec: CheckSpec) -> None:
         vet_lag("de", "Va", loop.width, 1.0, least)
 
 
-def _held_against_gain(width: Quantity, loop: Loop, spec: CheckSpec) -> Quantity:
+def _check_gain(width: Quantity, loop: Loop, spec: CheckSpec) -> Quantity:
     """Return the width, of unknown uncertainty if de moves by another amount per volt than an actuator does, so that it
     cannot pass: a width is a ratio, whatever its scale. A width above its limit fails as before: a wide loop moves
     more."""

@@ -68,7 +68,7 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
     merge_Hz, name = frf.MERGE_HZ if merge is None else merge.value, f"{low}, {high}"
     try:
         return dataset_from_records(below, above, merge_Hz, channels=WITH_SENSOR, name=name)
-    except RecordError:  # the sensor stack helps, but the two others tell as well
+    except RecordError:  # the sensor stack helps, but the two others suffice
         return dataset_from_records(below, above, merge_Hz, channels=RATIO, name=name)
 
 

@@ -22,7 +22,7 @@ UF = 1e-6
 TOP_HZ = 5.0  # well below the first zero of Vs near 40 Hz, which the circuit does not have
 CAPACITANCE_UF = [4.4, 5.5]  # of one stack ([STB] 2.2)
 MAX_UNEXPLAINED = 0.02  # of the variance: a circuit of first order leaves noise alone
-MAX_RELATIVE_U = 0.1  # a corner known to no better than a tenth says nothing of a capacitor
+MAX_RELATIVE_U = 0.1  # a corner known to no better than a tenth does not determine a capacitor
 RESISTOR_OHM = 80600.0  # [STB] 3.1.9
 SHOWN_SEGMENTS = 4  # of the picture's FRF; the corner does not come from it
 
@@ -42,7 +42,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     without = free if isinstance(free, Quantity) else _corner_without(free)
     implied = _capacitance(corner, without, values, spec)
     quantities = (
-        _held_against_resistor(corner, values, spec),
+        _check_resistor(corner, values, spec),
         without,
         implied,
         Quantity.of("sensor_gain_V_per_V", fitted.terms[0]),
@@ -95,7 +95,7 @@ def _corner_without(fitted: HighPass) -> Quantity:
 
 
 def _capacitance(corner: Quantity, without: Quantity, values: Values, spec: CheckSpec) -> Quantity:
-    """Return C = 1/(2 pi R (f - f0)): what the input leaks without the resistor (f0) lies in parallel with it."""
+    """Return C = 1/(2 pi R (f - f0)): the leakage of the input without the resistor (f0) is in parallel with it."""
     name = "sensor_capacitance_implied_uF"
     R: Measured | None = values.get("resistor_ohm")
     if R is None:
@@ -116,7 +116,7 @@ def _capacitance(corner: Quantity, without: Quantity, values: Values, spec: Chec
     return Quantity.of(name, C, *budget)
 
 
-def _held_against_resistor(corner: Quantity, values: Values, spec: CheckSpec) -> Quantity:
+def _check_resistor(corner: Quantity, values: Values, spec: CheckSpec) -> Quantity:
     """Return the corner, of unknown uncertainty if the resistor is not that of the limits, so that it cannot pass: a
     corner inside them then shows another capacitance. A corner outside them fails as before. If the unit does not state
     its resistor, the spec's is used, and the finding says so."""

@@ -23,7 +23,7 @@ FREE_FREE_Hz = {"x_bending": 189.0, "y_bending": 285.0, "z_torsion": 400.0}  # o
 _FREE_FREE_WORDS = {"x_bending": "bending in x", "y_bending": "bending in y", "z_torsion": "torsion about z"}
 HARMONIC_WITHIN = 0.05  # of the multiple: a mode further away is another one
 SAME_MODE = 0.02  # apart; the place of the impact does not move a mode, and clamping again does so by less
-IMPACTS_MIN = 3  # with fewer, their scatter says nothing: a spec may ask for more, not for less
+IMPACTS_MIN = 3  # with fewer, their scatter is meaningless: a spec may require more, not fewer
 CHANNELS = {"Track1": "N", "Track2": "rad"}
 
 

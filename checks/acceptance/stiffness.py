@@ -22,10 +22,10 @@ from specs.spec import CheckSpec
 UM = 1e-6
 N_PER_UM = 1e6
 GRAVITY, GRAVITY_U = 9.80665, 0.027  # m/s2: from 9.780 at the equator to 9.832 at the poles
-MIN_PLATEAU_S = 2.0  # a shorter one does not tell creep from the step
+MIN_PLATEAU_S = 2.0  # a shorter one does not separate creep from the step
 MAX_DISAGREEMENT = 0.1  # of the deflection, between adding and removing: beyond it something slipped
-SLOW_S = 1.0  # creep over a decade of seconds is told by means over so long
-MAX_MISFIT = 0.02  # of the deflection: rms of what the creep law leaves
+SLOW_S = 1.0  # creep over a decade of seconds is determined by means over so long
+MAX_MISFIT = 0.02  # of the deflection: rms of the residual of the creep law
 # The windows of [STB] 3.1.7 (12-12.5 s and 20-20.5 s by its clock) relative to its mass step at about 15 s.
 BEFORE_S = (-3.0, -2.5)
 LOADED_S = (5.0, 5.5)

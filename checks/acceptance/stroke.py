@@ -26,11 +26,11 @@ WIDTHS = {"one_stack": "stroke_hysteresis_one_stack_percent", "two_stacks": "str
 START_V, TOP_V = STACK_V
 TOLERANCE_V = 1.0  # of 170 V: 0.6 % of the range
 END_ZONE = 0.02  # of the voltage span: over it a branch is a parabola
-MIN_OVER_NOISE = 20.0  # a stroke so near the noise is a dead stack or no gauge
+MIN_OVER_NOISE = 20.0  # a stroke so near the noise means a dead stack or gauge
 MAX_UM = 2000.0  # six times the nominal stroke: no actuator, but a wrong unit
 SHARE = {"one_stack": 1 / 3, "two_stacks": 2 / 3}  # of the three stacks, which are alike
 ALIKE_WITHIN = 0.25  # stacks of one batch differ by a few percent; a damaged one by more
-LOOP_PERCENT = 1.0  # what soft PZT loses at small signals already ([DAMJANOVIC98]): a narrower loop is the drive
+LOOP_PERCENT = 1.0  # loss of soft PZT at small signals ([DAMJANOVIC98]): a narrower loop is the drive
 STUCK = 0.05  # of the voltage span: whatever the loop, no actuator stands still over so much of it
 FIRST_RISE = "only one cycle: the loop contains the first rise and is wider than a settled one"
 
@@ -81,7 +81,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     widths = [_width_quantity(WIDTHS[key], [found[key]]) for key in RECORDS]
     both = _width_quantity("stroke_hysteresis_percent", list(found.values()))
     good = {key: f for key, f in found.items() if isinstance(f, Stroke)}
-    total = _held_against_each_other(_sum(strokes), strokes, float(spec.settings.get("alike_within", ALIKE_WITHIN)))
+    total = _check_stacks(_sum(strokes), strokes, float(spec.settings.get("alike_within", ALIKE_WITHIN)))
     return Outcome((total, *strokes, both, *widths), panels=_panels(good, _range(spec)) if good else {})
 
 
@@ -209,7 +209,7 @@ def _sum(parts: list[Quantity]) -> Quantity:
     return Quantity.of("stroke_um", value, *budget)
 
 
-def _held_against_each_other(total: Quantity, parts: list[Quantity], within: float) -> Quantity:
+def _check_stacks(total: Quantity, parts: list[Quantity], within: float) -> Quantity:
     """Return the sum, of unknown uncertainty if one of the three equal stacks does not move half of what two do, so
     that it cannot pass: one is weak or another was driven. A sum outside the limits fails as before."""
     one, two = (q.value for q in parts)

@@ -34,13 +34,13 @@ RATIO, WITH_SENSOR = ("de", "da"), ("Vs", "de", "da")
 # the encoder's masses have several values that explain as much.
 F_LO, F_HI = 10.0, 1000.0
 # [Hz] Both bending modes of the strut and the zeros about them lie below, and they carry most of a misalignment; a
-# guide or an encoder's bracket that gives way, a filter and what else no file knows begin above.
+# guide or an encoder's bracket that gives way, a filter and other effects that no model file has begin above.
 BELOW_HZ, BELOW_TOP = 340.0, 0.97
 LESS_MAY_TELL = {Cause.MODEL_MISFIT, Cause.RATIO_UNKNOWN}
 COVERAGE = 2.0  # U = 2 u
-PAYLOAD_HZ, LOST = 120.0, 3.0  # below the strut's own modes; G of a fit that has lost its way
+PAYLOAD_HZ, LOST = 120.0, 3.0  # below the strut's own modes; G of a failed fit
 BOTH_WAYS = 2  # fits that begin with a mode in another place
-DRAWS = 3  # more starts, where one is not enough
+DRAWS = 3  # more starts, if one is not enough
 NEAR_UM = 5.0  # places no further apart are one
 WORTH_A_FIT = 50.0  # of log likelihood on few bins behind the best start
 SENSOR_GAIN = ("constants.gs_V_per_m", "constants.gs_V_per_N")

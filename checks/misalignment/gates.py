@@ -20,11 +20,11 @@ from checks.model.free_apa_modes import ModalApa, mode_names
 from checks.model.model import Model
 from checks.model.structure.apa import ELASTIC_FROM
 
-FALSE_ALARM = 1e-3  # of every kind of gate, over all that it looks at
-KNOWN = 0.25  # relative noise of the ratio beyond which a bin tells nothing
-ZERO = 0.05  # a ratio below this is at a zero, where relative noise says nothing
-FROM_HZ, TO_HZ = 20.0, 650.0  # a misalignment shows from 60 Hz on, but signs and gain are told below; above, da fades
-GAP, GAP_HZ = 0.05, 5.0  # of f, between bins that tell something: wider than both a mode could hide in it
+FALSE_ALARM = 1e-3  # of every kind of gate, over all its tests
+KNOWN = 0.25  # relative noise of the ratio beyond which a bin is not informative
+ZERO = 0.05  # a ratio below this is at a zero, where relative noise is meaningless
+FROM_HZ, TO_HZ = 20.0, 650.0  # a misalignment shows from 60 Hz on, signs and gain below that; above, da fades
+GAP, GAP_HZ = 0.05, 5.0  # of f, between informative bins: a mode could hide in a gap wider than both
 PAYLOAD = "bench.payload_kg"
 SENSOR_HZ, DEAD = (10.0, 30.0), 30.0  # below its zero; times too small for any scale
 SIGNS_HZ = (10.0, 60.0)  # below the resonance, where de, da and the drive go together
@@ -104,7 +104,7 @@ def _apart(one: Complex, other: Complex) -> bool:
 
 
 def _inadequate(found: MisalignmentEstimate) -> Iterator[Reason]:
-    """Yield the worst band of a channel that noise, tolerance and what the fit leaves unknown do not explain."""
+    """Yield the worst band of a channel that noise, tolerance and the uncertainty of the fit do not explain."""
     worst = contradiction(Driven(found.model), found.fit, found.repeat)
     if worst is not None:
         what = "data that were not fitted" if found.repeat is not None else "the fitted data"

@@ -21,7 +21,7 @@ def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
     f, R = data.f[known], data.H[known, 0] / data.H[known, 1]
     H = Driven(found.model).frf(f, found.fit.at, data.channels)
     straight = found.model.frf(f, _aligned(found), data.channels)
-    # what was measured comes last, on top of the others
+    # the measured curve comes last, on top of the others
     curves = {"without misalignment": straight[:, 0] / straight[:, 1], "model": H[:, 0] / H[:, 1], "measured": R}
     roles = {"measured": "data", "model": "model", "without misalignment": "before"}
     styles = {"measured": "points", "model": "solid", "without misalignment": "dashed"}

@@ -12,7 +12,7 @@ from checks.record import Record
 from checks.signals.spectral.segments import hann
 
 MAINS_HZ = (50.0, 60.0)
-LEAST_LINES = 20  # of a band: with fewer a line is not told from its neighbours
+LEAST_LINES = 20  # of a band: with fewer a line does not stand out of its neighbours
 BESIDE_HZ = 3.0  # half a band in which the response to the drive is a parabola
 STANDS_OUT = 8.0  # times the median of what the drive does not explain: chance makes it once in 1e18 lines
 

@@ -1,12 +1,12 @@
-"""The error that an encoder makes within each of its signal periods, found in the records of a response and taken out.
+"""Interpolation error of an encoder within each of its signal periods, found in the records of a response and removed.
 
 The two signals of an encoder are not quite equal, so the reading x is off by c cos(2 pi x / p) + s sin(2 pi x / p) with
 the signal period p, and by its harmonics ([HEYDEMANN81]). For a small motion that is a gain of 1 + 2 pi s / p, for a
 large one it is noise: a response is off by percents in one band and not in the other.
 
-It repeats over position and not over time, which nothing else does. So: what the drive does not explain, by local
-polynomials over the spectrum, weighed by its own power; its transform over position; where a line stands out, c and s
-by least squares, with cosine and sine less what the drive explains of them too."""
+It repeats over position and not over time, unlike any other effect. The search: the residual that the drive does not
+explain, by local polynomials over the spectrum, weighted by its own power; its transform over position; c and s by
+least squares if a line stands out, with cosine and sine reduced by the part that the drive explains."""
 
 from dataclasses import dataclass, replace
 
@@ -22,9 +22,9 @@ WHOLE = 5.0  # periods within the motion, at least: a curve of few bends is the 
 STANDS_OUT = 10.0  # times the median over all periods: chance makes it once in 1e30 records
 LINES = 3  # the period and two of its harmonics
 CELL_M = 10e-9  # of position, in which the residual is added up
-LONGEST_M = 10e-3  # of a motion: no strut goes as far, and nothing is to be found in what says so
+LONGEST_M = 10e-3  # of a motion: no strut goes as far, so such a record is not used
 FINE = 8  # places within the resolution over 1 / period
-ROUNDS = 4  # each weighs by what the last one left
+ROUNDS = 4  # each weighs by the residual of the last one
 ZEROED = 50.0  # of the sum of squares in standard deviations: chance makes it once in 1e10 records
 
 

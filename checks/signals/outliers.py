@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from checks.arrays import Array
 from checks.distributions import t as student
 
-CHANCE = 0.01  # probability that a fleet in which nobody is odd has anyone flagged
+CHANCE = 0.01  # probability that a fleet without outliers has a unit flagged
 MIN_UNITS = 4  # of three, one odd unit and two odd units look alike
 MAD_TO_SD = 1.4826  # 1 / the upper quartile of the standard normal distribution
 # Small-sample factors of the median deviation (Croux & Rousseeuw 1992, COMPSTAT); n/(n - 0.8) beyond.

@@ -19,7 +19,7 @@ from checks.signals.spectral.frf import Frf, quantile
 CHANCE = 1e-3  # probability that a channel without any response is called alive, over all bins
 STRUCTURE_RAD = 0.03  # phase by which damping departs from 0 or 180 degrees away from resonances
 MAX_SAMPLES = 50.0  # of delay that is looked for: 5 ms at 10 kHz
-FLICKER = 3  # values between which the last digit of a converter changes where nothing is connected
+FLICKER = 3  # values between which the last digit of a converter changes if nothing is connected
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ def _odd(channel: str, look: tuple[float, float | None], expected: Expected) -> 
 
 
 PILED = 5.0  # times the next value: at the crest of a sine two neighbours differ by 2.4, in noise by less
-PILED_SAMPLES = 50  # below that a pile may be chance
+PILED_SAMPLES = 50  # with fewer, equal values may be chance
 
 
 def overload(channel: str, x: NDArray[np.float64]) -> tuple[Reason, ...]:

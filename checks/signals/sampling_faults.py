@@ -26,23 +26,23 @@ OUTPUTS = ("Vs", "de", "da")
 # run of 1e5 no more than three times as long as that of each thousand.
 HELD_SAMPLES, HELD_BY = 12, 5.0
 MOVING = 0.1  # of its standard deviation: the drive is not at rest
-SLOT = 64  # samples: a burst is told by the power within so many
+SLOT = 64  # samples over which the power shows a burst
 BURST = 2.5  # times the median over all slots; 1.4 on sound records, and 3 and more for two lost samples
-AHEAD = 12  # samples before from which one is foretold
+AHEAD = 12  # samples from which the next one is predicted
 TRAINED_ON = 8000
-JUMP, SURE_JUMP = 10.0, 30.0  # standard deviations of what cannot be foretold; 5.5 on sound records
-ABOUT = 8  # stretches to one side that say how well a sample is foretold there
+JUMP, SURE_JUMP = 10.0, 30.0  # standard deviations of the prediction error; 5.5 on sound records
+ABOUT = 8  # stretches to one side that give the local prediction error
 CREST = 3  # equal samples at the extreme; two neighbours are so at the crest of any sine
 TOGETHER = 4  # samples within which channels jump at once
 CORRELATED = 4096  # samples of a segment in which a shift is looked for
 SHIFT_STANDS_OUT = 8.0  # standard deviations of the correlation
 DISTURBED = 0.5  # of a channel's standard deviation that the drive does not explain of some of its samples
 SPREAD = 8 * SLOT  # samples about a burst in which it may have begun
-UNEXPLAINED = 0.1  # of the power where there is most: a shift within the record leaves more
-PART = 16  # samples whose motion and error are held against each other
+UNEXPLAINED = 0.1  # of the power at its largest: a shift within the record leaves more
+PART = 16  # samples whose motion and error are compared
 JITTER_s = 1.5e-6  # a clock has below 0.1 us; 2 us take 2 % of a response at 2 kHz away as noise
 JITTER_SURE = 10.0  # standard deviations
-JITTER_SHARE = 0.1  # of what is left: below, jitter is not what matters
+JITTER_SHARE = 0.1  # of the residual: below, jitter does not matter
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,16 +53,16 @@ class _Look:
     drive: str
     part: DrivePart
     left: dict[str, Complex]
-    found: dict[str, Array] = field(default_factory=dict)  # what cannot be foretold, by channel
+    found: dict[str, Array] = field(default_factory=dict)  # prediction errors, by channel
 
     @property
     def channels(self) -> tuple[str, ...]:
         return (self.drive, *self.left)
 
-    def foretold(self, channel: str) -> Array:
+    def prediction_error(self, channel: str) -> Array:
         """Return the error of predicting each sample (N,) from those before it, in local standard deviations."""
         if channel not in self.found:
-            self.found[channel] = _off_foretold(self.record[channel])
+            self.found[channel] = _prediction_errors(self.record[channel])
         return self.found[channel]
 
 
@@ -134,7 +134,7 @@ def _lost(look: _Look) -> tuple[Reason, ...]:
     if not bursts:
         if not any(_unexplained_share(look, c) > UNEXPLAINED for c in look.left):
             return ()
-        cut = {c: int(np.argmax(z)) for c in look.channels if (z := look.foretold(c)).max() > SURE_JUMP}
+        cut = {c: int(np.argmax(z)) for c in look.channels if (z := look.prediction_error(c)).max() > SURE_JUMP}
         return _slipped(look, cut) if cut else ()
     first, last = max(AHEAD, min(bursts) - SPREAD), max(bursts) + SLOT + SPREAD
     u = look.record[look.drive]
@@ -142,7 +142,9 @@ def _lost(look: _Look) -> tuple[Reason, ...]:
     if n >= max(HELD_SAMPLES, HELD_BY * _longest_run(u)[2]):
         value, at, other = u[first + i], _at(look.record, first + i), next(iter(look.left))
         return (because(Cause.CHANNEL_HELD, channel=look.drive, count=n, at_s=at, value=value, reference=other),)
-    cut = {c: first + int(np.argmax(z)) for c in look.channels if (z := look.foretold(c)[first:last]).max() > JUMP}
+    cut = {
+        c: first + int(np.argmax(z)) for c in look.channels if (z := look.prediction_error(c)[first:last]).max() > JUMP
+    }
     if not cut:
         return ()  # a bench that was hit, say: it is in the noise
     return _cut_together(look, cut) or _slipped(look, cut) or _disturbed(look, cut, slice(first, last))
@@ -204,7 +206,7 @@ def _burst(part: DrivePart, E: Complex) -> int | None:
     return top * SLOT if size[top] > BURST * float(np.median(size)) else None
 
 
-def _off_foretold(x: Array) -> Array:
+def _prediction_errors(x: Array) -> Array:
     """Return the errors (N,) of linear prediction over their local standard deviation; 0 for the first AHEAD
     samples."""
     centred = (x - x.mean()) / (np.std(x) or 1.0)
@@ -219,7 +221,7 @@ def _off_foretold(x: Array) -> Array:
     if not whole:
         return np.zeros_like(error)
     median = np.median(error[:whole].reshape(-1, width), axis=1)
-    # A drive that begins raises the error from there on: no jump. So the side where it is larger counts.
+    # A drive that begins raises the error from there on, which is not a jump: so the side with the larger error counts.
     padded = np.pad(median, ABOUT - 1, mode="edge")
     sides = np.median(sliding_window_view(padded, ABOUT), axis=1)
     scale = np.maximum(np.maximum(sides[: median.size], sides[-median.size :]), np.median(error))
@@ -276,7 +278,7 @@ def _time_error(look: _Look, channel: str, E: Complex) -> float:
     velocity."""
     y = look.record[channel][: look.part.n]
     velocity = np.gradient(y) * look.record.fs
-    rough = np.diff(look.part.in_time(E), 2)  # differs from sample to sample, as nothing that drifts or creeps does
+    rough = np.diff(look.part.in_time(E), 2)  # differs from sample to sample, unlike drift or creep
     whole = rough.size // PART * PART
     error = np.mean((rough[:whole] ** 2 / 6.0).reshape(-1, PART), axis=1)
     motion = np.mean((velocity[1 : whole + 1] ** 2).reshape(-1, PART), axis=1)

@@ -25,7 +25,7 @@ SAMPLES = 64
 WITHIN = 1e-5  # of the span
 DIGITS = 5
 AGREE = 61  # of the 64: 95 percent
-TELLING = 32  # different values among the samples, below which only the levels of the whole channel tell
+TELLING = 32  # different values among the samples, below which only the levels of the whole channel are compared
 KEY_STEP = 1 / 8192  # of the span: all samples at this step, in keys of which a copy shares most
 KEY_SAMPLES = 16
 MOST_LEVELS = 10_000  # coarser steps may be above the noise: single samples of honest repeats are then equal
@@ -36,7 +36,7 @@ WIDTHS = (16, 256)  # samples to either side, of which a turning point is the hi
 SWING = 0.1  # of the span: a smaller one is noise
 RATIO = 1e-4  # step of the logarithm of a ratio: two units differ by more, a copy by less
 SWING_KEYS = 12  # of an index
-FEW = 16  # values that differ: what has fewer, as a force at rest, is no evidence
+FEW = 16  # different values: a channel with fewer, as a force at rest, is not evidence
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class Sketch:
         found = [f"levels {self.levels}".encode()] if self.levels else []
         if self.values.size:
             steps = np.round(_normal(self.values) / KEY_STEP).astype("<i4").reshape(-1, KEY_SAMPLES)
-            steps *= np.where(steps[:, :1] < 0, -1, 1)  # whichever sign it was stored with
+            steps *= np.where(steps[:, :1] < 0, -1, 1)  # for either sign
             found += [b"%d " % n + row.tobytes() for n, row in enumerate(steps)]
         found += [b"swing %d" % one for one in self.swings[:SWING_KEYS]]
         return [key_of(one) for one in found]
@@ -172,7 +172,7 @@ def _levels(x: Array) -> str:
     down."""
     there = np.unique(x)
     gaps = np.diff(there)
-    apart = gaps > 1e-6 * (there[-1] - there[0])  # what is nearer is rounding of one level
+    apart = gaps > 1e-6 * (there[-1] - there[0])  # smaller gaps are rounding of one level
     if np.count_nonzero(apart) + 1 < FEW:
         return ""
     smallest = gaps[apart].min()

@@ -36,7 +36,7 @@ def vet_bend(name: str, drive: Array, response: Array, height: float, least_perc
 
 
 def vet_noise(name: str, misfit: float) -> None:
-    """Raise NoResult if a response follows its loop more exactly than any converter can resolve. misfit: rms of what
-    the loop's shape leaves, relative to half the height."""
+    """Raise NoResult if a response follows its loop more exactly than any converter can resolve. misfit: rms of the
+    residual of the loop's shape, relative to half the height."""
     if misfit < ALIKE:
         raise NoResult(Cause.CHANNEL_NOISELESS, channel=name)

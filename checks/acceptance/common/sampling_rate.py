@@ -13,7 +13,7 @@ from checks.record import Record
 from specs.spec import CheckSpec
 
 WITHIN = 1e-3  # quartz clocks are right to 1e-4; a time vector of rounded steps strays further
-NEIGHBOUR = 1.2  # times another rate: no clock has two rates that are nearer, so one time step is wrong
+NEIGHBOUR = 1.2  # times another rate: no clock has two closer rates, so one time step is wrong
 ROUND = 5e-5  # relative: a rate that is this near a number of few digits was meant to be that number
 DOUBLINGS = 16  # of 1 Hz to 65536 Hz
 SAMPLING = Setting(

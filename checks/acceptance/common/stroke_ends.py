@@ -12,11 +12,11 @@ from checks.signals.slow.regression import least_squares
 
 UM = 1e-6
 MIN_SAMPLES = 12  # of a rest at an end of the range, for a mean and its scatter
-MAX_FIRST = 0.05  # of the stroke, beside what the first rise leaves open
-# That is, of the opening at mid-voltage, 0.8 where the loop has the first rise in it and 2 where it is a settled one
+MAX_FIRST = 0.05  # of the stroke, beside the opening that the first rise leaves
+# That is, of the opening at mid-voltage, 0.8 if the loop contains the first rise and 2 if it is a settled one
 # (Rayleigh's law; [DAMJANOVIC98]); half as much again for loops of another shape.
 LEFT_OPEN = {False: 1.2, True: 3.0}
-MAX_RETURN = 0.15  # of the stroke: later loops close but for creep, so returns that differ by more are the gauge's
+MAX_RETURN = 0.15  # of the stroke: later loops close but for creep, so larger differences are drift of the gauge
 
 
 def drift(

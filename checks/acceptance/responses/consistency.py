@@ -25,7 +25,7 @@ MIN_BINS = 5  # for a median that one bin does not decide
 AT_POLE = 0.03  # of the resonance, to either side
 BEYOND_POLE = 1.3, 1.5  # times the resonance
 # One mode of a damping ratio of 5 percent, five times what any strut has, is ten times larger at its pole than at 1.4
-# times its frequency; what does not follow the structure is as large at both.
+# times its frequency; a channel that does not follow the structure is as large at both.
 STANDS_OUT = 3.0
 
 

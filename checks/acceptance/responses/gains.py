@@ -61,8 +61,8 @@ def mean_size(frf: Frf, channel: str, f_lo: float, f_hi: float) -> tuple[float, 
 
 
 def gain_quantities(frf: Frf, resonance_Hz: float, spec: CheckSpec) -> list[Quantity]:
-    """Return the static gain of de and da: their size over 10 to 20 Hz without what the axial resonance adds there; and
-    the mean size of Vs over 400 to 500 Hz."""
+    """Return the static gain of de and da: their size over 10 to 20 Hz without the contribution of the axial resonance;
+    and the mean size of Vs over 400 to 500 Hz."""
     return [_gain(name, frf, c, band, unit, resonance_Hz, spec) for name, (c, band, unit) in GAINS.items()]
 
 

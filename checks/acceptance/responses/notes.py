@@ -7,7 +7,7 @@ from checks.cause import NoResult
 from checks.record import Record
 from checks.signals.spectral.frf import Frf, h1_record
 
-BARE = "Vs", "da"  # what is there to compare without an encoder
+BARE = "Vs", "da"  # channels to compare without an encoder
 LIKE = 0.95  # coherence of both, where responses with and without the encoder are compared
 
 

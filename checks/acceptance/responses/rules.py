@@ -19,7 +19,7 @@ from specs.bench_ranges import GAIN_UM_PER_V, RECORDED_V, STATIC_HZ
 from specs.spec import CheckSpec
 
 OUTPUTS = ("Vs", "de", "da")
-LOOKS = {  # what a channel of the bench can be at all, largest departure from its median, in V and m
+LOOKS = {  # plausible size of a channel of the bench: largest departure from its median, in V and m
     "Va": Expected(1e-3, RECORDED_V),
     "Vs": Expected(1e-3, RECORDED_V),
     "de": Expected(1e-9, 4e-4),
@@ -27,7 +27,7 @@ LOOKS = {  # what a channel of the bench can be at all, largest departure from i
 }
 MOTIONS = ("de", "da")
 PREFIXES = {"um": 1e-6, "nm": 1e-9, "mm": 1e-3}  # the likeliest first
-LOOKED_AT = 16  # every 16th sample tells the size of a channel
+LOOKED_AT = 16  # every 16th sample suffices for the size of a channel
 DELAY_HZ = (350.0, 1000.0)  # above the resonances that carry the response: phase is 0 or 180 degrees but for the delay
 EXCUSED_ZERO, EXCUSED_POLE = 0.2, 0.1  # around the zero of Vs and the resonance coherence may drop ([STB] 3.2.4)
 THIRD_OCTAVE, SIXTH_OCTAVE = 2.0 ** (1 / 3), 2.0 ** (1 / 6)
@@ -104,7 +104,7 @@ def _wrong_channels(record: Record) -> list[Reason]:
     """Return the reasons of the first kind of fault that a record shows: dead channels, sizes of another channel,
     faults of sampling."""
     columns = _looked_at(record)
-    still = [n for n, x in columns.items() if dead(n, x)]  # the whole channel is sorted only where a part stands still
+    still = [n for n, x in columns.items() if dead(n, x)]  # the whole channel is sorted only if a part stands still
     return (
         [reason for n in still for reason in dead(n, record[n])]
         or list(_wrong_sizes(columns))

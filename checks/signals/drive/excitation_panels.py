@@ -6,7 +6,7 @@ from scipy import fft
 from checks.picture import Band, Item, Line, Mark, Panel
 from checks.signals.drive.excitation import Excitation
 
-_COLUMNS = 2000  # of the time picture: more cannot be told apart in print
+_COLUMNS = 2000  # of the time picture: more cannot be distinguished in print
 _SEGMENT_s = 1.0  # of the spectrum that is drawn: lines 1 Hz apart
 _TURNS = 10.0  # that a segment holds at least
 _FLOOR = 1e-8  # of the largest density: below, it is only rounding and the window's skirt
@@ -24,7 +24,7 @@ def _time(e: Excitation) -> Panel:
     signal: list[Item] = [Line(t, e.Va[starts], role="data")]
     if step > 1:
         lo, hi = np.minimum.reduceat(e.Va, starts), np.maximum.reduceat(e.Va, starts)
-        # Where nothing but a ramp runs the band has no width: its edges are drawn too.
+        # If only a ramp runs, the band has no width: its edges are drawn too.
         signal = [Band(t, lo, hi, "lowest to highest", role="data"), Line(t, lo, role="data"), Line(t, hi, role="data")]
     marks = [Mark(float(e.t[k]), label=w, role="quiet") for k, w in ((e.start, "start"), (e.stop - 1, "end"))]
     return Panel(e.meaning.split(",")[0], "time [s]", "voltage at the DAC [V]", (*signal, *marks))

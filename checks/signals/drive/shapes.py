@@ -8,7 +8,7 @@ import numpy as np
 from checks.arrays import Array
 from checks.signals.spectral.frf import Frf
 
-_COHERENCE_MIN = 0.5  # leakage lowers it at the very peak of a lightly damped mode, so not more is asked
+_COHERENCE_MIN = 0.5  # leakage lowers it at the peak of a lightly damped mode, so no more is required
 _RESONANCE_FROM_Hz = 20.0  # below is the static response, whose noise has peaks of its own
 _DEPTH_MIN = 0.05
 

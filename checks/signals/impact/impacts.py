@@ -14,7 +14,7 @@ LEVEL, MOVING, COHERENCE = "off level", "already moving", "low coherence"
 _PLURAL = {DOUBLE: "double hits", OVERLOAD: "overloads"}
 
 _FOUND_SIGMAS = 10.0  # noise of a million samples stays below 5 sigma
-_FOUND_SHARE = 0.03  # of the largest peak: a weaker touch excites nothing and is left in the noise
+_FOUND_SHARE = 0.03  # of the largest peak: a weaker touch excites nothing and counts as noise
 _RINGING_s = 0.002  # the anti-alias filter rings at least this long after a hit; a hammer rebounds later
 _RINGING_SHARE = 0.25
 
@@ -38,7 +38,8 @@ class ImpactRules:
 
 @dataclass(frozen=True)
 class Impact:
-    """One hit: samples `start` (force leaves its noise), `peak`, `end` (back in it); `fault` is None if it is good."""
+    """Impact of the hammer: samples `start` (force leaves its noise), `peak`, `end` (back in it); `fault` is None for a
+    good impact."""
 
     start: int
     peak: int
@@ -52,7 +53,7 @@ class Impact:
         return self.fault is None
 
     def aside(self, fault: str, detail: str) -> "Impact":
-        """Return the same impact set aside; the first fault found stays."""
+        """Return the same impact set aside; the first fault found is kept."""
         return self if self.fault else replace(self, fault=fault, detail=detail)
 
 

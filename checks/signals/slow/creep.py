@@ -11,7 +11,7 @@ from checks.signals.slow.regression import LinearFit, least_squares
 from checks.signals.slow.steps import SignalStep
 
 REFERENCE_S = 0.1  # the deflection is stated this long after the step
-SETTLED_S = 0.3  # and creep compared with what it is from here on
+SETTLED_S = 0.3  # and creep compared with that from here on
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ def fit_creep(t: Array, y: Array, steps: Sequence[SignalStep]) -> CreepFit:
     design = np.column_stack(columns)
     fit = least_squares(design[used], y[used])
     deflections = fit.x[2::2]
-    # Moving a step turns its creep by -slope/(t - t_step); what the fit makes of that is the sensitivity.
+    # Moving a step changes its creep by -slope/(t - t_step); the response of the fit to that is the sensitivity.
     slopes = [
         np.where(t - s.t >= REFERENCE_S, -slope / np.log(10) / np.maximum(t - s.t, REFERENCE_S), 0.0)
         for s, slope in zip(steps, fit.x[3::2], strict=True)

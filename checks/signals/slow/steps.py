@@ -11,7 +11,7 @@ from checks.arrays import Array
 GRID_S = 0.01  # steps are first looked for on medians of 10 ms: spikes and ringing go, the cost stays bounded
 LEVEL_S = 0.5  # stretch whose median is the level before or after a step
 GAP_S = 0.2  # left out to either side: a hand needs up to 0.2 s to put a mass down
-SAME_SIZE = 0.3  # of the largest jump: what is smaller is no step of the same mass
+SAME_SIZE = 0.3  # of the largest jump: a smaller one is not a step of the same mass
 ABOVE_SCATTER = 10.0  # times the scatter of the jumps elsewhere
 ABOVE_CHANGE = 4.0  # times the usual change of those medians from one to the next
 QUIET = 8.0  # times the usual change from sample to sample: what moves faster has not settled
@@ -71,7 +71,7 @@ def _moving_until(t: Array, y: Array) -> Array:
 
 def _usual_change(y: Array) -> float:
     change = np.abs(np.diff(y))
-    # Where the noise stays below the converter's step most changes are zero: one step up or down is usual then.
+    # If the noise stays below the converter's step, most changes are zero: one step up or down is usual then.
     return max(1.4826 * float(np.median(change)), float(change[change > 0].min(initial=np.inf)))
 
 
@@ -93,7 +93,7 @@ def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> Sign
     inside = np.flatnonzero((t >= middle - GAP_S - LEVEL_S / 2) & (t <= middle + GAP_S + LEVEL_S / 2))
     rise = (y[inside] - before) / height
     n = 2 * round(TOUCH_S / (t[1] - t[0])) + 1
-    # The median keeps the edge where it is and forgets a touch of the hand that is over before the mass is down.
+    # The median leaves the edge in its place and ignores a touch of the hand that is over before the mass is down.
     from scipy.ndimage import median_filter  # loads slowly: only when wanted
 
     passed = inside[max(1, int(np.argmax(median_filter(rise, n, mode="nearest") > 0.5)))]
@@ -103,8 +103,8 @@ def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> Sign
     hi = int(above[0]) if above.size else int(passed)
     dt = float(t[passed] - t[passed - 1])
     quiet_to, quiet_from = _quiet(float(t[lo]), float(t[hi]), moving)
-    # Between two samples nothing is known; of a slower passage, its middle to about a tenth of its duration; what goes
-    # on long after it (ringing, a second touch) casts some doubt on where it was.
+    # The moment is equally likely anywhere between two samples; that of a slower passage is uncertain by about a tenth
+    # of its duration, and more if motion goes on long after it (ringing, a second touch).
     doubts = (dt / np.sqrt(12.0), 0.1 * (t[hi] - t[lo] - dt), 0.02 * (quiet_from - t[hi]))
     u_t = float(np.linalg.norm(doubts))
     return SignalStep(float(t[passed]) - dt / 2, u_t, height, quiet_to, quiet_from)

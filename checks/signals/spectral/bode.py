@@ -47,7 +47,7 @@ def _magnitude(
     title: str, unit: str, f: Array, H: Complex, r: Array, model: Complex | None, marks: tuple[Mark, ...], p: float
 ) -> Panel:
     size = np.abs(H)
-    # A region that holds 0, or a bin that knows nothing, would stretch a logarithmic axis without end.
+    # A region that holds 0, or a bin of infinite variance, would stretch a logarithmic axis without end.
     lo, hi = np.maximum(size - r, 0.1 * size), np.minimum(size + r, 10.0 * size)
     items: list[Item] = [
         Band(f, lo, hi, f"{100 * p:g} % region"),

@@ -27,8 +27,8 @@ def detect(u: Array, tolerance: float = TOLERANCE) -> PeriodicPart | None:
     """Return the period of an input u (N,), or None if it does not repeat itself over at least two whole periods.
 
     Periodic means: an exact number of samples later the signal is the same, but for a difference of rms `tolerance` of
-    its own rms. Ramps before and after are left out: the period is looked for in the whole, then in the middle of the
-    record, and extended to where it ends."""
+    its own rms. Ramps before and after are left out: the period is searched in the whole, then in the middle of the
+    record, and extended to its ends."""
     n = len(u)
     for cut in (0, n // 8, n // 4):
         samples = _shortest_period(u[cut : n - cut], tolerance)
@@ -49,7 +49,7 @@ def _shortest_period(u: Array, tolerance: float) -> int:
     correlation = scipy.fft.irfft(np.abs(scipy.fft.rfft(x, size)) ** 2, size)[lags]
     both = energy[n - lags] + energy[n] - energy[lags]  # of the two parts that overlap
     difference = (both - 2.0 * correlation) / np.where(both > 0.0, both, 1.0)  # 0 same, 1 unrelated, 2 opposite
-    apart = np.maximum.accumulate(difference) > 0.1  # a slow signal is like itself one sample on: that is no period
+    apart = np.maximum.accumulate(difference) > 0.1  # a slow signal is like itself one sample on: that is not a period
     deep = apart & (difference < max(tolerance**2, 1e-11) / 2.0) & (both > 1e-3 * energy[-1])
     if not deep.any():
         return 0
@@ -72,7 +72,7 @@ def _extent(u: Array, samples: int, tolerance: float) -> PeriodicPart | None:
         return None
     whole = u[start : start + count * samples].reshape(count, samples)
     deviation = float(np.sqrt(np.mean((whole[1:] - whole[:-1]) ** 2))) / rms
-    # A period that is no whole number of samples is alike from one to the next, and not from the first to the last.
+    # A period that is not a whole number of samples is alike from one to the next, and not from the first to the last.
     drift = float(np.sqrt(np.mean((whole[-1] - whole[0]) ** 2))) / rms
     return PeriodicPart(samples, start, count, deviation) if max(deviation, drift / 2.0) <= tolerance else None
 

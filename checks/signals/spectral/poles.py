@@ -20,7 +20,7 @@ from checks.record import Record
 
 ROUNDS = 2  # noise from the residual, fit again
 NOISE_BINS = 41  # the noise is taken to be even over this many
-MIN_BINS_PER_UNKNOWN = 3  # below, the noise cannot be estimated from what the fit leaves
+MIN_BINS_PER_UNKNOWN = 3  # below, the noise cannot be estimated from the residual
 ENOUGH_BINS = 700  # of a long record evenly so many bins are used, up to twice: time grows with them, precision little
 _ITERATIONS = 30
 _CONVERGED = 1e-4  # of the noise of one bin: a hundredth of a standard error

@@ -1,7 +1,7 @@
 """Resonances in a record: found by a test with a known rate of false alarms, then fitted with intervals.
 
 A pole is accepted if it explains more than chance lets the best of many tried poles explain. Candidates lie on a grid
-of frequencies and damping ratios; the best one is fitted, and the F test of what it adds to all channels, times the
+of frequencies and damping ratios; the best one is fitted, and the F test of its contribution to all channels, times the
 number of candidates (Bonferroni), must stay below CHANCE."""
 
 import math
@@ -13,13 +13,13 @@ from checks.arrays import Array, Complex
 from checks.distributions import f as f_distribution
 from checks.signals.spectral.poles import PoleFit, PoleWindow, basis, eliminated, enough_bins, fit_poles, with_noise_of
 
-CHANCE = 1e-3  # probability of a pole where there is none, over the whole range that is searched
+CHANCE = 1e-3  # probability of a false pole, over the whole range that is searched
 ORDER = 4  # of the polynomials beside the poles
 DAMPING_RATIOS = (0.002, 0.005, 0.0125, 0.03)
-DAMPING_MAX = 0.1  # above, a resonance is no peak that could be taken for one
-APART = 3.0  # half-power half-widths between two resonances that are told apart
-MAX_CANDIDATES = 300  # keeps the look short; places are then wider apart
-CANDIDATE_BINS = 500  # the grid is tried on so many bins; what it finds is fitted and judged on all
+DAMPING_MAX = 0.1  # above, a resonance has no distinct peak
+APART = 3.0  # half-power half-widths between two distinct resonances
+MAX_CANDIDATES = 300  # limits the time; candidates are then wider apart
+CANDIDATE_BINS = 500  # the grid is tried on so many bins; its best is fitted and judged on all
 _NONE = np.zeros(0, dtype=complex)
 
 

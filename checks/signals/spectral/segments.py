@@ -85,7 +85,7 @@ class Segments:
         for j in range(len(X)):
             np.square(X[j].view(float), out=parts)
             np.add(sums[j, j], np.dot(ones, parts), out=sums[j, j])
-            conjugate = np.conjugate(X[j], out=X[j])  # nobody asks for X[j] itself after its turn
+            conjugate = np.conjugate(X[j], out=X[j])  # X[j] itself is not needed after its turn
             for i in range(j + 1, len(X)):
                 np.multiply(X[i], conjugate, out=product)
                 np.add(sums[i, j], np.dot(ones, parts), out=sums[i, j])
