@@ -38,7 +38,7 @@ class ImpactRules:
 
 @dataclass(frozen=True)
 class Impact:
-    """Impact of the hammer: samples `start` (force leaves its noise), `peak`, `end` (back in it); `fault` is None for a
+    """Impact of the hammer: samples `start` (force leaves its noise), `peak`, `end` (back in it); `fault`: None for a
     good impact."""
 
     start: int
