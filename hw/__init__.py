@@ -1,1 +1,1 @@
-"""Where measurements come from."""
+"""Sources of measurements: instruments, records, superelements, and their simulation."""

@@ -1,5 +1,5 @@
-"""What can go wrong between the bench and an instrument. Every text names the instrument or port, what came and what
-was expected; no reading ever comes with one of these."""
+"""Errors between the bench and an instrument. Every text names the instrument or port, what came and what was expected;
+no reading ever comes with one of these."""
 
 from specs.errors import AcceptError
 

@@ -14,7 +14,7 @@ Clock = Callable[[], float]
 
 _ENDS = {b"\r\n": "CR LF", b"\r": "CR", b"\n": "LF"}
 MAX_LINE = 200  # no reply of any of these instruments is half as long
-MAX_TRAFFIC = 200_000  # entries that nobody took; a stroke, the longest run, has some 10,000
+MAX_TRAFFIC = 200_000  # entries not taken yet; a stroke, the longest run, has some 10,000
 MAX_DISCARDED = 100_000  # a line that never falls silent is said to be one
 
 
@@ -82,7 +82,7 @@ class Link:
         return Deadline(seconds, self.clock)
 
     def send(self, data: bytes) -> None:
-        """Write all bytes. Raises Unplugged, and NoReply when the other end holds the line by flow control."""
+        """Write all bytes. Raises Unplugged, and NoReply if the other end holds the line by flow control."""
         port = self._open()
         try:
             port.write(data)
@@ -93,8 +93,8 @@ class Link:
         self._log("sent", data)
 
     def read_until(self, end: bytes, deadline: Deadline, limit: int = MAX_LINE) -> bytes:
-        """Return the bytes up to and with `end`. Raises NoReply with what came when the deadline passes, Garbled beyond
-        `limit` bytes, Unplugged."""
+        """Return the bytes up to and with `end`. Raises NoReply with the bytes so far if the deadline passes, Garbled
+        beyond `limit` bytes, Unplugged."""
         while True:
             found = self._pending.find(end)
             if 0 <= found <= limit - len(end):
@@ -111,8 +111,7 @@ class Link:
         return self._take(count)
 
     def drop(self) -> bytes:
-        """Return what came without being asked for, so that it answers no later question; it stays in the
-        transcript."""
+        """Drop and return unsolicited bytes, so that they answer no later question; they stay in the transcript."""
         self._open()
         self._look(block=False)
         dropped = bytes(self._pending)
@@ -122,7 +121,7 @@ class Link:
         return dropped
 
     def drop_until_quiet(self, quiet_s: float, deadline: Deadline) -> bytes:
-        """Drop what comes until nothing came for `quiet_s`. Raises Garbled for a line that does not fall silent."""
+        """Drop bytes until none came for `quiet_s`. Raises Garbled if the line does not fall silent."""
         dropped, quiet = self.drop(), self.deadline(quiet_s)
         while quiet.left > 0:
             if deadline.left <= 0 or len(dropped) > MAX_DISCARDED:

@@ -39,14 +39,14 @@ class TcpPort:
         return len(self._came)
 
     def read(self, size: int = 1, /) -> bytes:
-        """Return what came within a look. Raises OSError if the other end has closed."""
+        """Return the bytes that came within `POLL_S`. Raises OSError if the other end has closed."""
         if not self._came:
             self._receive(POLL_S)
         taken, self._came = self._came[:size], self._came[size:]
         return taken
 
     def write(self, b: bytes, /) -> int:
-        """Return all of it. Raises OSError."""
+        """Write all bytes and return their number. Raises OSError."""
         self._socket.settimeout(CONNECT_S)
         self._socket.sendall(b)
         return len(b)
@@ -86,7 +86,7 @@ class VisaPort:
         return len(self._came)
 
     def read(self, size: int = 1, /) -> bytes:
-        """Return what came, within the session's own time where a question is out."""
+        """Return the bytes that came within the session's own timeout, if a question is out."""
         if not self._came and self._asked:
             self._came = self._within(self._read_once)
             self._asked = not self._came
@@ -96,7 +96,7 @@ class VisaPort:
         return taken
 
     def write(self, b: bytes, /) -> int:
-        """Return all of it. Raises OSError."""
+        """Write all bytes and return their number. Raises OSError."""
         self._asked = b"?" in b
         self._within(lambda: self._session.write_raw(b) and b"")
         return len(b)
@@ -121,7 +121,8 @@ SOCKET = re.compile(r"TCPIP\d*::(?P<host>[^:]+|\[[\da-fA-F:]+\])::(?P<number>\d{
 
 
 def visa_opener(library: str, timeout_s: float) -> Any:
-    """Return what opens VISA resources, by a library such as "@py". Raises SettingsError without the extra `visa`.
+    """Return a function that opens VISA resources, by a library such as "@py". Raises SettingsError without the extra
+    `visa`.
 
     `TCPIP::host::number::SOCKET` is a plain connection and opened as one: VISA libraries wait for the end of a line
     however long the other end sends, and drop half an answer.

@@ -62,7 +62,7 @@ class LineSettings:
 
 class Port(Protocol):
     """What a link needs of a port: reads return what came within `POLL_S`, at most n bytes. `read` raises
-    DamagedCharacter for one that came damaged, OSError when the port is gone."""
+    DamagedCharacter for a damaged one, OSError if the port is gone."""
 
     @property
     def in_waiting(self) -> int: ...
@@ -72,12 +72,12 @@ class Port(Protocol):
 
 
 class DamagedCharacter(Exception):
-    """A character came with wrong parity or without its stop bit: nothing around it can be believed."""
+    """A character came with wrong parity or without its stop bit: the bytes around it cannot be trusted."""
 
 
 def open_serial(settings: LineSettings) -> Port:
     """Open a port whose damaged characters are marked. Raises OSError (pyserial's SerialException is one), and
-    SettingsError where the port does not take the settings."""
+    SettingsError if the port does not take the settings."""
     try:
         opened = serial.Serial(
             port=settings.port,
@@ -208,7 +208,7 @@ def _where_to_look(port: str) -> str:
 
 
 def _number(error: Exception) -> int | None:
-    """Return the number of an error; pyserial's errors of Windows and of the lock hold it in their words only."""
+    """Return the number of an error; pyserial's errors of Windows and of the lock have it only in their words."""
     number = getattr(error, "errno", None)
     if number is None:
         number = next((n for words, n in WINDOWS_WORDS if words in str(error)), None)

@@ -19,16 +19,18 @@ MAX_BYTES = 200_000_000  # of one file; the report's largest export is some 10 M
 
 
 def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES) -> Superelement:
-    """Return superelement from a .mat file, or from `NAME_K.CSV` with `NAME_M.CSV` and `NAME_out_nodes_3D.txt` beside
-    it (the files of [STB] 7.3; `NAME_mat_K.CSV` goes with `NAME_out_nodes_3D.txt` too).
+    """Return the superelement from a .mat file, or from `NAME_K.CSV` with `NAME_M.CSV` and `NAME_out_nodes_3D.txt`
+    beside it (the files of [STB] 7.3; `NAME_mat_K.CSV` goes with `NAME_out_nodes_3D.txt` too).
 
-    Raises ModelError naming the file: missing, unreadable, or matrices of no free body."""
+    Raises ModelError naming the file if it is missing or unreadable, or if the matrices are not those of a free body.
+    """
     K, M, xyz = _mat(path) if path.suffix.lower() == ".mat" else _ansys(path)
     return check_superelement(Superelement(K, M, xyz, nodes, name=path.name))
 
 
 def matrices_of(spec: ModelSpec) -> Superelement | None:
-    """Return the superelement that a model file names, read and checked; None if it names none. Raises ModelError."""
+    """Return the superelement that a model file names, read and checked; None if it names no superelement. Raises
+    ModelError."""
     return None if spec.apa_file is None else read_superelement(spec.apa_file, file_nodes(spec))
 
 

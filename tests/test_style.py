@@ -87,17 +87,8 @@ DIALECT = re.compile(
     re.IGNORECASE,
 )
 NOT_YET = {  # folders that are still to be converted; a line goes when its folder is done
-    "accept/base",
-    "accept/base/cluster",
-    "accept/batch",
     "accept/gap",
-    "accept/judging",
     "accept/models",
-    "accept/workflow",
-    "accept/workflow/entry",
-    "accept/workflow/instruments",
-    "accept/workflow/steps",
-    "accept/workflow/worker",
     "checks/fitting",
     "checks/gap",
     "checks/gap/conditions",
@@ -106,10 +97,6 @@ NOT_YET = {  # folders that are still to be converted; a line goes when its fold
     "checks/gap/search",
     "checks/model",
     "checks/model/structure",
-    "hw",
-    "hw/instruments",
-    "hw/records",
-    "hw/simulated",
 }
 
 

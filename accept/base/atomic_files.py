@@ -1,4 +1,4 @@
-"""Files that are either whole or not there."""
+"""Files that are either whole or absent."""
 
 import errno
 import os
@@ -13,7 +13,7 @@ os.umask(_UMASK)
 
 
 def check_place(path: Path) -> None:
-    """Raise, before long work, the OSError that would keep `path` from being written after it."""
+    """Raise, before long work, the OSError that would prevent `path` from being written after it."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     there = next(folder for folder in path.absolute().parents if folder.exists())
@@ -24,7 +24,7 @@ def check_place(path: Path) -> None:
 
 
 def check_places(*paths: Path | None) -> None:
-    """Check the places that are wanted: see `check_place`."""
+    """Check the places that are given: see `check_place`."""
     for path in filter(None, paths):
         check_place(path)
 
@@ -38,12 +38,12 @@ def write_atomic(path: Path, content: bytes, mode: int = 0o666) -> None:
 
 @contextmanager
 def writing_atomic(path: Path, mode: int = 0o666) -> Iterator[IO[bytes]]:
-    """Yield a file to be written bit by bit, which replaces `path` at the end and not where an error is raised."""
+    """Yield a file to be written piece by piece, which replaces `path` at the end, but not if an error is raised."""
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
     except OSError as e:
-        raise OSError(e.errno, e.strerror, str(path)) from e  # nobody asked for a file of that name
+        raise OSError(e.errno, e.strerror, str(path)) from e  # the caller does not know the temporary name
     try:
         with os.fdopen(handle, "wb") as file:
             yield file

@@ -1,4 +1,4 @@
-"""How this program starts others: they import nothing from the folder that they are started in, and know no passphrase.
+"""Child processes: they import nothing from the folder that they are started in, and do not get the passphrase.
 
 A folder of a supplier may hold `pickle.py` or a folder `accept`: Python puts the working folder first on its path for
 `-m` and `-c` unless it is told not to (PYTHONSAFEPATH, Python 3.11).

@@ -1,4 +1,4 @@
-"""What every command does alike: talk on stderr, one clear line for an error, who is at the bench."""
+"""The console of every command: messages on stderr, one clear line for an error, the operator's name."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -43,8 +43,8 @@ stdout = PlainConsole(highlight=False, markup=False, soft_wrap=False, width=None
 
 
 def say(words: str) -> None:
-    """Write talk to stderr, so that stdout stays data. What has several lines goes on indented: a line break in a name
-    begins no line that looks like the program's."""
+    """Write a message to stderr, so that stdout stays data. Further lines are indented: a line break in a name begins
+    no line that looks like the program's."""
     print(lines(words).replace("\n", "\n    "), file=sys.stderr, flush=True)
 
 
@@ -69,8 +69,8 @@ def _unless_dots(overflow: OverflowMethod) -> OverflowMethod:
 
 
 def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
-    """Return a command whose bad input, unwritable folder or unusable store ends in its message and exit 6, no
-    traceback."""
+    """Return a command that ends in a message and exit 6, without a traceback, if its input is bad, its folder not
+    writable or its store unusable."""
 
     @wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> Exit:

@@ -1,4 +1,4 @@
-"""What nobody caught is logged before it is shown. Imports the log only then: `accept --help` stays quick."""
+"""Logging of uncaught errors before they are shown. The log is only imported then: `accept --help` stays quick."""
 
 import sys
 import threading
@@ -6,7 +6,7 @@ from types import TracebackType
 
 
 def log_crashes() -> None:
-    """Log crashes from now on, in any thread. An interrupt is no crash."""
+    """Log crashes from now on, in any thread. An interrupt is not a crash."""
     shown, thread_shown = sys.excepthook, threading.excepthook
 
     def crashed(kind: type[BaseException], fault: BaseException, trace: TracebackType | None) -> None:

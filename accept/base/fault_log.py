@@ -16,7 +16,7 @@ from accept.base.version import version
 NAME = "accept.log"
 PLEASE_REPORT = f"please report it with ACCEPT_HOME/log/{NAME}"
 MAX_BYTES, KEPT = 1_000_000, 5  # some 200 faults a file
-LOCK_S = 5.0  # a fault takes milliseconds to write: whoever holds the lock longer has died or hangs
+LOCK_S = 5.0  # a fault takes milliseconds to write: a holder of the lock beyond this has died or hangs
 _FORMAT = "%(asctime)s %(process)d accept %(version)s: %(message)s"
 
 

@@ -1,8 +1,8 @@
-"""A bar at the bottom of the terminal while something takes its time: how many of how many are done, and since when.
+"""A bar at the bottom of the terminal during long work: how many of how many are done, and since when.
 
-It is drawn on stderr, and only where that is a terminal that can redraw a line: files, pipes and workers get the lines
-of talk alone. Bars can stand in each other (units, and the rows of a table that one of them needs); what is said
-meanwhile goes on above them, and nothing of them stays.
+It is drawn on stderr, and only on a terminal that can redraw a line: files, pipes and workers get only the messages.
+Bars can be nested (units, and the rows of a table that one of them needs); messages are printed above them, and the
+bars are erased at the end.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def steps(items: Iterable[T], words: str, of: int | None = None) -> Iterator[T]:
 
 @contextmanager
 def busy(words: str) -> Iterator[None]:
-    """Yield a bar that only moves: nobody knows how much there is to do."""
+    """Yield beside a bar that only moves, for work of unknown length."""
     with _bar(words, None):
         yield
 

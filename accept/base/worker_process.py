@@ -47,7 +47,7 @@ def limit_memory(gigabytes: float) -> None:
         return
     import resource
 
-    import numpy  # noqa: F401 - the buffers of its threads are there from now on, and count for nobody
+    import numpy  # noqa: F401 - the buffers of its threads exist from now on, and do not count
 
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     set_already = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]

@@ -1,6 +1,6 @@
-"""Where jobs are done: in this process, in others of this machine, or on a cluster. What comes back is the same.
+"""Executors of jobs: this process, others of this machine, or a cluster. The outcome is the same.
 
-A job is of one unit, and may write files below its folder `out`; those that another machine wrote come back with its
+A job is of one unit, and may write files below its folder `out`; files written on another machine come back with its
 outcome, all or none.
 """
 
@@ -36,7 +36,7 @@ class Job(Protocol):
     def out(self) -> Path | None: ...
 
     def run(self) -> Any:
-        """Do it and return the outcome."""
+        """Do the job and return its outcome."""
         ...
 
 
@@ -44,17 +44,18 @@ J = TypeVar("J", bound=Job)
 
 
 class Executor(Protocol):
-    """Does jobs of units, somewhere."""
+    """Runs jobs of units."""
 
     def run(self, jobs: Iterable[J]) -> Iterator[tuple[J, Any]]:
-        """Return each job with its outcome, as they come back; GivenUp if no worker could do it."""
+        """Yield each job with its outcome, as they come back; GivenUp if no worker could do it."""
         ...
 
 
 def executor(
     workers: int | None = None, pool: ProcessPoolExecutor | None = None, cluster: Cluster | None = None
 ) -> Executor:
-    """Return the executor that these options ask for: a cluster, so many processes, or as many as there is work for."""
+    """Return the executor for these options: a cluster, a number of processes, or as many processes as the work
+    needs."""
     return Processes(workers, pool) if cluster is None else OnCluster(cluster)
 
 
@@ -99,7 +100,7 @@ class Processes:
 
 
 def _bytes(job: Job) -> int:
-    """Return the size of the files in a unit's folder, which says how long it takes."""
+    """Return the size of the files in a unit's folder, a measure of how long its job takes."""
     return sum(path.stat().st_size for path in job.unit.path.iterdir() if path.is_file())
 
 
@@ -139,7 +140,7 @@ class Returned:
 
 
 def run_remotely(job: Job) -> Returned:
-    """Do a job far from where its files belong."""
+    """Run a job on another machine than the one where its files belong."""
     with tempfile.TemporaryDirectory(prefix="accept-") as folder:
         place = Path(folder).resolve()
         outcome = replace(job, out=place).run()
@@ -148,7 +149,7 @@ def run_remotely(job: Job) -> Returned:
 
 
 def _put(back: Returned, out: Path) -> None:
-    """Write the files where they belong; a model names its own files from there."""
+    """Write the files to their place; a model names its own files from there."""
     for name, content in back.files.items():
         path = inside(out, name)
         if path.suffix == ".toml":

@@ -54,7 +54,7 @@ class Fleet:
 
     @property
     def outliers(self) -> dict[str, list[str]]:
-        """Return serial -> names in which it stands out."""
+        """Return serial -> names of the quantities and curves in which it is an outlier."""
         odd: dict[str, list[str]] = {}
         for c in self.compared:
             for m in c.members:
@@ -64,7 +64,7 @@ class Fleet:
 
 
 def compare(results: Sequence[UnitResult]) -> Fleet:
-    """Return comparison of units of one kind."""
+    """Return the comparison of units of one kind."""
     values = _values(results)
     curves = _curves(results, (PanelKind.RESPONSE,))  # compared in dB over a logarithmic axis
     enough = {name: per for name, per in values.items() if len(per) >= MIN_UNITS}
@@ -100,7 +100,7 @@ def _comparison(
 
 
 def _curves(results: Sequence[UnitResult], kinds: tuple[PanelKind, ...]) -> dict[str, dict[str, Line]]:
-    """Return panel of one of these kinds -> serial -> the measured curve of it."""
+    """Return panel of one of these kinds -> serial -> its measured curve."""
     found: dict[str, dict[str, Line]] = {}
     for r in results:
         for name, panel in r.panels.items():
@@ -110,16 +110,15 @@ def _curves(results: Sequence[UnitResult], kinds: tuple[PanelKind, ...]) -> dict
 
 
 def measured_line(panel: Panel) -> Line | None:
-    """Return the curve that was measured: the one drawn as data, else the last of a series (the largest of the
-    loops)."""
+    """Return the measured curve: the one drawn as data, else the last of a series (the largest of the loops)."""
     lines = [i for i in panel.items if isinstance(i, Line) and i.style == "solid" and i.x.size > 1]
     data = [line for line in lines if line.role == "data"]
     return data[0] if data else lines[-1] if lines else None
 
 
 def _curve(name: str, per: dict[str, Line]) -> Comparison:
-    """Return each curve's rms distance in dB from the fleet's median; odd are those that are too far, never too
-    near."""
+    """Return the comparison of each curve's rms distance in dB from the fleet's median; outliers are those too far,
+    never those too near."""
     distance = distances([(line.x, line.y) for line in per.values()])
     # A sum of squares to the power 1/3 is nearly normal [WH31], as the test asks.
     even = distance ** (2 / 3)
@@ -154,7 +153,7 @@ def pictures(results: Sequence[UnitResult], fleet: Fleet) -> list[Panel]:
 
 
 def overlay(name: str, template: Panel, per: dict[str, Line], odd: set[str]) -> Panel:
-    """Return curves of all units in one panel."""
+    """Return the curves of all units in one panel."""
     items: list[Item] = []
     for serial, line in sorted(per.items(), key=lambda pair: pair[0] in odd):
         items.append(Line(line.x, line.y, serial, role="bad" if serial in odd else "auto"))
@@ -163,7 +162,7 @@ def overlay(name: str, template: Panel, per: dict[str, Line], odd: set[str]) -> 
 
 
 def score_panel(fleet: Fleet) -> Panel:
-    """Return score of every unit in every quantity and curve, by their number in the table."""
+    """Return the score of every unit in every quantity and curve, by their number in the table."""
     items: list[Item] = []
     for outlier, role, label in ((False, "data", "within the fleet"), (True, "bad", "stands out")):
         points = [(n, m.score) for n, c in enumerate(fleet.compared, 1) for m in c.members if m.outlier is outlier]

@@ -1,4 +1,4 @@
-"""One unit to be judged, and what came of it: plain data, so that another process or machine can do it."""
+"""One unit to be judged, and the outcome: plain data, so that another process or machine can do it."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -26,7 +26,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """What was found of a unit, before the store's reservations. page: its certificate, unsigned, if it was drawn;
+    """The judgement of a unit, before the store's reservations. page: its certificate, unsigned, if it was drawn;
     result: with its pictures only if a certificate is wanted."""
 
     result: UnitResult
@@ -46,9 +46,9 @@ class UnitJob:
 
     stated : the calibration of the instruments behind it, None without a bench file. start : the model that explains
     its responses, None if there is nothing to explain. out : folder of the results; an improved model goes below it.
-    certificate : the file wanted, None for none. provenance : what it states beside the result. draws : whether the
-    page is drawn by `judge`; else by whoever settles the judgement, because something is already known against the
-    unit that the page has to state. uncertified : number of the stored judgement that only wants its certificate.
+    certificate : the file wanted, None for none. provenance : what it states beside the result. draws : whether
+    `judge` draws the page; else it is drawn when the judgement is settled, because the page has to state a reservation
+    that the store already has. uncertified : number of the stored judgement that only lacks its certificate.
     place : where the unit stands in its batch, None without one.
     """
 
@@ -106,7 +106,7 @@ def drawn(contents: CertificateContent) -> bytes:
 
 
 def _progress(serial: str) -> Say:
-    """Return a function that says on stderr what a unit is waiting for, no more often than a person reads."""
+    """Return a function that reports on stderr what a unit is waiting for, no more often than a person reads."""
     said = time.monotonic()
 
     def seldom(words: str) -> None:

@@ -1,4 +1,4 @@
-"""Many units: judge what changed, certify it, and leave results that scripts and people can read."""
+"""Batches of many units: judge what changed, certify it, and leave results that scripts and people can read."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -62,7 +62,7 @@ class BatchRequest:
     refused: Sequence[tuple[str, str]] = ()
 
     def certificate(self, serial: str) -> Path | None:
-        """Return where a unit's certificate is to lie, None if none is wanted."""
+        """Return the path of a unit's certificate, None if none is wanted."""
         return None if self.credential is None else self.out / CERTIFICATES / f"{serial}.pdf"
 
 
@@ -85,11 +85,11 @@ class BatchReport:
 
 
 def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
-    """Judge all units of a request. Every verdict is in the store before it is said; a run that was killed is taken up
-    where it stopped, because the next one judges only what the store does not hold for the same inputs, spec and code.
+    """Judge all units of a request. Every verdict is stored before it is printed. A run that was killed can be
+    repeated: it judges only what the store does not hold for the same inputs, spec and code.
 
-    Raises OSError when `out` cannot be written, StoreError when the store cannot, ResultsError where there are more
-    units than can be written.
+    Raises OSError if `out` cannot be written, StoreError if the store cannot, ResultsError if there are more units than
+    can be written.
     """
     with Roster() as roster:
         batch = _Batch(request, roster, store, say)
@@ -157,7 +157,7 @@ class _Batch:
             self._refuse(path, reason)
 
     def jobs(self) -> Iterator[UnitJob]:
-        """Make the jobs as they are asked for; say and mark what is unchanged."""
+        """Yield the jobs as they are asked for; report and mark units that are unchanged."""
         for path in self.roster.folders():
             try:
                 job = self._job(path)
@@ -168,7 +168,7 @@ class _Batch:
                 yield job
 
     def _job(self, path: Path) -> UnitJob | None:
-        """Return what is to be done with a unit, None if its result stands. Raises UnitError, BenchStopped."""
+        """Return the job of a unit, None if its result stands. Raises UnitError, BenchStopped."""
         pipeline, roster = self.pipeline, self.roster
         unit = roster.unit(path)
         known, certificate = pipeline.ask(unit), self.request.certificate(unit.serial)
@@ -188,7 +188,7 @@ class _Batch:
         return PlaceInBatch(self.started, self.roster.place(unit.serial))
 
     def keep(self, job: UnitJob, outcome: Judgement | Refusal | GivenUp, prefix: str) -> None:
-        """Settle what came back of a job; only then say the verdict."""
+        """Settle the outcome of a job, then print the verdict."""
         if isinstance(outcome, Refusal | GivenUp):
             words = outcome.reason if isinstance(outcome, Refusal) else f"{job.unit.path}: {outcome}"
             self._refuse_unit(job.unit.path, words, prefix)
@@ -206,9 +206,9 @@ class _Batch:
         self.say(f"{prefix}{result.serial}: {result.verdict}{_why(result)}")
 
     def settle_doubted_again(self) -> None:
-        """Settle again the units of this run whose recording another one turned out to have too, or whose part was
-        judged or built in elsewhere after them, before anyone is handed what was said of them first; of other units
-        say that their results are invalid."""
+        """Settle again the units of this run that share a recording with a later one, or whose part was judged or built
+        in elsewhere after them, before their first results are handed on. For units of other runs report that their
+        results are invalid."""
         for serial in sorted(set(self.doubted)):
             self._settle_again(serial, "a recording that is also another unit's")
         for serial, (parts, stated) in sorted(self.built.items()):
@@ -216,7 +216,7 @@ class _Batch:
                 self._settle_again(serial, "parts that were judged again, or built in elsewhere, since then")
 
     def _settle_again(self, serial: str, because_of: str) -> None:
-        """Settle what was found of a unit with what the store knows now; nothing is judged twice in one run."""
+        """Settle the judgement of a unit with what the store knows now; no unit is judged twice in one run."""
         path = self.roster.folder(serial)
         if path is None:
             self.say(f"warning: {serial} was judged with {because_of}; its result is invalid; judge it again")
@@ -268,7 +268,7 @@ def _why(result: UnitResult) -> str:
 
 
 def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Event]:
-    """Return the judgements of a unit from one event to another."""
+    """Yield the judgements of a unit from one event to another."""
     return takewhile(lambda e: e.seq <= last, store.events(serial, UnitJudged.KIND, after=first - 1))
 
 

@@ -1,4 +1,4 @@
-"""What a batch leaves behind for scripts: results.json, results.csv, junit.xml."""
+"""The files of a batch for scripts: results.json, results.csv, junit.xml."""
 
 import csv
 import io
@@ -28,8 +28,7 @@ def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refus
 
 
 def findings(entry: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return one row per finding of a unit's entry, by columns `COLUMNS`; unit and judgement
-    stands in each."""
+    """Return one row per finding of a unit's entry, by columns `COLUMNS`; unit and judgement are in each row."""
     known = {"serial": entry["serial"], "kind": entry["kind"], "unit_verdict": entry["verdict"], **judgement}
     gap = {"gap": one_line(entry["gap"])} if "gap" in entry else {}
     return [known | gap | finding for finding in entry["findings"]]
@@ -38,14 +37,14 @@ def findings(entry: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[dic
 def counts_json(
     specs: list[dict[str, str]], verdicts: dict[str, int], refused: list[dict[str, str]], datasets: dict[str, str]
 ) -> bytes:
-    """Return results.json where the units are too many to list: how many have which verdict, and the data sets."""
+    """Return results.json for more units than it lists: how many have which verdict, and the data sets."""
     head = {"accept_version": version(), "spec": specs[0] if specs else None, "specs": specs}
     document = head | {"verdicts": verdicts, "datasets": datasets, "refused": refused}
     return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
 def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool = False) -> bytes:
-    """Return a row per finding, the header where it is wanted; what is not known is empty."""
+    """Return a row per finding, below a header if wanted; an unknown value is empty."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator=os.linesep)
     if header:
@@ -55,8 +54,8 @@ def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool = False) -> byt
 
 
 def _cell(value: Any) -> Any:
-    """Return a text that a spreadsheet would take for a formula gets an apostrophe in front, and none moves the
-    cursor."""
+    """Return a value as a cell: a text that a spreadsheet would take for a formula gets an apostrophe in front, and
+    control characters that would move the cursor are removed."""
     if not isinstance(value, str):
         return value
     text = _clean(value)
@@ -64,8 +63,8 @@ def _cell(value: Any) -> Any:
 
 
 def junit_unit(unit: dict[str, Any]) -> bytes:
-    """Return a unit's suite, a case per finding: fail and conditional are failures, no result is an error. What the gap
-    workflow found is the suite's output: it passes and fails nothing."""
+    """Return a unit's suite, a case per finding: fail and conditional are failures, no result is an error. The answer
+    of the gap workflow is the suite's output and does not change it."""
     return _element(_suite(unit))
 
 
@@ -103,5 +102,6 @@ def _suite(unit: dict[str, Any]) -> ET.Element:
 
 
 def _clean(text: str) -> str:
-    """Return XML 1.0 has no place for control characters; a damaged file's name or message may hold some."""
+    """Return text with a question mark for each control character, which XML 1.0 does not allow; a damaged file's name
+    or message may hold some."""
     return "".join(c if c in "\t\n" or (c.isprintable() and c <= "\U0010ffff") else "?" for c in text)

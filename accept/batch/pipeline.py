@@ -1,13 +1,13 @@
-"""One way from a unit to its stored, certified judgement, for batch, report and workflow.
+"""The path from a unit to its stored, certified judgement, shared by batch, report and workflow.
 
-`Pipeline.ask` and `Pipeline.prepare` turn a unit into a job; `UnitJob.judge` judges it, here or anywhere; and `settle`
-adds what the store knows against the unit by then, stores the verdict, signs and writes the certificate, and stores
-that it was signed, in this order: if the program is stopped in between, the store never speaks of a certificate that is
-not there, and no certificate states a verdict that is not stored.
+`Pipeline.ask` and `Pipeline.prepare` turn a unit into a job; `UnitJob.judge` judges it, here or on another machine; and
+`settle` adds the reservations that the store has by then, stores the verdict, signs and writes the certificate, and
+stores that it was signed, in this order: if the program is stopped in between, the store never names a certificate that
+does not exist, and no certificate states a verdict that is not stored.
 
-A judgement may stand in the store without its certificate: the program was killed, no time stamp could be had, or no
-certificate was wanted then. If it is made later, nothing was judged a second time: it is the same attempt, and replaces
-what that attempt replaced.
+A judgement may be stored without its certificate: the program was killed, no time stamp could be had, or no certificate
+was wanted then. If it is made later, the unit is not judged a second time: it is the same attempt, and replaces what
+that attempt replaced.
 """
 
 import hashlib
@@ -56,7 +56,7 @@ class Known:
 @dataclass(frozen=True, eq=False)
 class StoredJudgement:
     """A judgement that is stored. result: with its reservations; seq: number of its event; weakened: serials of other
-    units whose recordings this one has too, and whose results count no more."""
+    units that share its recordings, and whose results are invalid."""
 
     result: UnitResult
     seq: int
@@ -90,7 +90,7 @@ class Pipeline:
         self._stopped: bool | None = None
 
     def ask(self, unit: UnitFolder) -> Known:
-        """Ask the store for what it knows of a unit. Raises UnitError if the unit cannot be one of this store,
+        """Ask the store for what it knows of a unit. Raises UnitError if the store cannot hold such a unit,
         BenchStopped, StoreError."""
         if self._stopped is None:
             self._stopped = missed(self.store) is not None
@@ -105,8 +105,8 @@ class Pipeline:
         return Known(before, self._reservations(unit, samples))
 
     def stands(self, unit: UnitFolder, known: Known, certificate: Path | None) -> bool:
-        """Return whether the unit's last judgement stands: nothing that it depends on has changed, and what it left
-        behind, an improved model and the certificate if one is wanted, lies where it was put."""
+        """Return whether the unit's last judgement stands: its inputs, spec and code are unchanged, and its files, an
+        improved model and the certificate if one is wanted, are in their place."""
         before, spec = known.before, self.specs[unit.kind]
         if before is None or not before.unchanged(unit.input_hashes(), spec.sha256, code_sha256()):
             return False
@@ -167,7 +167,7 @@ class Pipeline:
         return StoredJudgement(result, seq, tuple(self.weaken_others(unit.serial, result.copies)))
 
     def weaken_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> list[str]:
-        """Judge the other units that hold a copy without it, and return their serials. Raises StoreError."""
+        """Re-judge the other units that hold a copy, without it, and return their serials. Raises StoreError."""
         return withhold_others(self.store, serial, copies, self.operator)
 
     def refuse(self, path: Path | str, reason: str) -> None:
@@ -188,13 +188,13 @@ class Pipeline:
         return Reservations.known(self.store, unit, samples)
 
     def _model_hashes(self, kind: str) -> dict[str, dict[str, str]]:
-        """Return those of the model files that the spec of this kind names: if one changes, so may the verdict."""
+        """Return the hashes of the model files that the spec of this kind names: if one changes, so may the verdict."""
         if kind not in self._models:
             self._models[kind] = hashes(evidence_of(named_models(self.specs[kind])))
         return self._models[kind]
 
     def _start(self, unit: UnitFolder) -> StartModel | None:
-        """Return the model that a unit's responses are explained by, None without responses or model."""
+        """Return the model that is to explain a unit's responses, None without responses or model."""
         if not applies(unit):
             return None
         if unit.kind not in self._starts:  # opening a model takes most of a second
@@ -214,7 +214,7 @@ class Pipeline:
         return before.unchanged(unit.input_hashes(), self.specs[unit.kind].sha256, code_sha256())
 
     def _before(self, last: UnitState | None) -> UnitState | None:
-        """Return what was known of a unit when its last judgement was made."""
+        """Return the state of a unit before its last judgement."""
         if last is None:
             return None
         return fold(e for e in self.store.events(last.serial) if e.seq < last.seq).units.get(last.serial)
@@ -225,8 +225,8 @@ class Pipeline:
         return canonical(stored.result.to_json()) == canonical(result.to_json())
 
     def _store_verdict(self, job: UnitJob, result: UnitResult) -> Event:
-        """Store a result, as results.json has it, with all that it depends on. No way to a verdict goes round the
-        golden units."""
+        """Store a result, as results.json has it, with all that it depends on. The golden units are checked here, so
+        that every verdict passes them."""
         check_may_judge(self.store, result.serial)
         entry, path = result.entry, str(job.unit.path.resolve())
         judged = UnitJudged(path, entry.inputs, result.spec_sha256, code_sha256(), entry, job.place, self.store.bench)
@@ -234,8 +234,8 @@ class Pipeline:
 
 
 def spec_for(unit: UnitFolder, specs: Mapping[str, Spec]) -> Spec:
-    """Return the spec of a unit's kind. Raises UnitError if there is none, or the serial is not of the form that it
-    asks for."""
+    """Return the spec of a unit's kind. Raises UnitError if the run has no such spec, or the serial does not have the
+    form that the spec requires."""
     if unit.kind not in specs:
         have = ", ".join(f"{s.name} for '{k}'" for k, s in specs.items())
         raise UnitError(unit.path / UNIT_FILE, [f"kind = '{unit.kind}' has no spec in this run ({have})"])

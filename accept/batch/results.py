@@ -33,7 +33,7 @@ class ResultsError(AcceptError, RuntimeError):
 
 
 def check_room(units: int, dataset: bool) -> None:
-    """Raise ResultsError, before the work, where the data sets are due and cannot be written."""
+    """Raise ResultsError, before the work, if the data sets are needed and cannot be written."""
     if units <= WHOLE and not dataset:
         return
     try:

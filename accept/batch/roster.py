@@ -1,4 +1,4 @@
-"""The units of one batch, in a private file on disk that goes with it: memory stays flat however many there are."""
+"""The units of one batch, in a private temporary file on disk: memory stays flat however many there are."""
 
 import pickle
 import sqlite3
@@ -39,7 +39,7 @@ class Roster:
         self._file.close()
 
     def add(self, unit: UnitFolder) -> None:
-        """Add a folder; named twice it is one."""
+        """Add a folder; a folder that is named twice counts once."""
         if len(self._held) < HELD:
             self._held.setdefault(unit.path, unit)
         row = (str(unit.path.resolve()), str(unit.path), unit.serial, spelling_key(unit.serial))
@@ -55,16 +55,16 @@ class Roster:
         self._file.execute(f"UPDATE unit SET refused = 1 WHERE key IN ({twice})")
 
     def folders(self) -> Iterator[Path]:
-        """Return the folders of the units that are not refused, by serial."""
+        """Yield the folders of the units that are not refused, by serial."""
         rows = self._file.execute("SELECT path FROM unit WHERE refused = 0 ORDER BY serial")
         return (Path(path) for (path,) in rows)
 
     def unit(self, path: Path) -> UnitFolder:
-        """Return a unit as it was read, or, if there are many, read again. Raises UnitError."""
+        """Return the cached unit, read again if it was evicted. Raises UnitError."""
         return self._held.get(path) or unit_folder.read(path)
 
     def folder(self, serial: str) -> Path | None:
-        """Return where a unit of this batch lies."""
+        """Return the folder of a unit of this batch, None if it has no such unit."""
         row = self._file.execute("SELECT path FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
         return None if row is None else Path(row[0])
 
@@ -82,12 +82,12 @@ class Roster:
         self._file.execute("UPDATE unit SET seq = ?, unchanged = ? WHERE serial = ? AND refused = 0", row)
 
     def keep(self, result: UnitResult) -> None:
-        """Keep what was found of a unit in this run, without its pictures."""
+        """Keep the result of a unit in this run, without its pictures."""
         row = (zlib.compress(pickle.dumps(replace(result, panels={})), 1), result.serial)
         self._file.execute("UPDATE unit SET found = ? WHERE serial = ? AND refused = 0", row)
 
     def found(self, serial: str) -> UnitResult | None:
-        """Return what was found of a unit in this run, None if it was not judged in it."""
+        """Return the result of a unit in this run, None if it was not judged in it."""
         row = self._file.execute("SELECT found FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
         result: UnitResult | None = None if row is None or row[0] is None else pickle.loads(zlib.decompress(row[0]))
         return result
@@ -98,11 +98,12 @@ class Roster:
         self._file.execute("UPDATE unit SET earlier = ?, since = ? WHERE serial = ? AND refused = 0", row)
 
     def results(self) -> Iterator[tuple[str, int, int, int]]:
-        """Return (serial, number of its event, and what `known` counted: earlier, since), by serial."""
+        """Yield (serial, number of its event, and what `known` counted: earlier, since), by serial."""
         columns = "serial, seq, earlier, since"
         return iter(self._file.execute(f"SELECT {columns} FROM unit WHERE seq IS NOT NULL ORDER BY serial"))
 
     def count(self, which: str = "refused = 0") -> int:
-        """Return units that are not refused, `seq IS NOT NULL`: judged, `unchanged`: as they were judged before."""
+        """Return the number of units that are not refused. which: `seq IS NOT NULL` for judged, `unchanged` for those
+        judged before."""
         found: tuple[int] = self._file.execute(f"SELECT COUNT(*) FROM unit WHERE {which}").fetchone()
         return found[0]

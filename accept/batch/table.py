@@ -19,7 +19,7 @@ SHORT = 30  # characters of a reason that is said again: no longer than to say w
 
 
 def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | None = None) -> Table:
-    """Return a row per unit with its judged values (where they are few) and its verdict.
+    """Return a row per unit with its judged values (if they are few) and its verdict.
 
     extra : column title -> serial -> text, put before the judged quantities.
     """
@@ -51,12 +51,12 @@ def reasons(units: list[dict[str, Any]]) -> list[str]:
 
 
 def reasons_of(result: UnitResult) -> list[str]:
-    """Return the same for one unit that was just judged."""
+    """Return a line per finding that is not a pass, of one unit that was just judged."""
     return list(_reasons(result.serial, [(f.quantity, str(f.verdict), f.reason) for f in result.findings]))
 
 
 def _reasons(serial: str, findings: list[tuple[str, str, str | None]]) -> Iterator[str]:
-    """Return the reasons; a long one stands once, and a later finding with the same reason names the first."""
+    """Yield the reasons; a long one is printed once, and a later finding with the same reason names the first."""
     told: dict[str, str] = {}
     for quantity, verdict, reason in findings:
         if verdict == Verdict.PASS:
@@ -69,7 +69,7 @@ def _reasons(serial: str, findings: list[tuple[str, str, str | None]]) -> Iterat
 
 
 def actions(units: list[dict[str, Any]]) -> list[str]:
-    """Return a line for each unit at whose bench something is to be put right."""
+    """Return a line for each unit at whose bench something needs correction."""
     return [f"{unit['serial']}: what to do: {unit['action']}" for unit in units if "action" in unit]
 
 

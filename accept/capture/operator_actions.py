@@ -1,5 +1,5 @@
-"""What a person does at the bench - put the probe on a point, connect the leads, set a voltage - and who does it:
-a person who is asked, a clock that plays, or the file of a simulated bench."""
+"""The operator's actions at the bench - put the probe on a point, connect the leads, set a voltage - and their
+performers: a person who is asked, a clock that plays, or the file of a simulated bench."""
 
 import time
 from collections.abc import Callable
@@ -93,7 +93,7 @@ class Player(Person):
 
 
 class Staged:
-    """The hands of a simulated bench: they write into its stage file."""
+    """The operator of a simulated bench, who writes into its stage file."""
 
     sets_each_voltage = False
 

@@ -1,4 +1,4 @@
-"""How a recipe takes its readings: a few attempts at each, and every one on the disk before the next is asked for."""
+"""The readings of a recipe: a few attempts at each, and every one on the disk before the next is asked for."""
 
 import json
 import os
@@ -67,7 +67,7 @@ class CaptureStopped(InstrumentError):
 
 
 class ReadingLoop:
-    """Takes readings for what is named, and keeps them. stopped: set by a person who wants no more of them."""
+    """Takes readings for a named purpose, and keeps them. stopped: set when the technician stops the capture."""
 
     def __init__(
         self, instrument: Instrument, journal: Journal, say: Say, stopped: threading.Event | None = None

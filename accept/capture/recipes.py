@@ -90,7 +90,7 @@ def _stroke_record(setup: CaptureSetup, group: str, steps: Sequence[float]) -> b
 
 
 def _must_follow(group: str, d: Sequence[float]) -> None:
-    """Raise Implausible for a display that does not go back with the voltage: held, or on its maximum."""
+    """Raise Implausible if the display does not return with the voltage: held, or on its maximum."""
     span = max(d) - min(d)
     if span == 0.0 or abs(d[-1] - d[0]) > MAX_OPEN_LOOP * span:
         raise Implausible(

@@ -1,4 +1,4 @@
-"""What a recipe works with, and what it gives back."""
+"""The inputs and the result of a recipe."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from specs.spec import StatedU
 
 @dataclass(frozen=True)
 class CaptureSetup:
-    """What a recipe works with. accuracy: of the instrument, as the bench file states it; known: values of the section
+    """The inputs of a recipe. accuracy: of the instrument, as the bench file states it; known: values of the section
     that need not be asked for."""
 
     read: ReadingLoop

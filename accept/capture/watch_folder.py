@@ -21,7 +21,7 @@ STABLE_S = 2.0  # a file that is still written grows or is touched within that t
 
 @dataclass(frozen=True)
 class FileState:
-    """What a file looked like, and since when [s] it looks so."""
+    """The size and time of a file, and since when [s] it has them."""
 
     size: int
     mtime_ns: int

@@ -81,13 +81,13 @@ IMPACT_ADVICE: Mapping[str, str] = {
 
 
 def advice(check: Check, finding: Finding) -> list[str]:
-    """Return what to do, a line each, about a finding; empty if its cause needs no words."""
+    """Return what to do about a finding, one line each; empty if its cause needs no advice."""
     return [] if finding.cause is None else lines(check, finding.cause)
 
 
 def action(findings: Iterable[Finding]) -> str | None:
-    """Return what to do at the bench about findings without a result, the first for each of them; None if there is
-    nothing to put right, or a finding fails, which no measuring again makes pass."""
+    """Return what to do at the bench about findings without a result, the first line for each of them; None if there is
+    nothing to correct, or if a finding fails, which a repeated measurement would not change."""
     found = list(findings)
     if any(f.verdict is Verdict.FAIL for f in found):
         return None

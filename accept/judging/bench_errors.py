@@ -1,9 +1,9 @@
-"""A wrong payload on the bench is no fault of the unit: what it made fail has no result until it was measured again.
+"""Results that a wrong payload on the bench would make fail: they are withheld until the unit was measured again.
 
-A resonance below or above its limits is laid to the payload only on clear evidence: the stiffness by the added mass is
-within its own limits and contradicts that by resonance and payload in the same direction, while nothing else
-contradicts the responses; or the gap analysis names the payload, and with what it says of it the resonance would be
-within its limits. A unit that is soft by both measurements, or fails by another quantity, stays rejected.
+A resonance below or above its limits is attributed to the payload only on clear evidence: the stiffness by the added
+mass is within its own limits and contradicts that by resonance and payload in the same direction, while nothing else
+contradicts the responses; or the gap analysis names the payload, and with its estimate of the payload the resonance
+would be within its limits. A unit that is soft by both measurements, or fails by another quantity, stays rejected.
 """
 
 import math
@@ -22,7 +22,7 @@ NARROW = 0.2  # of an interval over its upper end: one number says it
 
 
 def without_bench_errors(result: UnitResult) -> UnitResult:
-    """Return the result with a resonance that a wrong payload moved out of its limits without a result; the same object
+    """Return the result with a resonance that a wrong payload moved out of its limits set to no result; the same object
     if there is no clear evidence of a bench error."""
     finding = next((f for f in result.findings if f.quantity == RESONANCE), None)
     if finding is None or finding.verdict is not Verdict.FAIL or finding.value is None:
@@ -42,7 +42,8 @@ def without_bench_errors(result: UnitResult) -> UnitResult:
 
 
 def _by_contradiction(resonance: Finding, findings: Sequence[Finding], stated: float) -> tuple[float, float] | None:
-    """Return from what to what mass more than stated [kg] the stiffness by the added mass speaks for."""
+    """Return the interval of the mass beyond the stated one [kg] that the stiffness by the added mass implies, None if
+    it implies none."""
     contradictions = [r for r in _causes(resonance) if r.cause is Cause.CONTRADICTION]
     if [r.parameters["title"] for r in contradictions] != [PAYLOAD.title]:
         return None
@@ -58,7 +59,7 @@ def _by_contradiction(resonance: Finding, findings: Sequence[Finding], stated: f
 
 
 def _by_gap(resonance: Finding, gap: Mapping[str, Any] | None, stated: float) -> tuple[float, float] | None:
-    """Return the same as the gap analysis names it."""
+    """Return the interval of the mass beyond the stated one [kg] that the gap analysis names."""
     named = next((n for n in (gap or {}).get("named", []) if n["effect"] == "payload_mass"), None)
     if named is None or resonance.value is None:
         return None
@@ -80,7 +81,7 @@ def _mass(lo: float, hi: float) -> str:
 
 
 def _interval(parameters: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the ends of the interval of the only parameter [kg]; what is no interval names nothing."""
+    """Return the ends of the interval of the only parameter [kg], None if it is not an interval."""
     (value,) = parameters.values()
     lo, hi = (float(end) for end in value["ci95"])
     return (lo, hi) if math.isfinite(lo) and math.isfinite(hi) else (0.0, 0.0)

@@ -1,4 +1,4 @@
-"""What calibration stands behind a unit's findings: without a valid one a finding is conditional at best.
+"""The calibration of the instruments behind a unit's findings: without a valid one a finding is conditional at best.
 
 The statement is plain data that travels in the result, so that a certificate can be judged again without the bench
 file.
@@ -31,8 +31,8 @@ def statement(
     commissioned: Mapping[str, str] | None = None,
     references: References | None = None,
 ) -> Statement:
-    """Return what the bench file says about the instruments behind these checks. on: the day of judging. commissioned:
-    by instrument, what is known of its commissioning."""
+    """Return what the bench file states about the instruments behind these checks. on: the day of judging.
+    commissioned: by instrument, the statement on its commissioning."""
     rows = [
         {
             "check": check,
@@ -69,10 +69,11 @@ def _with_reference(row: Mapping[str, Any], day: datetime.date) -> dict[str, Any
 
 
 def checked(given: Statement, measured: Mapping[str, datetime.date]) -> Statement:
-    """Return a statement held against a unit: the day that counts and the problem of every row, found anew from its
+    """Return a statement compared with a unit: the day that counts and the problem of every row, derived again from its
     dates.
 
-    measured : check -> day on which the unit was measured. Raises ValueError, KeyError or TypeError for no statement.
+    measured : check -> day on which the unit was measured. Raises ValueError, KeyError or TypeError if the data are not
+    a statement.
     """
     today = datetime.date.fromisoformat(given["on"])
     rows = []
@@ -116,7 +117,8 @@ def _iso(day: datetime.date | None) -> str | None:
 
 
 def problems(given: Statement, checks: Iterable[str]) -> dict[str, str]:
-    """Check -> why its calibration does not hold. A check without any instrument in the bench file is one of them."""
+    """Return check -> why its calibration does not hold. A check without any instrument in the bench file is
+    included."""
     found = {}
     for check in checks:
         rows = [row for row in given["instruments"] if row["check"] in (check, CHECKS[check].reads)]
@@ -129,13 +131,14 @@ def problems(given: Statement, checks: Iterable[str]) -> dict[str, str]:
 
 
 def downgraded(findings: Sequence[Finding], wrong: Mapping[str, str]) -> list[Finding]:
-    """Return findings with every pass of a check whose calibration does not hold made conditional, and the reason added
-    to all that have a value."""
+    """Return the findings with every pass of a check whose calibration does not hold made conditional, and the reason
+    added to all that have a value."""
     return [weakened(f, because(Cause.CALIBRATION, detail=wrong[f.check])) if f.check in wrong else f for f in findings]
 
 
 def weakened(finding: Finding, why: Reason) -> Finding:
-    """Return a finding that passes on a condition only, and says why; one without a result as it is."""
+    """Return the finding with this reason, and conditional instead of a pass; a finding without a result is
+    unchanged."""
     if finding.verdict is Verdict.NO_RESULT:
         return finding
     cause = together([*([] if finding.cause is None else [finding.cause]), why])
@@ -155,7 +158,7 @@ def notes(given: Statement) -> list[str]:
 
 
 def same(one: Statement | None, other: Statement | None) -> bool:
-    """Return whether two statements say the same, but for the day on which they were made."""
+    """Return whether two statements are equal apart from the day on which they were made."""
     if one is None or other is None:
         return one is other
     return _timeless(one) == _timeless(other)

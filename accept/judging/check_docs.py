@@ -42,7 +42,7 @@ def _check(check: Check) -> str:
 
 
 def _about(check: Check) -> str:
-    """Return the module's own words; a blank line ends what is of interest to a reader of the page."""
+    """Return the module's docstring, which says what is measured, and the kinds of unit."""
     text = inspect.getdoc(inspect.getmodule(check.measure)) or ""
     kinds = " and ".join(check.kinds)
     return f"{text}\n\nFor: {kinds}."

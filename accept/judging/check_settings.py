@@ -1,4 +1,4 @@
-"""Whether a spec sets a check's settings to what they can be: a pydantic model made from what the check declares."""
+"""Validation of a spec's settings of a check: a pydantic model made from what the check declares."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any
@@ -10,8 +10,8 @@ from specs.strict import Finite, Positive, Strict, problem_line
 
 
 def settings_problems(check: Check, given: Mapping[str, Any]) -> list[str]:
-    """Return what is wrong with the settings that a spec gives a check, a line each with key path and value. A setting
-    that the check does not declare is not looked at."""
+    """Return the errors in the settings that a spec gives a check, a line each with key path and value. A setting that
+    the check does not declare is ignored."""
     declared: dict[str, Any] = {
         s.name: (_type(s.default, Positive if s.positive else Finite), ...) for s in check.settings if s.name in given
     }
@@ -23,8 +23,8 @@ def settings_problems(check: Check, given: Mapping[str, Any]) -> list[str]:
 
 
 def _type(default: Any, number: Any) -> Any:
-    """Return what a setting is, by its default: a number, which is not negative where the default is not; a text; a
-    pair, from and to; so many numbers or points; or, where the default is empty, any list of numbers. number: type of
+    """Return the type of a setting, derived from its default: a number, not negative if the default is not; a text; a
+    pair, from and to; so many numbers or points; or, if the default is empty, any list of numbers. number: type of
     each."""
     if isinstance(default, str):
         return str

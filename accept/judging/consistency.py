@@ -1,4 +1,5 @@
-"""Whether the verdicts of a result follow from its own numbers: a cached word is never believed."""
+"""Consistency of a result: whether its verdicts follow from its own numbers. A stored verdict is never taken on
+trust."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -12,10 +13,11 @@ _STRENGTH = {Verdict.NO_RESULT: 0, Verdict.FAIL: 0, Verdict.CONDITIONAL: 1, Verd
 
 
 def contradictions(entry: Mapping[str, Any], spec: Spec) -> list[str]:
-    """Return what a result of results.json says that its values, the limits of the spec and the decision rules do not.
+    """Return the statements of a results.json entry that do not follow from its values, the limits of the spec and the
+    decision rules.
 
     A finding may be weaker than its number alone would make it (an expired calibration, a failed gate), never stronger.
-    Raises KeyError, TypeError or ValueError for what is no result.
+    Raises KeyError, TypeError or ValueError if the entry is not a result.
     """
     return [*_findings(entry, spec), *_missing(entry, spec), *_unit(entry)]
 
@@ -43,7 +45,7 @@ def _again(finding: Mapping[str, Any], limit: Limit) -> Finding:
 
 
 def _missing(entry: Mapping[str, Any], spec: Spec) -> Iterator[str]:
-    """Return what is missing: a required check cannot be left out."""
+    """Yield a sentence for each quantity of a required check that has no finding."""
     there = {(f["check"], f["quantity"]) for f in entry["findings"]}
     for name, check in spec.checks.items():
         absent = [quantity for quantity in check.limits if check.required and (name, quantity) not in there]

@@ -1,10 +1,10 @@
 """One recording measures one thing: found under two serials, sections or attempts, it counts for none of them.
 
-Nobody can see from the samples whose they are, so all are without a result until a person says it, with a reason
-(`accept store resolve`). That is an event, `copies_resolved`; what is a copy of what follows from the samples that the
-store holds of every judgement. The same folder judged again, or moved, is the same evidence and no copy.
-Typed readings that are all those of another serial are a copy like a recording (`accept.units.samples`); for one serial
-they may be typed again.
+The samples do not show where they belong, so all copies are without a result until quality assurance decides, with a
+reason (`accept store resolve`). The decision is an event, `copies_resolved`; the copies themselves follow from the
+samples that the store holds of every judgement. The same folder judged again, or moved, is the same evidence and not a
+copy. A set of typed readings that equals that of another serial is a copy like a recording (`accept.units.samples`);
+for one serial the readings may be typed again.
 """
 
 import hashlib
@@ -30,17 +30,17 @@ ATTEMPT = re.compile(r"attempt-\d+")  # the folder of one in the workflow
 Channels = Mapping[str, str]
 Samples = Mapping[str, Channels]
 Copy = dict[str, Any]
-"""sample: `section/input`; with: its copies, each serial and sample; withheld: whether it counts for nothing;
-resolved: who said whose it is, when and why, and of whom it is (`measured`), None where nobody did."""
+"""sample: `section/input`; with: its copies, each serial and sample; withheld: whether it does not count;
+resolved: the decision: by whom, when, why, and the unit that was measured (`measured`), None without one."""
 
 
 class CopiesError(AcceptError, ValueError):
-    """What cannot be resolved; the text says why."""
+    """Copies that cannot be resolved; the text says why."""
 
 
 def copies_of(store: Store, serial: str, folder: str | None, samples: Samples) -> list[Copy]:
-    """Return what in a unit's samples stands elsewhere too: in itself, or in any judgement of the store. folder: where
-    the unit was judged, None if it is not known: then its own serial is not looked at. Raises StoreError."""
+    """Return which of a unit's samples exist elsewhere too: in the unit itself, or in any judgement of the store.
+    folder: where the unit was judged; if None, judgements of its own serial are left out. Raises StoreError."""
     own: dict[str, dict[tuple[str, str], Channels]] = {name: {} for name in samples}
     for name, channels in samples.items():
         for other, theirs in samples.items():
@@ -81,8 +81,8 @@ def _recordings(samples: Samples) -> Samples:
 
 
 def _same_evidence(path: str, folder: str, pairs: Sequence[tuple[str, str, Channels]], ours: int, theirs: int) -> bool:
-    """Return whether a unit's own earlier judgement was of what is judged now: its folder, or one moved or added to.
-    Two attempts of the workflow are never one."""
+    """Return whether a unit's own earlier judgement was of the present evidence: the same folder, or one that was moved
+    or extended. Two attempts of the workflow are always different evidence."""
     before, now = PurePath(path), PurePath(folder)
     if before == now:
         return True
@@ -113,12 +113,12 @@ def _party(serial: str, sample: str, channels: Channels) -> tuple[str, str, str]
 
 
 def sections_withheld(copies: Iterable[Copy]) -> set[str]:
-    """Return the sections of `unit.toml` whose recordings count for nothing."""
+    """Return the sections of `unit.toml` whose recordings do not count."""
     return {copy["sample"].partition("/")[0] for copy in copies if copy["withheld"]}
 
 
 def without_copies(finding: Finding, copies: Sequence[Copy]) -> Finding:
-    """Return the finding, without a result if its recording counts for nothing."""
+    """Return the finding, set to no result if its recording does not count."""
     section = CHECKS[finding.check].reads
     copy = next((c for c in copies if c["withheld"] and c["sample"].partition("/")[0] == section), None)
     if copy is None:
@@ -130,8 +130,8 @@ def without_copies(finding: Finding, copies: Sequence[Copy]) -> Finding:
 
 
 def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any]], who: str) -> list[str]:
-    """Judge the other units that hold a copy anew where their last result does not say so yet: from then on it counts
-    for them no more than for this one. Returns their serials. Raises StoreError."""
+    """Re-judge the other units that hold a copy if their last result does not state it: from then on it counts for them
+    no more than for this one. Returns their serials. Raises StoreError."""
     changed = []
     for other in sorted({w["serial"] for copy in copies for w in copy["with"]} - {serial}):
         last = store.latest(other, UnitJudged.KIND)
@@ -147,8 +147,8 @@ def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any
 
 
 def _entry_without(entry: UnitEntry, copies: Sequence[Copy]) -> UnitEntry:
-    """Return an entry of results.json without what was found from copies. What was withheld once and counts again is
-    judged again from its records; here it stays without a result."""
+    """Return an entry of results.json without the findings from copies. A recording that was withheld once and counts
+    again needs judging from its records; here it stays without a result."""
     findings = tuple(without_copies(finding, copies) for finding in entry.findings)
     sections = sections_withheld(copies)
     information = tuple(i for i in entry.information if CHECKS[i.check].reads not in sections)
@@ -158,7 +158,7 @@ def _entry_without(entry: UnitEntry, copies: Sequence[Copy]) -> UnitEntry:
 
 
 def resolved_content(decision: CopiesResolved) -> dict[str, Any]:
-    """Return what quality assurance signs of a decision about copies."""
+    """Return the data of a decision about copies that quality assurance signs."""
     return {
         "parties": [list(party) for party in decision.parties],
         "measured": [list(party) for party in decision.measured],
@@ -167,11 +167,11 @@ def resolved_content(decision: CopiesResolved) -> dict[str, Any]:
 
 
 def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, signer: Signer) -> list[Copy]:
-    """Store of whom the recordings are that a unit shares with others, as quality assurance decides and signs; returns
-    them. measured: `SERIAL`, or `SERIAL:section/input`.
+    """Store to which unit shared recordings belong, as quality assurance decides and signs; returns them. measured:
+    `SERIAL`, or `SERIAL:section/input`.
 
-    Raises CopiesError if nothing is to be resolved, if none of those named has a part, and for more than one unit: one
-    recording was measured at one; DecisionError for a key of another role."""
+    Raises CopiesError if there is nothing to resolve, if the named unit has no such recording, or if more than one is
+    named: a recording was measured at one unit. Raises DecisionError for a key of another role."""
     last = store.latest(serial, UnitJudged.KIND)
     judged = UnitJudged.of(last) if last else None
     samples: Samples = judged.result.samples if judged else {}

@@ -1,7 +1,7 @@
-"""Decisions that are signatures: whose a recording is, and that a stopped bench may judge again.
+"""Signed decisions: to which unit a recording belongs, and that a stopped bench may judge again.
 
 Quality assurance signs kind and content with its key; the event carries signature and certificate. A decision without a
-signature that holds counts for nothing: anybody at a keyboard can type a name.
+valid signature does not count: a name can be typed by anyone at the keyboard.
 """
 
 import json
@@ -43,7 +43,7 @@ class Signer:
 
 
 def sign_decision(kind: str, content: Mapping[str, Any], signer: Signer) -> SignedBy:
-    """Sign a decision. kind: what the event is called. Raises DecisionError for a key of another role."""
+    """Sign a decision. kind: name of the event. Raises DecisionError for a key of another role."""
     if _attribute(signer.certificate, NameOID.ORGANIZATIONAL_UNIT_NAME) != QA:
         raise DecisionError(f"{signer.person} is not of quality assurance, whose key signs decisions")
     now = datetime.now(UTC).isoformat(timespec="seconds")
@@ -59,7 +59,8 @@ def decision_problem(
     roots: Sequence[x509.Certificate],
     revoked: Mapping[int, datetime],
 ) -> str | None:
-    """Return why a decision does not count, None if it does. revoked: numbers of certificates, and since when."""
+    """Return why a decision does not count, None if it does. revoked: numbers of revoked certificates, and since
+    when."""
     if signed is None:
         return "nobody of quality assurance signed it"
     try:
@@ -83,7 +84,7 @@ def decision_problem(
 
 
 def problem_here(kind: str, content: Mapping[str, Any], signed: SignedBy | None) -> str | None:
-    """Return as `decision_problem`, by the authority of this bench."""
+    """Return why a decision does not count under this bench's authority, as `decision_problem`."""
     folder = home() / "keys"
     try:
         roots = [x509.load_pem_x509_certificate(read_bounded(folder / "ca.pem"))]

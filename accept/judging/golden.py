@@ -1,8 +1,8 @@
-"""Golden units: known good and known bad ones that show, at the start of a shift, that the bench measures as before.
+"""Golden units: known good and known bad units that show, at the start of a shift, that the bench measures as before.
 
-Values and uncertainties that a golden unit must have are fixed when it is named; only naming it again, with a reason,
-changes them. A bench whose golden units miss them judges nothing else until quality assurance has signed why. All of it
-is events of the store; several benches may share one, and each is stopped for itself.
+The values and uncertainties of a golden unit are fixed when it is named; only naming it again, with a reason, changes
+them. A bench whose golden units miss them judges nothing else until quality assurance has signed why. All of it is
+events of the store; several benches may share one, and each is stopped for itself.
 """
 
 import math
@@ -65,8 +65,8 @@ def name_golden(store: Store, serial: str, expected: str, who: str, reason: str 
 
 
 def reference_of(judged: "list[UnitJudged]") -> dict[str, Reference]:
-    """Return the reference that judgements of one unit give: of each quantity the mean, and the largest U, which holds
-    what they have in common."""
+    """Return the reference from the judgements of one unit: of each quantity the mean, and the largest U, which
+    includes their common part."""
     found: dict[str, Reference] = {}
     for name, first in values_of(judged[-1]).items():
         rows = [values_of(each).get(name) for each in judged]
@@ -87,7 +87,7 @@ def values_of(judged: UnitJudged) -> dict[str, Information | Finding]:
 
 
 def retire(store: Store, serial: str, reason: str, who: str) -> None:
-    """Make a golden unit an ordinary one. Raises GoldenError without a reason, or if it is none."""
+    """Make a golden unit an ordinary one. Raises GoldenError without a reason, or if the unit is not golden."""
     if serial not in goldens(store):
         raise GoldenError(f"{serial} is no golden unit")
     if not reason.strip():
@@ -96,8 +96,8 @@ def retire(store: Store, serial: str, reason: str, who: str) -> None:
 
 
 def goldens(store: Store) -> dict[str, Golden]:
-    """Return every golden unit by serial. One that an earlier program named has the values of its last judgement
-    before that as its reference."""
+    """Return every golden unit by serial. If an earlier program named it, its reference is the values of its last
+    judgement before that."""
     events = [*store.events(what=GoldenNamed.KIND), *store.events(what=GoldenRetired.KIND)]
     found: dict[str, Golden] = {}
     for event in sorted(events, key=lambda e: e.seq):
@@ -140,8 +140,8 @@ def last_resolved(store: Store) -> int:
 
 
 def stopped_by(store: Store) -> Event | None:
-    """Return the event that stopped this bench and was not resolved since, None if there is none. Nothing but a signed
-    decision lifts a stop: not a later check that is met."""
+    """Return the event that stopped this bench and was not resolved since; None otherwise. Only a signed decision lifts
+    a stop, not a later check that passes."""
     since = last_resolved(store)
     later = store.events(what=GoldenMissed.KIND, after=since)
     mine = [e for e in later if GoldenMissed.of(e).bench in ("", store.bench)]
@@ -149,7 +149,7 @@ def stopped_by(store: Store) -> Event | None:
 
 
 def missed(store: Store) -> Mapping[str, list[str]] | None:
-    """Return what stopped this bench, by golden unit; None if it is not stopped."""
+    """Return the deviations that stopped this bench, by golden unit; None if it is not stopped."""
     stop = stopped_by(store)
     if stop is None:
         return None

@@ -1,4 +1,4 @@
-"""Unit x spec -> findings. The workflow, the batch and the demo all call this."""
+"""Judging a unit by a spec, which gives findings. The workflow, the batch and the demo all call this."""
 
 import math
 import re
@@ -36,7 +36,7 @@ DEFAULT_SPEC = {"apa": "apa", "strut": "strut"}
 
 
 def load_spec(name: str) -> Spec:
-    """Return spec by name or file, also held against what the checks declare. Raises SpecError listing every
+    """Return a spec by name or file, checked against the declarations of the checks. Raises SpecError listing every
     problem."""
     spec = load(name)
     problems = [p for check, section in spec.checks.items() for p in spec_problems(spec.kind, check, section)]
@@ -70,11 +70,11 @@ def judge_unit(
     models: Models | None = None,
     bench_errors: bool = True,
 ) -> UnitResult:
-    """Judge every section of a unit that the spec asks about. Raises UnitError when the spec is for another kind.
+    """Judge every section of a unit that the spec asks about. Raises UnitError if the spec is for another kind.
 
-    stated : the calibration of the instruments behind it; None where no bench file is in use, and nothing is said.
-    bench_errors : whether what a wrong payload made fail is without a result; programs before this one had it fail.
-    models : opens the models that the spec names; None opens built-in ones and files by their paths.
+    stated : the calibration of the instruments behind it; None without a bench file, then the result states none.
+    bench_errors : whether results that a wrong payload made fail are withheld; earlier programs let them fail. models :
+    opens the models that the spec names; None opens built-in ones and files by their paths.
     """
     held = loaded(given)
     unit = held.folder
@@ -122,7 +122,7 @@ def judge_unit(
 
 
 def _reading_notes(held: LoadedUnit, spec: Spec) -> list[str]:
-    """Return how columns of the unit's records were read if not as they are, by section."""
+    """Return how columns of the unit's records were converted, by section, if any were."""
     found: list[str] = []
     for section in dict.fromkeys(CHECKS[name].reads for name in spec.checks):
         with suppress(RecordError, KeyError):  # said with the findings
@@ -132,7 +132,7 @@ def _reading_notes(held: LoadedUnit, spec: Spec) -> list[str]:
 
 
 def spec_warnings(spec: Spec) -> list[str]:
-    """Return what a spec states that leaves verdicts open: uncertainties that its own decision rules do not allow."""
+    """Return what leaves verdicts open in a spec: uncertainties that its own decision rules do not allow."""
     found = []
     for name, section in spec.checks.items():
         for quantity, limit in section.limits.items():
@@ -157,8 +157,8 @@ def _days(unit: UnitFolder, spec: Spec) -> dict[str, str]:
 
 
 def _outcome(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -> Outcome:
-    """Return what a check says of a unit: every quantity that the spec limits, without a value where it has none; no
-    quantity where nothing was measured and nothing is required."""
+    """Return the outcome of a check: every quantity that the spec limits, without a value if it was not determined; no
+    quantity if nothing was measured and nothing is required."""
     section = held.folder.sections.get(check.reads)
     if section is None or not section.entries:
         if not asked.required:
@@ -205,7 +205,7 @@ def _model_of(check: Check, asked: CheckSpec, models: Models) -> "dict[str, Mode
 
 
 def _judged(name: str, asked: CheckSpec, outcome: Outcome) -> list[Finding]:
-    """Return findings of all limited quantities, one each."""
+    """Return the findings of all limited quantities, one each."""
     found = {q.name: q for q in outcome.quantities}
     return [judge(name, found[key], limit, asked.required) for key, limit in asked.limits.items() if key in found]
 
@@ -219,7 +219,7 @@ def _not_judged(unit: UnitFolder, spec: Spec) -> list[str]:
 
 
 def serial_fits(unit: UnitFolder, spec: Spec) -> None:
-    """Raise UnitError if the serial is not of the form that the spec asks for."""
+    """Raise UnitError if the serial does not have the form that the spec requires."""
     if not re.fullmatch(spec.serial_pattern, unit.serial):
         problem = f"serial = '{unit.serial}' does not fit the pattern {spec.serial_pattern} of spec {spec.name}"
         raise UnitError(unit.path / units.UNIT_FILE, [problem])

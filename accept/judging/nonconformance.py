@@ -1,6 +1,6 @@
-"""A nonconformance of the part holds the unit: it is conditional at best until quality assurance has decided.
+"""Nonconformances of the part, which hold the unit: it is conditional at best until quality assurance has decided.
 
-A technician notes it in the workflow (an event of the store, and a line of `unit.toml`). In the folder or attempt in
+A technician notes one in the workflow (an event of the store, and a line of `unit.toml`). In the folder or attempt in
 which it was noted the unit stays held: the disposition that quality assurance signs stands on that certificate. A later
 attempt is held too until a disposition to use the unit as it is, to rework it or to measure again was signed; one to
 return or to scrap it releases nothing.

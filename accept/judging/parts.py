@@ -1,9 +1,9 @@
-"""Each part is accepted before it is built in, and stands in one strut.
+"""Parts of a strut: each is accepted before it is built in, and stands in one strut.
 
-What the store knows of a part that a strut names: its last verdict, and whether another strut's last judgement names it
-too. Where that speaks against it the strut is conditional at best. Of a part that the store does not know, as a joint
-that is no unit of its own, nothing is said. Serials that differ in capitals only are one part: the store knows no two
-units of such serials (`accept.store.spelling`).
+For each part that a strut names the store is asked for its last verdict, and whether another strut's last judgement
+names it too. If either speaks against the part, the strut is conditional at best. A part that the store does not know,
+such as a joint that is not judged as a unit, raises no doubt. Serials that differ only in capitals are one part: the
+store holds no two units of such serials (`accept.store.spelling`).
 """
 
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from checks.verdict import UnitVerdict
 
 
 def part_doubts(store: Store, serial: str, parts: Mapping[str, str]) -> list[str]:
-    """Return what speaks against the parts of a strut, a sentence each. Raises StoreError."""
+    """Return the doubts about the parts of a strut, a sentence each. Raises StoreError."""
     return [words for name, part in sorted(parts.items()) for words in _doubts(store, serial, name, part)]
 
 
@@ -32,7 +32,7 @@ def _doubts(store: Store, serial: str, name: str, part: str) -> list[str]:
 
 
 def _units_with(store: Store, part: str) -> list[str]:
-    """Return serials of the units whose last judgement names the part, in whatever capitals."""
+    """Return the serials of the units whose last judgement names the part, in any capitals."""
     latest = [store.latest(who, UnitJudged.KIND) for who in store.naming(part)]
     return [last.subject for last in latest if last and spelling_key(part) in _spelled(UnitJudged.of(last).result)]
 

@@ -1,6 +1,7 @@
-"""What the bench's store knows against a unit that its folder does not show, and what that does to its verdict.
+"""Reservations: facts against a unit that the bench's store knows and its folder does not show, and their effect on the
+verdict.
 
-A recording that is filed twice counts for nothing (`accept.judging.copies`); a strut with a part that was not accepted
+A recording that is filed twice does not count (`accept.judging.copies`); a strut with a part that was not accepted
 (`accept.judging.parts`) and a unit with a nonconformance (`accept.judging.nonconformance`) are conditional at best.
 Every judgement is given its reservations here: those of batch, report and workflow, one by another spec, and that of
 `accept verify`, which takes them from the certificate.
@@ -42,7 +43,7 @@ class Reservations:
 
     @classmethod
     def stated(cls, entry: UnitEntry) -> "Reservations":
-        """Return those that an entry of results.json states."""
+        """Return the reservations that an entry of results.json states."""
         return cls(tuple(dict(copy) for copy in entry.copies), entry.part_doubts, entry.nonconformances)
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":

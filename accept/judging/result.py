@@ -1,4 +1,4 @@
-"""The result of one unit: what judging decides, and what the store, the certificate and results.json hold."""
+"""The result of one unit, as judging returns it and as the store, the certificate and results.json hold it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -23,13 +23,13 @@ class UnitResult:
     not_judged : sections of `unit.toml` that the spec does not ask about, with what is in them.
     inputs : file name (relative to the unit folder, `unit.toml` included) -> sha256.
     panels : pictures as data by name, for the certificate; not part of the JSON.
-    calibration : a `calibration.Statement` where the unit was judged with a bench file; in the JSON only then.
-    models : model file that the spec names -> its files -> sha256; in the JSON only where there is one.
-    samples : sketches of its records (`accept.units.samples`); in the JSON only where there are records.
-    copies : its recordings that stand elsewhere too (`accept.judging.copies`); in the JSON only where any does.
-    nonconformances : what was found wrong with the part and holds it (`accept.judging.nonconformance`); likewise.
-    part_doubts : what speaks against its parts (`accept.judging.parts`); in the JSON only where anything does.
-    gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only where that was asked for.
+    calibration : a `calibration.Statement` if the unit was judged with a bench file; in the JSON only then.
+    models : model file that the spec names -> its files -> sha256; in the JSON only if it names one.
+    samples : sketches of its records (`accept.units.samples`); in the JSON only if it has records.
+    copies : its recordings that exist elsewhere too (`accept.judging.copies`); in the JSON only if any does.
+    nonconformances : those of the part that hold it (`accept.judging.nonconformance`); likewise.
+    part_doubts : doubts about its parts (`accept.judging.parts`); in the JSON only if any exists.
+    gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only if that was asked for.
     measured : section -> day of measuring; origin, environment : as its folder states them; in the JSON only then.
     """
 
@@ -58,13 +58,12 @@ class UnitResult:
 
     @property
     def spec(self) -> str:
-        """Return the spec as events name it."""
+        """The spec as events name it."""
         return f"{self.spec_name}@{self.spec_sha256}"
 
     @property
     def action(self) -> str | None:
-        """Return what to put right at the bench before it is measured again, None if nothing is known to be wrong
-        there."""
+        """What to correct at the bench before it is measured again, None if no such cause is known."""
         return action(self.findings)
 
     def __repr__(self) -> str:

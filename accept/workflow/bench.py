@@ -1,4 +1,4 @@
-"""All that the workflow has at hand: store, folder, specs, instruments, where records arrive."""
+"""The workflow's bench: store, folder, specs, instruments, and where records arrive."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -43,21 +43,21 @@ class Workbench:
     worker: WorkerProcess = field(default_factory=WorkerProcess)
 
     def close(self) -> None:
-        """Let go of instruments, store, and the process that judges."""
+        """Close the instruments and the store, and end the process that judges."""
         self.worker.close()
         self.closing()
         self.store.close()
 
     def known(self) -> list[KnownUnit]:
-        """Return units of the kinds that are judged here. Raises StoreError."""
+        """Return the units of the kinds that are judged here. Raises StoreError."""
         return [unit for unit in known_units(self.store) if unit.kind in self.specs]
 
     def known_one(self, serial: str) -> KnownUnit | None:
-        """Raise StoreError."""
+        """Return the entry of one serial, None for a new one. Raises StoreError."""
         return known_unit(self.store, serial)
 
     def problem(self, serial: str, kind: str) -> str | None:
-        """Return why this cannot be the serial of a unit of this kind."""
+        """Return why this serial is not valid for a unit of this kind, None if it is."""
         return serial_problem(serial, self.specs[kind])
 
     def session(self, serial: str, kind: str, operator: str) -> Session:
@@ -76,7 +76,7 @@ class Workbench:
             raise
 
     def _channels(self, taken: UnitFolder | None) -> Channels:
-        """Return where the channels stand in records: as the unit's folder says, else as the rig writes them."""
+        """Return the names of the channels in records: as the unit's folder gives them, else as the rig does."""
         if taken is not None and taken.channels:
             return taken.channels
         return self.stated.rig.channels if self.stated is not None and self.stated.rig is not None else NO_CHANNELS
@@ -92,7 +92,8 @@ class Workbench:
 
 @dataclass(frozen=True)
 class Begun:
-    """What the technician said at the start. reason: of a new attempt at a known unit; None goes on with it."""
+    """The technician's entries at the start. reason: of a new attempt at a known unit; None continues the present
+    one."""
 
     serial: str
     kind: str

@@ -90,7 +90,7 @@ def _store(session: Session, step: str, source: str, captured: CaptureResult, ke
 
 
 def _evidence(instrument: BenchInstrument, journal: Journal, notes: tuple[str, ...]) -> dict[str, Any]:
-    """Return what an event keeps of a run: of what is longer both ends; the journal in the folder has all readings."""
+    """Return what an event keeps of a run: both ends of long lists; the journal in the folder has all readings."""
     lines = journal.lines
     ends = lines if len(lines) <= MOST_LINES else [*lines[: MOST_LINES // 2], *lines[-MOST_LINES // 2 :]]
     return {

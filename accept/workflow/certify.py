@@ -22,15 +22,15 @@ from accept.workflow.state.unit_state import certificate_name
 
 
 def make_keys(home: Path, operator: str, passphrase: str) -> Path:
-    """Return the bench's authority and the operator's key; returns the file with the authority's passphrase, which
-    belongs off the bench. Raises KeysError, for keys that exist already too."""
+    """Make the bench's authority and the operator's key; return the file with the authority's passphrase, which belongs
+    off the bench. Raises KeysError, also if keys exist already."""
     return keys.init(home, passphrase, operator) / keys.AUTHORITY_PASSPHRASE
 
 
 def sign_unit(session: Session, passphrase: str) -> Verification:
-    """Judge where needed, draw, sign as technician, write, store, and verify what was written.
+    """Judge if needed, draw, sign as technician, write, store, and verify what was written.
 
-    Raises KeysError for a passphrase that does not open the key (nothing was done then), SigningRefused, ContentError,
+    Raises KeysError if the passphrase does not open the key (nothing was done then), SigningRefused, ContentError,
     OSError, StoreError.
     """
     credential = _unlocked(session, TECHNICIAN, passphrase)
@@ -52,8 +52,8 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
 
 
 def countersign_unit(session: Session, passphrase: str, choice: str = "", reason: str = "") -> Verification:
-    """Verify, then sign as quality assurance, with the disposition of a unit that was not accepted. Raises as
-    `sign_unit`, DispositionError; what does not verify is not signed."""
+    """Verify, then sign as quality assurance, with the disposition of a unit that was not accepted. An invalid
+    certificate is not signed. Raises as `sign_unit`, DispositionError."""
     if session.attempt.certificate is None:
         raise SigningRefused(f"{session.serial}: the technician signs first")
     path = Path(session.attempt.certificate)

@@ -1,4 +1,4 @@
-"""A unit folder that exists already, taken into the workflow: its values and records become entries like any other."""
+"""Import of an existing unit folder into the workflow: its values and records become entries like any other."""
 
 import numpy as np
 
@@ -14,8 +14,8 @@ SOURCE = "unit folder"
 
 
 def adopt(session: Session, taken: UnitFolder) -> list[str]:
-    """Store every value and record of a folder that the attempt was not given yet, with the day on which the folder
-    says it was measured; returns what could not be taken, in words. What was undone or is measured anew does not come
+    """Store every value and record of a folder that the attempt does not have yet, with the folder's day of measuring;
+    return messages on those that could not be taken. Entries that were undone or are being measured anew do not come
     back. Raises StoreError, OSError."""
     problems = []
     for step in session.steps:

@@ -1,4 +1,4 @@
-"""One technician at one unit: every entry goes to the store first, and what is shown is folded from there.
+"""One technician at one unit: every entry goes to the store first, and the screens show the state folded from there.
 
 Each method may block (disk, lock, physics): screens call them from thread workers. One lock keeps entries in order.
 """
@@ -66,7 +66,7 @@ class Session:
     ) -> None:
         """Open a unit. stated: the bench file whose calibrations stand behind the findings, None without one.
 
-        Raises EntryError for a serial that cannot be, UnitBusy, StoreError, OSError."""
+        Raises EntryError if the serial is not valid, UnitBusy, StoreError, OSError."""
         if problem := serial_problem(serial, spec):
             raise EntryError(f"serial '{serial}': {problem}")
         if next(store.events(serial), None) is None and (known := store.other_spelling(serial)) is not None:
@@ -98,14 +98,14 @@ class Session:
 
     @property
     def folder(self) -> Path:
-        """Return folder of the present attempt."""
+        """Return the folder of the present attempt."""
         return self.home / "units" / self.serial / folder_name(self.attempt.number)
 
     def step(self, name: str) -> WorkflowStep:
         return next(step for step in self.steps if step.name == name)
 
     def state(self, step: str) -> StepState:
-        """Return what was taken at a step; of a derived one what was taken at the step whose data it reads."""
+        """Return the state of a step; of a derived one, that of the step whose data it reads."""
         return _state_of(self.attempt, self.step(step))
 
     def status(self, step: WorkflowStep) -> Status:
@@ -113,8 +113,7 @@ class Session:
 
     @property
     def nonconformances(self) -> Sequence[str]:
-        """Return what was found wrong with the part and holds the unit, in this attempt or an earlier one. Raises
-        StoreError."""
+        """Return the nonconformances that hold the unit, noted in this attempt or an earlier one. Raises StoreError."""
         if self._held is None or self._held[0] != self.run.seq:
             notes = {step.name: note_lines(self.state(step.name)) for step in self.steps}
             self._held = self.run.seq, open_nonconformances(self.store, self.serial, notes)
@@ -129,25 +128,25 @@ class Session:
         return next_step(others, states, self.spec_name, code_sha256())
 
     def judgement(self, step: str) -> StepJudgement | None:
-        """Return the stored judgement of a step where it still holds."""
+        """Return the stored judgement of a step if it still holds."""
         return judgement_of(self.state(step), self.spec_name, code_sha256())
 
     def panels(self, step: str) -> Mapping[str, Panel]:
-        """Return pictures of the last judgement of a step made by this program, none before it; of a slow one also
-        those of a program before."""
+        """Return the pictures of the last judgement of a step by this program, none before it; of a slow step also
+        those kept by an earlier run."""
         key = (step, self.state(step).upto)
         if key not in self._panels and self.step(step).check.model is not None:
             self._panels[key] = panel_cache.load(self.folder, *key)
         return self._panels.get(key, {})
 
     def begin(self, parts: Mapping[str, str], reason: str = "", channels: Channels = NO_CHANNELS) -> Event:
-        """Start the next attempt; earlier ones stay as they are. channels: where they stand in the lab's records."""
+        """Start the next attempt; earlier ones stay as they are. channels: their names in the lab's records."""
         number = len(self.run.attempts) + 1
         written = {name: source.to_toml() for name, source in channels.items()}
         return self.append(AttemptStarted(number, self.spec.kind, dict(parts), reason, written))
 
     def resume(self) -> Event:
-        """Return note that the present attempt is taken up again. Raises EntryError if it is one of another kind."""
+        """Note that the present attempt is taken up again. Raises EntryError if it is one of another kind."""
         if self.attempt.kind != self.spec.kind:
             raise EntryError(f"{self.serial} is a {self.attempt.kind}, spec {self.spec.name} judges {self.spec.kind}")
         return self.append(RunOpened(self.attempt.number))
@@ -183,7 +182,7 @@ class Session:
     def read(
         self, step: str, declared: Input, instrument: InstrumentPort, *, index: int | None = None, repeat: bool = False
     ) -> Event:
-        """Read an instrument and store its value with what went over its line; where it gives none, store that.
+        """Read an instrument and store its value with the traffic of its line; if it gives none, store that.
 
         Raises InstrumentError, EntryError for a reading that cannot be, StoreError."""
         unit_name = str(getattr(declared, "unit", "1"))
@@ -209,8 +208,8 @@ class Session:
         instrument: str | None = None,
         evidence: Mapping[str, Any] | None = None,
     ) -> Event:
-        """Copy a record into the unit's folder and store that it is there. instrument, evidence: what was read for it,
-        if it was measured live. Raises RecordError, OSError, StoreError."""
+        """Copy a record into the unit's folder and store that it is there. instrument, evidence: of the readings, if it
+        was measured live. Raises RecordError, OSError, StoreError."""
         form = self.step(step).form_with(declared.name).name
         name, digest = attach.take_in(source, declared, self.folder, channel_map(self.attempt.channels))
         return self.append(
@@ -222,7 +221,7 @@ class Session:
         return attach.may_fit(source, declared, channel_map(self.attempt.channels))
 
     def note(self, step: str, text: str, nonconformance: bool = False) -> Event:
-        """Keep words about a step. Raises EntryError for none."""
+        """Keep a note about a step. Raises EntryError if it is empty."""
         return self.append(StepNoted(step, plain_words(text, "a note"), nonconformance))
 
     def remeasure(self, step: str, reason: str) -> Event:
@@ -230,13 +229,13 @@ class Session:
         return self.append(StepRemeasured(step, plain_words(reason, "the reason")))
 
     def undo(self) -> Event:
-        """Take back the last entry of this attempt, by an event. Raises EntryError when there is none."""
+        """Take back the last entry of this attempt, by an event. Raises EntryError if it has no entry."""
         if not self.attempt.undoable:
             raise EntryError("there is nothing to undo in this attempt")
         return self.append(EntryUndone(self.attempt.undoable[-1]))
 
     def ever_given(self) -> frozenset[tuple[str, str, int | None]]:
-        """Return (step, input, index) of all that was entered in the present attempt, undone or not."""
+        """Return (step, input, index) of every entry of the present attempt, undone or not."""
         given = (payload_of(e, ValueTaken, RecordLinked) for e in self._events if e.seq > self._begun)
         return frozenset(
             (p.step, p.input, p.index if isinstance(p, ValueTaken) else None)
@@ -245,22 +244,22 @@ class Session:
         )
 
     def before_attempt(self) -> list[Event]:
-        """Return what is stored of the unit from before the present attempt."""
+        """Return the unit's events from before the present attempt."""
         return [e for e in self._events if e.seq < self._begun]
 
     @property
     def _begun(self) -> int:
-        """Return number of the event that started the present attempt, 0 without one."""
+        """Return the number of the event that started the present attempt, 0 without one."""
         return max((e.seq for e in self._events if e.what == AttemptStarted.KIND), default=0)
 
     def last_entry(self) -> Event | None:
-        """Return what `undo` would take back."""
+        """Return the entry that `undo` would take back."""
         seqs = self.attempt.undoable
         return next((e for e in reversed(self._events) if seqs and e.seq == seqs[-1]), None)
 
     def judge_step(self, name: str, judge: Judge = judge_here) -> StepJudgement:
-        """Judge one step by itself and store what was found. judge: who does it, and where. Raises UnitError,
-        StoreError, OSError, and what `judge` does."""
+        """Judge one step by itself and store the judgement. judge: the function that does it, here or in the other
+        process. Raises UnitError, StoreError, OSError, and what `judge` does."""
         attempt = self._written()
         asked = self.spec.model_copy(update={"checks": {name: self.step(name).asked}})
         result = judge(self.folder, asked, self._pipeline(asked).statement(unit_folder.read(self.folder)))
@@ -282,7 +281,7 @@ class Session:
 
     @property
     def gap(self) -> Mapping[str, Any] | None:
-        """Return what the gap workflow said of the present responses, None before it."""
+        """Return the answer of the gap workflow for the present responses, None before it."""
         found, state = self.attempt.gap, self.responses
         return found[1] if found and state and found[0] == state.upto else None
 
@@ -302,8 +301,8 @@ class Session:
         return self.append(GapExplained(attempt.step("frf").upto, document))
 
     def judge(self, judge: Judge = judge_here) -> UnitResult:
-        """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped where the
-        golden units were missed, and what `judge` does."""
+        """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped if the golden
+        units were missed, and what `judge` does."""
         given = self._written().given
         unit, pipeline = unit_folder.read(self.folder), self._pipeline(self.spec)
         found = judge(self.folder, self.spec, pipeline.statement(unit))
@@ -317,20 +316,20 @@ class Session:
 
     @property
     def result(self) -> UnitResult | None:
-        """Return the last result of `judge`, None when what it was judged from is no longer all that is stored."""
+        """Return the last result of `judge`, None if entries were stored since."""
         if self._result is None or self.attempt.verdict is None or self._result[0] != self.attempt.given:
             return None
         return self._result[1]
 
     def append(self, payload: Payload) -> Event:
-        """Store an event about this unit. Raises StoreError; then nothing of it is stored."""
+        """Store an event about this unit. Raises StoreError, and then nothing is stored."""
         with self._mutex:
             event = self.store.write(payload, self.serial, who=self.operator, spec=self.spec_name)
             self._catch_up()
             return event
 
     def refresh(self) -> UnitRun:
-        """Fold in what was stored since, here or by another program."""
+        """Fold in the events stored since, by this or another program."""
         with self._mutex:
             self._catch_up()
             return self.run

@@ -1,4 +1,4 @@
-"""Where a step stands: a mark, a word and a role for its colour."""
+"""The status of a step: a mark, a word and a role for its colour."""
 
 from collections.abc import Iterable, Mapping
 from enum import Enum
@@ -16,7 +16,7 @@ def _shown(verdict: str) -> tuple[str, str, str]:
 
 
 class Status(Enum):
-    """(mark, word, style of a terminal). The mark tells without colour."""
+    """(mark, word, style of a terminal). The mark is clear without colour."""
 
     NOT_DONE = "·", "not done", "dim"
     TAKEN = "○", "taken", "cyan"
@@ -39,7 +39,7 @@ class Status(Enum):
 
     @property
     def role(self) -> str:
-        """Return name of its style class."""
+        """Return the name of its style class."""
         return self.name.lower().replace("_", "-")
 
 
@@ -47,7 +47,7 @@ _WORST_FIRST = (Status.FAIL, Status.NO_RESULT, Status.CONDITIONAL, Status.PASS)
 
 
 def of_findings(findings: Iterable[Finding]) -> Status:
-    """Return the worst of the findings; a step without any was taken and no more."""
+    """Return the status of the worst finding; a step without any finding was only taken."""
     found = {Status[f.verdict.name] for f in findings}
     return next((status for status in _WORST_FIRST if status in found), Status.TAKEN)
 
@@ -59,7 +59,7 @@ def judgement_of(state: StepState, spec: str, code: str) -> StepJudgement | None
 
 
 def status_of(step: WorkflowStep, state: StepState, spec: str, code: str) -> Status:
-    """Return where a step stands, by what was given and judged under this spec and program."""
+    """Return the status of a step by its entries and its judgement under this spec and program."""
     if not state.entries:
         return Status.NOT_DONE
     judgement = judgement_of(state, spec, code)
@@ -73,8 +73,8 @@ def next_step(
 ) -> WorkflowStep | None:
     """Return the first step that is not complete: where a restarted workflow stands.
 
-    Complete is one that everything was given for, or that was judged without an input it can do without and still said
-    something of every quantity; one without data of its own when it was judged.
+    A step is complete if all its inputs were given, or if it was judged without an optional input and every quantity
+    has a result; a step without data of its own, if it was judged.
     """
 
     def complete(step: WorkflowStep) -> bool:

@@ -30,7 +30,7 @@ BYTE_S = 0.0005  # about 19200 baud
 
 @dataclass(frozen=True)
 class Label:
-    """A value that stands on a label or a scale beside the bench, such as the added mass."""
+    """A value on a label or a scale beside the bench, such as the added mass."""
 
     name: str
     value: float
@@ -47,7 +47,7 @@ class Label:
 
 
 class TrainingInstruments(BenchInstruments):
-    """The simulated instruments, and the labels for what has none."""
+    """The simulated instruments, and the labels for inputs without an instrument."""
 
     def __init__(self, bench_file: Path, taught: UnitFolder) -> None:
         super().__init__(load_bench(bench_file))
@@ -88,7 +88,7 @@ def open_training(spec: str | None, seed: int | None) -> Workbench:
 
 
 def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, str]:
-    """Return a unit with one of the faults that its kind can have, or with none, and the words that tell it."""
+    """Return a unit with one of the faults that its kind can have, or with none, and the words that describe it."""
     rng = random.Random(seed)
     possible = [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
     fault = rng.choice(possible)
@@ -98,7 +98,7 @@ def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, st
 
 
 def hidden_words(fault: str | None) -> str:
-    """Return what was wrong, and which findings had to show it."""
+    """Return the hidden fault, and which findings had to show it."""
     if fault is None:
         return "Nothing was wrong with this unit: every finding had to pass."
     shows = ", ".join(f"{label_of(quantity)}: {verdict.replace('_', ' ')}" for quantity, verdict in FAULTS[fault].shows)

@@ -9,7 +9,7 @@ from accept.workflow.state.unit_state import fold_run
 
 @dataclass(frozen=True)
 class KnownUnit:
-    """A serial, its last attempt, and how far that is."""
+    """A serial, its last attempt, and how far that has come."""
 
     serial: str
     kind: str
@@ -34,7 +34,7 @@ def known_units(store: Store) -> list[KnownUnit]:
 
 
 def known_unit(store: Store, serial: str) -> KnownUnit | None:
-    """Return what is known of one serial, None for a new one. Raises StoreError."""
+    """Return the entry of one serial, None for a new one. Raises StoreError."""
     attempt = fold_run(serial, store.events(serial)).attempt
     if attempt is None:
         return None

@@ -1,4 +1,4 @@
-"""Instruments: a file of this folder with a `DRIVER` is one. Other packages bring theirs as `accept.instruments`."""
+"""Instruments: each file of this folder with a `DRIVER`. Other packages bring theirs as `accept.instruments`."""
 
 from importlib import import_module
 from pkgutil import iter_modules
@@ -37,7 +37,7 @@ DRIVERS: dict[str, Driver] = {}  # by each of its names in a bench file
 
 
 def find_drivers() -> None:
-    """Put the drivers of this folder into `DRIVERS`, then those of other packages, which can add and never replace."""
+    """Put the drivers of this folder into `DRIVERS`, then those of other packages, which can add but never replace."""
     for module in iter_modules(__path__):
         driver = getattr(import_module(f"{__name__}.{module.name}"), "DRIVER", None)
         if driver is not None:
@@ -47,7 +47,7 @@ def find_drivers() -> None:
 
 
 def driver_problem(driver: Any) -> str:
-    """Return what is wrong with a driver of another package, "" for nothing."""
+    """Return what is wrong with a driver of another package, "" if it is valid."""
     if not isinstance(driver, Driver):
         return f"is a {type(driver).__name__}, expected a Driver"
     if OFFLINE in driver.names or not all(driver.names):

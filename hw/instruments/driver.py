@@ -1,4 +1,4 @@
-"""What a driver is: its names in a bench file, and how it is made of an entry there."""
+"""The interface of a driver: its names in a bench file, and how it is made from an entry there."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -38,10 +38,10 @@ class Instrument(Protocol):
 
 @runtime_checkable
 class Sampling(Protocol):
-    """An instrument that can also follow what moves."""
+    """An instrument that can also follow a moving value."""
 
     def sample(self) -> Reading:
-        """Return one answer alone: two of what moves would not agree. A run of them ends with `confirm`."""
+        """Return a single answer: two answers of a moving value would not agree. A run of them ends with `confirm`."""
         ...
 
 

@@ -107,11 +107,11 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         return Reading(metres, self.unit, self._now(), (raw,))
 
     def sample(self) -> Reading:
-        """Return one answer of what moves; a line of the network is whole or lost, so no second one is needed.
+        """Return one answer of a moving value; a line of the network is whole or lost, so a second one is not needed.
 
-        One question of who answers and how it is set follows each answer, another one each time: all of them at each
-        value would take six round trips, and a slow network would leave gaps. `connect` and `confirm` ask all of them.
-        Raises InstrumentError."""
+        One question on identity or settings follows each answer, another one each time: all of them at each value would
+        take six round trips, and a slow network would leave gaps. `connect` and `confirm` ask all of them. Raises
+        InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         with self._session_ends_on_error():
             if not self._in_session:
@@ -123,8 +123,8 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
             return replace(reading, settings=said)
 
     def _call(self, method: str, deadline: Deadline, *params: object) -> Any:
-        """Return the first value of a method's result. Raises InstrumentRefused for its errors, Garbled for what is no
-        answer to it."""
+        """Return the first value of a method's result. Raises InstrumentRefused for its errors, Garbled if it is not an
+        answer to the call."""
         number = next(self._numbers)
         request = {"jsonrpc": "2.0", "method": method, "params": list(params), "id": number, "api": 2}
         line = self._ask(json.dumps(request).encode("ascii") + b"\r\n", END, deadline).strip()

@@ -22,14 +22,14 @@ class LengthSettings(SerialSettings):
     resolution_um: Positive = 1.0
 
     def plausible(self, who: str, line: bytes, metres: float) -> float:
-        """Return the length, when it is within the range. Raises Implausible."""
+        """Return the length if it is within the range. Raises Implausible."""
         lo, hi = self.range_mm
         if not lo <= metres * 1e3 <= hi:
             raise Implausible(f"{who}: {line!r} is outside {lo:g} to {hi:g} mm, the range in the bench file")
         return metres
 
     def fine_enough(self, who: str, line: bytes, unit: str, decimals: int) -> None:
-        """Raise Implausible for a display whose last digit is coarser than `resolution_um`."""
+        """Raise Implausible if the last digit of the display is coarser than `resolution_um`."""
         step_um = METRES[unit] * 1e6 * 10.0**-decimals
         if step_um > self.resolution_um * (1 + 1e-9):
             raise Implausible(

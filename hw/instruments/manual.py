@@ -1,4 +1,4 @@
-"""No instrument on a wire: a person reads it and types number and unit.
+"""Instruments without a wire: a person reads the value and types number and unit.
 
 Known and assumed: nothing about any instrument; the typed text must hold a number and a unit, and be plausible.
 """
@@ -58,7 +58,8 @@ class Manual:
         return Identity()
 
     def read(self) -> Reading:
-        """Return what is typed. Raises Garbled for no number with unit, Implausible outside the range."""
+        """Return the typed reading. Raises Garbled if the text is not a number with unit, Implausible outside the
+        range."""
         typed = self._ask(f"{self.name}: reading with its unit, such as 4.99 {self.settings.unit}: ")
         value = parse_typed(self.name, typed, self.settings, self.unit)
         return Reading(value, self.unit, time.time(), (typed.encode("utf-8"),))
@@ -72,7 +73,7 @@ class Manual:
 
 
 def parse_typed(who: str, typed: str, settings: ManualSettings, unit: str) -> float:
-    """Return SI value of typed text. Raises Garbled, Implausible."""
+    """Return the SI value of typed text. Raises Garbled, Implausible."""
     found = ENTRY.fullmatch(typed)
     if not found or not found["number"].isascii():
         words = "use a decimal point, not a comma" if "," in typed else "a number and its unit"

@@ -2,7 +2,7 @@
 
 Known from [MILLIMAR] (pages 58 to 70): the protocols and their commands; that nothing is sent while the
 menu is open or a master measurement runs; that values come as the display shows them.
-Known from a driver: nothing, there is none.
+Known from a driver: nothing; no driver is known.
 Known from siblings only (C1202, other makers' Opto-RS): error replies `ERRn` and `OV`.
 Assumed, so set in the bench file: line settings; micrometre as `um` on the wire (`micrometre`); digits before and after
 the point where they are known to be fixed (`integer_digits` and `decimals`, both or neither: a lost leading digit shows
@@ -55,7 +55,7 @@ class MillimarSettings(LengthSettings):
 
 
 def check_error(who: str, line: bytes) -> None:
-    """Raise what an error reply says (sibling models; the C1216's own are not published)."""
+    """Raise the error of an error reply (sibling models; the C1216's own are not published)."""
     if line.strip().startswith(b"OV"):
         raise OverRange(f"{who}: it is over range ({line!r})")
     if found := re.fullmatch(rb"\s*ERR ?(\d)\s*", line):
@@ -119,7 +119,7 @@ class Millimar(LengthInstrument[M]):
         return reply.removesuffix(self.end).lstrip(b"\r\n")
 
     def _text(self, message: str, deadline: Deadline) -> str:
-        """Return the reply as text, when it is no error."""
+        """Return the reply as text. Raises InstrumentError if it is an error."""
         line = self._line(message, deadline)
         check_error(self.name, line)
         return text_of(self.name, line)

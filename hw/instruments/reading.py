@@ -1,4 +1,4 @@
-"""What an instrument tells: a reading in SI, who it says it is, and what it says it is set to."""
+"""The data of an instrument: a reading in SI, its identity, and its settings."""
 
 import re
 import statistics
@@ -11,8 +11,8 @@ from hw.errors import Garbled, Implausible, InstrumentError, OverRange, WrongIns
 @dataclass(frozen=True)
 class Reading:
     """value in `unit` (SI: "m", "F"); t: when it came [s since 1970]; raw: the replies it was read from, in order;
-    more: what came with it (D of a capacitance), dimensionless; settings: what the instrument said it was set to before
-    and after it."""
+    more: values that came with it (D of a capacitance), dimensionless; settings: the instrument's settings before and
+    after it."""
 
     value: float
     unit: str
@@ -33,8 +33,8 @@ def scaled(value: float, factor: float) -> float:
 
 @dataclass(frozen=True)
 class Identity:
-    """What the instrument says it is; None: its protocol does not tell, or it was not asked. identification: words
-    without fixed fields."""
+    """The instrument's identity as it states it; None: its protocol does not tell, or it was not asked. identification:
+    words without fixed fields."""
 
     model: str | None = None
     serial: str | None = None
@@ -43,7 +43,7 @@ class Identity:
 
 
 def check_identity(who: str, said: Identity, model: str | None, serial: str | None) -> None:
-    """Raise WrongInstrument if the instrument says another model or serial number than the bench file."""
+    """Raise WrongInstrument if the instrument states another model or serial number than the bench file."""
     for name, found, expected in (("model", said.model, model), ("serial number", said.serial, serial)):
         if found is not None and expected is not None and found != expected:
             words = "are two instruments swapped?"
@@ -51,7 +51,7 @@ def check_identity(who: str, said: Identity, model: str | None, serial: str | No
 
 
 def check_unchanged(who: str, before: Mapping[str, str], now: Mapping[str, str]) -> None:
-    """Raise Implausible if the instrument says other settings than before."""
+    """Raise Implausible if the instrument's settings have changed."""
     changed = [
         f"{key} was {before[key]!r} and is {now[key]!r}"
         for key in before.keys() & now.keys()
@@ -64,7 +64,7 @@ def check_unchanged(who: str, before: Mapping[str, str], now: Mapping[str, str])
 
 def agreed(who: str, readings: Sequence[Reading], within: float, more_within: float = 0.0) -> Reading:
     """Return the mean of readings, at the time of the last. Raises Implausible if two of them differ by more than
-    `within` [SI], when what came with them differs by more than `more_within`, or when they came under different
+    `within` [SI], if the values that came with them differ by more than `more_within`, or if they came under different
     settings.
 
     A serial line without checksum cannot tell 12.3 from a damaged 18.3; two answers to two questions can."""
@@ -87,7 +87,7 @@ def agreed(who: str, readings: Sequence[Reading], within: float, more_within: fl
 
 
 def no_value(who: str, line: bytes, expected: str) -> InstrumentError:
-    """Return what to say of a reply that is no value, by its look."""
+    """Return the error for a reply that is not a value, by its look."""
     if re.search(rb"-{3,}|_{3,}|OVER|^\s*OV|\bOL\b", line):
         return OverRange(f"{who}: it is over range, or has no probe ({line!r})")
     if re.search(rb"\d,\d", line):

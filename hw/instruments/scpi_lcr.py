@@ -177,7 +177,7 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         super()._start(deadline)
 
     def _settings_found(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return what the meter was set to, by header; without the bias, which is never switched on from here."""
+        """Return the meter's settings, by header; without the bias, which is never switched on from here."""
         return {
             setting.header: self._question(f"{setting.header}?", deadline)
             for name, setting in self._profile.settings.items()
@@ -207,8 +207,8 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         return Identity(fields[1], None if serial in ("", "0") else serial, ",".join(fields[3:]) or None)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return all settings, if they are as they must be and the meter reports no error. Raises InstrumentRefused
-        with a bias on, without corrections or with an error in the queue, Implausible."""
+        """Return all settings, if they are as required and the meter reports no error. Raises InstrumentRefused if the
+        bias is on, a correction is missing or the error queue is not empty, Implausible."""
         found = {}
         for name, setting in self._profile.settings.items():
             wanted, said = self._wanted(setting), self._question(f"{setting.header}?", deadline)
@@ -225,7 +225,7 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         return found
 
     def _check_error_queue(self, deadline: Deadline) -> None:
-        """Raise InstrumentRefused if the meter could not do what it was told, such as -211, trigger ignored."""
+        """Raise InstrumentRefused if the meter could not execute a command, such as -211, trigger ignored."""
         said = self._question("SYST:ERR?", deadline)
         number = ERROR.fullmatch(said)
         if number is None:

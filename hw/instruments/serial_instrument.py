@@ -1,5 +1,5 @@
-"""What all serial drivers do alike: connect when needed, ask only on a silent line, ask before and after every reading
-who answers and what it is set to, read more than once, bound everything."""
+"""Base of all serial drivers: they connect when needed, ask only on a silent line, ask for identity and settings before
+and after every reading, read more than once, and bound everything."""
 
 import time
 from abc import ABC, abstractmethod
@@ -56,7 +56,7 @@ class SerialInstrument(ABC, Generic[S]):
         return self.settings.deadline_s
 
     def connect(self) -> Identity:
-        """Start a run: everything is set, and holds from now on; who answers. Raises InstrumentError."""
+        """Start a run and return the identity. Everything is set, and holds from now on. Raises InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         self.asked = {}
         with self._session_ends_on_error():
@@ -79,8 +79,8 @@ class SerialInstrument(ABC, Generic[S]):
             return replace(reading, settings=settings)
 
     def confirm(self) -> Identity:
-        """Return end a run: still the same instrument, set as it was; asked before anything is set. Raises
-        InstrumentError."""
+        """End a run and return the identity: still the same instrument with the same settings, asked before anything is
+        set. Raises InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         with self._session_ends_on_error():
             if not self._in_session:
@@ -91,7 +91,8 @@ class SerialInstrument(ABC, Generic[S]):
             return identity
 
     def close(self) -> None:
-        """Set the instrument as it was found, as far as it answers, and close the line. What was asked is forgotten."""
+        """Restore the instrument's settings, as far as it answers, and close the line. Its identity and settings are
+        forgotten."""
         if self._found and self.link.is_open:
             deadline = self.link.deadline(self.deadline_s)
             try:
@@ -114,14 +115,15 @@ class SerialInstrument(ABC, Generic[S]):
         self._session = self.link.opened
 
     def _state(self, deadline: Deadline) -> tuple[Identity, dict[str, str]]:
-        """Return what the instrument says of itself; it must be the one that the bench file names."""
+        """Return the instrument's identity and settings. Raises InstrumentError if it is not the one that the bench
+        file names."""
         identity = self._identify(deadline)
         check_identity(self.name, identity, self.model, self.serial)
         said = {key: value for key, value in asdict(identity).items() if value is not None}
         return identity, said | dict(self._ask_settings(deadline))
 
     def _agreed(self, deadline: Deadline) -> Reading:
-        """Return answers that agree, as many as it takes to believe them."""
+        """Return the mean of as many answers as are needed to rely on it."""
         readings = [self._measure(deadline) for _ in range(self.answers)]
         return agreed(self.name, readings, self._within(readings[0]), self._more_within)
 
@@ -140,14 +142,14 @@ class SerialInstrument(ABC, Generic[S]):
 
     @property
     def _more_within(self) -> float:
-        """Return how far what comes with them may differ."""
+        """Return how far the values that come with them may differ."""
         return 0.0
 
     def _open(self, deadline: Deadline) -> None:
-        """Make it answer, where it does not by itself; sets nothing that a value depends on."""
+        """Make the instrument answer, if it does not by itself; sets nothing that a value depends on."""
 
     def _settings_found(self, _: Deadline) -> Mapping[str, str]:
-        """Return what the instrument was set to before `_set_up` changes it; nothing if it sets nothing."""
+        """Return the instrument's settings before `_set_up` changes them; nothing if it sets nothing."""
         return {}
 
     def _give_back(self, found: Mapping[str, str], deadline: Deadline) -> None:
@@ -157,11 +159,11 @@ class SerialInstrument(ABC, Generic[S]):
         """Set everything that must be set before a value means what it should; by itself it sets nothing."""
 
     def _identify(self, _: Deadline) -> Identity:
-        """Ask who it is, as far as the protocol has it."""
+        """Ask for the identity, as far as the protocol has it."""
         return Identity()
 
     def _ask_settings(self, _: Deadline) -> Mapping[str, str]:
-        """Return what it says it is set to, when that is as the bench file wants it; nothing if the protocol has no
+        """Return the instrument's settings, if they are as the bench file requires; nothing if the protocol has no
         question. Raises InstrumentError."""
         return {}
 
@@ -170,7 +172,7 @@ class SerialInstrument(ABC, Generic[S]):
         """Ask for one value."""
 
     def _ask(self, message: bytes, end: bytes, deadline: Deadline, harmless: bytes = b"\r\n") -> bytes:
-        """Send a message and return the reply with its end. Raises Garbled when bytes lay on the line before it: they
+        """Send a message and return the reply with its end. Raises Garbled if bytes lay on the line before it: they
         could be taken for the answer. harmless : bytes that an instrument may leave behind."""
         self._say(message, harmless)
         return self.link.read_until(end, deadline.within(self.settings.timeout_s))

@@ -1,4 +1,4 @@
-"""The one place where what a parser throws at a damaged file becomes a RecordError."""
+"""The only place where an error of a parser on a damaged file becomes a RecordError."""
 
 import struct
 import zlib

@@ -1,9 +1,8 @@
-"""Records as other tools write them, for `accept frf`: units in headers, `;` and decimal commas, structures of
-Speedgoat, Simulink and dSPACE, channels of any name, a sampling time from the command line. What was taken for what is
-said.
+"""Records of other tools, for `accept frf`: units in headers, `;` and decimal commas, structures of Speedgoat, Simulink
+and dSPACE, channels of any name, a sampling time from the command line. The mapping of columns is stated.
 
-`accept frf` takes any of it. A unit is judged from channels that are named: those of structures are read, too, if the
-name stands for one vector, and units only as the unit's [channels] states them (`hw.records.reader`).
+`accept frf` takes any of it. A unit is judged from named channels: those of structures are read, too, if the name
+stands for one vector, and units only as the unit's [channels] states them (`hw.records.reader`).
 """
 
 import io
@@ -35,7 +34,7 @@ OBJECTS = "MATLAB objects (timeseries, Dataset) cannot be read: write the run wi
 
 
 class Unreadable(RecordError):
-    """Nothing could be read from the file at all."""
+    """A file of which nothing could be read."""
 
 
 def foreign_record(
@@ -96,7 +95,8 @@ def _stated(file: str, column: Column, source: ChannelSource) -> Column:
 
 def nested_variables(source: Source, names: Iterable[str], time: str) -> dict[str, Variable]:
     """Return the vectors in the structures of a file that have these names, whole or as their last part; for `time` a
-    structure's own time axis too. Raises RecordError for a name that stands for several, and for two time axes."""
+    structure's own time axis too. Raises RecordError if a name stands for several vectors, or if there are two time
+    axes."""
     columns = columns_of(source)
     found: dict[str, Column] = {}
     for name in dict.fromkeys(names):
@@ -178,7 +178,7 @@ def _vet_table(file: str, heads: list[str], fields: list[int], apart: str) -> No
 
 
 def _decoded(raw: bytes) -> str:
-    """Return UTF-8, else as Windows writes text in western Europe."""
+    """Return the text of UTF-8 bytes, else as Windows writes text in western Europe."""
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -218,7 +218,7 @@ def _hdf5(source: Source) -> dict[str, Column]:
 
 
 def _named(file: str, found: Iterable[tuple[str, Column]]) -> dict[str, Column]:
-    """Return vectors by name. Raises RecordError if two have one name: which is meant cannot be known."""
+    """Return vectors by name. Raises RecordError if two have one name, because the meaning is then ambiguous."""
     out: dict[str, Column] = {}
     for name, column in found:
         if name in out and column.values.size > 1:
@@ -247,12 +247,12 @@ def _hits(wanted: str, found: Mapping[str, Column]) -> list[str]:
 
 
 def _plain(name: str) -> str:
-    """Return name without its unit and without the structures around it."""
+    """Return the name without its unit and without the structures around it."""
     return parse_header(name)[0].rsplit(".", 1)[-1].rsplit("/", 1)[-1].strip("\"'")
 
 
 def _in_unit(file: str, name: str, column: Column, wanted: str) -> Array:
-    """Return (N,) in the unit that the name has here; a file that says none is taken to mean it."""
+    """Return (N,) in the unit that the name has here; a file without a unit is taken to have it."""
     if not column.unit or not wanted:
         return column.values.copy()
     try:

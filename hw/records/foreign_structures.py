@@ -14,15 +14,15 @@ _WIDEST = 64  # columns of a matrix that are taken as signals
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """values (N,) float64; unit: as the file says, "" where it says none."""
+    """values (N,) float64; unit: as in the file, "" without one."""
 
     values: Array
     unit: str = ""
 
 
 def vectors(name: str, value: Any, labels: Sequence[str] = (), depth: int = 0) -> Iterator[tuple[str, Column]]:
-    """Return the vectors of structures as `outer.inner`, of a matrix by its labels, else as `name[1]`, `name[2]`.
-    Single numbers too."""
+    """Yield the vectors of structures as `outer.inner`, of a matrix by its labels, else as `name[1]`, `name[2]`. Single
+    numbers too."""
     if depth > _DEEPEST:
         return
     if isinstance(value, Mapping):
@@ -35,8 +35,8 @@ def vectors(name: str, value: Any, labels: Sequence[str] = (), depth: int = 0) -
 
 
 def _structure(name: str, value: Mapping[str, Any], depth: int) -> Iterator[tuple[str, Column]]:
-    """Read a structure. dSPACE: X and Y. timeseries: Time and Data. Simulink, structure with time: `signals` with
-    `values` and `label`. Speedgoat, file scope: `data` with `signalNames`. Else fields side by side."""
+    """Yield the vectors of a structure. dSPACE: X and Y. timeseries: Time and Data. Simulink, structure with time:
+    `signals` with `values` and `label`. Speedgoat, file scope: `data` with `signalNames`. Else fields side by side."""
     if {"X", "Y"} <= set(value):
         yield from _dspace(value)
         return
@@ -59,7 +59,7 @@ def _timeseries(name: str, value: Mapping[str, Any]) -> Iterator[tuple[str, Colu
 
 
 def _dspace(value: Mapping[str, Any]) -> Iterator[tuple[str, Column]]:
-    """Yield the first time axis and what was sampled by it; signals of another axis have other instants."""
+    """Yield the first time axis and the signals sampled by it; signals of another axis have other instants."""
     axes = _with_data(value["X"])
     if axes:
         yield "t", Column(_flat(axes[0]["Data"]), "s")
@@ -95,7 +95,7 @@ def _with_data(part: Any) -> list[Mapping[str, Any]]:
 
 
 def _words(value: Any) -> tuple[str, ...]:
-    """Return one label or several; none of anything else."""
+    """Return one label or several; an empty tuple for any other value."""
     if isinstance(value, str):
         return (value,) if value else ()
     if isinstance(value, list | np.ndarray) and all(isinstance(v, str) and v for v in np.ravel(np.asarray(value))):

@@ -1,4 +1,4 @@
-"""How much a record file may hold before it is refused unread."""
+"""Limits of a record file, beyond which it is refused unread."""
 
 from dataclasses import dataclass
 

@@ -46,7 +46,7 @@ class MatElement:
 
 
 def open_mat5(file: str, raw: bytes) -> dict[str, Variable]:
-    """Return variables of the bytes of a level 5 MAT-file. Raises RecordError and whatever `damage.refused`
+    """Return the variables of the bytes of a level 5 MAT-file. Raises RecordError and the errors that `damage.refused`
     converts."""
     order = ">" if raw[126:128] == b"MI" else "<"
     found = [_variable(file, raw, e, order) for e in _elements(file, raw, order)]
@@ -54,8 +54,8 @@ def open_mat5(file: str, raw: bytes) -> dict[str, Variable]:
 
 
 def vet_unpacked(file: str, raw: bytes, most: int) -> None:
-    """Raise RecordError if the compressed variables of a file unpack to more than `most` bytes: for readers that unpack
-    all of them. None of it is kept."""
+    """Raise RecordError if the compressed variables of a file unpack to more than `most` bytes, for readers that unpack
+    all of them. Nothing of it is kept."""
     left = most
     for element in _elements(file, raw, ">" if raw[126:128] == b"MI" else "<"):
         inflate, packed = zlib.decompressobj(), raw[element.start : element.start + element.size]
@@ -115,7 +115,7 @@ def _compressed(file: str, packed: memoryview, order: str) -> Variable:
 
 @dataclass(frozen=True)
 class ArrayHeader:
-    """What stands before the data of an array; data_at: where they start."""
+    """Header of an array; data_at: where its data start."""
 
     name: str
     shape: tuple[int, ...]

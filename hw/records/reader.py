@@ -28,7 +28,7 @@ def read(
     rename: Mapping[str, str | ChannelSource] = NO_CHANNELS,
     limits: ReadLimits = DEFAULT_LIMITS,
 ) -> Record:
-    """Return record of a file: see `record_of`. Raises RecordError, also where it cannot be read."""
+    """Return the record of a file: see `record_of`. Raises RecordError, also if the file cannot be read."""
     return record_of(load_bytes(path, limits), series, rename, limits)
 
 
@@ -75,7 +75,7 @@ def record_of(
 
 
 def _is_other_clock(wanted: Variables, sources: Channels) -> bool:
-    """Return whether the time has a name of another tool, as `time`."""
+    """Return whether the time has a name of another tool, such as `time`."""
     return TIME not in sources and wanted[TIME].name != TIME
 
 

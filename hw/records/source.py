@@ -56,7 +56,7 @@ class Source:
 
 
 def load_bytes(path: Path, limits: ReadLimits) -> Source:
-    """Return all bytes of a file. Raises RecordError if it is missing, no file, empty, too large or not readable."""
+    """Return all bytes of a file. Raises RecordError if it is missing, not a file, empty, too large or not readable."""
     try:
         found = path.stat()
         if not stat.S_ISREG(found.st_mode):  # reading a pipe would wait for ever

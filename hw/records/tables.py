@@ -16,13 +16,13 @@ from hw.records.vet import loaded
 
 
 def read_table(path: Path, table: CsvTable) -> dict[str, Array]:
-    """Return column -> (N,) of a CSV file: see `table_of`. Raises RecordError, also where it cannot be read."""
+    """Return column -> (N,) of a CSV file: see `table_of`. Raises RecordError, also if the file cannot be read."""
     return table_of(load_bytes(path, DEFAULT_LIMITS), table)
 
 
 def table_of(source: Source, table: CsvTable) -> dict[str, Array]:
-    """Return column -> (N,) of the bytes of a CSV file with the declared columns. Raises RecordError for a file that
-    lacks a column or rows, or holds anything but finite numbers."""
+    """Return column -> (N,) of the bytes of a CSV file with the declared columns. Raises RecordError if a column or a
+    row is missing, or a field is not a finite number."""
     with refused(source.file):
         found = open_csv(source.file, source.raw)
         missing = [c for c in table.columns if c not in found]

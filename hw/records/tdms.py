@@ -1,7 +1,7 @@
 """TDMS files, as National Instruments' recorders write them: channels in groups, and their time as increments.
 
-The time is the channel "t" where there is one, else what the properties `wf_increment` and `wf_start_offset` of the
-channels tell, when all of them tell the same. A file whose last segment was cut off is refused: nothing is repaired.
+The time is the channel "t" if the file has it, else that of the properties `wf_increment` and `wf_start_offset` of the
+channels, if they agree. A file whose last segment was cut off is refused: nothing is repaired.
 """
 
 import io
@@ -23,8 +23,8 @@ UNITS = {"volts": "V", "meters": "m", "newtons": "N", "seconds": "s"}  # as the 
 
 
 def open_tdms(file: str, raw: bytes) -> dict[str, Variable]:
-    """Return variables of the bytes of a TDMS file; a channel's name alone where only one group has it. Raises
-    RecordError and whatever `damage.refused` converts."""
+    """Return the variables of the bytes of a TDMS file, named by channel alone if only one group has it. Raises
+    RecordError and the errors that `damage.refused` converts."""
     found = TdmsFile.read_metadata(io.BytesIO(raw))
     if found.file_status.incomplete_final_segment:
         raise RecordError(f"{file}: its last segment is cut off; was it copied before the recorder had finished?")
@@ -55,7 +55,7 @@ def _numbers(raw: bytes, group: str, name: str) -> Array:
 
 
 def _time(file: str, channels: list[Any]) -> Variable | None:
-    """Return the time that the channels with an increment have in common; None if none has one."""
+    """Return the time that the channels with an increment have in common; None if no channel has an increment."""
     timed = [c for c in channels if "wf_increment" in c.properties and len(c)]
     ways = {(c.properties["wf_increment"], c.properties.get("wf_start_offset", 0.0), len(c)) for c in timed}
     if not ways:

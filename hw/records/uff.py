@@ -21,7 +21,7 @@ def frf_bytes(
 ) -> bytes:
     """Return H (F, C) over f (F,) [Hz] as text, one set a channel, with 13 digits in H and 7 in f.
 
-    units : unit of every channel and of the input. Raises ValueError for what the format cannot hold.
+    units : unit of every channel and of the input. Raises ValueError if the format cannot hold the data.
     """
     if H.shape != (f.size, len(channels)) or f.size < 2 or not (np.diff(f) > 0).all():
         raise ValueError(f"H is {H.shape} for {f.size} frequencies, which must increase, and {len(channels)} channels")

@@ -59,7 +59,7 @@ class UffFunction:
 
 
 def functions(file: str, raw: bytes) -> list[UffFunction]:
-    """Return every data set 58 of the bytes of a file; sets of other numbers are passed over. Raises RecordError."""
+    """Return every data set 58 of the bytes of a file; sets of other numbers are left out. Raises RecordError."""
     return list(_functions(file, raw))
 
 
@@ -73,7 +73,7 @@ def abscissa(file: str, f: UffFunction) -> Array:
 
 
 def ordinate(file: str, f: UffFunction) -> NDArray[np.float64] | NDArray[np.complex128]:
-    """Return (count,) values of a function, complex where its type is."""
+    """Return (count,) values of a function, complex if its type is."""
     table = _table(file, f)
     real = table["y0"].astype(np.float64)
     return real + 1j * table["y1"].astype(np.float64) if f.is_complex else real

@@ -1,6 +1,6 @@
-"""What a channel must be to be used: finite, varying, inside what its converter can tell, on a uniform time base.
+"""Requirements of a channel: finite, varying, inside the range of its converter, on a uniform time base.
 
-Nothing is repaired: whatever does not hold is refused in words.
+Nothing is repaired: a channel that fails is refused in words.
 """
 
 import numpy as np
@@ -128,7 +128,7 @@ def _vet_range(file: str, channel: str, x: Array, t: Array, lo: float, hi: float
 
 
 def _longest_run(there: NDArray[np.bool_]) -> tuple[int, int]:
-    """Start and length of the longest run of True."""
+    """Return start and length of the longest run of True."""
     edges = np.flatnonzero(np.diff(there, prepend=False, append=False))
     lengths = edges[1::2] - edges[::2]
     best = int(np.argmax(lengths))

@@ -1,4 +1,4 @@
-"""The simulated bench: gauge, LCR meter and probe readout on pseudo-terminals, and the bench file that finds them."""
+"""The simulated bench: gauge, LCR meter and probe readout on pseudo-terminals, and the bench file that names them."""
 
 from contextlib import ExitStack
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What every simulated instrument has in common: bytes in, replies out, and the switches that faults throw."""
+"""Base of every simulated instrument: bytes in, replies out, and the switches that faults set."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -8,8 +8,8 @@ Source = Callable[[], float | None]
 
 
 class Device(ABC):
-    """One instrument's protocol. silent: a menu is open; overrange: what it measures is outside its range;
-    other_unit: somebody changed the unit at the instrument. Replies come whole, one per entry."""
+    """One instrument's protocol. silent: a menu is open; overrange: the measured value is outside its range;
+    other_unit: the unit was changed at the instrument. Replies come whole, one per entry."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -17,12 +17,12 @@ class Device(ABC):
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Return replies to what came; bytes of an unfinished message wait for the rest."""
+        """Return the replies to received bytes; bytes of an unfinished message wait for the rest."""
         self._buffer += data
         return [reply for message in self._messages() for reply in self._answers(message)]
 
     def unsolicited(self) -> list[bytes]:
-        """Return what it sends by itself now."""
+        """Return the bytes that it sends by itself now."""
         return []
 
     def unplugged(self) -> None:
@@ -34,11 +34,11 @@ class Device(ABC):
 
     @abstractmethod
     def _messages(self) -> list[bytes]:
-        """Return finished messages in the buffer, taken out of it, without their ends."""
+        """Return the finished messages in the buffer, taken out of it, without their ends."""
 
     @abstractmethod
     def answer(self, message: bytes) -> list[bytes]:
-        """Return replies to one message, with their ends."""
+        """Return the replies to one message, with their ends."""
 
     def _lines(self, end: bytes) -> list[bytes]:
         *lines, rest = bytes(self._buffer).split(end)

@@ -14,7 +14,7 @@ class FaultKind(StrEnum):
     SLOW = "slow"  # `seconds` between the bytes of a reply
     ECHO_LOST = "echo_lost"  # a whole reply is lost
     LATE = "late"  # a whole reply comes `seconds` late
-    WRONG_UNIT = "wrong_unit"  # somebody changed the unit or the mode at the instrument
+    WRONG_UNIT = "wrong_unit"  # the unit or the mode was changed at the instrument
     OVERRANGE = "overrange"
     MENU_OPEN = "menu_open"  # it says nothing
     SWAPPED = "swapped"  # another instrument is on this line

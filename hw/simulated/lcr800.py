@@ -75,7 +75,7 @@ class Lcr800Device(Device):
             return [b"PRIM:OVER\n"]
         if farads is None:
             return [b"PRIM:OV01\n"]
-        if self.other_unit or self.settings["MODE"] != "MODE:CD":  # somebody changed the mode: R and Q, blank unit
+        if self.other_unit or self.settings["MODE"] != "MODE:CD":  # the mode was changed: R and Q, blank unit
             return [b"MAIN:PRIM  32.705\n", b"MAIN:SECO  .0045  \n"]
         number, unit = _scaled(farads)
         secondary = (

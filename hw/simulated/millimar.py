@@ -16,7 +16,7 @@ FORMULAS = {f: re.sub(r"([+-])", r"\1C", f) for f in ("+1", "-1", "+2", "-2", "+
 
 
 class MillimarDevice(Device):
-    """source: displacement [m]. unit: of its display, until somebody changes it at the instrument."""
+    """source: displacement [m]. unit: of its display, until it is changed at the instrument."""
 
     def __init__(self, source: Source, model: str, unit: str) -> None:
         super().__init__(source)
@@ -33,7 +33,7 @@ class MillimarDevice(Device):
         return self._lines(b"\r")
 
     def _value(self) -> bytes:
-        """Return what it answers when asked for its value."""
+        """Return the answer to a question for its value."""
         if self.overrange:
             return b"ERR3"
         metres = self.source()

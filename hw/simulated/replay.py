@@ -43,7 +43,7 @@ class ReplayPort:
         return len(b)
 
     def close(self) -> None:
-        """Stay: a transcript goes over several openings of its line."""
+        """Do nothing: a transcript covers several openings of its line."""
 
 
 def replay(entries: Iterable[Sequence[float | str]], place: Place) -> tuple[Link, ReplayPort]:

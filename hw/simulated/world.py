@@ -1,4 +1,4 @@
-"""What the simulated instruments measure: a unit's truth, and what the technician has set up in front of them."""
+"""What the simulated instruments measure: a unit's true values, and the technician's setup in front of them."""
 
 import json
 import os
@@ -31,8 +31,8 @@ class BenchSetup:
 
 @dataclass(frozen=True)
 class Stage:
-    """What hands have done: probe on which point (from 1), leads on "sensor" or "actuator", voltage [V] on "one_stack"
-    or "two_stacks". None: not connected."""
+    """The technician's setup: probe on which point (from 1), leads on "sensor" or "actuator", voltage [V] on
+    "one_stack" or "two_stacks". None: not connected."""
 
     probe: int | None = None
     leads: str | None = None
@@ -41,13 +41,13 @@ class Stage:
 
 
 class StageFile:
-    """A stage in a file, so that the bench and whoever plays the technician may be two programs."""
+    """A stage in a file, so that the bench and the program that plays the technician may be two."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     def read(self) -> Stage:
-        """Return the stage; nothing connected when the file is not there. Raises ValueError for another file."""
+        """Return the stage; nothing connected if the file does not exist. Raises ValueError if it is another file."""
         try:
             found = json.loads(self.path.read_text(encoding="utf-8"))
         except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""The way from a command to a cluster. Dask is not loaded where none is asked for."""
+"""Connecting a command to a cluster. Dask is only loaded if one is asked for."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,7 +10,7 @@ from specs.distribution import install
 @contextmanager
 def connected(where: str | None, say: Callable[[str], None]) -> Iterator[Cluster | None]:
     """Yield the cluster at the address of a scheduler (`tcp://HOST:8786`), or workers of this machine, one a core
-    (`local`), which end with the work; None if none is asked for. Raises ClusterError if nobody answers."""
+    (`local`), which end with the work; None without an address. Raises ClusterError if no scheduler answers."""
     if where is None:
         yield None
         return

@@ -50,7 +50,7 @@ class _Raised:
 
 @dataclass(frozen=True)
 class _Task:
-    """Items that travel together. alone: one, while no other is anywhere."""
+    """Items that travel together. alone: a single item, sent while no other is on the way."""
 
     items: list[Any]
     alone: bool = False
@@ -94,13 +94,13 @@ class Labelled(WorkerPlugin):
 
 
 class DaskWorkers:
-    """The workers of a scheduler. Raises ClusterError where none answers."""
+    """The workers of a scheduler. Raises ClusterError if none answers."""
 
     def __init__(self, where: str, scheduler: str | LocalCluster, say: Say) -> None:
         self._where, self._scheduler, self._say = where, scheduler, say
         try:
             self._client = _client(scheduler)
-        except Exception as e:  # something else than Dask may listen there: what its bytes lead to, nobody knows
+        except Exception as e:  # another program than Dask may listen there: its bytes can raise any error
             raise ClusterError(f"{where}: no Dask scheduler answers; `dask scheduler` starts one") from e
         self._looked = 0.0
         self._ours, self._others = 0, dict[str, float]()  # workers of our code; others, and since when they are here
@@ -144,7 +144,7 @@ class DaskWorkers:
                     self._hand_in(work, out.pop(future), out, back)
 
     def close(self) -> None:
-        """Let go of the scheduler."""
+        """Close the connection to the scheduler."""
         with suppress(Exception):  # it may be gone
             self._client.close(timeout=5)
 
@@ -158,7 +158,7 @@ class DaskWorkers:
             self._client.register_plugin(Labelled())
 
     def _workers(self) -> int:
-        """Return how many run our code. Raises ClusterError if there has been none for too long."""
+        """Return how many workers run our code. Raises ClusterError if there has been none for too long."""
         now = time.monotonic()
         if now - self._looked > LOOK_S:
             self._looked = now
@@ -186,7 +186,7 @@ class DaskWorkers:
         return f" ({len(self._others)} run another one; update them)" if self._others else " (there is none at all)"
 
     def _reconnected(self) -> None:
-        """Wait until the scheduler is there again. Raises ClusterError."""
+        """Wait until the scheduler is back. Raises ClusterError."""
         self._say(f"{self._where}: the scheduler was lost; what had not come back is handed in again")
         deadline = time.monotonic() + AWAY_S
         self.close()
@@ -203,7 +203,7 @@ class DaskWorkers:
 
 
 def _first(back: Back) -> Future[Any] | None:
-    """Return one that came back, or None if none did for a while."""
+    """Return one task that came back, or None if none did for a while."""
     try:
         return back.get(timeout=LOOK_S)
     except queue.Empty:
@@ -217,7 +217,8 @@ def _done(work: Callable[[T], R], items: list[T]) -> _Did:
 
 
 def _guarded(work: Callable[[T], R], item: T) -> R | GivenUp | _Raised:
-    """Return Dask sends errors home as objects and loses its way over some: words are enough."""
+    """Return the outcome of the work on one item, an error in words: Dask sends errors home as objects and loses some
+    of them."""
     try:
         return work(item)
     except MemoryError:
@@ -227,7 +228,8 @@ def _guarded(work: Callable[[T], R], item: T) -> R | GivenUp | _Raised:
 
 
 def _outcome(future: Future[Any]) -> _Did | GivenUp | None:
-    """Return what came back, None if the way to it is broken. Raises WorkFailed if it cannot be had at all."""
+    """Return the outcome of a task, None if the connection to it is broken. Raises WorkFailed if it cannot be had at
+    all."""
     if future.status == "error":
         error = future.exception()
         if isinstance(error, KilledWorker):
@@ -241,7 +243,7 @@ def _outcome(future: Future[Any]) -> _Did | GivenUp | None:
 
 
 def _sound(pairs: Iterable[tuple[T, R | GivenUp | _Raised]]) -> Iterator[tuple[T, R | GivenUp]]:
-    """Yield items and what came of them. Raises WorkFailed, after the others, for what the work raised."""
+    """Yield items and their outcomes. Raises WorkFailed, after the others, for an error that the work raised."""
     raised: _Raised | None = None
     for item, found in pairs:
         if isinstance(found, _Raised):

@@ -1,4 +1,4 @@
-"""Work that is done elsewhere, item by item, and what can go wrong with it."""
+"""Work that is done on other machines, item by item, and its errors."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Protocol, TypeVar
@@ -23,11 +23,11 @@ class WorkFailed(RuntimeError):
 
 
 class Cluster(Protocol):
-    """Workers somewhere, which have the same code."""
+    """Workers on other machines or this one, which have the same code."""
 
     def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
         """Yield each item with what `work` makes of it, as they come back; `work` is a function of a module. Few items
-        are handed in at a time: they may be made while others are worked on. A MemoryError comes back as GivenUp,
-        anything else that `work` raises as WorkFailed.
+        are handed in at a time: they may be made while others are worked on. A MemoryError comes back as GivenUp, any
+        other error of `work` as WorkFailed.
 
-        Raises WorkFailed, ClusterError where the scheduler or every worker stays away."""
+        Raises WorkFailed, ClusterError if the scheduler or every worker stays away."""

@@ -1,1 +1,1 @@
-"""What a person types, in which unit."""
+"""Typed entries: value and unit."""

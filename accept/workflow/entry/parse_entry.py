@@ -1,4 +1,4 @@
-"""What a person types: `4.99 uF`, `4,99`, `4.99 ± 0.02 uF`; nonsense is refused with the reason."""
+"""Parsing of typed entries: `4.99 uF`, `4,99`, `4.99 ± 0.02 uF`; an invalid one is refused with the reason."""
 
 import math
 import re
@@ -20,18 +20,18 @@ _MAX_LENGTH = 80  # characters: a number, its uncertainty and their units are fa
 
 
 class EntryError(AcceptError, ValueError):
-    """What was typed cannot be taken; the text says why, short enough to stand beside the field."""
+    """An entry that is refused; the text says why, short enough to stand beside the field."""
 
 
 def parse_scalar(text: str, declared: Scalar) -> Measured:
-    """Return value, and U where it was typed, in the declared unit. Raises EntryError."""
+    """Return the value, and U if it was typed, in the declared unit. Raises EntryError."""
     measured = parse_number(text, declared.unit)
     check_plausible(measured.value, declared)
     return measured
 
 
 def check_plausible(value: float, declared: Scalar) -> None:
-    """Raise EntryError for a value that cannot be."""
+    """Raise EntryError if a value is impossible."""
     if not declared.lo <= value <= declared.hi:
         raise EntryError(
             f"{value:g} {declared.unit} is not plausible: expected {declared.lo:g} to {declared.hi:g} {declared.unit}"
@@ -42,8 +42,8 @@ _POWERS = (1, -1, 2, -2, 3, -3, 6, -6)  # of ten: a slipped decimal point, or an
 
 
 def usual_range(declared: Scalar | Vector, limits: Mapping[str, Limit]) -> tuple[float, float] | None:
-    """Return what a value commonly is: as declared, else a factor of two about the limits of the quantity of that name;
-    None where nobody says. A limit on one side reaches to three times itself."""
+    """Return the range in which a value commonly lies: as declared, else a factor of two about the limits of the
+    quantity of that name; None if neither is given. A limit on one side reaches to three times itself."""
     if declared.usual is not None:
         return declared.usual
     limit = limits.get(declared.name) or limits.get(declared.name.replace("k_", "k_closed_", 1))
@@ -56,8 +56,9 @@ def usual_range(declared: Scalar | Vector, limits: Mapping[str, Limit]) -> tuple
 
 
 def doubt(value: float, unit: str, usual: tuple[float, float] | None) -> str:
-    """Return what to ask before a value is stored that a mistyped point or another unit would explain, or that lies ten
-    times outside the usual; "" for none. A value that is simply bad is not doubted: a dead stack reads a third."""
+    """Return the question to ask before a value is stored that a mistyped point or another unit would explain, or that
+    lies ten times outside the usual range; "" if none is needed. A value that is simply bad is not doubted: a dead
+    stack reads a third."""
     if usual is None or usual[0] <= value <= usual[1]:
         return ""
     meant = next((value * 10.0**p for p in _POWERS if usual[0] <= value * 10.0**p <= usual[1]), None)
@@ -69,8 +70,8 @@ def doubt(value: float, unit: str, usual: tuple[float, float] | None) -> str:
 
 
 def parse_number(text: str, unit: str) -> Measured:
-    """Return number in `unit`; another unit of the same kind is converted, none is taken for `unit`. Raises
-    EntryError."""
+    """Return a number in `unit`; another unit of the same kind is converted, and a number without a unit is in `unit`.
+    Raises EntryError."""
     if not text.strip():
         raise EntryError(f"enter a number in {unit}")
     found = _ENTRY.fullmatch(text) if len(text) <= _MAX_LENGTH and text.isprintable() else None
@@ -100,7 +101,7 @@ def _number(text: str) -> float:
 
 
 def serial_problem(serial: str, spec: Spec) -> str | None:
-    """Return why a serial cannot be that of a unit of this spec, None when it can."""
+    """Return why a serial is not valid for a unit of this spec, None if it is."""
     if problem := unit_folder.serial_problem(serial):
         return problem
     if _ATTEMPT.search(serial):
@@ -111,7 +112,7 @@ def serial_problem(serial: str, spec: Spec) -> str | None:
 
 
 def plain_words(text: str, what: str) -> str:
-    """Return text on one line. Raises EntryError for none, for too much, and for what cannot be printed."""
+    """Return text on one line. Raises EntryError if it is empty, too long, or not printable."""
     words = " ".join(text.split())
     if not words:
         raise EntryError(f"{what} is empty")

@@ -24,7 +24,7 @@ MOST_TRAFFIC = 400  # entries beside one reading: some ten looks; what was only 
 
 @dataclass(frozen=True)
 class BenchInstrument:
-    """A driver, and what must be set up in front of it where the bench is simulated. key: its name in the bench file;
+    """A driver, and what must be set up in front of it if the bench is simulated. key: its name in the bench file;
     mutex: one question at a time goes over its line."""
 
     key: str
@@ -46,7 +46,7 @@ class BenchInstrument:
         return reading.value, reading.unit
 
     def evidence(self, most: int = MOST_TRAFFIC) -> Mapping[str, Any]:
-        """Return model, serial number, calibration, and every byte since this was last asked, `most` entries of it."""
+        """Return model, serial number, calibration, and at most `most` entries of the traffic since the last call."""
         with self.mutex:
             traffic = [] if self.driver.link is None else self.driver.link.take_transcript()
         calibration = self.entry.calibration
@@ -76,8 +76,8 @@ class BenchInstruments(NoInstruments):
         self._hands = Staged(Path(bench.stage)) if bench.stage else None
 
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
-        """Return the first instrument that measures this check, where the check's value is what an instrument shows:
-        what is derived from records, as a stroke is, no instrument reads."""
+        """Return the first instrument that measures this check, if the check's value is a reading: a value that is
+        derived from records, such as a stroke, has no instrument."""
         if check not in CHECKS or is_derived(CHECKS[check]):
             return None
         found = next((n for n, entry in self._entries.items() if check in entry.measures), None)
@@ -95,7 +95,7 @@ class BenchInstruments(NoInstruments):
 
     @property
     def staged(self) -> Staged | None:
-        """Return what acts at a simulated bench; None at a real one, where a person does."""
+        """Return the operator of a simulated bench; None at a real one, where a person acts."""
         return self._hands
 
     def close(self) -> None:
@@ -113,8 +113,8 @@ class BenchInstruments(NoInstruments):
 
 
 def bounded(traffic: Sequence[Traffic], most: int = MOST_TRAFFIC) -> list[Traffic]:
-    """Return the last entries, and a word about how many went before: the live value asks for as long as somebody
-    looks, and a record that is followed has thousands."""
+    """Return the last entries, and a note on how many went before: a live value can be shown for hours, and a record
+    that is followed has thousands of entries."""
     if len(traffic) <= most:
         return list(traffic)
     gone = len(traffic) - most

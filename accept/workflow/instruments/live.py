@@ -1,4 +1,4 @@
-"""An instrument's value while somebody looks at it: read again and again, beside all else, until told to stop."""
+"""An instrument's live value: read again and again, in parallel with all else, until stopped."""
 
 import threading
 from collections.abc import Callable
@@ -17,7 +17,7 @@ BROKEN = "the live value has stopped on an internal error; " + PLEASE_REPORT
 
 @dataclass(frozen=True)
 class Look:
-    """One look at an instrument: what it shows, or why it shows nothing."""
+    """One look at an instrument: its reading, or why it gives none."""
 
     measured: Measured | None = None
     error: str = ""
@@ -37,11 +37,11 @@ class Watch:
         self._thread.start()
 
     def stop(self) -> None:
-        """Look no more; a look that is under way is not told any more."""
+        """Stop looking; the result of a look under way is dropped."""
         self._over.set()
 
     def join(self, seconds: float) -> None:
-        """Wait for the end of a look that is under way."""
+        """Wait for the end of a look under way."""
         self._thread.join(seconds)
 
     def _run(self) -> None:
@@ -62,7 +62,7 @@ class Watch:
 
 
 def look(instrument: InstrumentPort, unit: str) -> Look:
-    """Return what an instrument shows now."""
+    """Return the instrument's present reading, or its error."""
     try:
         return Look(reading(instrument, unit))
     except (InstrumentError, EntryError) as e:

@@ -21,11 +21,11 @@ class InstrumentPort(Protocol):
         ...
 
     def uncertainty(self, value: float) -> float | None:
-        """Return expanded uncertainty of a value, both in the input's unit; None if only the spec states one."""
+        """Return the expanded uncertainty of a value, both in the input's unit; None if only the spec states one."""
         ...
 
     def evidence(self) -> Mapping[str, Any]:
-        """Return what goes into the store beside a reading: which instrument it was, and what went over its line."""
+        """Return what is stored beside a reading: the instrument, and the traffic of its line."""
         ...
 
 
@@ -33,7 +33,7 @@ class Instruments(Protocol):
     """The instruments at hand."""
 
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
-        """Return the instrument that reads this input, None when it is typed."""
+        """Return the instrument that reads this input, None if it is typed."""
         ...
 
     def recording(self, check: str) -> Any:
@@ -42,13 +42,13 @@ class Instruments(Protocol):
 
     @property
     def staged(self) -> Any:
-        """Return what acts at a simulated bench, None at a real one."""
+        """Return the operator of a simulated bench, None at a real one."""
         ...
 
 
 @dataclass(frozen=True)
 class NoInstruments:
-    """Everything is typed."""
+    """No instruments: everything is typed."""
 
     def serving(self, _check: str, _name: str, _index: int | None) -> InstrumentPort | None:
         return None

@@ -1,4 +1,4 @@
-"""The state of a unit in the workflow is a fold over its events; nothing else is remembered."""
+"""The state of a unit in the workflow, which is a fold over its events and nothing else."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -78,7 +78,7 @@ class StepJudgement:
 
 @dataclass(frozen=True)
 class StepState:
-    """What was taken at a step since it was last measured anew. earlier: entries of the rounds before, which stay."""
+    """Entries at a step since it was last measured anew. earlier: entries of the rounds before, which stay."""
 
     entries: tuple[EnteredValue | FileLink, ...] = ()
     earlier: tuple[EnteredValue | FileLink, ...] = ()
@@ -88,12 +88,12 @@ class StepState:
 
     @property
     def upto(self) -> int:
-        """Return the last entry, 0 without any."""
+        """Return the number of the last entry, 0 without any."""
         return self.entries[-1].seq if self.entries else 0
 
     @property
     def day(self) -> str | None:
-        """Return the last day on which something of it was measured, None without entries."""
+        """Return the last day on which an entry was measured, None without entries."""
         return max((entry.day for entry in self.entries), default=None)
 
     @property
@@ -108,7 +108,7 @@ class StepState:
         return tuple(mine[first:])
 
     def link(self, name: str) -> FileLink | None:
-        """Return the file last given for an input."""
+        """Return the file last given for an input, None without one."""
         return next((e for e in reversed(self.entries) if isinstance(e, FileLink) and e.input == name), None)
 
 
@@ -142,8 +142,7 @@ class Attempt:
 
     @property
     def given(self) -> Given:
-        """Return what a verdict goes by: the entries that stand, and the responses that the gap workflow answered
-        for."""
+        """Return the inputs of a verdict: the entries that stand, and the responses that the gap workflow explained."""
         return self.undoable, None if self.gap is None else self.gap[0]
 
 
@@ -157,12 +156,12 @@ class UnitRun:
 
     @property
     def attempt(self) -> Attempt | None:
-        """Return the present attempt."""
+        """Return the present attempt, None before the first."""
         return self.attempts[-1] if self.attempts else None
 
 
 def fold_run(serial: str, events: Iterable[Event]) -> UnitRun:
-    """Return the state of a unit after all its events. What was undone is passed over; it stays in the store.
+    """Return the state of a unit after all its events. Undone entries are left out; they stay in the store.
 
     Raises StoreError if a payload cannot be used.
     """
@@ -260,20 +259,20 @@ def _step_judged(attempt: Attempt, event: Event, judged: StepJudged) -> Attempt:
 
 
 def _judged(attempt: Attempt, judged: UnitJudged) -> Attempt:
-    """Return the attempt with its verdict. If the same was found before, from the same inputs, spec and program, its
-    certificate still holds."""
+    """Return the attempt with its verdict. If an earlier judgement found the same, from the same inputs, spec and
+    program, its certificate still holds."""
     if judged == attempt.judged:
         return attempt
     return replace(attempt, judged=judged, certificate=None, signatures=())
 
 
 def folder_name(number: int) -> str:
-    """Return name of an attempt's folder below that of its serial."""
+    """Return the name of an attempt's folder below that of its serial."""
     return f"attempt-{number}"
 
 
 def certificate_name(serial: str, number: int) -> str:
-    """Return file name of an attempt's certificate."""
+    """Return the file name of an attempt's certificate."""
     return f"{serial}.pdf" if number == 1 else f"{serial}_{folder_name(number)}.pdf"
 
 

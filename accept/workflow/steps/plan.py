@@ -1,4 +1,4 @@
-"""The steps of a unit come from its spec; what each needs comes from what its check declares."""
+"""The steps of a unit, from its spec; the inputs of each are those that its check declares."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,7 @@ class WorkflowStep:
 
     @property
     def short(self) -> str:
-        """Return its name in a list."""
+        """Return the step's name in a list."""
         return self.check.short or self.check.title[:16].rstrip()
 
     @property
@@ -66,7 +66,7 @@ def is_needed(declared: Input) -> bool:
 
 
 def guide_of(check: Check) -> Guide:
-    """Return the guide of a check, made of its declaration where nobody wrote one."""
+    """Return the guide of a check, or one made of its declaration if it has none."""
     return check.guide or Guide(f"{check.title}. Needed: {_ways(check)}.")
 
 

@@ -27,10 +27,10 @@ class Repeated:
 
 
 def repeated(readings: Sequence[EnteredValue], asked: CheckSpec, name: str) -> Repeated | None:
-    """Return what repeated readings say; None without any.
+    """Return the mean of repeated readings, None without any.
 
-    The scatter of the mean adds in square to the stated uncertainty ([JCGM100] 4.2.3 and 5.1.2). Where none is stated
-    it stays unknown: scatter says nothing about what all readings have in common.
+    The scatter of the mean adds in square to the stated uncertainty ([JCGM100] 4.2.3 and 5.1.2). If none is stated, it
+    stays unknown: scatter does not show what all readings have in common.
     """
     if not readings:
         return None
@@ -50,19 +50,19 @@ def _stated(asked: CheckSpec, name: str, value: float) -> float | None:
 
 
 def section(step: WorkflowStep, state: StepState) -> dict[str, Any]:
-    """Return content of the step's section of `unit.toml`; empty when nothing was taken."""
+    """Return the content of the step's section of `unit.toml`; empty if nothing was taken."""
     form = step.form(state.form)
     content = {i.name: _content(i, step, state) for i in form.inputs}
     return {name: value for name, value in content.items() if value is not None}
 
 
 def missing(step: WorkflowStep, state: StepState) -> list[Input]:
-    """Return inputs of the step's form without which nothing can be judged."""
+    """Return the inputs of the step's form without which nothing can be judged."""
     return [i for i in step.form(state.form).inputs if is_needed(i) and not _given(i, state)]
 
 
 def missing_labels(step: WorkflowStep, state: StepState) -> list[str]:
-    """Return what is missing in words; of a list of values, which of them: `heights 2, 3, 5`."""
+    """Return the labels of the missing inputs; for a list of values, which of them: `heights 2, 3, 5`."""
     return [_missing_label(i, state) for i in missing(step, state)]
 
 
@@ -74,12 +74,12 @@ def _missing_label(declared: Input, state: StepState) -> str:
 
 
 def full(step: WorkflowStep, state: StepState) -> bool:
-    """Return whether every input of the step's form was given, those that it can do without too."""
+    """Return whether every input of the step's form was given, optional ones too."""
     return all(_given(i, state) for i in step.form(state.form).inputs)
 
 
 def ready(step: WorkflowStep, state: StepState) -> bool:
-    """Return whether judging the step says more than that something is missing."""
+    """Return whether judging the step would give more than a missing input."""
     return bool(state.entries) and not missing(step, state)
 
 
@@ -124,6 +124,6 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep]) -> di
 
 
 def note_lines(state: StepState) -> list[str]:
-    """Return what the certificate says of how a step went: measured anew and why, notes, what was found wrong."""
+    """Return the certificate's lines on a step: measured anew and why, notes, nonconformances."""
     again = [f"measured again: {reason}" for reason in state.reasons]
     return again + [f"{MARK if n.nonconformance else ''}{n.text} ({n.who})" for n in state.notes]

@@ -31,13 +31,13 @@ EXPECTED = (UnitError, RecordError, SpecError, ModelError, OSError)
 
 
 def judge_here(folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
-    """Raise UnitError."""
+    """Judge the unit in a folder in this process. Raises UnitError."""
     return judge_unit.judge_unit(unit_folder.read(folder), spec, stated)
 
 
 class Elsewhere:
-    """Judges and explains in the other process, one thing; `cancel` stops it. say: is told, from the thread that waits,
-    what the computation says of itself."""
+    """Judges and explains in the other process, one thing; `cancel` stops it. say: is called, from the thread that
+    waits, with the computation's progress."""
 
     def __init__(self, worker: WorkerProcess, say: Say = lambda _: None) -> None:
         self._worker, self._say = worker, say
@@ -65,7 +65,7 @@ def _judge(_: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitRe
 
 
 def _explain(say: Say, folder: Path, spec: Spec) -> Explanation:
-    """Return what the gap workflow says, or why it says nothing; writes gap.json, gap.pdf and model.toml below the
+    """Return the answer of the gap workflow, or why it gives none; writes gap.json, gap.pdf and model.toml below the
     folder."""
     name = spec.gap.model if spec.gap else DEFAULT_MODEL[spec.kind]
     start = StartModel.at(name)
@@ -79,7 +79,7 @@ def _explain(say: Say, folder: Path, spec: Spec) -> Explanation:
 
 
 def judgement_of_result(name: str, result: UnitResult, state: StepState, spec_name: str) -> StepJudgement:
-    """Return what is stored of a step's result; the technician's own notes are stored already."""
+    """Return the judgement of a step to be stored; the technician's own notes are stored already."""
     own = {f"{name}: {line}" for line in note_lines(state)}
     return StepJudgement(
         state.upto,

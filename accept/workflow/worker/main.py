@@ -1,4 +1,4 @@
-"""The other process of `accept.workflow.worker.process`: orders from stdin, what each says and its answer to stdout."""
+"""The other process of `accept.workflow.worker.process`: orders from stdin, progress and answer to stdout."""
 
 import os
 import pickle
@@ -9,7 +9,7 @@ import traceback
 from typing import Any, BinaryIO
 
 from accept.base.fault_log import log_fault
-from accept.workflow.worker import judging  # noqa: F401 - while nobody waits: to import the physics takes a second
+from accept.workflow.worker import judging  # noqa: F401 - early: to import the physics takes a second
 from accept.workflow.worker.process import BROKEN, DONE, REFUSED, SAID
 
 Order = tuple[Any, tuple[Any, ...], tuple[type[Exception], ...]]
@@ -42,7 +42,7 @@ def _send(answers: BinaryIO, kind: str, what: Any) -> None:
 
 
 def _listen(orders: "queue.Queue[Order]") -> None:
-    """Listen until stdin closes: then the program that asks is gone, and no answer is waited for."""
+    """Read orders until stdin closes: then the program that asks is gone and waits for no answer."""
     try:
         while True:
             orders.put(pickle.load(sys.stdin.buffer))

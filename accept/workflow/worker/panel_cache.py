@@ -11,13 +11,13 @@ from checks.picture import Panel
 
 
 def save(folder: Path, name: str, upto: int, panels: Mapping[str, Panel]) -> None:
-    """Keep the pictures of what was found of the entries up to `upto`. Raises OSError."""
+    """Keep the pictures of a step, judged by the entries up to `upto`. Raises OSError."""
     small = {key: reduced(panel) for key, panel in panels.items()}
     write_atomic(_file(folder, name, upto), json.dumps(panels_to_json(small)).encode())
 
 
 def load(folder: Path, name: str, upto: int) -> dict[str, Panel]:
-    """Return the pictures that were kept; none if there are none or they cannot be used: they can be drawn again."""
+    """Return the pictures that were kept, an empty mapping if they are absent or unusable: they can be drawn again."""
     try:
         return panels_from_json(json.loads(_file(folder, name, upto).read_bytes()))
     except (OSError, ValueError, KeyError, TypeError):

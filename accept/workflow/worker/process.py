@@ -1,6 +1,6 @@
 """Computations in a process of their own: the screen keeps answering, and each can be stopped at any moment.
 
-Not by `multiprocessing`: its helper process needs a real stderr, and while screens are shown there is none.
+`multiprocessing` is not used: its helper process needs a real stderr, which does not exist while screens are shown.
 """
 
 import pickle
@@ -21,7 +21,8 @@ Process = subprocess.Popen[bytes]
 
 
 class NotDone(AcceptError, RuntimeError):
-    """There is no answer, and the text says why: stopped, killed by the system, or what the computation refused."""
+    """A computation without an answer; the text says why: stopped, killed by the system, or refused by the
+    computation."""
 
 
 class Broken(RuntimeError):
@@ -54,8 +55,8 @@ class WorkerProcess:
             self._started()
 
     def run(self, work: Work[T], say: Say = lambda _: None) -> T:
-        """Wait for the turn and for the answer; say is called, from the thread that waits, with what the computation
-        says of itself. Raises NotDone, Broken, OSError."""
+        """Wait for the turn and for the answer; say is called, from the thread that waits, with the computation's
+        progress. Raises NotDone, Broken, OSError."""
         with self._turn:
             process, kind = self._begun(work), LOST
             try:
@@ -71,14 +72,14 @@ class WorkerProcess:
         raise (Broken if kind == BROKEN else NotDone)(what)
 
     def cancel(self, work: Work[Any]) -> None:
-        """Stop this one, under way or not yet; `run` then raises NotDone."""
+        """Stop this work, under way or not yet; `run` then raises NotDone."""
         with self._mutex:
             work.stopped = True
             if self._present is work and self._process is not None:
                 self._process.kill()
 
     def close(self) -> None:
-        """End the process, with whatever it is at."""
+        """End the process, with the work under way."""
         with self._mutex:
             if self._present is None:
                 self._end()
@@ -94,7 +95,7 @@ class WorkerProcess:
             return self._started()
 
     def _started(self) -> Process:
-        """Return the process that runs already, or a new one."""
+        """Return the running process, or a new one."""
         if self._process is not None and self._process.poll() is not None:
             self._end()
         if self._process is None:
@@ -116,7 +117,7 @@ class WorkerProcess:
 
 
 def _answer(process: Process, work: Work[Any], say: Say) -> tuple[str, Any]:
-    """Return how it ended, and what came of it."""
+    """Return how the work ended, and its outcome."""
     if process.stdin is None or process.stdout is None:
         raise RuntimeError("the worker process was started without pipes")
     try:
