@@ -286,7 +286,8 @@ def _exchanged(columns: dict[str, Array], pair: tuple[str, str] | None) -> dict[
 
 
 def _in_range(playing: Playing, u: Array) -> tuple[Array, Array]:
-    """Return Va and the response to it: played softer, as an operator would, until the converter of Vs takes it."""
+    """Return Va and the response to it, with Va reduced, as an operator would do, until the converter of Vs takes
+    it."""
     while True:
         Va = quantise(u, LSB_V, CONVERTER_V)
         y = playing.drive(Va, FS, TWICE)

@@ -122,7 +122,7 @@ def _first(strut: Strut, modes: int = 10) -> dict[str, list[float]] | None:
 
 def _start(strut: Strut, hidden: Strut) -> Array:
     """Return a start of calibration, in prior standard deviations: with the parameters that the effect stands for, else
-    with the payload that puts the axial mode where it is; further off, no step along a resonance finds back."""
+    with the payload that puts the axial mode at its place; from further away, no step along a resonance leads back."""
     moved = np.array([(getattr(hidden, name) - getattr(strut, name)) / sd for name, (_, sd) in priors().items()])
     if not moved.any() and replace(hidden, hung=None) != strut:
         ratio = modes_Hz(strut)[0] / modes_Hz(hidden)[0]

@@ -1,9 +1,8 @@
 """The blind test: `make challenge`, or `python -m validation.challenge --set scatter-1 --cases 10`. Units are drawn,
 their truth is sealed, its hash and those of thresholds and code are written down, and only then is anything run; the
-workflow sees folders alone. Every finished unit is kept, so that a run goes on where it was stopped and can be made in
-pieces.
+workflow sees folders alone. Every finished unit is kept, so that a stopped run can be continued, or made in parts.
 
-Seeds: whoever sets thresholds uses those in `DEVELOPMENT_SEEDS`; what is reported comes from `REPORTED_SEED` alone.
+Seeds: thresholds are set with those in `DEVELOPMENT_SEEDS`; reports come from `REPORTED_SEED` only.
 """
 
 import argparse

@@ -108,7 +108,7 @@ def _axial(rng: Rng) -> dict[str, float]:
 
 
 def _bench_mode(rng: Rng) -> dict[str, float]:
-    while True:  # on a resonance of the strut nobody could tell it from that
+    while True:  # on a resonance of the strut it could not be distinguished
         f_Hz = _log(rng, 25, 350)
         if all(abs(f_Hz / own - 1) > 0.06 for own in (85.7, 191.0, 282.0)):
             return {"f_Hz": f_Hz, "ratio": _log(rng, 0.015, 0.08), "damping_ratio": _log(rng, 0.005, 0.03)}

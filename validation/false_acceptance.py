@@ -1,6 +1,6 @@
 """How often a strut about a limit of its misalignment is accepted and lies outside, against what was stated of it:
 `python -m validation.false_acceptance --struts 400`. Struts as built, their modes scattered by 0.5, 1 and 2 % in turns,
-recorded and handed over as folders; finished ones are kept, so that a run goes on where it was stopped.
+recorded and handed over as folders; finished ones are kept, so that a stopped run can be continued.
 
 Of every strut and axis the answer v with U states a probability of being outside: that of a normal distribution about
 v with U / 2. In each class of that probability as many should be outside. A guarded limit accepts |v| + U <= limit.

@@ -1,4 +1,4 @@
-"""The model file that a set is judged with: the recorded units' file and, where a set says so, what it states of
+"""The model file that a set is judged with: the recorded units' file and, if a set asks for it, what it states of
 shells as they are built. Plain text, so that the contract of the file is tested and not the code that writes one."""
 
 from pathlib import Path

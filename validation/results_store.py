@@ -1,4 +1,4 @@
-"""Finished cases of a blind test, a file each, so that a run that was stopped goes on where it was.
+"""Finished cases of a blind test, a file each, so that a stopped run can be continued.
 
 Every file holds what it was found with: digest of the thresholds, of the code, of the sealed truth of all units, and
 the seed of its own. Whatever differs is refused: scores of two versions must not be mixed.

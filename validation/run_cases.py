@@ -41,7 +41,7 @@ class Workflow(Protocol):
 @dataclass(frozen=True)
 class Job:
     """One unit to run with a model file. without: effects to take out of the library, which makes it a control;
-    misalign: `accept misalign` is asked too, where nothing else is hidden."""
+    misalign: `accept misalign` is run too, if no other effect is hidden."""
 
     case: Case
     truth: Mapping[str, Any]

@@ -24,9 +24,9 @@ SHUFFLES = 400
 
 @dataclass(frozen=True)
 class Outcome:
-    """One unit. truth: of the sealed file; gap: gap.json, or nothing where `error` says why; without: effects that were
-    taken out of the library; seconds of processor: of wall too on a free core, as it is one process; wall: as it was,
-    beside the other worker and whatever else ran. misalign: what `accept misalign` wrote, where it was asked."""
+    """One unit. truth: of the sealed file; gap: gap.json, or empty with the reason in `error`; without: effects that
+    were taken out of the library; seconds of processor: of wall too on a free core, as it is one process; wall: as it
+    was, beside the other worker and whatever else ran. misalign: the document of `accept misalign`, if it was run."""
 
     serial: str
     truth: Json
@@ -92,7 +92,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Score:
-    """value: not a number where nothing was measured, and then not met. n: how many it stands on; lo, hi: interval."""
+    """value: not a number if nothing was measured, and then not met. n: number of cases behind it; lo, hi: interval."""
 
     name: str
     value: float

@@ -1,5 +1,5 @@
-"""The free shell as it is built: no mode lies where the finite elements say, none is damped as they say, and a shell
-that is not symmetric lets them exchange energy.
+"""The free shell as it is built: every mode differs from the finite elements in frequency and damping, and a shell that
+is not symmetric lets them exchange energy.
 
 The super-element's 156 elastic modes make up its whole stiffness, so what each of them lacks the statics lack as well.
 """
@@ -35,7 +35,7 @@ class Built:
 
 @cache
 def _elastic() -> tuple[Array, Array, Array, Array, Array]:
-    """Return K, M of the file, angular frequencies (m,), M V (n, m) and V (n, m) of the elastic modes."""
+    """Return the matrices K, M of the file, angular frequencies (m,), M V (n, m) and V (n, m) of the elastic modes."""
     content = scipy.io.loadmat(MATRICES)
     K, M = (np.asarray((content[k] + content[k].T) / 2, dtype=float) for k in "KM")
     w2, shapes = linalg.eigh(K, M)

@@ -188,8 +188,8 @@ def _encoder(a: _Assembly, strut: Strut) -> None:
 
 
 def matrices(strut: Strut) -> tuple[Array, Array, Array, Array, Array]:
-    """Return M, C, K (n, n), inputs (n, 2): per volt of Va and per newton on the payload, outputs (3, n): de, da,
-    Vs."""
+    """Return the matrices M, C, K (n, n), inputs (n, 2): per volt of Va and per newton on the payload, outputs (3, n):
+    de, da, Vs."""
     a = _Assembly(strut)
     _joint(a, strut, NODES["bottom"], -1.0)
     _joint(a, strut, NODES["top"], +1.0)
@@ -218,7 +218,7 @@ def plant(strut: Strut, column: int = 0) -> Rational:
     statics of the rest.
 
     Dampers join the modes, which are complex then: eigenvalues of the first-order form in the coordinates of the
-    undamped ones, where it is well scaled. The static response is that of the whole stiffness.
+    undamped ones, which scale it well. The static response is that of the whole stiffness.
     """
     M, C, K, inputs, outputs = matrices(strut)
     w2, shapes = linalg.eigh(K, M)

@@ -111,7 +111,7 @@ def analyse(
     try:
         return GapAnalysis(run(inputs, say), measured, given, inputs)
     except NotHeld as e:
-        given.model.modal()  # raises where the model itself falls over, and nothing was searched yet
+        given.model.modal()  # raises if the model itself is not held, before any search
         raise GapRefused(f"{CONTRADICTION}; {e}") from e
 
 

@@ -1,5 +1,5 @@
-"""`accept gap --empirical`: what has no name goes into the improved model as an element that is labelled so, where the
-file as it is written then explains unseen records at least as well in every channel."""
+"""`accept gap --empirical`: an unidentified effect is added to the improved model as an element that is labelled so, if
+the written file then explains unseen records at least as well in every channel."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

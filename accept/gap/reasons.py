@@ -1,5 +1,5 @@
 """Why a candidate was named and another was not, from what the search tried; and what the fit did to the model's own
-values, against what its file says of them."""
+values, compared with its file."""
 
 import math
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ def candidates(result: Result) -> Iterator[tuple[str, str, str, str]]:
 
 
 def considered(result: Result) -> list[tuple[Tried, str]]:
-    """Return what was tried, the best first, each with why it was named or not."""
+    """Return the effects that were tried, the best first, each with the reason why it was named or not."""
     named = {n.effect for n in result.named}
     chosen = next((t for t in result.tried if named and set(t.names) == named), None) or _chosen(result)
     shown = result.tried[:SHOWN]
@@ -102,5 +102,5 @@ def moved(result: Result) -> list[Moved]:
 
 
 def shift_words(one: Moved) -> str:
-    """Return how far a value moved, in its prior's sd, and a warning if that is far."""
+    """Return the shift of a value in its prior's sd, and a warning if that is far."""
     return f"{one.shift:+.1f} sd" + (", far from the model's file" if abs(one.shift) > FAR else "")

@@ -50,7 +50,7 @@ def _taken_away(result: Result) -> str:
 
 
 def _steps(result: Result) -> PageTable:
-    """Return what each named effect explains, if there are several; the last row is what is left."""
+    """Return G by channel after each named effect, if there are several; the last row is what is left."""
     steps = result.steps if len(result.steps) > TWO else ()
     channels = list(result.gap_before.channels)
     rows = tuple(

@@ -37,7 +37,7 @@ class Responses:
 
     @property
     def remarks(self) -> list[str]:
-        """Return how columns of the records were read if not as they are."""
+        """Return notes on columns of the records that were not read as they are."""
         return [words for record in self.records.values() for words in record.remarks]
 
     def on_bench(self, learned: LearnedBench | None) -> "Responses":

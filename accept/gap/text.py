@@ -68,7 +68,7 @@ def parameters(effect: str, values: Iterable[Value], form: str = "{} = {} [{}, {
 
 
 def symbol(effect: str, parameter: str) -> str:
-    """Return what people call a parameter: `dx_um` is dx, `kg` mass, `damping_ratio` "damping ratio"."""
+    """Return a parameter's name for readers: dx for `dx_um`, mass for `kg`, "damping ratio" for `damping_ratio`."""
     return _declared(effect, parameter).symbol
 
 
@@ -156,7 +156,7 @@ def _limit(effect: str, values: Mapping[str, float]) -> str:
 
 
 def value_words(effect: str, name: str, value: float) -> str:
-    """Return `dx 53.5 um`."""
+    """Return a parameter and its value, such as `dx 53.5 um`."""
     return f"{symbol(effect, name)} {number(value)} {unit(effect, name)}".rstrip()
 
 
@@ -212,7 +212,7 @@ def _named(n: Mapping[str, Any]) -> str:
 def in_order(n: Mapping[str, Any]) -> list[str]:
     """Return the parameters of an entry of `named` as its effect declares them: stored JSON has them in alphabetical
     order."""
-    from checks.gap.effects import EFFECTS  # the whole library: only where one was found
+    from checks.gap.effects import EFFECTS  # the whole library: only if an effect was found
 
     declared = [p.name for p in EFFECTS[n["effect"]].parameters] if n["effect"] in EFFECTS else []
     return sorted(n["parameters"], key=lambda k: (declared.index(k) if k in declared else len(declared), k))

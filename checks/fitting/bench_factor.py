@@ -42,7 +42,7 @@ class BenchFactor:
 
 
 def learn_factor(f: Array, ratios: Complex, noise: Array, sizes: Array, channels: tuple[str, ...]) -> BenchFactor:
-    """Return what n units have alike at f (F,) [Hz].
+    """Return the factor that n units have in common at f (F,) [Hz].
 
     ratios (n, F, C): H / H_model - 1 of each unit; noise (n, F, C): their variance from noise; sizes (n, F, C): the
     model's |H|. Three units or more: of two that differ neither is the one that is right."""
@@ -69,9 +69,9 @@ def learn_factor(f: Array, ratios: Complex, noise: Array, sizes: Array, channels
 
 
 def resonant(f: Array, d: Complex, variance: Array) -> Array:
-    """Return how far one more unit may be off where the bench resonates (F, C). How much of a resonance a unit shows
-    hangs on how it is coupled to it, and one that sits askew, as none that was learned from, may show three times as
-    much."""
+    """Return the possible deviation (F, C) of one more unit where the bench resonates. How much of a resonance a unit
+    shows hangs on how it is coupled to it, and one that sits askew, as none that was learned from, may show three times
+    as much."""
     wide = kernel(f, RESONANCE_OCTAVES)
     sharp = np.abs(d - (wide / wide.sum(axis=1, keepdims=True)) @ d)
     sharp = np.where(sharp**2 > 9.0 * variance, sharp, 0.0)
@@ -80,8 +80,8 @@ def resonant(f: Array, d: Complex, variance: Array) -> Array:
 
 
 def latency(f: Array, mean: Complex, variance: Array) -> Array:
-    """Return what of a mean (F, C) is a latency of each channel [s] (C,): that is the bench's by name, and no part of
-    what has none. Where a resonance turns the phase, it counts little."""
+    """Return the latency [s] (C,) of each channel in a mean (F, C): the bench has it by name, so it is no part of what
+    has none. Where a resonance turns the phase, it counts little."""
     tau = np.zeros(mean.shape[1])
     for _ in range(TURNS):
         left = mean - np.outer(f, tau) * LATE

@@ -30,11 +30,11 @@ STEP = 2 * HALF + 1  # windows that share no bin
 
 @dataclass(frozen=True, eq=False)
 class Dataset:
-    """f (F,) [Hz]; H (F, C) complex, channels (C,) over Va at the DAC; cov (F, C, C) noise E[e e^H] across channels;
-    nu (F,) complex degrees of freedom of cov; tolerance: relative model error, see `whitener`; by_frequency (F, C):
-    more of it, added in square, where a learned bench knows how much units differ; scale (F, C): the response that both
-    are a part of, the measured one where there is no model yet; taken_out: errors of the encoder's interpolation that
-    are no longer in H.
+    """f (F,) [Hz]; H (F, C) complex, channels (C,) over Va at the DAC; cov (F, C, C) noise E[e e^H] across channels; nu
+    (F,) complex degrees of freedom of cov; tolerance: relative model error, see `whitener`; by_frequency (F, C): more
+    of it, added in square, if a learned bench states how much units differ; scale (F, C): the response that both are
+    fractions of, the measured one before a model is known; taken_out: errors of the encoder's interpolation that were
+    removed from H.
 
     Errors of different bins are independent. `dataset_from_records`, `dataset_of` and `simulated` make it.
     """

@@ -18,14 +18,14 @@ from checks.arrays import Array
 FIRST = 1e-3  # damping, beside priors of one
 ROUNDING = 1e-13
 MOST = 1e8  # no step is as short
-LONGEST = 10.0  # of a step, where the last one showed that it was too short
+LONGEST = 10.0  # of a step, if the last one showed that it was too short
 STRAIGHT = 0.25  # of the expected fall: less is a valley that bends, along which the cost tells nothing any more
 
 
 @dataclass(frozen=True)
 class Precision:
-    """How far down a search goes, in half a squared standard deviation. near: it has settled where no step promises
-    more; end: it ends there, if it gets that far without a detour."""
+    """How far down a search goes, in half a squared standard deviation. near: it has settled if no step promises more;
+    end: it ends there, if it gets that far without a detour."""
 
     near: float
     end: float

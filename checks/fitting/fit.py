@@ -195,7 +195,7 @@ def _upright(response: Response, sets: Sequence[Dataset], free: Sequence[Free]) 
     try:
         yield
     except NotHeld as e:
-        response.frf(sets[0].f, {p.name: p.prior for p in free}, sets[0].channels)  # raises where the start falls over
+        response.frf(sets[0].f, {p.name: p.prior for p in free}, sets[0].channels)  # raises if the start is not held
         raise ModelError(f"{', '.join(s.name for s in sets)}: {CONTRADICTION}; {e}") from e
 
 

@@ -61,16 +61,16 @@ class Batch:
 
     @property
     def of_one_more(self) -> Array:
-        """Return (p, p) covariance of a unit of the same batch that was not seen: its scatter plus the uncertainty of
-        the mean."""
+        """Return the covariance (p, p) of a unit of the same batch that was not seen: its scatter plus the uncertainty
+        of the mean."""
         return np.asarray(self.mean_cov + np.diag(self.scatter**2))
 
 
 @dataclass(frozen=True, eq=False)
 class Belonging:
     """One unit compared with the batch learned without it. z (p,): how far each parameter lies off, in standard
-    deviations of what can be expected; not a number where this unit's data say nothing of it. p_all: chance of all of
-    it together, p_worst: of the largest |z| among so many."""
+    deviations of what can be expected; not a number if this unit's data do not depend on it. p_all: chance of all of it
+    together, p_worst: of the largest |z| among so many."""
 
     z: Array
     p_all: float
@@ -78,7 +78,7 @@ class Belonging:
 
 
 def information(theta: Array, cov: Array, mean: Array, prior_cov: Array) -> tuple[Array, Array]:
-    """Return every unit's likelihood from its fit: precision (n, p, p) and pull (n, p), the precision times the
+    """Return the likelihood of every unit from its fit: precision (n, p, p) and pull (n, p), the precision times the
     estimate.
 
     theta (n, p), cov (n, p, p): posterior of each fit, whose prior N(mean, prior_cov) is taken out. Directions of which

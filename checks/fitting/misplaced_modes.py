@@ -1,9 +1,9 @@
-"""Places to begin from, at which a mode that a search has left in the wrong place is where the residual is largest.
+"""Starts of a fit in which a mode that a search has left in the wrong place is moved to the largest residual.
 
 Two modes that lie nearly at one frequency may be taken for each other: what the strong one should share with the weak
 one it has alone, and the weak one hides where it does no harm. Every step towards the truth passes through where the
 two meet, and there the fit is worse, so no search leads out of that. But the residual peaks where a mode is missing,
-and the shortest way of a mode to there, in standard deviations of the priors and with every other mode where it is, is
+and the shortest way of a mode to there, in standard deviations of the priors with all other modes kept in place, is
 known from the modes' derivatives.
 """
 
@@ -40,7 +40,7 @@ def misplaced_modes(
     own: Callable[[Values], Values] = dict,
 ) -> list[dict[str, float]]:
     """Return sets of values at which one mode below f_hi [Hz] lies at a peak of the residual, often none. free: the
-    fitted parameters; own: selects the model's own among all values."""
+    fitted parameters; own: selects the model's own values."""
     movable = [p for p in free if p.name in model.mechanical and np.isfinite(p.sd)]
     if not movable:
         return []

@@ -16,9 +16,9 @@ def shared_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
     averaged over neighbours.
 
     frf: independent bins; input_power (F,): that of the input about each bin, in any unit. What is averaged is the
-    noise on the outputs, which is smooth; cov is that noise over the power of the input that was left to tell H by.
-    A window with far more noise than those about it (a line of the mains, a resonance too sharp for its polynomial)
-    keeps its own and lends it to nobody.
+    noise on the outputs, which is smooth; cov is that noise over the power of the input that was left to determine H. A
+    window with far more noise than those about it (a line of the mains, a resonance too sharp for its polynomial) keeps
+    its own, which is not used for its neighbours.
     """
     good = frf.usable
     own, power = frf.nu[good], (_power(frf) * input_power)[good]
@@ -45,8 +45,8 @@ def _power(frf: Frf) -> Array:
 
 
 def _alone(noise: Array, nu: Array) -> NDArray[np.bool_]:
-    """Return whether each window (F,) is an outlier, one whose noise (F, C) in any channel is beyond what chance makes
-    of the median about it."""
+    """Return whether each window (F,) is an outlier: its noise (F, C) in a channel exceeds the local median by more
+    than chance allows."""
     wide = 2 * NEIGHBOURS + 1
     padded = np.pad(noise, ((wide, wide), (0, 0)), mode="reflect" if len(noise) > wide else "edge")
     median = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * wide + 1, axis=0), axis=-1)

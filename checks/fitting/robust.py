@@ -12,8 +12,8 @@ LEAST = 0.02  # relative: less is a matter of the values, and the next fit has t
 
 
 def misfit(data: Dataset, H: Complex) -> Array:
-    """Return the relative misfit (F, C) of a modelled response H (F, C) in each band, beyond noise; zero where it is
-    below `LEAST`."""
+    """Return the relative misfit (F, C) of a modelled response H (F, C) in each band, beyond noise; values below
+    `LEAST` are set to zero."""
     energy, noise = np.abs(data.H / H - 1.0) ** 2, data.noise / np.abs(H) ** 2
     block = np.floor(np.log2(data.f / data.f[0]) * BLOCKS_PER_OCTAVE).astype(int)
     found = np.zeros(energy.shape)

@@ -60,7 +60,7 @@ def _damped(search: Search, own: Candidate) -> Candidate:
 
 def turned_right(search: Search, base: Candidate, p: Prepared) -> Prepared | None:
     """Return records in which another sign of a channel, or two channels exchanged, leaves less than half of what is
-    missing: the model had bent itself to what no value of it means. None where nothing does."""
+    missing: the calibration had fitted the fault by wrong values. None if no change does."""
     own = search.A.thinned(COARSE_BINS)
     same = _as_near(search, base, own)  # as the others are: from the priors, so that none gains by another start
     cost = base.cost if same is None else min(base.cost, same.cost * search.A.f.size / own.f.size)
@@ -77,8 +77,8 @@ def turned_right(search: Search, base: Candidate, p: Prepared) -> Prepared | Non
 
 
 def _as_near(search: Search, base: Candidate, A: Dataset) -> Refit | None:
-    """Return the base fitted to records that were turned, the scatter of its modes following; None where a model
-    that may be far off shows already that they are explained no better than as they came."""
+    """Return the base fitted to records that were turned, the scatter of its modes following; None if a model that may
+    be far off shows already that they are explained no better than as they came."""
     response = base.response.holding_scatter()
     response = replace(response, model=quicker(response.model))  # how modes exchange energy hides no turned channel
     at: dict[str, float] = {}

@@ -1,7 +1,7 @@
-"""Something for the simulation where there is no name: a rational element on a channel, fitted to what is left.
+"""Unidentified elements for the simulation: a rational element on a channel, fitted to the residual.
 
-Poles and zeros go in by pairs, each where it explains most, all fitted anew; one is kept as long as realisations that
-were not fitted are explained beyond chance by it. It says nothing about causes.
+Poles and zeros go in by pairs, each where it explains most, all fitted anew; one is kept if it explains realisations
+that were not fitted beyond chance. It does not indicate a cause.
 """
 
 from dataclasses import dataclass
@@ -29,8 +29,8 @@ class FittedElement:
 
 
 def fitted(channel: str, modelled: Complex, A: Dataset, B: Dataset, modelled_B: Complex) -> FittedElement | None:
-    """Return the element by which a channel of the model (F,) should be multiplied; A: to fit, B: to judge. None
-    where none explains more than chance."""
+    """Return the element by which a channel of the model (F,) should be multiplied; A: to fit, B: to judge. None if no
+    element explains more than chance."""
     best, x = None, np.array([0.0])
     rA, rB = _Residual(channel, modelled, A), _Residual(channel, modelled_B, B)
     least = rB.cost(x)

@@ -50,7 +50,7 @@ def _run(p: Prepared, say: Say) -> Result:
 
 
 def _explained(p: Prepared, search: Search, base: Candidate) -> Result:
-    """Return what is missing beside a calibrated model."""
+    """Search for the effects that a calibrated model lacks."""
     table = p.table
     whole = replace(base, unseen=p.B)
     if whole.adequate:
@@ -87,7 +87,7 @@ def _deeper(search: Search, found: SearchResult) -> SearchResult:
 
 
 def _extended(found: SearchResult, deeper: SearchResult) -> SearchResult:
-    """Return what a search found that began where another one had ended."""
+    """Return the result of a search that started from the end of another one."""
     return SearchResult(found.base, deeper.best, deeper.rivals, (*found.tried, *deeper.tried))
 
 

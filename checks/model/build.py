@@ -126,7 +126,7 @@ def file_nodes(spec: ModelSpec) -> Nodes:
 
 
 def _values(spec: ModelSpec) -> dict[str, float]:
-    """Return all parameters; what a file may leave out altogether is there with the value at which it does nothing."""
+    """Return all parameters; those that a file may omit have the value at which they have no effect."""
     off = {"amplifier.f_Hz": math.inf, "amplifier.second_order_Hz": math.inf, **channel_path_off()}
     if spec.encoder is not None:
         off["encoder.bracket_Hz"] = math.inf

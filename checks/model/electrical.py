@@ -27,8 +27,8 @@ class Electrical:
     charge_highpass: tuple[float, float] = (0.0, 0.7)
 
     def drive(self, f: Array) -> Complex:
-        """Return what delay and amplifier do to every output (F,): exp(-s tau) / (1 + s / w), and
-        w^2 / (s^2 + 2 z w s + w^2) of one of second order."""
+        """Return the factor (F,) of delay and amplifier on every output: exp(-s tau) / (1 + s / w), and w^2 / (s^2 + 2
+        z w s + w^2) of one of second order."""
         factor: Complex = np.exp(-2j * np.pi * f * self.tau) / (1.0 + 1j * f / self.amplifier_Hz)
         corner_Hz, damping_ratio = self.second_order
         if np.isfinite(corner_Hz):
@@ -38,7 +38,7 @@ class Electrical:
 
     def sensor(self, f: Array) -> Complex:
         """Return the high-pass (F,) of the sensor's capacitance and resistor, s / (s + w), and that of a charge
-        amplifier, s^2 / (s^2 + 2 z w s + w^2); one where neither is."""
+        amplifier, s^2 / (s^2 + 2 z w s + w^2); one without either."""
         factor = np.ones(f.shape, dtype=complex)
         if self.highpass_Hz != 0.0:
             factor = 1j * f / (1j * f + self.highpass_Hz)

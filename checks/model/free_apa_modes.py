@@ -54,7 +54,8 @@ class ModalApa:
         )
 
     def changes(self, damping_ratio: float, coordinates: Array | None) -> Modes:
-        """Return what the factors change in a system whose coordinates read the body's (n, ...) as its first rows."""
+        """Return the changes by the factors in a system whose coordinates read the body's (n, ...) as its first
+        rows."""
         size = self.body.size
         rows = np.eye(size, size + 1) if coordinates is None else coordinates[:size]
         elastic = slice(ELASTIC_FROM, None)

@@ -32,7 +32,7 @@ class OutputGains:
     da: int
 
     def __call__(self, H: Complex, static: Array) -> Complex:
-        """Return (F, C) responses to one volt of Va [V/V, m/V] to a motion H (F, c), static (c,) at rest, per
+        """Return the responses (F, C) to one volt of Va [V/V, m/V] to a motion H (F, c), static (c,) at rest, per
         newton."""
         return self.in_proportion(H, static) + self.alone
 
@@ -49,8 +49,8 @@ class OutputGains:
 def output_gains(
     f: Array, v: Values, have: Channels, wanted: Channels, learned: LearnedBench | None = None
 ) -> OutputGains:
-    """Return what is seen at f (F,) [Hz] of a motion of the channels `have`. Raises ModelError for a channel that is
-    not among them."""
+    """Return the channels measured at f (F,) [Hz] from a motion of the channels `have`. Raises ModelError for a channel
+    that is not among them."""
     e = electrical_of(v)
     drive = e.drive(f)
     per_volt = drive * (e.gain * e.ga)
@@ -75,7 +75,7 @@ def output_gains(
 
 
 def _bench_mode(f: Array, v: Values) -> Complex:
-    """Return what the bench's own mode adds to both displacements (F,), per motion at rest."""
+    """Return the contribution (F,) of the bench's own mode to both displacements, per motion at rest."""
     return suspension(f, 1.0, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"])
 
 

@@ -94,7 +94,7 @@ class Model:
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
-        """Return Vs, de, da; a strut without encoder has no de."""
+        """Return the channels: Vs, de, da; a strut without encoder has no de."""
         return self.system().channels
 
     @cached_property
@@ -135,7 +135,7 @@ class Model:
         return self._solved(self._at(changes))[1]()
 
     def frf(self, f: ArrayLike, changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None) -> Complex:
-        """Return (F, C) responses [V/V, m/V] at f (F,) [Hz] to Va at the DAC, with amplifier, wires and converters.
+        """Return the responses (F, C) [V/V, m/V] at f (F,) [Hz] to Va at the DAC, with amplifier, wires and converters.
 
         channels: default all that the model has, in the order Vs, de, da. Raises ModelError for a frequency outside
         0..5000 Hz, an unknown channel or parameter, an impossible value."""
@@ -152,8 +152,8 @@ class Model:
     def jacobian(
         self, f: ArrayLike, names: Iterable[str], changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
     ) -> Complex:
-        """Return (P, F, C) derivatives of `frf` by each named parameter, per unit of its name: closed forms for what is
-        in the matrices (`checks.model.dynamics.derivatives`), central differences for what is seen of the motion. In
+        """Return the derivatives (P, F, C) of `frf` by each named parameter, per unit of its name: closed forms for
+        what is in the matrices (`checks.model.dynamics.derivatives`), central differences for the measurement chain. In
         memory the channels come before the frequencies."""
         f, v, names = frequencies(f), self._at(changes), tuple(names)
         known(names, v)
@@ -180,8 +180,9 @@ class Model:
         return found
 
     def square_slopes(self, names: Iterable[str], changes: Values = PRIOR_ONLY) -> tuple[Array, Array]:
-        """Return (n,) squared frequencies [rad2/s2] of the modes without damping, rising, and (P, n) their derivatives
-        per unit of each named parameter of the matrices; zero for one that turns the coordinates. Raises ModelError."""
+        """Return the squared frequencies (n,) [rad2/s2] of the modes without damping, rising, and (P, n) their
+        derivatives per unit of each named parameter of the matrices; zero for one that turns the coordinates. Raises
+        ModelError."""
         names = tuple(names)
         smooth = [n for n in names if self._smooth(n)]
         system, changed, modes, order = self._changed(smooth, changes)
@@ -210,7 +211,8 @@ class Model:
         return self._seen(f, v, form.channels, wanted)(form.frf(f), form.static())
 
     def _seen(self, f: Array, v: Values, have: tuple[str, ...], wanted: tuple[str, ...]) -> OutputGains:
-        """Return what is seen of a motion of the channels `have`, through a learned bench if there is one."""
+        """Return the channels measured from a motion of the channels `have`, through a learned bench if the model has
+        one."""
         return output_gains(f, v, have, wanted, self.learned)
 
     def _solved(self, v: Values) -> "tuple[System, Callable[[], Modal]]":
@@ -228,7 +230,7 @@ class Model:
 
     def _smooth(self, name: str) -> bool:
         """Return whether a parameter changes the matrices in coordinates that stay what they are: rigid directions are
-        taken out of them, and where those turn, so do the coordinates."""
+        taken out of them, and if those turn, so do the coordinates."""
         return is_mechanical(name) and not (self._tied and last(name) in TURNS_TIES)
 
     @cached_property
@@ -237,7 +239,7 @@ class Model:
         return self.held or joints is None or any(bool(np.isinf(j.k).any()) for j in joints)
 
     def _moved(self, f: Array, names: Sequence[str], changes: Values) -> Complex:
-        """Return (P, 1 + F, c) changes of the motion per newton, first at rest, then at f."""
+        """Return the changes (P, 1 + F, c) of the motion per newton, first at rest, then at f."""
         system, changed, modes, order = self._changed(names, changes)
         s = 2j * np.pi * np.concatenate([[0.0], f])
         place = {n: i for i, n in enumerate(order)}
@@ -314,7 +316,7 @@ def _seen_otherwise(name: str, values: Values) -> bool:
 
 
 def frequencies(f: ArrayLike) -> Array:
-    """Return (F,) [Hz] as an array. Raises ModelError naming a value that is not within 0..5000 Hz."""
+    """Return the frequencies (F,) [Hz] as an array. Raises ModelError naming a value that is not within 0..5000 Hz."""
     f = np.asarray(f, dtype=float)
     if f.ndim != 1 or f.size == 0:
         raise ModelError(f"frequencies have shape {f.shape}; expected one row of at least one")

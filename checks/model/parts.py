@@ -55,7 +55,7 @@ def encoder_of(values: Values) -> Encoder | None:
 
 
 def _arm(values: Values, which: str) -> Array:
-    """Return (2,) [m]; the ruler is read where the head is, unless its own place is named."""
+    """Return the reading point (2,) [m] of `which`: that of the head, unless the file names another."""
     names = (f"encoder.{which}_{axis}_mm" for axis in "xy")
     heads = (f"encoder.arm_{axis}_mm" for axis in "xy")
     return np.array([si(values, own if own in values else head) for own, head in zip(names, heads, strict=True)])
@@ -67,8 +67,8 @@ def bench_of(values: Values, held: bool) -> Bench:
 
 
 def offset_of(values: Values) -> Array:
-    """Return (3,) [m] of the line along which the APA pushes from the joints' axis: where the APA sits, and how far
-    beside its middle it pushes."""
+    """Return the offset (3,) [m] of the APA's line of force from the joints' axis: the APA's own offset, plus that of
+    the force from its middle."""
     lopsided = [si(values, f"apa.lopsided_{axis}_um") for axis in "xy"]
     offset: Array = _vector(values, "misalignment.d{}_um") + np.array([*lopsided, 0.0])
     return offset

@@ -28,7 +28,7 @@ class Element:
     zeros: tuple[Pair, ...]
 
     def factor(self, f: Array) -> Complex:
-        """Return (F,) at f (F,) [Hz]."""
+        """Return the factor (F,) at f (F,) [Hz]."""
         out = np.full(f.shape, self.gain, dtype=complex)
         for pole, zero in zip(self.poles, self.zeros, strict=True):
             out *= _square(f, zero) / _square(f, pole)
@@ -64,7 +64,7 @@ def element_of(values: Mapping[str, float], channel: str) -> Element | None:
 
 
 def factor(values: Mapping[str, float], channel: str, f: Array) -> Complex | float:
-    """Return (F,) by which a channel is multiplied; one if a model has no such element."""
+    """Return the factor (F,) by which a channel is multiplied; one if a model has no such element."""
     found = element_of(values, channel)
     return 1.0 if found is None else found.factor(f)
 

@@ -121,7 +121,8 @@ def normality(values: Array) -> float:
 
 
 def _anderson_darling(share: Array) -> float:
-    """Return A^2, corrected for n, of ascending values whose distribution function gives share (n,)."""
+    """Return the Anderson-Darling A^2, corrected for n, of ascending values whose distribution function gives share
+    (n,)."""
     n = share.size
     share = np.clip(share, 1e-300, 1.0 - 1e-16)  # a value far outside: its logarithm stays finite
     weights = 2.0 * np.arange(1, n + 1) - 1.0

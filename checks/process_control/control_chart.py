@@ -136,7 +136,8 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
 
 
 def _quantile(tests: int, base: Baseline) -> float:
-    """Return how many estimated sigmas one of so many tests may be off, both ways, for `FALSE_ALARM` in all of them.
+    """Return the number of estimated sigmas that one of so many tests may be off, in both directions, for `FALSE_ALARM`
+    in all of them.
 
     Bonferroni's bound, of the t distribution because sigma is estimated: it holds for tests that depend on each other.
     """
@@ -280,7 +281,7 @@ def nelson(z: Array) -> dict[int, NDArray[np.intp]]:
 
 
 def _run(hit: NDArray[np.bool_], wanted: int, window: int) -> NDArray[np.bool_]:
-    """Return (N,) whether a window that ends here, with a hit at its end, holds at least `wanted` hits."""
+    """Return whether a window that ends here (N,), with a hit at its end, holds at least `wanted` hits."""
     counts = np.convolve(hit.astype(int), np.ones(window, dtype=int))[: hit.size] if hit.size else hit.astype(int)
     return np.asarray(hit & (counts >= wanted))
 

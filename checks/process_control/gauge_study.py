@@ -62,7 +62,7 @@ class GaugeStudy:
 
     @property
     def distinct_categories(self) -> int:
-        """Return how many groups of parts the gauge tells apart."""
+        """Return the number of groups of parts that the gauge can distinguish."""
         gauge, parts = self.components["gauge"].sigma, self.components["parts"].sigma
         return max(1, int(np.sqrt(2.0) * parts / gauge)) if gauge > 0 else 10**6
 

@@ -64,7 +64,7 @@ def _weight(figure: str) -> float:
 
 
 def effective(g: FrameGeometry) -> Array:
-    """Return (14,) the identified dimensions, in the order in which `with_effective` takes them."""
+    """Return the identified dimensions (14,) in the order in which `with_effective` takes them."""
     return np.array(
         [
             g.ceramic.E,

@@ -14,7 +14,7 @@ class ExperimentKind:
     words: str
 
     def said(self, value: float | None) -> str:
-        """Return what was done as a sentence, with its value."""
+        """Return the sentence that describes the experiment, with its value."""
         return self.words.format(value)
 
 

@@ -7,7 +7,7 @@ guided along z, a mode of the bench along z ([STB] 3.1, 6.1). Seen from the stru
 stays what it was, whatever is wrong with the strut: what changes is the bench's, or the mounting's.
 
 Another resistor across the sensor stack: its corner goes with one over it ([STB] 3.1.9). A stack that is stiffer
-without a path for its charge ([IEEE176] 2) is open where the corner lies below the band, and closed far above it.
+without a path for its charge ([IEEE176] 2) is open if the corner lies below the band, and closed far above it.
 """
 
 from checks.errors import ModelError
@@ -17,7 +17,7 @@ from checks.model.model import Model
 
 PAYLOAD, CORNER, STIFFENING = "bench.payload_kg", "sensor.highpass_Hz", "apa.sensor_stiffening"
 OPEN_HZ, CLOSED_HZ = 2.0, 20_000.0  # corners of a stack that is open, closed, at 5 Hz to 2 kHz
-SENSOR_F = 5.1e-6  # of the sensor stack, where nothing else is known ([STB] 3.1.9)
+SENSOR_F = 5.1e-6  # of the sensor stack, the default ([STB] 3.1.9)
 
 
 def under(model: Model, kind: ExperimentKind, value: float | None, sensor_F: float = SENSOR_F) -> Model:

@@ -44,7 +44,8 @@ NEAR = 15.0  # of score: rivals of its step that are compared once more beside e
 def claims_beside(
     search: Search, steps: Sequence[ExplainingStep], final: Fit, slow: Slow | None
 ) -> tuple[tuple[Claim, ...], tuple[Ambiguous, ...]]:
-    """Return every effect of an explanation beside its disagreement against its gates, and rivals of those that pass.
+    """Judge every effect of an explanation beside its disagreement by its gates, and return the claims, and the rivals
+    of those that pass.
 
     steps: those of the search; final: the fit of the whole to all bins, the disagreement in its covariance."""
     made, rivals, state = [], [], steps[-1].after
@@ -108,8 +109,8 @@ def _reasons(search: Search, effect: Effect, state: Beside, without: Beside, gai
 
 @dataclass(frozen=True)
 class ActingCells:
-    """What is left in the cells where an effect acts. share: of the logarithms of Q; worse: how many it makes worse;
-    worst: Q of the cell that it changes most, of the channel where that is largest."""
+    """The residual in the cells in which an effect acts. share: of the logarithms of Q; worse: how many it makes worse;
+    worst: Q of the cell that it changes most, in the channel with the largest."""
 
     share: float
     worse: int
@@ -117,7 +118,7 @@ class ActingCells:
 
 
 def cells_of(effect: Effect, state: Beside) -> ActingCells:
-    """Return what an explanation leaves where one of its effects acts."""
+    """Return the residual of an explanation where one of its effects acts."""
     data, response = state.unseen, state.response
     less = response.without(effect.name)
     at = {p.name: state.at.get(p.name, p.begin) for p in less.free()}

@@ -1,4 +1,4 @@
-"""The gates before a name ([GAP] 10), and what is said of what has none (step 12)."""
+"""The gates before a name ([GAP] 10), and the unidentified effects (step 12)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

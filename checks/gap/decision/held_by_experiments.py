@@ -73,7 +73,7 @@ def changed(one: Dataset, other: Dataset) -> dict[str, Gap]:
 
 
 def missing_in(experiments: Sequence[Tested], level_known: bool) -> tuple[Nameless, ...]:
-    """Return what experiments show that the explanation does not have. level_known: slow records show that the unit
+    """Return the disagreements that experiments show with the explanation. level_known: slow records show that the unit
     depends on the level, and by what."""
     out = []
     for t in experiments:

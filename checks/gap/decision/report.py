@@ -103,8 +103,8 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
 
 
 def _without_members(base: Candidate, full: Candidate, B: Dataset) -> Projected:
-    """Return what is missing, with the calibration that the whole explanation has: the one without it has gone after
-    what it cannot explain, and shows it everywhere."""
+    """Return the residual without the found effects, with the calibration of the whole explanation: a calibration
+    without them has followed what it cannot explain, and shows it everywhere."""
     return at_known(base.response, B, _values(base.response, full))
 
 
@@ -121,7 +121,7 @@ def _at_other_values(base: Candidate, full: Candidate, B: Dataset) -> list[Candi
 
 
 def _values(response: Augmented, full: Candidate) -> dict[str, float]:
-    """Return what a response leaves free, at the values that the whole explanation gives it."""
+    """Return the free parameters of a response, at the values of the whole explanation."""
     return {q.name: full.at.get(q.name, q.begin) for q in response.free()}
 
 
@@ -132,8 +132,8 @@ def _limits(p: Prepared, search: Search, base: Candidate) -> dict[str, dict[str,
 
 
 def _tried(found: SearchResult, made: Sequence[Claim]) -> tuple[Tried, ...]:
-    """Return what was claimed and refused, with the reason; what came near in the place of an effect that was found
-    beside a disagreement; and the best of what was tried."""
+    """Return the refused claims, each with the reason; the effects that came near in the place of an effect that was
+    found beside a disagreement; and the best of what was tried."""
     base = found.base
     refused = [Tried((c.effect.name,), c.delta_lnL, c.p, "; ".join(c.reasons)) for c in made if c.reasons]
     near = [
@@ -148,7 +148,7 @@ def _tried(found: SearchResult, made: Sequence[Claim]) -> tuple[Tried, ...]:
 
 
 def _left(c: Candidate) -> Complex:
-    """Return what a candidate leaves (F, C) of the records that it is judged by."""
+    """Return the residual (F, C) of a candidate on the records that it is judged by."""
     return c.unseen.H - c.response.frf(c.unseen.f, c.at, c.unseen.channels)
 
 
@@ -175,7 +175,7 @@ def _channel_G(c: Candidate) -> dict[str, float]:
 
 
 def _ended(search: Search, verdict: str) -> tuple[str, ...]:
-    """Return what is to be said of a search that reached its bound before it explained everything."""
+    """Return a note on a search that reached its bound before it explained everything."""
     if not search.over or verdict in (NO_MISSING, EXPLAINED):
         return ()
     return ("the search ended at its bound of work; what it had not tried may explain more",)

@@ -1,6 +1,6 @@
 """What the gap workflow hands back: plain numbers, no files."""
 
-from __future__ import annotations  # whoever only reads results need not load what computes them
+from __future__ import annotations  # so that reading results does not load what computes them
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -82,7 +82,7 @@ class Nameless:
 @dataclass(frozen=True)
 class Tried:
     """One explanation that was tried: names, log-likelihood on unseen records against the base model's, adequacy.
-    reason: why it was refused, where a gate says so; p is then the chance of its gain."""
+    reason: why a gate refused it, or ""; p is then the chance of its gain."""
 
     names: tuple[str, ...]
     delta_lnL: float
@@ -100,9 +100,9 @@ class StepShown:
 
 @dataclass(frozen=True)
 class Tested:
-    """What the explanation says of an experiment's records that were not fitted. words: what was done; channels: G of
-    each; against: where and how it does not hold, or why it could not be tested, "" where it holds; level: channels
-    that answer another level of drive otherwise."""
+    """The explanation tested by an experiment's records that were not fitted. words: what was done; channels: G of
+    each; against: where and how it does not hold, or why it could not be tested, "" if it holds; level: channels that
+    respond differently to another level of drive."""
 
     kind: str
     value: float | None

@@ -1,5 +1,5 @@
-"""What an effect of the library says about itself: its parameters, what it changes in the model, where it shows, what
-would show it alone, how it is simulated. Nothing elsewhere knows an effect by its name."""
+"""The declaration of an effect of the library: its parameters, what it changes in the model, where it shows, which
+experiment shows it separately, how it is simulated. No other module knows an effect by its name."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -48,7 +48,7 @@ class Parameter:
 
     @property
     def symbol(self) -> str:
-        """Return what people call it: `dx_um` is "dx"."""
+        """Return its name for readers: "dx" for `dx_um`."""
         return self.label or without_unit(self.name).replace("_", " ")
 
     @property
@@ -68,8 +68,8 @@ class Parameter:
 
 @dataclass(frozen=True)
 class SlowFinding:
-    """What slow records say of an effect: values and half-widths of their 95 % intervals by parameter, the gain in
-    log-likelihood, and the chance of so much."""
+    """The finding of slow records on an effect: values and half-widths of their 95 % intervals by parameter, the gain
+    in log-likelihood, and the chance of so much."""
 
     values: Values
     half_widths: Values
@@ -79,8 +79,8 @@ class SlowFinding:
 
 @dataclass(frozen=True)
 class SlowRecord:
-    """What an effect says about slow sines. named: what they say of it, or None; limit: from which values on they
-    would have; contradicts: why they speak against values that a search has found, or "". Each by default nothing."""
+    """How an effect is seen in slow sines. named: their finding, or None; limit: the smallest values that they would
+    show; contradicts: why they contradict values that a search has found, or "". Each is empty by default."""
 
     named: Callable[[Slow, Thresholds], SlowFinding | None] = lambda *_: None
     limit: Callable[[Slow, Thresholds], Values] = lambda *_: NO_SLOW_LIMIT
@@ -92,14 +92,13 @@ class Effect:
     """One effect.
 
     does: what it does to the model, as a formula if it has one; channels: where it must show; sign: its mark in words;
-    sentence: what it means, with the parameters' names in braces; below: the same if its one value is below zero, said
-    of its size; sources: where it is described, by key ("[STB] 3.1.6"); experiment: the measurement that shows it
-    alone.
-    How it enters the model, one of: its parameters' `sets` and `adds`; `turns`, parameters whose sign changes (it is
-    then found before any search, on its channel); `factor`, (values, s (F,)) -> (F,) by which its channels are
-    multiplied. None of these: responses do not show it. slow: what slow records tell about it.
-    How the drive is simulated in time, where that is no parameter of the model: bends, (values, amplitude [V]) -> what
-    the drive (N,) [V] becomes; path, values -> what it passes first."""
+    sentence: what it means, with the parameters' names in braces; below: the same if its one value is below zero, with
+    its absolute value; sources: keys of its descriptions ("[STB] 3.1.6"); experiment: the measurement that shows it
+    separately. How it enters the model, one of: its parameters' `sets` and `adds`; `turns`, parameters whose sign
+    changes (it is then found before any search, on its channel); `factor`, (values, s (F,)) -> (F,) by which its
+    channels are multiplied. None of these: responses do not show it. slow: what slow records tell about it. How the
+    drive is simulated in time, if it is not a parameter of the model: bends, (values, amplitude [V]) -> what the drive
+    (N,) [V] becomes; path, values -> the filter that it passes first."""
 
     name: str
     title: str

@@ -80,8 +80,8 @@ def mended(data: Dataset, fault: Early) -> Dataset:
 def offsets(data: Dataset, model: Model, fs: float) -> dict[str, int]:
     """Return by channel the whole samples of fs [Hz] by which it lags the others (which define zero).
 
-    Only where nothing else that turns the phase does it as well: a lag of first order, a resonance above which the
-    channel turns round."""
+    A channel is listed only if no other change of phase explains it as well: a lag of first order, or a resonance above
+    which the channel changes sign."""
     H = model.frf(data.f, channels=data.channels)
     grid = np.arange(-MOST_SAMPLES, MOST_SAMPLES + 0.05, 0.05)
     delays = np.exp(-2j * np.pi * np.outer(grid, data.f / fs))

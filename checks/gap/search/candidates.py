@@ -1,5 +1,4 @@
-"""How candidates of an explanation come about: which members of the library are tried, and how each is fitted from
-where."""
+"""Candidates of an explanation: which members of the library are tried, and from which start each is fitted."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,17 +22,17 @@ from checks.model.parameters import is_mode_factor
 
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
-DRAWN = 2  # more starts of a calibration with scatter, where the first is not adequate
+DRAWN = 2  # more starts of a calibration with scatter, if the first is not adequate
 SAME = 0.3  # prior standard deviations: searches that end no further apart have found one place
 NO_RIVAL = 30.0  # times the cost of the best: what is as far off is not followed
-ALIKE = 0.1  # of log likelihood: or where they cost the same
-POLISH = 8  # steps with everything free, where the scatter was held before
+ALIKE = 0.1  # of log likelihood: or if they cost the same
+POLISH = 8  # steps with all parameters free, if the scatter was held before
 WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
 SURE, SMALL = 8, 0.1  # members of a round that are fitted: so many, and those with this share of the largest gain
 BOTH_WAYS = 2  # candidates tried with the other form of damping
 PLACES = 2  # of the largest residual that a mode is moved to
 NEIGHBOURS = 3  # effects that are tried in the place of one that is there
-FROM_FAR = 3  # candidates of a round begin once more at the priors, where none is adequate
+FROM_FAR = 3  # candidates of a round begin once more at the priors, if no candidate is adequate
 Say = Callable[[str], None]
 
 

@@ -1,4 +1,4 @@
-"""Explanations compared beside what they leave: a disagreement between model and unit whose size is estimated.
+"""Explanations compared together with their residual: a disagreement between model and unit whose size is estimated.
 
 An explanation may be right and yet leave something: another effect, or what no effect of the library does. Compared as
 if noise and tolerance were all that it may leave, whatever bends the model towards the rest wins, and intervals are far
@@ -9,9 +9,9 @@ profile likelihood over all sizes is
 
     ln L = - sum over cells of (2 / 2) ln max(Q, 1) - (priors) / 2,
 
-and where it is highest is found by fits in which the variance of a cell's bins is raised by (Q - 1) 2n / 2, Q from the
-fit before (iterated weights; each round lowers the sum). An effect gains by the number of cells that it explains and by
-how much better, not by the bins of a single peak.
+and its maximum is found by fits in which the variance of a cell's bins is raised by (Q - 1) 2n / 2, Q from the fit
+before (iterated weights; each round lowers the sum). An effect gains by the number of cells that it explains and by how
+much better, not by the bins of a single peak.
 """
 
 from collections.abc import Sequence

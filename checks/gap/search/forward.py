@@ -16,8 +16,8 @@ RIVAL = 15.0  # of score beside a disagreement: members this near take part in t
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first;
-    steps: of a search beside a disagreement, where best is what that left."""
+    """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first; steps:
+    of a search beside a disagreement, whose result is then `best`."""
 
     base: Candidate
     best: Candidate

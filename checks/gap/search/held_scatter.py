@@ -2,7 +2,7 @@
 linear with a Gaussian prior need not be searched. A fit then has twenty parameters instead of a hundred and fifty.
 
 With whitened derivatives J (n, q) by the factors and their prior rows W (q, q), r = [w - J d, W (m + d - 1)] is least
-over d where it is normal to [J; -W]: what is left of w is found by one product with an orthonormal basis.
+over d if it is normal to [J; -W]: what is left of w is found by one product with an orthonormal basis.
 """
 
 from dataclasses import dataclass

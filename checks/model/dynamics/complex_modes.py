@@ -38,7 +38,7 @@ class Sections:
     paired: NDArray[np.bool_]
 
     def at(self, w: Array) -> Complex:
-        """Return (c, F) response at w (F,) [rad/s]. A pair is one real section of second order."""
+        """Return the response (c, F) at w (F,) [rad/s]. A pair is one real section of second order."""
         return summed(self._numerators, self._basis, self._swift(w), w)
 
     def _swift(self, w: Array) -> NDArray[np.bool_]:
@@ -82,11 +82,11 @@ class Modal(Sections):
     _outputs: Array
 
     def frf(self, f: Array) -> Complex:
-        """Return (F, c) response at f (F,) [Hz]; in memory each channel lies in one piece."""
+        """Return the response (F, c) at f (F,) [Hz]; in memory each channel lies in one piece."""
         return self.at(2.0 * np.pi * f).T
 
     def static(self) -> Array:
-        """Return (c,) response at rest."""
+        """Return the response (c,) at rest."""
         at_rest: Array = -np.einsum("pc,p->c", self.residues.real, np.where(self.paired, 2.0, 1.0))
         return at_rest
 
@@ -133,7 +133,7 @@ class Eigen:
 def eigen(system: System) -> Eigen:
     """Return the first-order form of a system, solved. Raises ModelError if its stiffness is not positive definite."""
     W, T = energy_form(system)
-    mu, V = (np.asarray(x, dtype=complex) for x in np.linalg.eig(W))  # real where all of them are
+    mu, V = (np.asarray(x, dtype=complex) for x in np.linalg.eig(W))  # real if all of them are
     pushed = np.zeros((len(W), 1 + len(system.outputs)), dtype=complex)
     pushed[: len(T)] = -T.T @ np.column_stack([system.force, system.outputs.T])
     return Eigen(W, T, mu, V, np.linalg.solve(V, pushed))
@@ -169,7 +169,8 @@ def energy_form(system: System) -> tuple[Array, Array]:
 
 
 def direct_frf(system: System, f: Array) -> Complex:
-    """Return (F, c) response at f (F,) [Hz] by solving the matrices anew at each frequency: slow, to test against."""
+    """Return the response (F, c) at f (F,) [Hz] by solving the matrices anew at each frequency: slow, to test
+    against."""
     H = np.empty((f.size, len(system.channels)), dtype=complex)
     for i, w in enumerate(2.0 * np.pi * f):
         H[i] = system.outputs @ np.linalg.solve(system.K + 1j * w * system.C - w * w * system.M, system.force)

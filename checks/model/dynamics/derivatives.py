@@ -23,7 +23,7 @@ from checks.model.dynamics.receptances import receptances
 from checks.model.structure.assemble import Fastened
 from checks.model.structure.matrix_builder import System
 
-ROUNDING = 1e-15  # of the largest entry of the matrix: smaller differences are none
+ROUNDING = 1e-15  # of the largest entry of the matrix: smaller differences are rounding
 SAME = 1e-11  # of w^2: modes no further apart are one, whose shapes do not turn into each other
 
 
@@ -42,8 +42,8 @@ class SymmetricBlock:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """Of M, C, K, None where zero, force (r,) and outputs (c, r) per unit of a parameter, in terms of what `reached`
-    reads: the motions that parts are fastened to, then the coordinates."""
+    """The change of M, C, K (None if zero), force (r,) and outputs (c, r) per unit of a parameter, in terms of what
+    `reached` reads: the motions that parts are fastened to, then the coordinates."""
 
     M: SymmetricBlock | None
     C: SymmetricBlock | None
@@ -56,7 +56,7 @@ Shapes = TypeVar("Shapes", Array, Complex)
 
 
 def reached(system: System, P: Shapes) -> Shapes:
-    """Return (r, p): the motions that parts are fastened to in the shapes P (n, p), then the shapes themselves."""
+    """Return the motions that parts are fastened to in the shapes P (n, p), then the shapes themselves, (r, p)."""
     return P if system.motions is None else np.concatenate([system.motions @ P, P])
 
 
@@ -108,9 +108,9 @@ NO_MODES = Modes(np.zeros((0, 0)), np.zeros(0), np.zeros(0))
 def derivatives(
     system: System, changes: Sequence[Change], s: Complex, modes: Modes = NO_MODES, kept: Sequence[int] | None = None
 ) -> Complex:
-    """Return (P + 2 m, S, c) derivatives of the responses at s (S,) [rad/s], with damping of any form: by the changes,
-    then by the factors on the modes' stiffness, then by those on their damping; kept: only these of them, in this
-    order.
+    """Return the derivatives (P + 2 m, S, c) of the responses at s (S,) [rad/s], with damping of any form: by the
+    changes, then by the factors on the modes' stiffness, then by those on their damping; kept: only these of them, in
+    this order.
 
     In memory the channels come before the frequencies: what follows runs along frequencies."""
     x, y = _states(system, s)
@@ -137,7 +137,8 @@ def _states(system: System, s: Complex) -> tuple[Complex, Complex]:
 
 
 def _by_modes(modes: Modes, s: Complex, x: Complex, y: Complex) -> Complex:
-    """Return (2 m, c, S): of a mode's factor it is the product of how far the force and the output's force move it."""
+    """Return the derivatives (2 m, c, S) by the factors on modes: the product of the mode's motions under the force and
+    under the output's force."""
     both = -product(modes.rows, x)[:, None] * product(modes.rows, y).swapaxes(0, 1)
     return np.concatenate([both * modes.stiffness[:, None, None], both * np.multiply.outer(modes.damping, s)[:, None]])
 
@@ -189,9 +190,9 @@ def modal_derivatives(
 
 
 def square_slopes(system: System, changes: Sequence[Change], modes: Modes = NO_MODES) -> tuple[Array, Array]:
-    """Return (n,) squared frequencies [rad2/s2] of the real modes, and their derivatives (P + 2 m, n) by the changes,
-    by the factors on the modes' stiffness, and by those on their damping (none). Raises ModelError as `real_modes`
-    does."""
+    """Return the squared frequencies (n,) [rad2/s2] of the real modes, and their derivatives (P + 2 m, n) by the
+    changes, by the factors on the modes' stiffness, and by those on their damping (none). Raises ModelError as
+    `real_modes` does."""
     w2, P = real_modes(system)
     R = reached(system, P)
     own = [_diagonal(d.K, R) - w2 * _diagonal(d.M, R) for d in changes]
@@ -202,8 +203,8 @@ def square_slopes(system: System, changes: Sequence[Change], modes: Modes = NO_M
 def _of_modes(
     modes: Modes, P: Array, C: Array, force: Array, outputs: Array, apart: Array
 ) -> tuple[Array, Array, Array]:
-    """Return (2 m, c, n) each: derivatives of residues, of squared frequencies and of rates of damping, both as they
-    enter."""
+    """Return the derivatives (2 m, c, n) of residues, of squared frequencies and of rates of damping, the last two as
+    they enter."""
     p = modes.rows @ P  # (m, n)
     own, closeness = p * modes.stiffness[:, None], 1.0 / apart
     np.fill_diagonal(closeness, 0.0)

@@ -28,8 +28,8 @@ def far(w2: Array, rate: Array, w: Array) -> NDArray[np.bool_]:
 
 
 def summed(A: Array, basis: Basis, swift: NDArray[np.bool_], w: Array) -> Complex:
-    """Return (m, S) sums at w (S,) [rad/s] of A (m, k, n) times k functions of each of n modes, those of them that are
-    `swift` summed at a few frequencies.
+    """Return the sums (m, S) at w (S,) [rad/s] of A (m, k, n) times k functions of each of n modes, those of them that
+    are `swift` summed at a few frequencies.
 
     One real product by whatever is complex in it, real and imaginary parts side by side."""
     rows = _flat(A[..., ~swift])
@@ -54,8 +54,8 @@ def product(A: Array, z: Complex) -> Complex:
 
 @lru_cache(maxsize=64)
 def _points(band: bytes) -> tuple[Array, Array]:
-    """Return (K,) [rad/s] Chebyshev points in w^2 of the band that ends with w (F,), given as its bytes, and what each
-    counts for at w, (K, F). Cached, because a search asks for the same few bands all the time."""
+    """Return Chebyshev points (K,) [rad/s] in w^2 of the band that ends with w (F,), given as its bytes, and their
+    weights (K, F) at w. Cached, because a search asks for the same few bands all the time."""
     w = np.frombuffer(band)
     top, order = w.max() ** 2, np.arange(POINTS)
     angles = (order + 0.5) * np.pi / POINTS

@@ -12,8 +12,8 @@ from checks.model.structure.matrix_builder import System
 def modally_damped(system: System) -> System:
     """Return the system with C such that the real modes P of K and M have P^T C P diagonal (Geradin & Rixen, 3.1.2).
 
-    Right where modes lie far apart against their widths; two close modes then ring and move a little otherwise (in a
-    strut those near 834 and 843 Hz shift by 2e-4). Raises ModelError for a coordinate without mass."""
+    Right if modes lie far apart against their widths; two close modes then ring and move a little otherwise (in a strut
+    those near 834 and 843 Hz shift by 2e-4). Raises ModelError for a coordinate without mass."""
     try:
         _, P = linalg.eigh(system.K, system.M)
     except linalg.LinAlgError as e:

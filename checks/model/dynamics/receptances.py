@@ -38,17 +38,17 @@ class Receptances:
         return self.system.channels
 
     def frf(self, f: Array) -> Complex:
-        """Return (F, c) response at f (F,) [Hz]; in memory each channel lies in one piece."""
+        """Return the response (F, c) at f (F,) [Hz]; in memory each channel lies in one piece."""
         u, _ = _moved(self.parts, (2.0 * np.pi * f).tobytes())
         return np.asarray(product(self.parts.outputs, np.ascontiguousarray(u[:, 0])).T)
 
     def static(self) -> Array:
-        """Return (c,) response at rest."""
+        """Return the response (c,) at rest."""
         at_rest: Array = self.system.outputs @ _at_rest(self.system)[:, 0]
         return at_rest
 
     def reached(self, w: Array) -> Complex:
-        """Return (1 + c, r, F) at w (F,) [rad/s], the first of them zero: motions, then coordinates, under one newton
+        """Return motions, then coordinates (1 + c, r, F), at w (F,) [rad/s], the first of them zero, under one newton
         of drive and under a force along each output."""
         system, parts = self.system, self.parts
         x = _at_rest(system)
@@ -68,8 +68,8 @@ def receptances(system: System, w: Array) -> Receptances | None:
 
 @lru_cache(maxsize=8)
 def _moved(parts: Parts, band: bytes) -> tuple[Complex, Complex]:
-    """Return (m, 1 + c, F) every motion, and forces on the APA's motions, under one newton of drive and under a force
-    along each output. Cached, because derivatives are asked for at values where a response was computed."""
+    """Return every motion (m, 1 + c, F), and the forces on the APA's motions, under one newton of drive and under a
+    force along each output. Cached, because derivatives are asked for at values where a response was computed."""
     w = np.frombuffer(band)
     load = np.column_stack([parts.drive, parts.outputs.T])
     on_apa = load.copy()

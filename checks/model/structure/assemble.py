@@ -112,7 +112,7 @@ def _parts(apa: ApaBody, damping_ratio: float, f: Fastened, motions: Array) -> P
 
 
 def _motions(apa: ApaBody) -> Array:
-    """Return (15, n) rows that read the fifteen motions from the APA's coordinates and the payload's."""
+    """Return the rows (15, n) that read the fifteen motions from the APA's coordinates and the payload's."""
     rows = np.zeros((MOTIONS, apa.size + 1))
     rows[:, :-1] = np.vstack([apa.bottom, apa.top, np.zeros(apa.size), apa.sensor, apa.actuator])
     rows[AT_PAYLOAD, -1] = 1.0

@@ -128,7 +128,7 @@ def local_matrices(beams: Beams) -> tuple[Array, Array]:
 
 
 def _to_local(beams: Beams) -> Array:
-    """Return (n, 12, 12) from the motion of the two nodes to that of the elastic ends in local axes."""
+    """Return the matrices (n, 12, 12) from the motion of the two nodes to that of the elastic ends in local axes."""
     ex = beams.axis / np.linalg.norm(beams.axis, axis=1)[:, None]
     if np.abs(ex[:, 1]).max() > 1e-9:
         raise ModelError("a beam of the frame must lie in the x-z plane, as its section is given along y")

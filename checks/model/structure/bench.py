@@ -16,7 +16,7 @@ class Bench:
 
 
 def suspension(f: Array, static: float, ratio: float, f_Hz: float, damping_ratio: float) -> Complex:
-    """Return (F,) what a mode of the bench adds to both displacements: ratio g0 w^2 / (s^2 + 2 z w s + w^2).
+    """Return the contribution (F,) of a mode of the bench to both displacements: ratio g0 w^2 / (s^2 + 2 z w s + w^2).
 
     static: g0, the static gain of da [m/V] ([DESIGN] 6)."""
     x = 1j * f / f_Hz

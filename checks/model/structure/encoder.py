@@ -11,9 +11,9 @@ from checks.model.structure.rigid_motion import lever
 @dataclass(frozen=True, eq=False)
 class Encoder:
     """head_mass, ruler_mass [kg], rigid on the interface nodes; com (3,) [m] of the ruler from the bottom node, of the
-    head from the top node with z turned; inertia (3,) [kg m2] of each about its centre of mass; arm (2,) [m] x and y
-    of the point on the head that is read, from the top node; ruler_arm (2,) [m] of the point on the ruler, from the
-    bottom node. They differ where head and ruler are not mounted in line."""
+    head from the top node with z turned; inertia (3,) [kg m2] of each about its centre of mass; arm (2,) [m] x and y of
+    the point on the head that is read, from the top node; ruler_arm (2,) [m] of the point on the ruler, from the bottom
+    node. They differ if head and ruler are not mounted in line."""
 
     head_mass: float
     ruler_mass: float
@@ -39,7 +39,7 @@ class Encoder:
 
 
 def bracket(f: Array, f_Hz: float, damping_ratio: float) -> Complex:
-    """Return (F,) factor of a head on a flexible bracket: w^2 / (s^2 + 2 z w s + w^2); one for an infinite f_Hz."""
+    """Return the factor (F,) of a head on a flexible bracket: w^2 / (s^2 + 2 z w s + w^2); one for an infinite f_Hz."""
     x = 1j * f / f_Hz
     factor: Complex = 1.0 / (x * x + 2.0 * damping_ratio * x + 1.0)
     return factor

@@ -69,8 +69,8 @@ def frame_apa(geometry: FrameGeometry | None = None, modes: int = MODES) -> Supe
 
 
 def frame_matrices(g: FrameGeometry, arm_elements: int = ARM_ELEMENTS) -> tuple[Array, Array, Array]:
-    """Return K, M (n, n) of all nodes, unreduced, and their places (n/6, 3) [m]; the seven interface nodes come
-    first."""
+    """Return the matrices K, M (n, n) of all nodes, unreduced, and their places (n/6, 3) [m]; the seven interface nodes
+    come first."""
     net = _Net()
     bottom, top = net.node([0, 0, -g.height / 2]), net.node([0, 0, g.height / 2])
     row = [net.node([x, 0, 0]) for x in g.stations]

@@ -60,7 +60,7 @@ def basis(body: ApaBody, keep_Hz: float = KEEP_HZ) -> Array:
 
 
 def _orthonormal(shapes: Array, K: Array, first: Array) -> Array:
-    """Return `first` and what `shapes` add to it, orthonormal in energy; additions too small to matter are dropped."""
+    """Return `first` extended by `shapes`, orthonormal in energy; additions too small to matter are dropped."""
     U = linalg.cholesky(K)
     start, _ = np.linalg.qr(U @ first)
     rest = U @ (shapes / np.sqrt(np.einsum("ni,nm,mi->i", shapes, K, shapes)))

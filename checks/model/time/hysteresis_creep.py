@@ -33,7 +33,7 @@ class Rayleigh:
 
 
 def _plays(v: Array, half_widths: Array) -> Array:
-    """Return (N,) sum of plays from zero: each follows the drive at its half-width, on whichever side it is pushed
+    """Return the sum (N,) of plays from zero: each follows the drive at its half-width, on whichever side it is pushed
     from.
 
     Between turns the drive only rises or only falls, so a play is clipped against its state at the last turn."""
@@ -79,8 +79,9 @@ def creep(per_decade: float) -> Fractions:
 
 
 def mass_steps(t: Array, moments: tuple[float, float], deflection: float, per_decade: float) -> Array:
-    """Return (N,) deflection at t (N,) [s] under a mass put down and taken away at these moments; `deflection` is what
-    it reaches 0.1 s after each, creeping by per_decade per decade of time. Rises within 20 ms and rings a little."""
+    """Return the deflection (N,) at t (N,) [s] under a mass put down and taken away at these moments; `deflection` is
+    what it reaches 0.1 s after each, creeping by per_decade per decade of time. Rises within 20 ms and rings a
+    little."""
     out = np.zeros(t.size)
     for moment, sign in zip(moments, (1.0, -1.0), strict=True):
         after = np.maximum(t - moment, 0.0)

@@ -88,7 +88,7 @@ def oscillator(f_Hz: float, damping_ratio: float, highpass: bool = False) -> Fra
 
 
 def pair(pole: Pair, zero: Pair) -> Fractions:
-    """Return (1 + 2 z s / w + (s / w)^2) of a zero over that of a pole, each a frequency [Hz] and a damping ratio."""
+    """Return a zero over a pole, each 1 + 2 z s / w + (s / w)^2 with a frequency [Hz] and a damping ratio."""
     w, v = 2.0 * np.pi * pole[0], 2.0 * np.pi * zero[0]
     p = w * complex(-pole[1], np.sqrt(1.0 - pole[1] ** 2))
     at_pole = 1.0 + 2.0 * zero[1] * p / v + (p / v) ** 2
@@ -118,7 +118,7 @@ def paths(model: Model, changes: Values = PRIOR_ONLY) -> dict[str, Fractions]:
 
 
 def _passed(values: Values, channel: str) -> list[Fractions]:
-    """Return what a channel's signal passes one after the other: the amplifier, and the low-pass of its converter."""
+    """Return the filters that a channel's signal passes in turn: the amplifier, and the low-pass of its converter."""
     e = electrical_of(values)
     passed = [] if np.isinf(e.amplifier_Hz) else [real_pole(2.0 * np.pi * e.amplifier_Hz)]
     if np.isfinite(e.second_order[0]):

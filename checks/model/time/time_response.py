@@ -77,7 +77,7 @@ def answer(
     """Return the simulation of the model's responses to drives of up to so many samples at fs [Hz]; hold: see `Held`;
     before: a filter that the drive passes first.
 
-    Raises ModelError for a sampling frequency beyond 0..10 kHz, and where holding meets a negative delay."""
+    Raises ModelError for a sampling frequency beyond 0..10 kHz, and if `hold` meets a negative delay."""
     if not 0.0 < fs <= 2.0 * F_MAX or samples < 1:
         raise ModelError(f"{samples} samples at {fs:g} Hz; expected one or more at up to {2 * F_MAX:g} Hz")
     wanted = model.channels if channels is None else tuple(channels)

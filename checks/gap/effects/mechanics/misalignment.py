@@ -16,7 +16,7 @@ EFFECT = Effect(
             off=0.0,
             start=0.0,
             scale=20.0,
-            begins=(-120.0, 120.0),  # the sign of dx is easily mistaken where dy is large
+            begins=(-120.0, 120.0),  # the sign of dx is easily mistaken if dy is large
             sets=("misalignment.dx_um",),
         ),
         Parameter(

@@ -1,7 +1,7 @@
 """The piezo's hysteresis: a loop between drive and displacement whose width grows with the amplitude and does not
 depend on the rate ([STB] 3.1.6; [BERTOTTI98] 2.3 for Rayleigh's loops).
 
-It is not linear, so no response names it: the slow sines do, where their loops open in proportion to the amplitude."""
+It is not linear, so no response names it: the slow sines do, if their loops open in proportion to the amplitude."""
 
 import numpy as np
 
