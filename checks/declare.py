@@ -38,7 +38,7 @@ class Scalar:
 
 @dataclass(frozen=True)
 class Vector:
-    """A fixed number of values in the unit that the name says, typed or taken in a stated order. item: what one of them
+    """Fixed number of values in the unit that the name gives, typed or taken in a stated order. item: what one of them
     is called; usual: as of a scalar; called: its name in sentences."""
 
     name: str
@@ -141,10 +141,10 @@ class Check:
     measure : (values, spec of this check) -> Outcome holding every name of `quantities` once (a quantity that could not
     be measured is present with its reason); raises NoResult when nothing could be measured. quantities : name -> label
     of what it measures; a name ends in its unit, a label stands in tables and sentences. A name without a label gets
-    its words from the name. section : the check whose data this one reads too; its forms are then the other's. model :
-    the setting that names a model; the check finds it open among its values, as `model`. guide : what the workflow
-    shows at its step; made from the declaration if the check gives none. short : its name in a list, at most 16
-    letters; the beginning of the title if the check gives none."""
+    its words from the name. section : the check whose data this one reads too; its forms are then those of that check.
+    model : the setting that names a model; the check finds it open among its values, as `model`. guide : instructions
+    that the workflow shows at its step; made from the declaration if the check gives none. short : its name in a list,
+    at most 16 letters; the beginning of the title if the check gives none."""
 
     name: str
     title: str

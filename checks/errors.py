@@ -5,8 +5,7 @@ from specs.errors import AcceptError
 
 
 class RecordError(AcceptError, ValueError):
-    """Error for a record that must not be used; the text names the file, the channel, what was found and what was
-    expected.
+    """Error for a record that must not be used; the text names the file, the channel, the value and the expected one.
 
     Made from a reason, or from plain words if no advice depends on the cause."""
 

@@ -1,4 +1,4 @@
-"""Pictures as data: a check says what to draw, each medium (PDF, PNG, terminal) draws it its own way."""
+"""Pictures as data: a check states the contents, each medium (PDF, PNG, terminal) draws them in its own way."""
 
 from dataclasses import dataclass
 from enum import StrEnum

@@ -25,11 +25,11 @@ class Contribution:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A measured value in the unit its name says. U: expanded uncertainty (k = 2); None is unknown, which is not zero.
+    """Measured value in the unit that its name gives. U: expanded uncertainty (k = 2); None is unknown, which is not
+    zero.
 
     A quantity without a value (`value` NaN) carries the reason; one with a value that must not pass, whatever its
-    limits, the doubt: its U is then unknown.
-    """
+    limits, the doubt: its U is then unknown."""
 
     name: str
     value: float

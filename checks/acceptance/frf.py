@@ -66,7 +66,7 @@ class Curves:
 
 @dataclass(frozen=True, eq=False)
 class ResponseFits:
-    """Results of the local fits. axial: the resonance, beside: a second pole where two fit better than one, repeat: the
+    """Results of the local fits. axial: the resonance, beside: a second pole if two fit better than one, repeat: the
     resonance of the second realisation; zero: the zero of Vs, or why none was found."""
 
     axial: Resonance

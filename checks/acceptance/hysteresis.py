@@ -47,8 +47,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     recorded.
 
     The width is the opening at mid-voltage relative to the peak to peak of the displacement, of the last period of each
-    amplitude. A high-pass turns the loop of Vs into an ellipse at every amplitude alike, so its hysteresis is what the
-    width at the largest amplitude has above that at the smallest."""
+    amplitude. A high-pass turns the loop of Vs into the same ellipse at every amplitude, so its hysteresis is the width
+    at the largest amplitude minus that at the smallest."""
     if "record" not in values:
         raise NoResult(Cause.NOT_MEASURED, record="record")
     record: Record = values["record"]

@@ -131,7 +131,7 @@ def _torsion(found: dict[str, HammerResponse | Reason], rules: SpuriousModesSett
     """Return the lowest mode that the left impact shows and the top impact leaves out, or the reason why none is found.
 
     A mode is left out when the top impact shows it weaker, by the stated contrast, than it shows the best seen of the
-    others: a softer hit or another lever makes all modes weaker alike."""
+    others: a softer hit or another lever weakens all modes equally."""
     left, top = found["torsion_left"], found["torsion_top"]
     if isinstance(left, Reason):
         return left

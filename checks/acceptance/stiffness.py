@@ -237,7 +237,7 @@ def _creep_rate(name: str, found: Deflection | Reason) -> Quantity:
 
 
 def _passage_s(found: Deflection, step: SignalStep) -> float:
-    """Return how long a step takes from a tenth to nine tenths of its height [s]."""
+    """Return the duration [s] of a step from a tenth to nine tenths of its height."""
     t, near = found.t, np.abs(found.t - step.t) < 0.3
     before = found.de[(t > step.t - 0.6) & (t < step.t - 0.1)]
     if not before.size:
@@ -247,8 +247,8 @@ def _passage_s(found: Deflection, step: SignalStep) -> float:
 
 
 def _slower(creep: CreepFit, t: Array) -> float:
-    """Return how much more the residual scatters over seconds, the time scale of creep, than its `colour` over some
-    hundredths of a second says: a floor's noise grows towards low frequencies."""
+    """Return the factor by which the residual scatters more over seconds, the time scale of creep, than its `colour`
+    over some hundredths of a second implies: the noise of a floor grows towards low frequencies."""
     residual = creep.fit.residual
     n = max(1, round(SLOW_S * (t.size - 1) / (t[-1] - t[0])))
     parts = residual[: residual.size // n * n].reshape(-1, n)

@@ -28,7 +28,7 @@ TOLERANCE_V = 1.0  # of 170 V: 0.6 % of the range
 END_ZONE = 0.02  # of the voltage span: over it a branch is a parabola
 MIN_OVER_NOISE = 20.0  # a stroke so near the noise means a dead stack or gauge
 MAX_UM = 2000.0  # six times the nominal stroke: no actuator, but a wrong unit
-SHARE = {"one_stack": 1 / 3, "two_stacks": 2 / 3}  # of the three stacks, which are alike
+SHARE = {"one_stack": 1 / 3, "two_stacks": 2 / 3}  # of the three stacks, which are equal
 ALIKE_WITHIN = 0.25  # stacks of one batch differ by a few percent; a damaged one by more
 LOOP_PERCENT = 1.0  # loss of soft PZT at small signals ([DAMJANOVIC98]): a narrower loop is the drive
 STUCK = 0.05  # of the voltage span: whatever the loop, no actuator stands still over so much of it
@@ -117,7 +117,7 @@ def _try_record(values: Values, key: str, wanted: Range) -> Stroke | Reason:
 
 
 def _check_plausible(stroke: float, share: float, wanted: Range) -> None:
-    """Raise NoResult if so many of three equal stacks cannot make this stroke [m]."""
+    """Raise NoResult if this share of three equal stacks cannot make a stroke [m]."""
     if stroke > share * wanted.stroke_max:
         total, most = stroke / share / UM, wanted.stroke_max / UM
         raise NoResult(Cause.STROKE_IMPLAUSIBLE, channel="d", value=stroke / UM, total=total, most=most)

@@ -55,7 +55,7 @@ def estimate(
     model: Model, data: Dataset, table: MisalignmentTable, repeat: Dataset | None = None
 ) -> MisalignmentEstimate:
     """Return the misalignment from responses with the channels de and da, judged on a second realisation if there is
-    one. Where the modes of the model's APA are uncertain, Vs is used too if it is there, as long as the three agree.
+    one. If the modes of the model's APA are uncertain, Vs is used too if it was recorded, as long as the three agree.
 
     The tolerance is the model's. Raises NoResult if the data do not determine it, ModelError if the model has no
     encoder, RecordError if a channel is missing."""
@@ -173,7 +173,7 @@ def _fits(
     model: Model, data: Dataset, starts: Sequence[tuple[float, float]], search: OffsetSearch
 ) -> list[Calibration]:
     """Return fits from the starts that lead to different places, the best first, each with the form of damping that the
-    data ask for. If no fit explains the strut's own modes, one mode may have been taken for another: the search is then
+    data require. If no fit explains the strut's own modes, one mode may have been taken for another: the search is then
     repeated with a mode in another place, and from random draws of the parameters."""
     free = [free_parameters(model, dx, dy, data.channels, search.skewed) for dx, dy in starts]
     found = _all_finished(model, data, _places(_leads(model, data, free)))
@@ -226,7 +226,7 @@ def _all_finished(model: Model, data: Dataset, leads: Sequence[Led]) -> list[Cal
 
 
 def _places(leads: Sequence[Led]) -> list[Led]:
-    """Return the ends of searches that lie apart and are not hopeless."""
+    """Return the distinct ends of searches whose cost is not hopeless."""
     kept: list[Led] = []
     for led in leads:
         apart = all(max(abs(led.at[n] - other.at[n]) for n in (DX, DY)) > NEAR_UM for other in kept)

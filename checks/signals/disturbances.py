@@ -56,7 +56,7 @@ def _strongest(f: Array, U: Complex, Y: Complex) -> tuple[float, float]:
 
 
 def _between(left: Array, k: int) -> float:
-    """Return how far a sine lies from the largest bin k of a spectrum with Hann's window, in bins ([GRANDKE83])."""
+    """Return the distance of a sine from the largest bin k of a spectrum with a Hann window, in bins ([GRANDKE83])."""
     if not 0 < k < left.size - 1:
         return 0.0
     side = 1 if left[k + 1] > left[k - 1] else -1
@@ -65,7 +65,7 @@ def _between(left: Array, k: int) -> float:
 
 
 def _unexplained(x: Array, U: Complex, Y: Complex) -> Complex:
-    """Return (B,) Y less the best parabola of U over x (B,), found without the lines that stand out of it."""
+    """Return Y (B,) minus the best parabola of U over x (B,), fitted without the lines that stand out."""
     base = U[:, None] * np.column_stack([np.ones_like(x), x, x * x])
     use = np.ones(x.size, dtype=bool)
     for _ in range(3):

@@ -113,7 +113,7 @@ class _Left:
 
 
 def _between(size: Array, k: int) -> float:
-    """Return how far the top of a parabola through a peak and its neighbours lies from it, in steps."""
+    """Return the distance of the top of a parabola through a peak and its neighbours from the peak, in steps."""
     if not 0 < k < size.size - 1:
         return 0.0
     a, b, c = size[k - 1 : k + 2]

@@ -14,7 +14,7 @@ from checks.arrays import Array
 from checks.distributions import t as student
 
 CHANCE = 0.01  # probability that a fleet without outliers has a unit flagged
-MIN_UNITS = 4  # of three, one odd unit and two odd units look alike
+MIN_UNITS = 4  # of three, one odd unit and two odd units look the same
 MAD_TO_SD = 1.4826  # 1 / the upper quartile of the standard normal distribution
 # Small-sample factors of the median deviation (Croux & Rousseeuw 1992, COMPSTAT); n/(n - 0.8) beyond.
 _SMALL = {2: 1.196, 3: 1.495, 4: 1.363, 5: 1.206, 6: 1.200, 7: 1.140, 8: 1.129, 9: 1.107}

@@ -53,10 +53,10 @@ def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> Channe
     [Hz].
 
     Between two points of a lightly damped structure the response is real but for the delay: its phase is 0 or 180
-    degrees whatever lies between. So twice the phase is fitted by a line through 0, coarsely by the best of a grid of
-    +-50 samples, then by weighted least squares that give little weight to bins off the line (resonances). sd knows the
-    noise and the spread about the line; a fraction of a sample may still be physics (an amplifier's pole, damping of
-    close modes), which only a model can distinguish."""
+    degrees. So twice the phase is fitted by a line through 0, coarsely by the best of a grid of +-50 samples, then by
+    weighted least squares that give little weight to bins off the line (resonances). sd knows the noise and the spread
+    about the line; a fraction of a sample may still be physics (an amplifier's pole, damping of close modes), which
+    only a model can distinguish."""
     part = frf.band(f_lo, f_hi).select(channel)
     part = part.independent()
     good = part.usable & _significant(part)[:, 0]

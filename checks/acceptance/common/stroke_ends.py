@@ -32,8 +32,8 @@ def drift(
     """Return how far the gauge may have drifted over the record [m], from the values of d each time V is back at its
     start.
 
-    bottom: (N,) where V is within `reach` [V] of its start; opening: of the last loop at mid-voltage [m]; settled: that
-    loop does not contain the first rise.
+    bottom: mask (N,) of V within `reach` [V] of its start; opening: that of the last loop at mid-voltage [m]; settled:
+    whether that loop excludes the first rise.
 
     Settled loops close: the difference between later returns is drift. After one loop only, drift cannot be
     distinguished from the remanence of the first rise; the top lies midway, so half of it counts. Differences within
@@ -86,9 +86,9 @@ def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Scalar
 
 
 def level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
-    """Return d where the voltage v from the end of the range is 0, near sample `at`: a parabola in v on each branch,
-    which meet there, over the unbroken stretch of `zone`. In v, not in time, so that the drive may turn, break or
-    hold."""
+    """Return d at the end of the range, at which the voltage v from that end is 0, near sample `at`: by a parabola in v
+    on each branch, which meet there, over the unbroken stretch of `zone`. In v, not in time, so that the drive may
+    turn, break or hold."""
     out = np.flatnonzero(~zone)
     lo = int(out[out < at].max(initial=-1)) + 1
     hi = int(out[out > at].min(initial=zone.size))

@@ -168,8 +168,8 @@ def vet_signs(frf: Frf, rules: ResponseSettings) -> None:
 
 
 def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
-    """Raise NoResult if the static gains of de and da are apart: both measure one payload's motion, and an encoder's
-    arm or scale adds percents only."""
+    """Raise NoResult if the static gains of de and da disagree: both measure one payload's motion, and an encoder's arm
+    or scale adds percents only."""
     low = frf.band(*STATIC_HZ)
     de, da = (np.abs(low.H[:, low.index(c)]) for c in ("de", "da"))
     known = low.usable & (da > 0)
@@ -213,7 +213,7 @@ def vet_delays(frf: Frf, fs: float, rules: ResponseSettings) -> list[ChannelDela
 def vet_coherence(frf: Frf, excused: Mapping[str, list[tuple[float, float]]], rules: ResponseSettings) -> None:
     """Raise NoResult if the median coherence of a third of an octave is below the gate, naming each.
 
-    The median, because a narrow dip at a zero says nothing about the record; `excused` intervals do not count."""
+    The median is used because a narrow dip at a zero is not a fault of the record; `excused` intervals do not count."""
     bad = [words for c in frf.channels for words in _bad_bands(frf, c, excused[c], rules)]
     if bad:
         more = f" and {len(bad) - 4} more" if len(bad) > 4 else ""

@@ -63,7 +63,7 @@ def ringing(fs: float, rules: ImpactRules) -> float:
 
 
 def upright(force: Array) -> Array:
-    """Return force (N,) without its offset (the median), hits positive whatever the sensor's polarity."""
+    """Return the force (N,) without its offset (the median), hits positive whatever the sensor's polarity."""
     centred = force - np.median(force)
     return centred if centred.max() >= -centred.min() else -centred
 

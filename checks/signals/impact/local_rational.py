@@ -12,7 +12,7 @@ from checks.arrays import Array, Complex
 from checks.signals.impact.hammer import ImpactFrf
 
 _HALF_BINS = 8  # at least, each side of the peak: 17 complex bins for 5 complex unknowns
-_HALF_WIDTHS = 6.0  # half-power half-widths each side: beyond, a bin says little about the pole
+_HALF_WIDTHS = 6.0  # half-power half-widths each side: beyond, a bin carries little information on the pole
 _SMOOTH_BINS = 11  # with fewer, bins that happen to scatter little get the weight, and the interval comes out short
 
 

@@ -121,8 +121,8 @@ def amplitude_at(frf: ImpactFrf, mode: Mode) -> tuple[float, float]:
     """Return the peak amplitude |residue|/decay that a mode's pole has in another FRF, and its standard error [response
     per N].
 
-    Over the band in which the mode was fitted: where the other FRF does not show it, a peak of noise would cut the band
-    to less than the mode's width, in which a pole and a polynomial are alike."""
+    The band is that in which the mode was fitted: if the other FRF does not show it, a peak of noise would cut the band
+    to less than the mode's width, in which a pole and a polynomial are indistinguishable."""
     natural = mode.pole / (2j * np.pi)
     half = max(float(np.max(np.abs(mode.f - natural.real))), 8.0 * frf.df)
     local = bins_about(frf, natural.real, half)

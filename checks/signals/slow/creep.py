@@ -19,10 +19,10 @@ class CreepFit:
     """Fit of y = d0 + drift t + sum over steps of D (1 + gamma log10((t - t_step)/0.1 s)), fitted on the samples `used`
     (N,).
 
-    deflections (S,) D 0.1 s after each step [unit of y]; gamma (S,) creep per decade of time; model (N,).
-    per_moment (S, S): what each deflection changes by per second of error in the moment of each step;
-    gamma_per_moment (S, S): the same of gamma [1/s]; later: gamma by the samples from 0.3 s after a step alone, NaN if
-    they are too few: a load that settles is over by then."""
+    deflections (S,) D 0.1 s after each step [unit of y]; gamma (S,) creep per decade of time; model (N,). per_moment
+    (S, S): change of each deflection per second of error in the moment of each step; gamma_per_moment (S, S): the same
+    of gamma [1/s]; later: gamma by the samples from 0.3 s after a step alone, NaN if they are too few: a load that
+    settles is over by then."""
 
     deflections: Array
     gamma: Array

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from checks.arrays import Array
 
 MIN_SAMPLES = 50  # per period
-NO_SINE = 0.02  # rms of what a sine leaves, relative to its amplitude: above it the drive was changing
+NO_SINE = 0.02  # rms of the residual of a sine, relative to its amplitude: above it the drive was changing
 SAME_AMPLITUDE = 0.02
 ABOVE_NOISE = 5.0
 REFINEMENTS = 4

@@ -45,8 +45,8 @@ def least_squares(design: Array, y: Array) -> LinearFit:
 
 
 def colour(residual: Array) -> float:
-    """Return how much more a slow combination of the samples scatters than if the residual (N,) were white: one plus
-    twice the sum of the autocorrelation, Bartlett weights over 2 N^(1/3) lags ([NW87]).
+    """Return the factor by which a slow combination of the samples scatters more than for a white residual (N,): one
+    plus twice the sum of the autocorrelation, Bartlett weights over 2 N^(1/3) lags ([NW87]).
 
     Never below 1: a residual that looks bluer than white does not justify a smaller uncertainty."""
     power = float(residual @ residual)

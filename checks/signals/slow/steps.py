@@ -38,7 +38,7 @@ def find_steps(t: Array, y: Array) -> list[SignalStep]:
     """Return the steps in y (N,) over t (N,) [s], in time order; empty if nothing stands out of the scatter.
 
     A jump is the difference of the medians over 0.5 s after and before; a step is at the largest jump. Steps less than
-    about 1 s apart blur into one another. Raises ValueError if the record is too short to hold any."""
+    about 1 s apart blur into one another. Raises ValueError if the record is too short for a step."""
     if t.size < MIN_SAMPLES:
         raise ValueError(f"{t.size} samples are too few to hold a step, {MIN_SAMPLES} are needed")
     if (step := float(t[-1] - t[0]) / (t.size - 1)) > GAP_S:

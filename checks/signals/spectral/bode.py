@@ -25,7 +25,7 @@ def bode(
 
     units : unit of each channel (per unit of the input: "m/V"). merge_Hz is marked in every panel. model (F, C): drawn
     beside the data. The bands hold the true value with probability p each. Bins without a finite variance are left out,
-    and so is the phase where the region holds 0. Logarithmic frequency axis: 0 Hz is left out."""
+    and so is the phase if the region holds 0. Logarithmic frequency axis: 0 Hz is left out."""
     marks = () if merge_Hz is None else (Mark(merge_Hz, "x", f"merged at {merge_Hz:g} Hz", "quiet"),)
     panels: dict[str, Panel] = {}
     for c, name in enumerate(frf.channels):

@@ -99,10 +99,9 @@ def h1(
     """Return the H1 estimate of the responses from u to every channel of y, with coherence and covariance, in one pass.
 
     u : (N,) input; y : (N,), (N, C) or name -> (N,) outputs, sampled together at fs [Hz]. Hann segments of nperseg
-    samples, half overlapped unless noverlap says otherwise, the mean of each segment removed. The last bins of the grid
-    (0 Hz and half of fs) are real numbers and have half the degrees of freedom. Biased low at peaks narrower than the
-    window, and by noise on u ([BP10] ch. 6, 9). Raises ValueError for fewer than two segments, unequal lengths, NaN or
-    inf."""
+    samples, half overlapped unless noverlap is given, the mean of each segment removed. The last bins of the grid (0 Hz
+    and half of fs) are real numbers and have half the degrees of freedom. Biased low at peaks narrower than the window,
+    and by noise on u ([BP10] ch. 6, 9). Raises ValueError for fewer than two segments, unequal lengths, NaN or inf."""
     outputs = named(y)
     return h1_stream([[u, *outputs.values()]], tuple(outputs), fs, nperseg, noverlap, input=input)
 
@@ -173,7 +172,8 @@ def quantile(p: float, nu: Array) -> Array:
 
 
 def power_floor(power: Array) -> float:
-    """Return power below which a bin is not driven but holds rounding: 240 dB below the sum of all bins (F,)."""
+    """Return the power below which a bin counts as rounding error, not as driven: 240 dB below the sum of all bins
+    (F,)."""
     return float(1e-24 * power.sum())
 
 

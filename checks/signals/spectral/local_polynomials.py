@@ -7,9 +7,9 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.signals.spectral.frf import guarded_covariance
 
-MIN_DOF = 7  # with fewer, F(2, 2 nu) has tails so heavy that a variance says little
+MIN_DOF = 7  # with fewer, F(2, 2 nu) has tails so heavy that a variance is of little use
 BATCH_BINS = 768  # bins solved at once: fewer cost more in calls, more in memory far from the core
-WHOLE_BINS = 16  # batches are filled up to a multiple: the last digit of a bin must not say where its batch ends
+WHOLE_BINS = 16  # batches are filled up to a multiple: the last digit of a bin must not depend on where its batch ends
 SAMPLED_BINS = 256  # of the first ones the correlation of neighbours is taken
 DEPENDENT = 1e-20  # share of a regressor's power left by the others, below which it is one of them but for rounding
 
@@ -123,7 +123,7 @@ def _solve(
 
 
 def _covariance(E: Complex, products: Complex, conjugate: Complex) -> Complex:
-    """Return (C, C, B) sums of E_c conj(E_d) over the rows of E (C, m, B); the rest is work space."""
+    """Return the sums (C, C, B) of E_c conj(E_d) over the rows of E (C, m, B); the rest is work space."""
     sums = np.empty((len(E), len(E), E.shape[2]), dtype=complex)
     for d in range(len(E)):
         sums[: d + 1, d] = _sum(np.multiply(E[: d + 1], np.conjugate(E[d], out=conjugate), out=products[: d + 1]))
@@ -132,21 +132,21 @@ def _covariance(E: Complex, products: Complex, conjugate: Complex) -> Complex:
 
 
 def _sum(x: Complex) -> Complex:
-    """Return (..., B) sums over the rows of x (..., m, B)."""
+    """Return the sums (..., B) over the rows of x (..., m, B)."""
     ones = np.ones((1, x.shape[-2]))
     sums: Complex = np.matmul(ones, x.view(float)).view(complex)
     return sums[..., 0, :]
 
 
 def _power(x: Complex) -> Array:
-    """Return (B,) sum of |x|^2 over the rows of x (m, B)."""
+    """Return the sum (B,) of |x|^2 over the rows of x (m, B)."""
     power: Array = np.einsum("mb,mb->b", x.real, x.real) + np.einsum("mb,mb->b", x.imag, x.imag)
     return power
 
 
 def _quality(H: Complex, noise: Complex, Suu: Array) -> Array:
-    """Return (B, C) share of the outputs' power that H (B, C) explains beside noise (C, C, B), with the input's power
-    (B,)."""
+    """Return the share (B, C) of the outputs' power that H (B, C) explains beside noise (C, C, B), with the input's
+    power (B,)."""
     signal = (H.real**2 + H.imag**2) * Suu[:, None]
     total = signal + np.einsum("ccb->bc", noise).real
     return np.where(total > 0.0, signal / np.where(total > 0.0, total, 1.0), 0.0)

@@ -34,7 +34,7 @@ def lpm(
     half: int = HALF,
     input: str = "u",
 ) -> Frf:
-    """Return responses from u to every channel of y by the local polynomial method, from one record without
+    """Return the responses from u to every channel of y by the local polynomial method, from one record without
     periodicity.
 
     u : (N,) noise or sweep; y : (N,), (N, C) or name -> (N,), sampled together at fs [Hz]. Bins of fs/N from f_lo to

@@ -72,7 +72,7 @@ def _extent(u: Array, samples: int, tolerance: float) -> PeriodicPart | None:
         return None
     whole = u[start : start + count * samples].reshape(count, samples)
     deviation = float(np.sqrt(np.mean((whole[1:] - whole[:-1]) ** 2))) / rms
-    # A period that is not a whole number of samples is alike from one to the next, and not from the first to the last.
+    # A period that is not a whole number of samples matches the next one, but the first does not match the last.
     drift = float(np.sqrt(np.mean((whole[-1] - whole[0]) ** 2))) / rms
     return PeriodicPart(samples, start, count, deviation) if max(deviation, drift / 2.0) <= tolerance else None
 

@@ -90,7 +90,7 @@ class PoleWindow:
         return float(self.f[-1] - self.f[0]) / 2
 
     def scaled(self, f_Hz: complex) -> complex:
-        """Return z of a complex frequency."""
+        """Return the scaled value z of a complex frequency."""
         return (f_Hz - float(self.f[0] + self.f[-1]) / 2) / self.half
 
     def frequency(self, q: complex) -> complex:
@@ -268,7 +268,7 @@ def _eliminate(w: PoleWindow, q: Complex, order: int) -> _Elimination:
 
 
 def _step(state: _Elimination) -> tuple[Complex, float]:
-    """Return Gauss-Newton step of the poles, and how much of the cost it should take away."""
+    """Return the Gauss-Newton step of the poles and the expected reduction of the cost."""
     J = state.tangent.reshape(-1, state.tangent.shape[-1])
     Q, R = np.linalg.qr(J)
     step = np.linalg.pinv(R) @ (Q.conj().T @ state.residual.ravel())

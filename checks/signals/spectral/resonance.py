@@ -70,7 +70,7 @@ def find_beside(
 ) -> tuple[Resonance, Resonance] | None:
     """Return (the first resonance fitted again, a second one) if two poles fit better than one, else None.
 
-    share : the second one alone must be this part of what the first one's fit shows at its frequency, in one channel at
+    share : the second one by itself must be this share of the first one's fit at its frequency, in one channel at
     least. A record without noise shows every flaw of a model: a significant pole need not matter."""
     order = first.fit.order
     if not enough_bins(w, 2, order):

@@ -120,7 +120,7 @@ class Segments:
     def _hermitian(self) -> Complex:
         """Return the (F, M, M) sums of X_i conj(X_j), in memory channel by channel as they are worked with.
 
-        Below the diagonal they are as summed; on it stand the squares of real part and imaginary part, as such."""
+        Below the diagonal they are as summed; on it are the sums of the squared real and imaginary parts."""
         sums = self._sum.copy()
         diagonal = np.arange(len(sums))
         sums[diagonal, diagonal] = self._sum[diagonal, diagonal].real + self._sum[diagonal, diagonal].imag
@@ -171,8 +171,8 @@ def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex
 
 
 def bin_correlation(window: Array) -> tuple[float, ...]:
-    """Return |rho|^2 between transforms of windowed white noise 1, 2, ... bins apart, until it vanishes: Hann 4/9,
-    1/36."""
+    """Return |rho|^2 between transforms of windowed white noise 1, 2, ... bins apart, up to the last that is not 0: 4/9
+    and 1/36 for Hann."""
     power = np.abs(np.fft.fft(window**2)) ** 2
     rho2 = power[1:16] / power[0]
     last = int(np.flatnonzero(rho2 > 1e-6)[-1]) + 1 if (rho2 > 1e-6).any() else 0

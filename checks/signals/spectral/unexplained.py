@@ -11,8 +11,8 @@ import scipy.fft
 from checks.arrays import Array, Complex
 
 BINS, ORDER = 24, 3  # of the spectrum at once, and of the polynomials for response and transient
-LEAST_BLOCKS = 20  # of a record that says anything
-SHARE = BINS / (BINS - 2 * (ORDER + 1))  # of the power of a bin over what the projection leaves of it
+LEAST_BLOCKS = 20  # of a record that is long enough
+SHARE = BINS / (BINS - 2 * (ORDER + 1))  # of the power of a bin over its remainder after the projection
 
 
 @dataclass(frozen=True, eq=False)
