@@ -9,7 +9,7 @@ class InstrumentError(AcceptError, RuntimeError):
 
 
 class SettingsError(InstrumentError):
-    """The bench file does not say what the driver needs, or says something impossible."""
+    """The bench file lacks a setting of the driver, or has an impossible one."""
 
 
 class Unplugged(InstrumentError):
@@ -29,7 +29,7 @@ class InstrumentRefused(InstrumentError):
 
 
 class OverRange(InstrumentRefused):
-    """The instrument says that the value is outside its range."""
+    """The instrument reports that the value is outside its range."""
 
 
 class WrongInstrument(InstrumentError):

@@ -48,7 +48,7 @@ class Deadline:
 
 
 class Place(Protocol):
-    """Where an instrument is: `port` by its name, and all of it in words."""
+    """The place of an instrument: `port` by its name, and all of it in words."""
 
     @property
     def port(self) -> str: ...
@@ -105,7 +105,7 @@ class Link:
             self._more(deadline, f"ending in {_ENDS.get(end, _text(end))}")
 
     def read_exactly(self, count: int, deadline: Deadline) -> bytes:
-        """Return that many bytes. Raises NoReply with what came if the deadline passes, Unplugged."""
+        """Return `count` bytes. Raises NoReply with the bytes so far if the deadline passes, Unplugged."""
         while len(self._pending) < count:
             self._more(deadline, f"of {count} bytes")
         return self._take(count)

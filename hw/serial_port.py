@@ -124,7 +124,7 @@ def mark_on_windows(port: Any, win32: Any) -> None:
 
 
 class MarkedPort:
-    """A port that takes the marks out of what came. doubled: as `_mark_damaged` says."""
+    """A port that removes the marks from received bytes. doubled: the return value of `_mark_damaged`."""
 
     def __init__(self, port: Any, doubled: bool | None) -> None:
         self._port, self._doubled, self._half = port, doubled, b""

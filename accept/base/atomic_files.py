@@ -53,7 +53,7 @@ def writing_atomic(path: Path, mode: int = 0o666) -> Iterator[IO[bytes]]:
         os.replace(temporary, path)
     except OSError as e:
         Path(temporary).unlink(missing_ok=True)
-        raise OSError(e.errno, e.strerror, str(path)) from e  # writing says what is wrong but not where
+        raise OSError(e.errno, e.strerror, str(path)) from e  # the error of writing does not name the file
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise

@@ -106,7 +106,7 @@ def _words(error: BaseException) -> str:
     return str(error)
 
 
-_PLAIN: dict[type[BaseException], str] = {  # what the system says in words of its own
+_PLAIN: dict[type[BaseException], str] = {  # errors of the system, in our words
     FileExistsError: "is a file, expected a folder",
     NotADirectoryError: "is a file, expected a folder",
     IsADirectoryError: "is a folder, expected a file",

@@ -5,14 +5,14 @@ from enum import IntEnum
 
 
 class Exit(IntEnum):
-    """What a command's exit code says ([DESIGN] 4)."""
+    """The meaning of a command's exit code ([DESIGN] 4)."""
 
     ACCEPTED = 0
     REJECTED = 3
     INCOMPLETE = 4  # incomplete or conditional
     INSTRUMENT = 5
     BAD_INPUT = 6  # nothing could be judged
-    STOPPED = 130  # with Ctrl-C, as a shell says it: 128 and the signal's number
+    STOPPED = 130  # with Ctrl-C, as in a shell: 128 and the signal's number
 
 
 def of_verdicts(verdicts: Iterable[str], refused: int = 0) -> Exit:

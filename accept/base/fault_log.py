@@ -21,14 +21,13 @@ _FORMAT = "%(asctime)s %(process)d accept %(version)s: %(message)s"
 
 
 def log_file() -> Path:
-    """Return where faults are written. Raises HomeError."""
+    """Return the file in which faults are logged. Raises HomeError."""
     return home() / "log" / NAME
 
 
 def log_fault(doing: str, fault: BaseException) -> None:
-    """Append what was being done and the fault's traceback. Several processes may: the file is open while one is
-    written, under a lock. Never raises: where the log cannot be written, the fault goes to stderr.
-    """
+    """Append the activity and the fault's traceback. Several processes may do so: the file is open while one is
+    written, under a lock. Never raises: if the log cannot be written, the fault goes to stderr."""
     info = (type(fault), fault, fault.__traceback__)
     record = logging.LogRecord("accept", logging.ERROR, __file__, 0, doing, None, info)
     record.version = version()

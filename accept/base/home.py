@@ -1,4 +1,4 @@
-"""Where the bench keeps its own things: event store, keys, tables."""
+"""The bench's own folder: event store, keys, tables."""
 
 import os
 from pathlib import Path
@@ -13,7 +13,7 @@ class HomeError(AcceptError, RuntimeError):
 
 
 def home() -> Path:
-    """Return folder of the bench: `ACCEPT_HOME`, else the platform's place for application data. Made when absent."""
+    """Return the folder of the bench: `ACCEPT_HOME`, else the platform's place for application data. Made if absent."""
     chosen = os.environ.get("ACCEPT_HOME")
     path = Path(chosen) if chosen else platformdirs.user_data_path("accept", appauthor=False)
     try:

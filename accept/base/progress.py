@@ -22,7 +22,8 @@ _bars: Progress | None = None  # of this process; a terminal has one bottom
 
 
 def steps(items: Iterable[T], words: str, of: int | None = None) -> Iterator[T]:
-    """Yield the items as they come, beside a bar. of: how many there will be, where they do not know it themselves."""
+    """Yield the items as they come, beside a bar. of: how many there will be, if the iterable does not know its
+    length."""
     known = len(items) if of is None and hasattr(items, "__len__") else of  # type: ignore[arg-type]
     with _bar(words, known if known != 1 else None) as advance:
         for item in items:
@@ -58,7 +59,7 @@ def _bar(words: str, of: int | None) -> Iterator[Callable[[], None]]:
 def _can_redraw() -> bool:
     if parent_process() is not None or os.environ.get("TERM", "") in ("", "dumb", "unknown"):
         return False
-    try:  # asked of the system: the screens put something in the place of stderr that says it were a terminal
+    try:  # asked of the system: the screens replace stderr by an object that claims to be a terminal
         return os.isatty(sys.stderr.fileno())
     except (AttributeError, OSError, ValueError):
         return False

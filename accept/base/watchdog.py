@@ -13,11 +13,11 @@ VARIABLE = "ACCEPT_UNIT_S"
 
 
 class TimeLimitExceeded(BaseException):
-    """The work was stopped. No `Exception`: what catches every fault of a file's content lets this one through."""
+    """The work was stopped. Not an `Exception`, so that handlers of faults in a file's content let it through."""
 
 
 def judging_s() -> float:
-    """Return how long judging one unit may take: the declared limit, or what ACCEPT_UNIT_S says instead [s]."""
+    """Return the time limit for judging one unit [s]: the declared one, or that of ACCEPT_UNIT_S."""
     try:
         return max(1.0, float(os.environ.get(VARIABLE, JUDGING_S)))
     except ValueError:
@@ -26,10 +26,10 @@ def judging_s() -> float:
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Yield stop what runs inside after so many seconds, with TimeLimitExceeded.
+    """Stop the block with TimeLimitExceeded after so many seconds.
 
     It takes a signal, which only the main thread receives, and which Windows does not know: elsewhere there is no
-    limit, and the bounds on the size of what is read have to do."""
+    limit, and the bounds on the size of what is read must suffice."""
     if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         yield
         return

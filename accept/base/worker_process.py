@@ -27,7 +27,7 @@ def begin() -> None:
 
 
 def memory_GB() -> float:
-    """Return what a worker may take: the declared limit, or what ACCEPT_WORKER_GB says instead."""
+    """Return the memory limit of a worker [GB]: the declared one, or that of ACCEPT_WORKER_GB."""
     try:
         return max(0.5, float(os.environ.get(VARIABLE, MEMORY_GB)))
     except ValueError:

@@ -1,7 +1,7 @@
-"""The files that a batch leaves, written as the units come by: memory stays flat however many there are.
+"""The result files of a batch, written unit by unit: memory stays flat however many there are.
 
 Up to WHOLE units `results.json` holds all of them. Beyond, it holds the counts and names the data sets instead: a
-script that asks for its key `units` fails then, where an empty list would pass for "nothing was judged".
+script that asks for its key `units` fails then; an empty list would pass for "nothing was judged".
 """
 
 import json
@@ -44,7 +44,7 @@ def check_room(units: int, dataset: bool) -> None:
 
 
 class Results:
-    """Open while a batch's entries are added, in order of serial. entries: all of them, where they are few."""
+    """Open while a batch's entries are added, in order of serial. entries: all of them, if they are few."""
 
     def __init__(self, out: Path, whole: bool, dataset: bool) -> None:
         self.entries: list[dict[str, Any]] = []

@@ -18,7 +18,7 @@ HELD = 2000  # units kept as they were read; the others are read again
 class Roster:
     """Folders by serial, and which of them were judged, by which event. A context manager.
 
-    One serial in two folders is a clash, also where only its capitals differ: a file system may take a and A for one.
+    One serial in two folders is a clash, also if they differ only in capitals: a file system may take a and A for one.
     """
 
     def __init__(self) -> None:

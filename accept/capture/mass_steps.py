@@ -43,7 +43,7 @@ def _weighed(setup: CaptureSetup) -> float:
 
 def _mass_record(setup: CaptureSetup, circuit: str) -> tuple[np.ndarray, np.ndarray]:
     """Return t (N,) [s] in even steps and de (N,) [m]. Raises Implausible if readings came too slowly, or do not hold
-    the steps that the check needs: now the mass can be put on once more."""
+    the steps that the check needs: the mass can then be put on once more."""
     cues = [(ADD_S, "put the mass on now"), (REMOVE_S, "take the mass off now")]
 
     def cue(now: float) -> None:

@@ -98,7 +98,7 @@ def action(findings: Iterable[Finding]) -> str | None:
 
 
 def lines(check: Check, reason: Reason) -> list[str]:
-    """Return advice on a reason and on what else is wrong, with the record that each names."""
+    """Return the advice on a reason and on its further causes, with the record that each names."""
     return list(dict.fromkeys(line for one in reason.all() for line in _lines(check, one)))
 
 

@@ -18,7 +18,7 @@ from checks.consistency.relations import PAYLOAD
 from checks.verdict import Finding, Verdict, unit_verdict
 
 RESONANCE, BY_RESONANCE = "axial_resonance_Hz", "k_resonance_N_per_um"
-NARROW = 0.2  # of an interval over its upper end: one number says it
+NARROW = 0.2  # of an interval over its upper end: one number suffices
 
 
 def without_bench_errors(result: UnitResult) -> UnitResult:

@@ -55,7 +55,7 @@ def copies_of(store: Store, serial: str, folder: str | None, samples: Samples) -
 
 
 def same_recording(one: Channels, other: Channels) -> bool:
-    """Return whether two records share a channel, whatever it is called in each."""
+    """Return whether two records share a channel, under any name."""
     if TABLE in one or TABLE in other:
         return one.get(TABLE) == other.get(TABLE)
     ours, theirs = ([Sketch.parse(text) for text in channels.values()] for channels in (one, other))

@@ -38,7 +38,7 @@ class Signer:
 
     @property
     def person(self) -> str:
-        """Return name on the certificate."""
+        """Return the name on the certificate."""
         return _attribute(self.certificate, NameOID.COMMON_NAME)
 
 

@@ -28,7 +28,7 @@ EXPECTED = ("accepted", "rejected")
 
 
 class GoldenError(AcceptError, ValueError):
-    """A unit that cannot be a golden one, or nothing to resolve; the text says why."""
+    """A unit that cannot be golden, or nothing to resolve; the text says why."""
 
 
 class BenchStopped(GoldenError):

@@ -25,8 +25,8 @@ from checks.verdict import Finding, unit_verdict
 
 @dataclass(frozen=True)
 class Reservations:
-    """copies: recordings of the unit that are filed elsewhere too. part_doubts: what speaks against its parts, a
-    sentence each. nonconformances: what was found wrong with it and holds it."""
+    """copies: recordings of the unit that are filed elsewhere too. part_doubts: doubts about its parts, a sentence
+    each. nonconformances: those that hold it."""
 
     copies: Sequence[Copy] = ()
     part_doubts: Sequence[str] = ()

@@ -10,7 +10,7 @@ from accept.store.chain import StoreHead
 from accept.store.errors import StoreError
 from specs.files import read_bounded
 
-OWNER_WRITES = 0o644  # whatever the umask: another user of the machine must not write what the store is held against
+OWNER_WRITES = 0o644  # whatever the umask: another user of the machine must not write what the store is checked against
 
 
 @dataclass(frozen=True)

@@ -106,7 +106,7 @@ def _away(error: DBAPIError) -> bool:
     if isinstance(error.orig, sqlite3.Error):
         return False
     state = getattr(error.orig, "sqlstate", None)
-    unreachable = state is None and isinstance(error, OperationalError)  # says so before any SQLSTATE is known
+    unreachable = state is None and isinstance(error, OperationalError)  # raised before any SQLSTATE is known
     return error.connection_invalidated or unreachable or (state or "").startswith(_AWAY)
 
 

@@ -5,7 +5,7 @@ from accept.store.store import Store
 
 
 def check_lines(store: Store, exported: StoreHead | None = None) -> tuple[bool, list[str]]:
-    """Return whether the store is unbroken, and the lines that say so or name the first broken place, and every place
+    """Return whether the store is unbroken, and the lines that state so or name the first broken place, and every place
     where the clock was set back. Raises StoreError."""
     problem = store.check(exported)
     if problem is not None:

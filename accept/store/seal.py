@@ -23,7 +23,7 @@ from accept.base.atomic_files import write_atomic
 from accept.store.chain import StoreHead
 from specs.files import read_bounded
 
-OLDEST_S = 24 * 3600.0  # a seal is believed for a day: then the chain is walked whole, whatever the file looks like
+OLDEST_S = 24 * 3600.0  # a seal is valid for a day: then the chain is walked whole, even if the file is unchanged
 
 
 @dataclass(frozen=True)

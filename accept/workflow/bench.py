@@ -24,11 +24,10 @@ LOCK_WAIT_S = 5.0  # for another program's hold on the store: then the technicia
 
 @dataclass(frozen=True, eq=False)
 class Workbench:
-    """specs: kind -> spec. records: folder that new record files arrive in. hidden: what a training unit has, told at
-    the end; None where the unit is real. proposed: serial to begin with. stated: the bench file whose calibrations
-    stand behind the findings. taken: a unit folder that exists already, to go on with. closing: ends what runs beside.
-    worker: the process that judges.
-    """
+    """specs: kind -> spec. records: folder that new record files arrive in. hidden: the fault of a training unit, shown
+    at the end; None for a real unit. proposed: serial to begin with. stated: the bench file whose calibrations stand
+    behind the findings. taken: an existing unit folder to continue. closing: stops what runs beside the workflow.
+    worker: the process that judges."""
 
     store: Store
     home: Path

@@ -37,8 +37,8 @@ def capture(
     known: Mapping[str, float] | None = None,
     stopped: threading.Event | None = None,
 ) -> CaptureResult:
-    """Measure a step by its recipe and store what was taken like any other entry, each with the instrument that was
-    read; what went over its line stands with the first.
+    """Measure a step by its recipe and store its values like any other entry, each with the instrument that was read;
+    the traffic of its line is stored with the first.
 
     journal_in: folder of the journal, by default the attempt's. known: values that need not be asked for. A run that
     fails stores why, and leaves its journal. Raises InstrumentError, EntryError, RecordError, StoreError, OSError.

@@ -120,8 +120,8 @@ class Session:
         return self._held[1]
 
     def next_step(self, after: str | None = None) -> WorkflowStep | None:
-        """Return the first step that is not complete, where a restarted workflow stands; of those behind `after`, then
-        of those before it."""
+        """Return the first step that is not complete, at which a restarted workflow stands; of those behind `after`,
+        then of those before it."""
         states = {step.name: self.state(step.name) for step in self.steps}
         at = next((i + 1 for i, step in enumerate(self.steps) if step.name == after), 0)
         others = [step for step in (*self.steps[at:], *self.steps[:at]) if step.name != after]
@@ -225,7 +225,7 @@ class Session:
         return self.append(StepNoted(step, plain_words(text, "a note"), nonconformance))
 
     def remeasure(self, step: str, reason: str) -> Event:
-        """Begin a step anew; what was taken before stays in the store. Raises EntryError without a reason."""
+        """Begin a step anew; its earlier entries stay in the store. Raises EntryError without a reason."""
         return self.append(StepRemeasured(step, plain_words(reason, "the reason")))
 
     def undo(self) -> Event:

@@ -73,7 +73,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
 
     @property
     def _choices(self) -> dict[str, str]:
-        """Return what it is set to, in the order in which it is set, but frequency and voltage."""
+        """The settings in the order in which they are set, without frequency and voltage."""
         held = {"TRIG": "MANU", "DISP": "VALU", "MODE": "CD", "R.H.": "OFF."}
         return held | {"CIRC": self.settings.circuit, "SPEE": self.settings.speed}
 
@@ -88,7 +88,8 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
         self._set("COMU:OVER", deadline, STREAMED)
 
     def _settings_found(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return what the meter is set to; the trigger first, and stopped, for results stand before the answers."""
+        """Return the meter's settings; the trigger first, and stopped, because results would stand before the
+        answers."""
         found = {"TRIG": self._asked("TRIG", deadline, STREAMED)}
         self._set("MAIN:TRIG:MANU", deadline, STREAMED)
         others = [header for header in (*self._choices, *self._numbers) if header != "TRIG"]

@@ -1,8 +1,8 @@
 """MATLAB 5 to 7 files: the level 5 format, compressed or not.
 
 Source: [MATFILE] chapter 1. scipy.io.loadmat believes the sizes that a file declares and
-allocates them; here every size is held against the bytes that are there before anything is read, so that a small file
-cannot ask for gigabytes. The tests hold the result against scipy.
+allocates them; here every size is compared with the bytes that are there before anything is read, so that a small file
+cannot ask for gigabytes. The tests compare the result with scipy's.
 """
 
 import math

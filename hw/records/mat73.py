@@ -16,7 +16,8 @@ FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLE
 
 
 def open_mat73(file: str, raw: bytes) -> dict[str, Variable]:
-    """Return variables of the bytes of an HDF5 file. Raises RecordError and whatever `damage.refused` converts.
+    """Return the variables of the bytes of an HDF5 file. Raises RecordError and the errors that `damage.refused`
+    converts.
 
     Soft and external links are left out: what they name is not in this file, so its hash would not cover it.
     """

@@ -38,7 +38,7 @@ def record_of(
     rename: Mapping[str, str | ChannelSource] = NO_CHANNELS,
     limits: ReadLimits = DEFAULT_LIMITS,
 ) -> Record:
-    """Return record of the bytes of a .mat (MATLAB 5 to 7.3), .csv, .uff or .tdms file; the content tells which.
+    """Return the record of the bytes of a .mat (MATLAB 5 to 7.3), .csv, .uff or .tdms file; the content tells which.
 
     series : the channels to read and their units; the time is the vector "t" [s], or starts at 0 and runs in steps of
     the scalar that `series.step` names [s] where the file has it. rename : name of a channel here -> in the file, with

@@ -33,7 +33,7 @@ class Source:
         return hashlib.sha256(self.raw).hexdigest()
 
     def variables(self) -> dict[str, Variable]:
-        """Return the variables by name, in the file's order. Raises RecordError and whatever `damage.refused`
+        """Return the variables by name, in the file's order. Raises RecordError and the errors that `damage.refused`
         converts."""
         raw = self.raw
         if raw.startswith(SIGNATURE) or raw.startswith(SIGNATURE, USERBLOCK_BYTES):

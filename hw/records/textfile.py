@@ -14,7 +14,7 @@ ROWS = "rows"  # kind of a column
 
 
 def open_csv(file: str, raw: bytes) -> dict[str, Variable]:
-    """Return columns of the bytes of a CSV file. Raises RecordError and whatever `damage.refused` converts.
+    """Return the columns of the bytes of a CSV file. Raises RecordError and the errors that `damage.refused` converts.
 
     Every column is read or the file is refused: a row with a field too many or too few would shift the columns.
     """

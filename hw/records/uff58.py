@@ -1,8 +1,8 @@
 """Universal file format, data set 58 "function at nodal DOF", in text and binary: parsing and layout.
 
 Source: SDRC, Universal Dataset 58 (UC-SDRL, ceas3.uc.edu/sdrluff). pyuff reads these files too, but returns a cut set
-without a word and hides every cause behind "Error reading"; here the number of values is held against the header. The
-tests hold both directions against pyuff.
+without a word and hides every cause behind "Error reading"; here the number of values is compared with the header. The
+tests compare both directions with pyuff.
 """
 
 import re
@@ -140,7 +140,7 @@ def _dof(node: str, direction: str) -> str:
 
 
 def _body(file: str, raw: bytes, at: int, number: bytes, form: str) -> tuple[np.dtype[np.void], int, int]:
-    """Return layout of the values that start at `at`, where they end and where the next set may begin."""
+    """Return the layout of the values that start at `at`, where they end and where the next set may begin."""
     kind, count, even = int(form[:10]), int(form[10:20]), int(form[20:30]) == 1
     if kind not in (REAL_SINGLE, REAL_DOUBLE, COMPLEX_SINGLE, COMPLEX_DOUBLE) or count < 0:
         raise RecordError(f"{file}: a data set 58 declares {count} values of type {kind}")

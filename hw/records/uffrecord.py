@@ -10,10 +10,10 @@ from hw.records.variable import Variable, unique
 
 
 def open_uff(file: str, raw: bytes) -> dict[str, Variable]:
-    """Return time records of the bytes of a universal file, with their common time as "t".
+    """Return the time records of the bytes of a universal file, with their common time as "t".
 
     A channel is named by its response entity; without one by ID line 1, if that differs between the sets; else by its
-    degree of freedom, such as "3+Z". Raises RecordError and whatever `damage.refused` converts.
+    degree of freedom, such as "3+Z". Raises RecordError and the errors that `damage.refused` converts.
     """
     records = [f for f in uff58.functions(file, raw) if f.kind == TIME]
     if not records:

@@ -12,7 +12,7 @@ from checks.errors import RecordError
 class Variable:
     """One named array of a file.
 
-    shape : as declared; kind : "double", "int16", "char", "struct" and the like; unit : "" where the file tells none.
+    shape : as declared; kind : "double", "int16", "char", "struct" and the like; unit : "" if the file states none.
     load : its data as (size,) float64; None for a kind that is not real numbers.
     """
 
@@ -41,7 +41,7 @@ OWN_RECORD = "accept_record"  # a variable of records that this program wrote: t
 
 
 def unique(file: str, variables: list[Variable]) -> dict[str, Variable]:
-    """Return variables by name. Raises RecordError if a name occurs twice: which is meant cannot be known."""
+    """Return the variables by name. Raises RecordError if a name occurs twice, because it is then ambiguous."""
     named = {v.name: v for v in variables}
     if len(named) < len(variables):
         names = [v.name for v in variables]

@@ -103,10 +103,10 @@ def _at(samples: NDArray[np.intp], t: Array) -> str:
 
 
 def _vet_range(file: str, channel: str, x: Array, t: Array, lo: float, hi: float) -> None:
-    """Refuse a voltage that stays at its own extreme, sample by sample the same, where a converter's range ends.
+    """Refuse a voltage that stays at its own extreme, sample by sample the same, at the end of a converter's range.
 
     Away from the ends of the range a plateau is a signal: a stroke record waits at -20 V and at 150 V. At the end of
-    the range a crest so flat and a clipped one cannot be told apart.
+    the range a crest so flat cannot be distinguished from a clipped one.
     """
     for extreme in (lo, hi):
         if CONVERTER_V[0] <= abs(extreme) <= CONVERTER_V[1]:

@@ -21,7 +21,7 @@ def mat_bytes(mapping: Mapping[str, ArrayLike], compact: bool = False) -> bytes:
 
     compact: compressed, which takes about ten times as long.
 
-    Raises ValueError for a name that is no MATLAB variable, and for values that no reader here would accept back.
+    Raises ValueError if a name is not a MATLAB variable, or if no reader here would accept the values back.
     """
     columns = {name: _real(name, values) for name, values in mapping.items()}
     out = io.BytesIO()
@@ -65,6 +65,6 @@ def _real(name: str, values: ArrayLike) -> np.ndarray:
 
 
 def own_record(arrays: Mapping[str, ArrayLike]) -> bytes:
-    """Return the bytes of a .mat file with our names for the channels, in SI. A mark in it says so: the channel map of
-    a laboratory does not apply to it."""
+    """Return the bytes of a .mat file with our names for the channels, in SI. A mark in it states that, so that the
+    channel map of a laboratory is not applied to it."""
     return mat_bytes({**arrays, OWN_RECORD: np.ones(1)})

@@ -88,8 +88,8 @@ class Server:
                 self.device.unplugged()
 
     def _stay_settable(self) -> None:
-        """Keep the line settable: a pseudo-terminal takes no parity, and setting it alone is an error; so the
-        same settings can be set again, its speed is always another one."""
+        """Keep the line settable: a pseudo-terminal takes no parity, and a call that changes only that is an error. Its
+        speed is kept at another value, so that every call changes something."""
         attributes = termios.tcgetattr(self._slave)
         if attributes[4] != termios.B50:
             attributes[4] = attributes[5] = termios.B50

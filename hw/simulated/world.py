@@ -70,7 +70,7 @@ class Play:
         self._stroke, self._play = stroke_m / (1.0 - PLAY_WEIGHT * PLAY_RADIUS), 0.0
 
     def at(self, V: float) -> float:
-        """Return displacement [m] at a voltage [V], after all voltages before."""
+        """Return the displacement [m] at a voltage [V], after all voltages before."""
         x = (V - START_V) / (TOP_V - START_V)
         self._play = min(max(self._play, x - PLAY_RADIUS), x + PLAY_RADIUS)
         return self._stroke * ((1.0 - PLAY_WEIGHT) * x + PLAY_WEIGHT * self._play)

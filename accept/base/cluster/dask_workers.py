@@ -1,4 +1,4 @@
-"""A Dask cluster that works off one item after the other; what comes back is the same as on this machine alone.
+"""A Dask cluster that works off one item after the other; the outcome is the same as on this machine.
 
 Each worker process tells the scheduler which code it runs (`Labelled`), as a resource of which it has one: an item asks
 for one of the coordinator's own code. So a worker with other code is given nothing, and no worker has two items at

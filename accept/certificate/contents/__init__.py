@@ -1,1 +1,2 @@
-"""What a certificate says: its content, where that comes from, the sentences made of it, and why one does not hold."""
+"""The statements of a certificate: its content, where that comes from, the sentences made of it, and why one does not
+hold."""

@@ -1,4 +1,4 @@
-"""All that one certificate says and carries, and how it is written into files that travel inside the PDF."""
+"""The content of one certificate, and how it is written into files that travel inside the PDF."""
 
 import hashlib
 import json
@@ -24,7 +24,7 @@ from specs.files import read_bounded
 from specs.spec import Spec
 
 FORMAT = 2
-BEFORE = 1  # says neither the sizes of its inputs, nor its attempt, nor the head of the store
+BEFORE = 1  # states neither the sizes of its inputs, nor its attempt, nor the head of the store
 RESULTS, MANIFEST, SPEC, PANELS = "results.json", "manifest.json", "spec.toml", "panels.json"
 RESERVED = (RESULTS, MANIFEST, SPEC, PANELS)
 SIZE_LIMIT = 20_000_000  # bytes of records in one certificate
@@ -38,7 +38,7 @@ STATEMENT = (
 
 
 class ContentError(AcceptError, ValueError):
-    """A certificate that cannot be made of what was given; the text names what is wrong."""
+    """A certificate that cannot be made; the text names what is wrong."""
 
 
 def renderer() -> dict[str, str]:
@@ -97,7 +97,7 @@ class CertificateContent:
         return _sha256(canonical(self.result))
 
     def manifest(self) -> dict[str, Any]:
-        """Return what is not in the other attachments, and the hash of every input."""
+        """Return the statements that are not in the other attachments, and the hash of every input."""
         return Manifest(
             format=self.format,
             serial=self.serial,

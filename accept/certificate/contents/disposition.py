@@ -21,7 +21,7 @@ _HEAD = "; disposition: "
 
 
 class DispositionError(AcceptError, ValueError):
-    """A disposition that is missing, not needed, or says nothing; the text names what is expected."""
+    """A disposition that is missing, not needed, or not understood; the text names what is expected."""
 
 
 @dataclass(frozen=True)

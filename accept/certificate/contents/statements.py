@@ -43,7 +43,7 @@ def _models(contents: CertificateContent) -> str:
 
 
 def _learned_bench(name: str, content: bytes) -> str:
-    """Return from which units, and when, an attached model file learned what the bench adds; "" if it did not."""
+    """Return which units an attached model file learned its bench effects from, and when; "" if it did not."""
     if not name.endswith(".toml"):
         return ""
     try:

@@ -24,12 +24,12 @@ def days_words(result: Mapping[str, Any]) -> str:
 
 
 def item_words(result: Mapping[str, Any]) -> str:
-    """Return what is stated of the item's origin, condition and customer, "" for nothing (7.8.2.1 e, g, h)."""
+    """Return the stated origin, condition and customer of the item, "" if none is stated (7.8.2.1 e, g, h)."""
     return ", ".join(f"{name} {value}" for name, value in (result.get("origin") or {}).items())
 
 
 def environment_words(result: Mapping[str, Any]) -> str:
-    """Return what is stated of the air, "" for nothing (7.8.3.1 a)."""
+    """Return the stated properties of the air, "" if none is stated (7.8.3.1 a)."""
     words = []
     for name, (label, unit) in _ENVIRONMENT.items():
         if stated := (result.get("environment") or {}).get(name):

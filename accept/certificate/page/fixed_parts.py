@@ -113,7 +113,7 @@ def _lines(text: str, width: float, most: int = 3) -> list[str]:
 
 
 def _verdict(canvas: Canvas, verdict: str) -> None:
-    """Draw the verdict, legible across a room: in a filled box, or in an empty one if there is no verdict yet."""
+    """Draw the verdict, legible across a room: in a filled box, or in an empty one before there is a verdict."""
     sign = page_style.UNIT_SIGNS[verdict]
     width, height = 92 * mm, 26 * mm
     left, bottom = page_style.WIDTH - page_style.MARGIN - width, _TOP - height

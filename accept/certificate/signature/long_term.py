@@ -32,7 +32,7 @@ class AuthorityRevoked(AcceptError, ValueError):
 
 @dataclass(frozen=True, eq=False)
 class RevocationData:
-    """What the authority's servers answered; empty where they have none or did not answer."""
+    """The answers of the authority's servers; empty if it has none or they did not answer."""
 
     certificates: Sequence[asn1_x509.Certificate] = ()
     lists: Sequence[crl.CertificateList] = ()

@@ -80,7 +80,7 @@ def issue(
     """Return the certificate of a person in a role for a key, such as a token's, or of a bench for its own key. office:
     folder of the authority.
 
-    Raises KeysError, also where this person or key is known in the other role: four eyes are those of two persons.
+    Raises KeysError, also if this person or key is known in the other role: four eyes are those of two persons.
     """
     if isinstance(public_key, Ed25519PublicKey):
         fits = role == BENCH

@@ -90,7 +90,7 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
     found = differences(contents.result, again) if found is None else found
     said: list[str] = []
     absent: list[str] = []
-    if not own:  # it may say less, and otherwise
+    if not own:  # its result may have fewer keys and other words
         absent = [line.removesuffix(ONLY_AGAIN) for line in found if line.endswith(ONLY_AGAIN)]
         said = [line for line in found if is_said_otherwise(line)]
         found = [line for line in found if line not in said and not line.endswith(ONLY_AGAIN)]
@@ -117,8 +117,8 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
 def _sketched_as(
     attached: Mapping[str, Mapping[str, str]], again: Mapping[str, Mapping[str, str]]
 ) -> dict[str, dict[str, str]]:
-    """Return sketches with the parts that the attached ones have: those of earlier programs have fewer, divided by
-    colons."""
+    """Return the sketches with only the parts that the attached ones have: those of earlier programs have fewer,
+    divided by colons."""
     parts = {(name, key): text.count(":") + 1 for name, texts in attached.items() for key, text in texts.items()}
     return {
         name: {key: ":".join(text.split(":")[: parts.get((name, key))]) for key, text in texts.items()}
@@ -136,7 +136,7 @@ def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[st
     unit = _unit(contents)
     reads = {name for name, section in unit.sections.items() if not set(section.files).isdisjoint(missing)}
     if any(not set(each.files).isdisjoint(missing) for each in unit.experiments.values()):
-        reads.add(RESPONSES)  # held against the experiments' records
+        reads.add(RESPONSES)  # compared with the experiments' records
     return {name for name, check in CHECKS.items() if check.reads in reads} if reads else set()
 
 

@@ -32,9 +32,9 @@ from accept.certificate.trust.keys import QA, ROLES, TECHNICIAN
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.signature_contents import byte_range, check_hole, read_hole, signature_of, token_of
 
-_CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of who verifies
+_CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of the verifier
 _USAGE = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"}, match_all_key_usages=True)
-_MOST_REVISIONS, _MOST_FIELDS = 8, 8  # what has more is no certificate and is not looked at further
+_MOST_REVISIONS, _MOST_FIELDS = 8, 8  # a file with more is not a certificate and is not read further
 _ORDERS = ((TECHNICIAN,), (TECHNICIAN, QA))
 # What pyhanko reports on a broken file is part of the reason; it is not repeated on stderr.
 for _library in ("pyhanko", "pyhanko_certvalidator"):

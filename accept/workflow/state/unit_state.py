@@ -55,7 +55,7 @@ class FileLink:
 
 @dataclass(frozen=True)
 class Note:
-    """Words about a step. nonconformance: what was found wrong."""
+    """A note on a step. nonconformance: its description."""
 
     seq: int
     who: str

@@ -9,8 +9,8 @@ from specs.spec import CheckSpec, Spec
 
 @dataclass(frozen=True, eq=False)
 class WorkflowStep:
-    """One check of one spec, with what the technician is told. derived: it has no data of its own, but says more about
-    those of another step."""
+    """One check of one spec, with the technician's guide. derived: it has no data of its own, but evaluates those of
+    another step further."""
 
     check: Check
     asked: CheckSpec

@@ -18,7 +18,7 @@ from specs.spec import CheckSpec
 @dataclass(frozen=True)
 class Repeated:
     """Mean of readings of one value; scatter: their standard deviation, None for a single one; U: as typed, or stated
-    and scatter together, None where the spec's statement alone applies."""
+    and scatter together, None if only the spec's statement applies."""
 
     value: float
     count: int
