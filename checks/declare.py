@@ -139,12 +139,14 @@ class Check:
     """One acceptance check. `name` is its section in a spec, and in `unit.toml` unless `section` names another's.
 
     measure : (values, spec of this check) -> Outcome holding every name of `quantities` once (a quantity that could not
-    be measured is present with its reason); raises NoResult when nothing could be measured. quantities : name -> label
-    of what it measures; a name ends in its unit, a label stands in tables and sentences. A name without a label gets
-    its words from the name. section : the check whose data this one reads too; its forms are then those of that check.
-    model : the setting that names a model; the check finds it open among its values, as `model`. guide : instructions
-    that the workflow shows at its step; made from the declaration if the check gives none. short : its name in a list,
-    at most 16 letters; the beginning of the title if the check gives none."""
+    be measured is present with its reason); raises NoResult if nothing could be measured.
+    quantities : name -> label of the quantity; a name ends in its unit, a label is used in tables and sentences.
+    Without a label the words are made from the name.
+    section : the check whose data this one reads too; its forms are then those of that check.
+    model : the setting that names a model; the check finds the loaded model among its values, as `model`.
+    guide : instructions that the workflow shows at its step; made from the declaration if the check gives none.
+    short : its name in a list, at most 16 letters; the beginning of the title if the check gives none.
+    """
 
     name: str
     title: str

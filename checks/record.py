@@ -12,9 +12,10 @@ from checks.errors import RecordError
 class Record:
     """Uniformly sampled channels.
 
-    t : (N,) time [s], increasing; channels : name -> (N,) finite values in `units[name]`. name : its origin, for
-    messages; sha256 : hash of the source file ("" if it came from no file); remarks : how its columns were read, if not
-    as they are."""
+    t : (N,) time [s], increasing; channels : name -> (N,) finite values in `units[name]`.
+    name : its origin, for messages; sha256 : hash of the source file ("" if it did not come from a file); remarks : how
+    its columns were read, if not as they are.
+    """
 
     t: Array
     channels: Mapping[str, Array]

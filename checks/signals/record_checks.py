@@ -26,8 +26,9 @@ FLICKER = 3  # values between which the last digit of a converter changes if not
 class ChannelDelay:
     """Delay of a channel behind a reference. samples: positive if it comes later; sd: its standard deviation.
 
-    polarity : +1, -1, or 0 if the sign changes within the band (a zero or a resonance of only one of the two). seen :
-    False if the band holds too little common signal; then samples and sd are NaN."""
+    polarity : +1, -1, or 0 if the sign changes within the band (a zero or a resonance of only one of the two).
+    seen : False if the band holds too little common signal; then samples and sd are NaN.
+    """
 
     channel: str
     reference: str

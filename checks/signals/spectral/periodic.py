@@ -10,7 +10,7 @@ from checks.arrays import Array, Complex
 from checks.signals.spectral.frf import Frf, guarded_covariance, named
 
 TOLERANCE = 1e-3  # rms difference of neighbouring periods over the rms of the signal
-LINE_POWER = 1e-6  # a line is excited when it has this share of the strongest line's power
+LINE_POWER = 1e-6  # a line is excited if it has this share of the strongest line's power
 
 
 @dataclass(frozen=True)
