@@ -58,8 +58,8 @@ record = "hysteresis.mat"
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """A strut and all that stands between it and the files. modes: (f_Hz, ratio, damping_ratio) added to de and da;
-    filters: (channels, filter) multiplied in, in order; crosstalk: of the amplifier's output per volt of Va into Vs;
+    """A strut and everything between it and the files. modes: (f_Hz, ratio, damping_ratio) added to de and da; filters:
+    (channels, filter) multiplied in, in order; crosstalk: of the amplifier's output per volt of Va into Vs;
     drive_filters: on every output; tau: delay of every output, lags: of single ones [s]; bends: what is not linear in
     the drive; cubic: spring on the payload [N/m3]; exchanged: two channels each in the place of the other."""
 
@@ -78,7 +78,7 @@ class World:
 
 @dataclass(frozen=True)
 class Setting:
-    """How the bench stood on that day: excitation, noise, mains, drift. rms of noise at the full rate; interpolation_m:
+    """The state of the bench on a day: excitation, noise, mains, drift. rms of noise at the full rate; interpolation_m:
     amplitude of the error that the encoder makes within each of its periods."""
 
     low_rms_V: float = 0.04
@@ -169,7 +169,7 @@ def frf(world: World, f: Array) -> NDArray[np.complex128]:
 
 @dataclass(frozen=True, eq=False)
 class Playing:
-    """A world ready to be driven: its poles are found once for all records."""
+    """A world ready to be driven: its poles are computed once for all records."""
 
     world: World
     path: Rational = field(init=False)
@@ -178,7 +178,7 @@ class Playing:
         object.__setattr__(self, "path", linear(self.world))
 
     def drive(self, Va: Array, fs: float, every: int) -> Array:
-        """Return de, da, Vs (3, N) without noise for a drive Va (N,) at fs; every: by how much it is interpolated."""
+        """Return de, da, Vs (3, N) without noise for a drive Va (N,) at fs; every: factor of the interpolation."""
         u = interpolate(Va, fs, every, self.world.tau)
         for bend in self.world.bends:
             u = bend(u)
@@ -312,8 +312,8 @@ def slow_record(playing: Playing, s: Setting, rng: np.random.Generator) -> dict[
 
 
 def write_unit(folder: Path, serial: str, world: World, s: Setting, seed: int) -> Path:
-    """Write a unit folder as a bench leaves it: two realisations of both bands, slow sines, `unit.toml`. No truth in
-    it."""
+    """Write a unit folder as a bench leaves it: two realisations of both bands, slow sines, `unit.toml`. The truth is
+    not in it."""
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(seed)
     playing = Playing(world)

@@ -167,7 +167,7 @@ def _stacked(whiten: Sequence[Complex], x: Complex) -> Array:
 
 
 def _sensitivities(strut: Strut, f: Array) -> Iterator[Complex]:
-    """Change of the response per prior standard deviation of each drawn parameter."""
+    """Return the change of the response per prior standard deviation of each drawn parameter."""
     for name, (_, sd) in priors().items():
         h, value = 1e-2 * sd, getattr(strut, name)
         up, down = (plant(replace(strut, **{name: value + sign * h})).frf(f) for sign in (1, -1))
@@ -204,7 +204,7 @@ def draw_cases(
     shares: Mapping[str, float] = SHARES,
     names: Sequence[str] = DRAWN,
 ) -> list[Case]:
-    """Draw the units of a blind test, in no order that tells anything. names: effects to draw from."""
+    """Draw the units of a blind test, in random order. names: effects to draw from."""
     rng = np.random.default_rng(seed)
     kinds = [kind for kind, n in counts(number, shares).items() for _ in range(n)][:number]
     turns = {kind: _turns(kind, rng, names) for kind in dict.fromkeys(kinds)}

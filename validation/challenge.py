@@ -52,7 +52,7 @@ def control_jobs(jobs: Sequence[Job], number: int) -> list[Job]:
 
 
 def challenge_set(name: str, a: argparse.Namespace, cluster: Cluster | None = None) -> tuple[list[Outcome], bool]:
-    """Draw, seal, run, score one set: its outcomes, and whether every target is met."""
+    """Draw, seal, run and score one set; return its outcomes, and whether every target is met."""
     it, out = SETS[name], a.out / name
     first = it.units if a.cases is None else a.cases
     batches = draw_set(name, a.seed, max(first, it.units), a.weak if it.exact else 0)

@@ -36,8 +36,8 @@ CLASSES = (0.0, 0.001, 0.02, 0.1, 0.3, 0.7, 0.9, 1.0)  # of the stated probabili
 
 @dataclass(frozen=True)
 class Answer:
-    """Of one strut: scatter of its modes, and along each axis what is true, the value and its U [um]; without a result
-    the reason instead."""
+    """The answer for one strut: scatter of its modes, and along each axis the truth, the value and its U [um]; without
+    a result the reason instead."""
 
     serial: str
     scatter: float

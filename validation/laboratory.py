@@ -28,7 +28,7 @@ HIDES_NOTHING = "no_missing_effect"
 
 
 def learned_without(data: Path, serial: str, out: Path) -> tuple[Path, dict[str, Any]]:
-    """Learn from the bench-mates of a unit; the model's file and what was learned."""
+    """Learn from the other units of a unit's bench; return the model's file and what was learned."""
     place, said = out / serial / "population.toml", out / serial / "learned.json"
     if not said.exists():
         mates = sorted(p for p in data.glob(f"{serial[0]}-*") if p.name != serial)

@@ -18,7 +18,7 @@ CODE = ("checks/**/*.py", "hw/**/*.py", "specs/**/*.py", "accept/**/*.py", "vali
 
 
 class Mixed(ValueError):
-    """A finished case that was found with something else; the text says what."""
+    """A finished case that was run with other code or data; the text names them."""
 
 
 @dataclass(frozen=True)

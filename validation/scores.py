@@ -289,7 +289,7 @@ def shuffled_labels(outcomes: Outcomes, seed: int = 1) -> tuple[float, float, fl
 
 
 def confusion(outcomes: Outcomes) -> dict[str, Counter[str]]:
-    """Return truth (a single effect, what lies outside, nothing) -> how often each first answer was given."""
+    """Return the number of first answers of each kind by truth (a single effect, one outside the library, nothing)."""
     table: dict[str, Counter[str]] = {}
     for o in outcomes:
         truth = {"none": ["nothing"], "one": sorted(o.true), "outside": sorted(o.truth.get("outside", ()))}.get(o.kind)
@@ -299,8 +299,8 @@ def confusion(outcomes: Outcomes) -> dict[str, Counter[str]]:
 
 
 def power(outcomes: Outcomes, groups: int = 6) -> list[tuple[float, float, Score]]:
-    """Return the single effects, weak ones too, by detectability, in groups of one size: from, to, share in which
-    something was seen."""
+    """Return the power on single effects, weak ones too, by detectability in groups of one size: from, to, share in
+    which something was seen."""
     single = [*of_kind(outcomes, "weak"), *of_kind(outcomes, "one")]
     seen = [o for o in single if isfinite(float(o.truth["detectability"] or nan))]
     seen.sort(key=lambda o: float(o.truth["detectability"]))

@@ -47,7 +47,7 @@ NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
 
 @dataclass(frozen=True, eq=False)
 class GapAnalysis:
-    """The answer with what it was found from."""
+    """The answer of the workflow with its inputs."""
 
     result: Result
     measured: Responses
@@ -165,7 +165,7 @@ def _quality(A: Dataset) -> tuple[str, ...]:
 
 
 def _hum(low: Record) -> tuple[str, ...]:
-    """Return a note on what the mains add to the records."""
+    """Return a note on mains hum in the records."""
     units = {"Vs": (1e3, "mV"), "de": (1e9, "nm"), "da": (1e9, "nm")}
     lines = hum(low, tuple(units))
     if not lines:

@@ -29,7 +29,7 @@ class Moved:
 
 
 def candidates(result: Result) -> Iterator[tuple[str, str, str, str]]:
-    """Yield the explanation, gain in ln L, p of the rest, and why it was named or not; the best first."""
+    """Yield every explanation with its gain in ln L, p of the rest, and why it was named or not; the best first."""
     for tried, why in considered(result):
         words = ", ".join(map(words_of, tried.names)) or "none"
         yield words, _gain(tried), chance(tried.p), why

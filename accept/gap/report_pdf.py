@@ -138,7 +138,7 @@ def _found(result: Result) -> list[Flowable]:
 
 
 def _bode(result: Result, added: Sequence[Added]) -> list[Flowable]:
-    """Return the magnitude, phase and what is left of every channel, on one frequency axis each."""
+    """Return the magnitude, phase and residual of every channel, on one frequency axis each."""
     channels = result.before.data.channels
     drawn = bode_panels(result, elements_of(added))
     heights = [h * min(3.0 / len(channels), 1.6) for h in BODE]

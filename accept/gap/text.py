@@ -78,7 +78,7 @@ def unit(effect: str, parameter: str) -> str:
 
 
 def _declared(effect: str, parameter: str) -> "Parameter":
-    """Return the parameter as its effect declares it; of an effect that is not installed here, as its name says."""
+    """Return the parameter as its effect declares it; for an effect that is not installed here, by its name."""
     from checks.gap.effects import EFFECTS, Parameter  # loads slowly: only when an effect is told
 
     known = {p.name: p for p in EFFECTS[effect].parameters} if effect in EFFECTS else {}

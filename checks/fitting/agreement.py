@@ -52,7 +52,8 @@ def predicted(response: Response, found: Fit, data: Dataset) -> Complex:
 
 
 def outside_priors(found: Fit) -> Iterator[Reason]:
-    """Yield the parameter that had to leave what the model file allows, by the number of parameters that may."""
+    """Yield the contradiction that a parameter lies outside its prior, with the chance corrected for the number of
+    parameters."""
     known = [(p, found.at[p.name]) for p in found.free if np.isfinite(p.sd)]
     if not known:
         return
@@ -71,7 +72,8 @@ def outside_priors(found: Fit) -> Iterator[Reason]:
 
 
 def all_priors(found: Fit) -> Iterator[Reason]:
-    """Yield that all parameters together lie further off their priors than those that the data determine should."""
+    """Yield the contradiction that all parameters together lie further from their priors than is likely for the number
+    that the data determine."""
     chi2 = 2.0 * found.prior_cost
     if stats.chi2.sf(chi2, max(found.told, 1.0)) < FALSE_ALARM:
         yield because(Cause.PRIORS_EXCEEDED, chi2=chi2, told=found.told)

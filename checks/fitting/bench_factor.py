@@ -35,7 +35,7 @@ NARROW = 0.02  # of f, over which the scatter from unit to unit is averaged
 
 @dataclass(frozen=True, eq=False)
 class BenchFactor:
-    """learned: the factor; weights (n, F, C): what each unit counted for."""
+    """learned: the factor; weights (n, F, C) of each unit."""
 
     learned: LearnedBench
     weights: Array
@@ -70,8 +70,8 @@ def learn_factor(f: Array, ratios: Complex, noise: Array, sizes: Array, channels
 
 def resonant(f: Array, d: Complex, variance: Array) -> Array:
     """Return the possible deviation (F, C) of one more unit where the bench resonates. How much of a resonance a unit
-    shows hangs on how it is coupled to it, and one that sits askew, as none that was learned from, may show three times
-    as much."""
+    shows depends on its coupling, and a unit that is mounted askew, unlike those that were learned from, may show three
+    times as much."""
     wide = kernel(f, RESONANCE_OCTAVES)
     sharp = np.abs(d - (wide / wide.sum(axis=1, keepdims=True)) @ d)
     sharp = np.where(sharp**2 > 9.0 * variance, sharp, 0.0)
@@ -80,8 +80,8 @@ def resonant(f: Array, d: Complex, variance: Array) -> Array:
 
 
 def latency(f: Array, mean: Complex, variance: Array) -> Array:
-    """Return the latency [s] (C,) of each channel in a mean (F, C): the bench has it by name, so it is no part of what
-    has none. Where a resonance turns the phase, it counts little."""
+    """Return the latency [s] (C,) of each channel in a mean (F, C): the bench has it by name, so it is not part of the
+    unexplained factor. Frequencies at which a resonance turns the phase count little."""
     tau = np.zeros(mean.shape[1])
     for _ in range(TURNS):
         left = mean - np.outer(f, tau) * LATE
@@ -92,7 +92,7 @@ def latency(f: Array, mean: Complex, variance: Array) -> Array:
 
 
 def like_the_others(f: Array, ratios: Complex, variance: Array) -> Array:
-    """Return the weight of each unit (n, F, C): about 1 if it lies as near to the middle of all as most do
+    """Return the weight of each unit (n, F, C): about 1 if it is as close to the median of all as most units are
     ([LLT89])."""
     middle = np.median(ratios.real, axis=0) + 1j * np.median(ratios.imag, axis=0)
     place = np.log2(f / f[0]) / BLOCK
@@ -111,7 +111,7 @@ def like_the_others(f: Array, ratios: Complex, variance: Array) -> Array:
 
 
 def smoothed(f: Array, mean: Complex, variance: Array) -> tuple[Complex, Array]:
-    """Return a mean (F, C) as smooth as its noise (F, C) asks for, and the variance that is left of the noise."""
+    """Return a mean (F, C) smoothed as its noise (F, C) requires, and the variance of the noise that is left."""
     d, d_variance = np.zeros_like(mean), np.zeros_like(variance)
     for width in SCALES_OCTAVES:
         K = kernel(f, width)

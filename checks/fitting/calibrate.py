@@ -65,7 +65,7 @@ def calibrate(
 
 
 def refined(found: Calibration, wrap: Wrap = itself, unseen: Dataset | None = None) -> Calibration:
-    """Return a calibration with the form of damping that the data ask for beyond doubt and, for a model that scatters,
+    """Return a calibration with the form of damping that is more likely beyond doubt and, for a model that scatters,
     with the finest tolerance that the data bear."""
     best = better_damped(found, wrap)
     own = best.fit.datasets[0].tolerance

@@ -32,8 +32,8 @@ class Constant:
 
 
 def seed_constants(model: Model, f: Array, de: Complex, Vs: Complex, changes: Values = NOTHING) -> dict[str, float]:
-    """Return ga and gs by formulas (4.3) and (4.6) and the script of [STB] 4.2.3; the model supplies what it would show
-    with both constants one.
+    """Return ga and gs by formulas (4.3) and (4.6) and the script of [STB] 4.2.3; the model supplies its responses with
+    both constants equal to one.
 
     f (F,) [Hz], de (F,) [m/V] and Vs (F,) [V/V] to Va. ga is the mean of |de| over 10..20 Hz by the static gain; gs is
     the mean of |Vs| over 400..500 Hz by ga and the gain at 1 kHz. The published script takes sizes only and writes both

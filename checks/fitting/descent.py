@@ -38,7 +38,7 @@ EXACT = Precision(0.01, 1e-6)  # known to a thousandth: where a value is stated
 
 class Residuals(Protocol):
     """residual (n,) at x (p,), within bounds lo, hi (p,), and J'J (p, p) and J'r (p,) of its Jacobian J (n, p) there. A
-    residual that is not finite says that x cannot be."""
+    residual that is not finite marks an impossible x."""
 
     def residual(self, x: Array) -> Array: ...
 
@@ -106,8 +106,8 @@ def _stretch(slope: float, taken: float, fall: float) -> float:
 
 
 def _step(A: Array, g: Array, x: Array, damping: float, lo: Array, hi: Array) -> tuple[Array, float]:
-    """Return the next x, inside the bounds, and by how much the cost should fall on the way. A parameter on a bound
-    that would leave it stays there."""
+    """Return the next x, inside the bounds, and the predicted fall of the cost. A parameter on a bound that would leave
+    it stays there."""
     free = ~(((x <= lo) & (g > 0.0)) | ((x >= hi) & (g < 0.0)))
     part = A[np.ix_(free, free)]
     held = part + np.diag(damping + ROUNDING * np.diag(part))

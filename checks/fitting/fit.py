@@ -58,12 +58,12 @@ class Fit:
 
     @property
     def at(self) -> dict[str, float]:
-        """Return name -> fitted value."""
+        """Return the fitted values by name."""
         return dict(zip(self.names, (float(v) for v in self.values), strict=True))
 
     @property
     def sds(self) -> dict[str, float]:
-        """Return name -> standard uncertainty."""
+        """Return the standard uncertainties by name."""
         return dict(zip(self.names, (float(s) for s in np.sqrt(np.diag(self.cov))), strict=True))
 
     def interval(self, name: str, p: float = 0.95) -> tuple[float, float]:
@@ -89,8 +89,9 @@ class Fit:
 
 
 def free_of(model: Model, names: Iterable[str] | None = None) -> list[Free]:
-    """Return the model's uncertain parameters with their priors and physical bounds; names: only these, priors where
-    they have one. What is known of several together is the model's `joint`. Raises ModelError for an unknown name."""
+    """Return the model's uncertain parameters with their priors and physical bounds; names: only these, with priors if
+    they have one. The joint prior of several parameters is the model's `joint`. Raises ModelError for an unknown
+    name."""
     wanted = tuple(model.sds) if names is None else tuple(names)
     out = []
     for name in wanted:
@@ -113,7 +114,7 @@ def fit(
     coarse_bins: int = COARSE_BINS,
 ) -> Fit:
     """Return the maximum a posteriori by damped Gauss-Newton steps on whitened complex residuals and priors; joint:
-    what is known of several parameters together.
+    prior of several parameters together.
 
     Where the search is led to values with which nothing stands, the ModelError says what to look for in the records.
 
@@ -235,7 +236,7 @@ def resume(response: Response, found: Fit, datasets: Sequence[Dataset]) -> Fit:
 
 
 def unfitted(response: Response, datasets: Dataset | Sequence[Dataset], found: Fit, message: str) -> Fit:
-    """Return the state from which a fit began, of the same free parameters: for a search that ended no better."""
+    """Return the start of a fit as a fit of the same free parameters, for a search that ended no better."""
     at = {p.name: p.prior for p in found.free}
     sets = tuple(s.around(response.frf(s.f, at, s.channels)) for s in _sets(datasets))
     problem = _FitProblem(response, sets, tuple(replace(p, start=None) for p in found.free), found.joint)

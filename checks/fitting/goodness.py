@@ -40,8 +40,8 @@ def overall(found: Mapping[str, Gap]) -> Gap:
 
 
 def _parts(data: Dataset, residual: Complex) -> dict[str, Array]:
-    """Return channel -> (3, F): squared residual over variance; its mean and its variance if the residual is noise
-    only."""
+    """Return by channel (3, F): the squared residual over variance, and its mean and its variance if the residual is
+    noise only."""
     nu = np.clip(data.nu, 3.0, 1e9)
     # |e|^2 over an estimated variance is F(2, 2 nu): its mean is above 1 and its tail heavier than chi-square's
     mean, spread = nu / (nu - 1.0), nu**3 / ((nu - 1.0) ** 2 * (nu - 2.0))

@@ -68,8 +68,8 @@ class Batch:
 
 @dataclass(frozen=True, eq=False)
 class Belonging:
-    """One unit compared with the batch learned without it. z (p,): how far each parameter lies off, in standard
-    deviations of what can be expected; not a number if this unit's data do not depend on it. p_all: chance of all of it
+    """One unit compared with the batch learned without it. z (p,): the deviation of each parameter, in standard
+    deviations of the prediction; not a number if this unit's data do not depend on it. p_all: chance of all of it
     together, p_worst: of the largest |z| among so many."""
 
     z: Array

@@ -24,8 +24,7 @@ HOPELESS = 2.0  # times the misfit of the records as they came
 
 
 def searching(p: Prepared, channels: tuple[str, ...], say: Say, effort: Effort) -> Search:
-    """Return a search on some channels, thinned, with what the library holds for them. effort: of the whole
-    analysis."""
+    """Return a search on some channels, thinned, with the library's effects for them. effort: of the whole analysis."""
     A, B = (d.select(channels).thinned(p.table.search_bins) for d in (p.A, p.B))
     return Search(A, B, _library(p.inputs, channels), p.table, say, effort)
 
@@ -37,7 +36,7 @@ def _library(inputs: Inputs, channels: tuple[str, ...]) -> tuple[Member, ...]:
 
 
 def calibrated(search: Search, p: Prepared) -> Candidate:
-    """Return the base model fitted to A, with the form of damping that the data ask for."""
+    """Return the base model fitted to A, with the more likely form of damping."""
     members: tuple[Member, ...] = ()
     width = _level_dependence(p.slow, bool(p.in_slow), p.table)
     if width:
@@ -77,8 +76,8 @@ def turned_right(search: Search, base: Candidate, p: Prepared) -> Prepared | Non
 
 
 def _as_near(search: Search, base: Candidate, A: Dataset) -> Refit | None:
-    """Return the base fitted to records that were turned, the scatter of its modes following; None if a model that may
-    be far off shows already that they are explained no better than as they came."""
+    """Return the base fitted to records that were turned, the scatter of its modes following; None if an approximate
+    model already shows that they are explained no better than the original records."""
     response = base.response.holding_scatter()
     response = replace(response, model=quicker(response.model))  # how modes exchange energy hides no turned channel
     at: dict[str, float] = {}

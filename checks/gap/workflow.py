@@ -27,7 +27,7 @@ def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
 
 
 def _is_enough(found: Result, p: Prepared) -> bool:
-    """Return whether an answer has nothing to name but what was found before any search."""
+    """Return whether an answer names only effects that were found before any search."""
     return _explains(found) and len(found.named) <= len(p.early) + len(p.in_slow)
 
 
@@ -36,7 +36,7 @@ def _explains(found: Result) -> bool:
 
 
 def _run(p: Prepared, say: Say) -> Result:
-    """Return the answer for records out of which their faults were taken."""
+    """Return the answer for records that are corrected for their faults."""
     effort = Effort(p.table.effort)
     search = searching(p, p.A.channels, say, effort)
     say("calibrating the model")
@@ -73,7 +73,7 @@ def _explained(p: Prepared, search: Search, base: Candidate) -> Result:
 
 
 def _by_name(found: SearchResult) -> bool:
-    """Return whether something explains everything and has a name, all of it."""
+    """Return whether an explanation is complete and consists of named effects only."""
     return found.best.adequate and not found.best.response.stand_ins
 
 

@@ -32,7 +32,8 @@ DAMPED_HZ = 10e3
 
 @dataclass(frozen=True, eq=False)
 class Fixed:
-    """An APA whose matrices depend on no parameter; a class and no closure, so that a model travels to other cores."""
+    """An APA whose matrices depend on no parameter; a class, not a closure, so that a model can be sent to other
+    processes."""
 
     body: ApaBody
 
@@ -117,7 +118,7 @@ def _as_built(
 
 
 def file_nodes(spec: ModelSpec) -> Nodes:
-    """Return interface nodes of a superelement's description, counted from 0."""
+    """Return the interface nodes of a superelement's description, counted from 0."""
     if not isinstance(spec.apa, ApaSuperelement):
         raise ModelError(f"{spec.name}: apa.type is '{spec.apa.type}', only a superelement names its nodes")
     n = spec.apa.nodes
@@ -147,8 +148,8 @@ def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callab
 
 
 def _frame(geometry: FrameGeometry) -> Superelement:
-    """Return the superelement of all nodes of the frame: the reduction here is by its two ends alone, so it is better
-    than that of `frame_apa`, and as cheap."""
+    """Return the superelement of all nodes of the frame: it is reduced to its two ends only, which is more accurate
+    than `frame_apa` and as cheap."""
     K, M, points = frame_matrices(geometry)
     return Superelement(K, M, points, name="frame APA")
 

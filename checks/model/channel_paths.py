@@ -11,14 +11,14 @@ ORDER = 2.0  # of a low-pass whose order no file names
 
 
 def channel_path_off() -> dict[str, float]:
-    """Return the parameters of all channels' paths, by flat name, at values at which they do nothing."""
+    """Return the parameters of all channels' paths, by flat name, at values at which they have no effect."""
     latencies = {f"bench.latency_{c}_us": 0.0 for c in CHANNELS}
     corners = {f"bench.lowpass_{c}_Hz": np.inf for c in CHANNELS}
     return latencies | corners | {f"bench.lowpass_{c}_order": ORDER for c in CHANNELS}
 
 
 def channel_path(f: Array, values: Mapping[str, float], channel: str) -> Complex | float:
-    """Return the factor (F,) of a channel's path at f (F,) [Hz]; 1 if nothing lies in it."""
+    """Return the factor (F,) of a channel's path at f (F,) [Hz]; 1 if the path is empty."""
     tau_us, corner_Hz = values[f"bench.latency_{channel}_us"], values[f"bench.lowpass_{channel}_Hz"]
     factor: Complex | float = 1.0
     if tau_us != 0.0:

@@ -31,7 +31,8 @@ def mode_names(modes: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
 @dataclass(frozen=True, eq=False)
 class ModalApa:
     """values -> body in the coordinates of its free modes: six rigid ones, then the elastic ones (m,), each with unit
-    modal mass, its stiffness and damping times its factors. A class and no closure, so that a model travels."""
+    modal mass, its stiffness and damping times its factors. A class, not a closure, so that a model can be sent to
+    other processes."""
 
     body: ApaBody
 

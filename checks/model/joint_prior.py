@@ -11,8 +11,8 @@ from checks.errors import ModelError
 
 @dataclass(frozen=True, eq=False)
 class JointPrior:
-    """mean (p,) and covariance (p, p) of named parameters, in the names' units: of a batch, whose members tell
-    combinations of parameters far better than each of them."""
+    """mean (p,) and covariance (p, p) of named parameters, in the names' units: from a batch, whose units determine
+    combinations of parameters far better than single ones."""
 
     names: tuple[str, ...]
     mean: Array
@@ -33,10 +33,10 @@ class JointPrior:
 
     @property
     def values(self) -> dict[str, float]:
-        """Return name -> mean."""
+        """Return the means by name."""
         return dict(zip(self.names, (float(v) for v in self.mean), strict=True))
 
     @property
     def sds(self) -> dict[str, float]:
-        """Return name -> standard deviation."""
+        """Return the standard deviations by name."""
         return dict(zip(self.names, (float(v) for v in np.sqrt(np.diag(self.covariance))), strict=True))

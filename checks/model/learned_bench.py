@@ -49,7 +49,8 @@ class LearnedBench:
         return found
 
     def simplified(self, share: float = 0.1, least: float = 2e-4) -> "LearnedBench":
-        """Return the same at as few frequencies as give it back to a share of its uncertainty, or to `least`."""
+        """Return the same at the fewest frequencies that reproduce it within a share of its uncertainty, or within
+        `least`."""
         whole = np.hypot(self.sd, self.tolerance)
         near = np.maximum(share * whole, least)
         columns = np.hstack([self.factor.real / near, self.factor.imag / near, 3.0 * np.log(whole + least)])

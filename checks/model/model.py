@@ -131,7 +131,7 @@ class Model:
         return self._solved(self._at(changes))[0]
 
     def modal(self, changes: Values = PRIOR_ONLY) -> Modal:
-        """Return complex modes of `system`."""
+        """Return the complex modes of `system`."""
         return self._solved(self._at(changes))[1]()
 
     def frf(self, f: ArrayLike, changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None) -> Complex:
@@ -275,8 +275,8 @@ def _solved(model: Model, mechanical: tuple[float, ...]) -> tuple[System, Callab
 
 
 def _answering(model: Model, f: Array, system: System, solved: Callable[[], Modal]) -> Modal | Receptances:
-    """Return what gives the responses at f (F,) [Hz]: the parts if damping is of any form and they are known, else the
-    modes."""
+    """Return the solver of the responses at f (F,) [Hz]: the parts if damping is of any form and they are known, else
+    the modes."""
     return (receptances(system, 2.0 * np.pi * f) if model.damping == "full" else None) or solved()
 
 
@@ -310,8 +310,8 @@ def _ends(values: Values, name: str) -> tuple[dict[str, float], dict[str, float]
 
 
 def _seen_otherwise(name: str, values: Values) -> bool:
-    """Return whether a parameter of the mechanics also changes how its motion is seen (the sensor of a 2-DoF APA reads
-    the force in one of its springs)."""
+    """Return whether a parameter of the mechanics also changes the measurement of its motion (the sensor of a 2-DoF APA
+    reads the force in one of its springs)."""
     return name == FORCE_SENSOR and "constants.gs_V_per_N" in values
 
 

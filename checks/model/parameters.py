@@ -174,7 +174,7 @@ def known(names: Iterable[str], allowed: Iterable[str]) -> None:
 
 @lru_cache(maxsize=4096)
 def is_mechanical(name: str) -> bool:
-    """Return whether a parameter changes the modes, and not only what is seen of them."""
+    """Return whether a parameter changes the modes, and not only their measurement."""
     return not name.startswith(_SEEN_ONLY)
 
 

@@ -75,7 +75,7 @@ def offset_of(values: Values) -> Array:
 
 
 def electrical_of(values: Values) -> Electrical:
-    """Return converters, amplifier and sensor circuit that a model's values describe."""
+    """Return the converters, amplifier and sensor circuit that a model's values describe."""
     in_ke = (
         values.get("constants.gs_V_per_N", math.nan) * si(values, "apa.ke_N_per_um") if _reads_force(values) else 0.0
     )

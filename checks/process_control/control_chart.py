@@ -53,9 +53,9 @@ class Baseline:
 
 @dataclass(frozen=True)
 class Alarm:
-    """A test that rings. rule: "value", "shift", "drift" or a number of `NELSON`; first, last: indices of its values;
-    direction: "up" or "down", None for a pattern on both sides; size: distance of their mean from that of the baseline,
-    or, without one, from the mean before; U: its expanded uncertainty (k = 2)."""
+    """A test that raises an alarm. rule: "value", "shift", "drift" or a number of `NELSON`; first, last: indices of its
+    values; direction: "up" or "down", None for a pattern on both sides; size: distance of their mean from that of the
+    baseline, or, without one, from the mean before; U: its expanded uncertainty (k = 2)."""
 
     rule: str
     first: int
@@ -249,7 +249,7 @@ def _split(x: Array, offset: int, base: Baseline) -> list[int]:
 
 
 def _patterns(x: Array, base: Baseline, rules: Collection[int]) -> list[Alarm]:
-    """Return the alarms of Nelson's rules, one for each run of values at which a rule rings."""
+    """Return the alarms of Nelson's rules, one for each run of values at which a rule is met."""
     if base.sigma == 0.0:
         return []
     out = []

@@ -72,7 +72,7 @@ class GaugeStudy:
 
     def verdict(self, tolerance: float | None = None) -> str:
         """Return "good", "conditional" or "not usable", the worst of the shares of the study and of the tolerance, and
-        of the categories. tolerance: distance between the limits, if there is one to compare with."""
+        of the categories. tolerance: distance between the limits, if given."""
         share = max(self.percent_of_study, 0.0 if tolerance is None else self.percent_of_tolerance(tolerance))
         if share > USABLE:
             return "not usable"

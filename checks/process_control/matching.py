@@ -62,8 +62,8 @@ def ideal_replacement(values: Array, U: Array, members: Sequence[int]) -> tuple[
 
 
 def _solve(scaled: Array, size: int, sets: int, time_limit_s: float) -> tuple[list[Array], bool, float]:
-    """Build the linear programme. Variables: x (sets, N) chosen, top (sets, Q), bottom (sets, Q). top - bottom is what
-    costs."""
+    """Solve the mixed-integer programme. Variables: x (sets, N) chosen, top (sets, Q), bottom (sets, Q); the cost is
+    top - bottom."""
     n, q = scaled.shape
     lo, hi = scaled.min(axis=0), scaled.max(axis=0)
     binaries, edges = sets * n, sets * q

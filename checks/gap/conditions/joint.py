@@ -41,7 +41,7 @@ class Explanation:
 
 @dataclass(frozen=True, eq=False)
 class Conditions:
-    """What explanations are fitted to: A and B of the unit as it is, and every condition."""
+    """The data that explanations are fitted to: A and B of the unit as it is, and every condition."""
 
     A: Dataset
     B: Dataset
@@ -72,8 +72,8 @@ def _finished(every: Together, sets: Sequence[Dataset], way: Led, joint: JointPr
 
 
 def by_data_alone(response: Augmented, effect: Effect) -> Augmented:
-    """Return the same with next to nothing known of its calibrated values beforehand. As they are stay the modes of
-    an APA, which would do anything if they were free, and what the effect itself is about."""
+    """Return the same with very wide priors of its calibrated values. The modes of an APA, which would fit anything if
+    they were free, and the parameters of the effect itself keep their priors."""
     return replace(response, model=_hardly_known(response.model, effect.stands_for(response.model)))
 
 

@@ -29,8 +29,8 @@ AFTER, ELEMENT = "model after", "with the unidentified element"
 
 
 def bode_panels(result: Result, elements: Mapping[str, Element] | None = None) -> dict[str, Panel]:
-    """Return the panels "<channel> magnitude", "<channel> phase", "<channel> deviation". elements: what was added to
-    the improved model without a name, by channel."""
+    """Return the panels "<channel> magnitude", "<channel> phase", "<channel> deviation". elements: those added to the
+    improved model without a name, by channel."""
     data = result.before.data
     f = np.union1d(data.f, np.geomspace(data.f[0], data.f[-1], GRID))
     names = data.channels
@@ -189,7 +189,7 @@ def _quarters(phases: list[Array]) -> tuple[float, float]:
 
 
 def _broken(f: Array, phase: Array, beside: Array | None = None) -> tuple[Array, Array, Array]:
-    """Return a curve that ends at one end of the axis and goes on at the other, without the line between; beside:
-    what goes with every point of it."""
+    """Return a curve without the line between its jumps from one end of the axis to the other; beside: values that
+    belong to its points."""
     at = np.flatnonzero(np.abs(np.diff(phase)) > 180.0) + 1
     return tuple(np.insert(x, at, np.nan) for x in (f, phase, phase if beside is None else beside))  # type: ignore[return-value]

@@ -47,7 +47,7 @@ def _limits(projected: Projected, effect: Effect, needed: float) -> dict[str, fl
 
 
 def _bounded(value: float, p: Parameter) -> float:
-    """Return a value within the physical bounds: what lies beyond them cannot be seen at all."""
+    """Return a value within the physical bounds; an effect beyond them cannot be seen at all."""
     return float(min(value, max(abs(p.lo), abs(p.hi))))
 
 

@@ -36,7 +36,7 @@ MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from
 
 
 class HasResponse(Protocol):
-    """A candidate, or what else was fitted."""
+    """A candidate or another fitted response."""
 
     @property
     def response(self) -> Augmented:
@@ -81,8 +81,8 @@ def claims(
 
 
 def _beside_refused(claim: Claim, every: Sequence[Claim], table: Thresholds) -> Claim:
-    """Refuse a claim that leans on another effect, one that explains something on the same channels and yet has to be
-    refused: a claim stands on the whole explanation."""
+    """Refuse a claim that depends on another effect on the same channels that has to be refused: a claim is valid only
+    with its whole explanation."""
     for other in every:
         leans = set(other.effect.channels) & set(claim.effect.channels)
         if not claim.reasons and other.reasons and other.delta_lnL > table.delta_lnL and leans:
@@ -169,14 +169,14 @@ def off_zero(table: Thresholds, effect: Effect, final: Fit, full: HasResponse) -
 
 
 def _on_its_ground(effect: Effect, u: UnmodelledMode) -> bool:
-    """Return whether a stand-in acts where the effect must show: then the effect alone does not explain even its own
-    channels. What acts on all channels alike is no rival for one that does not."""
+    """Return whether an unmodelled mode acts on the channels in which the effect must show: then the effect does not
+    explain even its own channels. A mode of all channels is not a rival of an effect of some."""
     return set(u.channels) <= set(effect.channels)
 
 
 def _without(search: Search, found: SearchResult, effect: Effect) -> Candidate:
-    """Return the explanation without an effect, everything else fitted anew: what it loses of the log-likelihood of
-    unseen records is what the effect gains."""
+    """Return the explanation without an effect, everything else fitted anew: its loss in log-likelihood of unseen
+    records is the gain of the effect."""
     less = found.best.response.without(effect.name)
     known = [c for c in (found.base, *found.tried) if c.names == frozenset(less.names)]
     start = {k: v for k, v in found.best.at.items() if not k.startswith(f"{effect.name}.")}
@@ -269,8 +269,7 @@ def _stand_in_words(u: UnmodelledMode, full: Candidate) -> str:
 
 
 def from_window(full: Candidate, channel: str, level: bool) -> Nameless:
-    """Return the pole, with its interval, and the zero of a mode that would explain most of what is left of a
-    channel."""
+    """Return the pole, with its interval, and the zero of a mode that would explain most of a channel's residual."""
     mode, seen = UnmodelledMode(MODE, channel), full.seen
     start = {"ratio": 0.0, "damping_ratio": 0.01, **screen(seen, mode, starts=1).starts[0]}
     data, c = seen.data, seen.data.channels.index(channel)

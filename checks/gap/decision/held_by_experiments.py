@@ -50,8 +50,8 @@ def _one(response: Augmented, fit: Fit, A: Dataset, B: Dataset, trial: Condition
 
 
 def _with_own(response: Augmented, fit: Fit, A: Dataset, trial: ConditionTrial) -> tuple[Together, Fit]:
-    """Return the response under one condition, with values for what is its own: where the fit has none, from one
-    that goes on with the condition's records."""
+    """Return the response under one condition, with values for its own parameters: if the fit has none, from a fit
+    continued on the condition's records."""
     every = together(response, [trial])
     if shift_of(trial, response).names <= set(fit.names):
         return replace(every, fixed=fit.at), fit

@@ -59,8 +59,8 @@ def grown(before: Gaps, after: Gaps, agrees: float = AGREES, slack: float = SLAC
 
 
 def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
-    """Return the model as it will be written: without stand-ins and without what was not named, at the values of the
-    joint fit. A parameter of the calibration that an unnamed effect stood for keeps the effect's value."""
+    """Return the model as it will be written: without unmodelled modes and unnamed effects, at the values of the joint
+    fit. A parameter of the calibration that an unnamed effect stood for keeps the effect's value."""
     names = {c.effect.name for c in good}
     response, kept_at = full.response, dict(full.at)
     for m in response.counted:
@@ -71,7 +71,7 @@ def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
 
 
 def _stood_for(member: Member, full: Candidate) -> dict[str, float]:
-    """Return the model's parameters behind an effect, as it had them."""
+    """Return the values of the model's parameters behind an effect."""
     if not isinstance(member, Effect):
         return {}
     values, model = full.response.of(full.at, member.name), full.response.model

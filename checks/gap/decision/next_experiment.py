@@ -46,8 +46,8 @@ class Rival:
 def asked(
     rivals: Sequence[Ambiguous], good: Sequence[Claim], found: SearchResult, full: Candidate, A: Dataset
 ) -> tuple[Ambiguous, ...]:
-    """Return the same with the experiment that is predicted to distinguish them, if the menu has one that is
-    possible."""
+    """Return the rivals, each with the experiment that is predicted to distinguish it, if the menu has a possible
+    one."""
     return tuple(_with_experiment(a, good, found, full, A) for a in rivals)
 
 

@@ -28,8 +28,8 @@ FAR = 3.0  # prior standard deviations from which on a calibrated value is said
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """What the experiments left: the explanation with its fit to all conditions, its claims, what is still not told
-    apart, and what was decided, in words."""
+    """The result of the experiments: the explanation with its fit to all conditions, its claims, the effects that still
+    cannot be distinguished, and the decisions, in words."""
 
     fit: Fit
     full: Candidate

@@ -81,7 +81,8 @@ def imitated(full: Candidate, good: Sequence[Claim]) -> tuple[Ambiguous, ...]:
 
 
 def bent(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
-    """Return the bend of the static curve between drive and displacement, which no effect of the library has."""
+    """Return the bend of the static curve between drive and displacement as an unidentified effect; the library has no
+    effect for it."""
     if slow is None or not is_bent(slow, table):
         return ()
     words = f"under slow sines de bends: the cubic part of the curve is {slow.bends.value:.3f} of the straight one"

@@ -35,7 +35,7 @@ class Augmented:
     shift: Shift = AS_IT_IS
 
     def holding_scatter(self, at: Values | None = None) -> "Augmented":
-        """Return the same with the factors of the APA's modes held: at values, else at their priors."""
+        """Return the same with the factors of the APA's modes held at values, or at their priors."""
         names = [n for n in self.model.sds if is_mode_factor(n)]
         return replace(self, held=tuple((n, (at or {}).get(n, self.model.values[n])) for n in names))
 

@@ -23,7 +23,7 @@ SAMPLE_OFFSET = "sample_offset"
 
 
 class GapRefused(AcceptError, ValueError):
-    """Records or a model that the workflow must not work on; the text says why."""
+    """Records or a model that the workflow refuses; the text gives the reason."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +44,8 @@ class Inputs:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """Inputs with everything that is found before any search taken out of A and B; early: what that was; slow: the slow
-    sines; in_slow: effects that they name."""
+    """Inputs with A and B corrected for everything that is found before any search; early: those findings; slow: the
+    slow sines; in_slow: effects that they name."""
 
     inputs: Inputs
     A: Dataset
@@ -57,7 +57,8 @@ class Prepared:
 
 
 def prepared(inputs: Inputs, table: Thresholds) -> Prepared:
-    """Raise GapRefused for records that are not of one unit."""
+    """Return the inputs corrected for faults found before any search. Raises GapRefused if the records are not of one
+    unit."""
     same_unit(inputs.A, inputs.B)
     early, A, B = _before(inputs)
     slow = None if inputs.slow is None else slow_record(inputs.slow)

@@ -19,7 +19,8 @@ GROSS = 1e4  # of a channel's G: most of it is no calibration's business
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A response fitted to A; seen: its residual on B; led: where the search on few bins had led, if it began there."""
+    """A response fitted to A; seen: its residual on B; led: the end of the search on few bins, if the fit started from
+    one."""
 
     response: Augmented
     at: dict[str, float]

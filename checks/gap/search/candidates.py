@@ -52,8 +52,8 @@ class Effort:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What a search works on. A, B: thinned datasets of the two realisations; library: members that may be added;
-    effort: shared by all searches of one analysis."""
+    """The data and the library of a search. A, B: thinned datasets of the two realisations; library: members that may
+    be added; effort: shared by all searches of one analysis."""
 
     A: Dataset
     B: Dataset
@@ -299,5 +299,6 @@ def quicker(model: Model) -> Model:
 
 
 def _stood_for(member: Member, response: Augmented) -> set[str]:
-    """Return the calibrated parameters that an effect stands for: they go back to their priors when it comes in."""
+    """Return the calibrated parameters that an effect stands for: they return to their priors when the effect is
+    added."""
     return set(member.stands_for(response.model)) if isinstance(member, Effect) else set()

@@ -118,7 +118,7 @@ class ExplainingStep:
 
 
 def search_beside(search: Search, starts: Sequence[Candidate]) -> tuple[Beside, tuple[ExplainingStep, ...]]:
-    """Return the model without effects beside its disagreement, and the effects that come out one after the other.
+    """Return the model without effects beside its disagreement, and the effects that are found one after the other.
 
     starts: candidates with no member that counts, from whose calibrations the search begins."""
     search.say("looking beside what is left")
@@ -140,7 +140,7 @@ def search_beside(search: Search, starts: Sequence[Candidate]) -> tuple[Beside, 
 
 
 def needed(table: Thresholds, member: Member) -> float:
-    """Return the gain that a member must bring beside a disagreement: that of a name, and what its parameters cost."""
+    """Return the gain that a member needs beside a disagreement: that of a name, plus the cost of its parameters."""
     return table.delta_lnL + PER_PARAMETER * (len(member.parameters) - 1)
 
 
@@ -171,8 +171,8 @@ def score_of(member: Member, b: Beside) -> float:
 
 
 def _best_from(search: Search, state: Beside, member: Member, values: Values) -> Beside | None:
-    """Return a member added to a state and fitted from its own values, the scatter at its best; None if nothing stands
-    with them."""
+    """Return a member added to a state and fitted from its own values, the scatter at its best; None if the strut is
+    not held at them."""
     start = {**state.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
     taken = set(member.stands_for(state.response.model)) if isinstance(member, Effect) else set()
     start = {k: v for k, v in start.items() if k not in taken}
@@ -185,7 +185,7 @@ def _best_from(search: Search, state: Beside, member: Member, values: Values) ->
 
 
 def _settled(search: Search, response: Augmented, start: Values) -> Beside | None:
-    """Return a response fitted to A beside its disagreement; None if nothing stands with values on the way."""
+    """Return a response fitted to A beside its disagreement; None if the strut is not held at values on the way."""
     try:
         return settle(search, response, start, ROUNDS)
     except ModelError:

@@ -30,7 +30,7 @@ ANNEAL_STEPS = 5
 
 @dataclass(frozen=True, eq=False)
 class Refit:
-    """A fit on its way: values by name, cost (half the squared whitened residuals and priors). settled: no step leads
+    """An unfinished fit: values by name, cost (half the squared whitened residuals and priors). settled: no step leads
     further down; work: what it took since it began (`work_of`)."""
 
     response: Augmented
@@ -80,8 +80,8 @@ def go_on(refit: Refit, steps: int) -> Refit:
 
 
 def released(refit: Refit) -> Refit:
-    """Return a fit whose scatter was held, with the scatter free and at its best, or as far towards it as anything
-    stands."""
+    """Return a fit whose scatter was held, with the scatter free and at its optimum, or as near to it as the strut is
+    held."""
     scatter = scatter_of(refit.response, refit.data)
     error = refit.data.H - refit.response.frf(refit.data.f, refit.at, refit.data.channels)
     best, held = scatter.best(refit.data.whitener(error)), dict(refit.response.held)

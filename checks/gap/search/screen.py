@@ -133,8 +133,8 @@ def _at_best(
 def _along(
     projected: Projected, member: Member, d: Array, shape: Mapping[str, float]
 ) -> tuple[float, dict[str, float]]:
-    """Return the same for values that are not linear: how much would go if the effect were as large as fits best, and,
-    if a value of no effect exists, that size; a grid's own values may all be far too large."""
+    """Return the same for values that are not linear: the gain if the effect had its best size, and, if a value of no
+    effect exists, that size; a grid's own values may all be far too large."""
     share = max(float(d @ projected.left), 0.0) / max(float(d @ d), 1e-300)
     gain = share * share * float(d @ d)
     p = member.parameters[0]

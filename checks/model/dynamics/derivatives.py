@@ -29,7 +29,7 @@ SAME = 1e-11  # of w^2: modes no further apart are one, whose shapes do not turn
 
 @dataclass(frozen=True, eq=False)
 class SymmetricBlock:
-    """A symmetric matrix that is zero but for some rows and columns."""
+    """A symmetric matrix that is zero except in some rows and columns."""
 
     rows: NDArray[np.intp]
     entries: Array
@@ -68,7 +68,7 @@ def change_of_system(above: System, below: System, h: float) -> Change:
 
 
 def change_of_fastened(above: Fastened, below: Fastened, h: float, size: int) -> Change:
-    """Return the same where only what is fastened to the APA differs. size: coordinates of the system."""
+    """Return the same if only the parts fastened to the APA differ. size: number of coordinates of the system."""
     return _change(above, below, np.zeros(len(above.K)), h, (0, size))
 
 
@@ -87,7 +87,7 @@ def _slope(above: Array, below: Array, h: float) -> Array:
 
 
 def _block(D: Array, first: int) -> SymmetricBlock | None:
-    """Return the first: where D begins among what is reached."""
+    """Return the nonzero rows and columns of D, or None; first: index of D's first row among what is reached."""
     rows = np.flatnonzero(D.any(axis=0))
     return SymmetricBlock(first + rows, D[np.ix_(rows, rows)]) if rows.size else None
 
@@ -144,7 +144,7 @@ def _by_modes(modes: Modes, s: Complex, x: Complex, y: Complex) -> Complex:
 
 
 def _by_changes(changes: Sequence[Change], s: Complex, x: Complex, y: Complex) -> Complex:
-    """Return the derivatives (P, c, S)."""
+    """Return the derivatives (P, c, S) by the changes."""
     out = np.array([d.outputs @ x for d in changes]).reshape(len(changes), len(y), s.size)
     for each, d in zip(out, changes, strict=True):
         if d.force.any():

@@ -28,7 +28,7 @@ LOWEST = 2.0 * np.pi  # [rad/s]
 
 @dataclass(frozen=True, eq=False)
 class Receptances:
-    """Responses of a system that is known by its parts."""
+    """The responses of a system that is given by its parts."""
 
     system: System
     parts: Parts
@@ -61,8 +61,8 @@ class Receptances:
 
 
 def receptances(system: System, w: Array) -> Receptances | None:
-    """Return the receptances for responses at w (F,) [rad/s]; None if the system is not known by its parts or w lies
-    too low."""
+    """Return the receptances for responses at w (F,) [rad/s]; None if the system is not given by its parts or w is too
+    low."""
     return None if system.parts is None or w.min() < LOWEST else Receptances(system, system.parts)
 
 

@@ -19,7 +19,7 @@ _SIZE = 8  # coordinates: six motions of the bottom, the elongation of the shell
 def two_dof_body(
     k: float, ke: float, ka: float, c: float, ce: float, ca: float, height: float, name: str = "2dof"
 ) -> ApaBody:
-    """Return k, ke, ka [N/m], c, ce, ca [N s/m], height [m] between the interfaces.
+    """Return the APA of two degrees of freedom. k, ke, ka [N/m], c, ce, ca [N s/m]; height [m] between the interfaces.
 
     The stacks lie across the axis: when they push, the APA shrinks. So a positive force pair pulls ka together, and the
     sensor stack is read as the elongation of ke - the signs of a shell, and of ga and gs in [STB] 4.2.

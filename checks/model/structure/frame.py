@@ -21,7 +21,7 @@ STACK_ELEMENTS = 2
 
 @dataclass
 class _Net:
-    """Nodes, members and bodies as they are laid down."""
+    """The nodes, members and bodies of a frame under construction."""
 
     points: list[Array] = field(default_factory=list)
     members: dict[Material, list[tuple[object, ...]]] = field(default_factory=lambda: defaultdict(list))
@@ -84,7 +84,7 @@ def frame_matrices(g: FrameGeometry, arm_elements: int = ARM_ELEMENTS) -> tuple[
 
 
 def row_end(g: FrameGeometry, side: int) -> float:
-    """Return x [m] of the left (-1) or right (+1) end of the row of stacks."""
+    """Return the coordinate x [m] of the left (-1) or right (+1) end of the row of stacks."""
     return g.stations[0] if side < 0 else g.stations[-1]
 
 

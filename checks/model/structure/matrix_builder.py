@@ -45,7 +45,8 @@ class System:
 
 
 class Builder:
-    """Matrices in the making. A place is a (6, n) array of rows that read the motion ux uy uz rx ry rz of a point."""
+    """The matrices of a system under construction. A place is a (6, n) array of rows that read the motion ux uy uz rx
+    ry rz of a point."""
 
     def __init__(self, size: int) -> None:
         self._springs: list[tuple[Array, Array, Array]] = [(np.zeros((0, size)), np.zeros(0), np.zeros(0))]

@@ -37,7 +37,7 @@ class Converters:
 
 
 def in_volts(V: Array) -> Array:
-    """Return a converter of 16 bit over +-10 V, clipped at its ends."""
+    """Round to 16 bit over +-10 V and clip at the ends."""
     return np.clip(in_steps(V, LSB_V), -RANGE_V, RANGE_V - LSB_V)
 
 

@@ -52,7 +52,8 @@ class Fractions:
 
     def held(self, u: Array, fs: float, late: float = 0.0) -> Array:
         """Return the response (N,) from rest to u (N,), each sample held until the next, late by a delay of so many
-        seconds; exact. Read at the tick itself (late = 0), u has just changed and what follows at once has followed."""
+        seconds. The result is exact. Read at the tick itself (late = 0), u has just changed and what follows at once
+        has followed."""
         ticks = int(np.ceil(late * fs - 1e-9))
         since = ticks / fs - late  # a reading at tick n is taken this long after tick n - ticks, as the path sees it
         y = self.direct * u
@@ -96,7 +97,7 @@ def pair(pole: Pair, zero: Pair) -> Fractions:
 
 
 def paths(model: Model, changes: Values = PRIOR_ONLY) -> dict[str, Fractions]:
-    """Return channel -> the path from Va at the DAC to it, without the delay. Raises ModelError."""
+    """Return for every channel the path from Va at the DAC to it, without the delay. Raises ModelError."""
     values, form = model.with_values(changes).values, model.modal(changes)
     e = electrical_of(values)
     forces = {c: _mechanics(form, c).scaled(e.gain * e.ga) for c in form.channels}

@@ -34,7 +34,7 @@ class Joined:
     size: int
 
     def __call__(self, Va: Array) -> dict[str, Array]:
-        """Return channel -> (N,) for Va (N,) [V], N <= room. Raises ModelError."""
+        """Return the response (N,) of every channel to Va (N,) [V], N <= room. Raises ModelError."""
         if not 0 < Va.size <= self.room:
             raise ModelError(f"a drive of {Va.size} samples, expected 1 to {self.room}")
         spectrum = fft.rfft(np.concatenate([Va, _going_on(Va)]), self.size)

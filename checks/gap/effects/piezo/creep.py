@@ -26,7 +26,8 @@ def factor(values: Mapping[str, float], s: NDArray[np.complex128]) -> NDArray[np
 
 
 def _contradicts(slow: Slow, values: Mapping[str, float]) -> str:
-    """Return the opening of slow loops: the sine of creep's lag, equal at every amplitude."""
+    """Return why slow loops contradict values of creep, or "": their opening must be the sine of creep's lag, equal at
+    every amplitude."""
     lag = -float(np.angle(factor(values, np.array([2j * np.pi * slow.f_Hz]))[0]))
     unsure = WITHIN * abs(np.sin(lag)) + 6.0 * slow.constant.u + 0.1 * abs(slow.grows.value)
     agrees = abs(slow.constant.value - np.sin(lag)) < unsure
