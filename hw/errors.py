@@ -21,7 +21,7 @@ class NoReply(InstrumentError):
 
 
 class Garbled(InstrumentError):
-    """What came is not what the protocol allows: noise, lost or added bytes, wrong line settings."""
+    """The bytes that came are not what the protocol allows: noise, lost or added bytes, wrong line settings."""
 
 
 class InstrumentRefused(InstrumentError):

@@ -34,7 +34,8 @@ MARK = 0xFF  # before a damaged character (termios: PARMRK); on Windows in its p
 
 @dataclass(frozen=True)
 class LineSettings:
-    """How the line is set. No defaults: what the manual leaves open must be looked up at the instrument."""
+    """The settings of the line. Without defaults: those that the manual leaves open must be looked up at the
+    instrument."""
 
     port: str
     baud: int
@@ -61,7 +62,7 @@ class LineSettings:
 
 
 class Port(Protocol):
-    """What a link needs of a port: reads return what came within `POLL_S`, at most n bytes. `read` raises
+    """The interface of a port to a link: reads return what came within `POLL_S`, at most n bytes. `read` raises
     DamagedCharacter for a damaged one, OSError if the port is gone."""
 
     @property

@@ -1,4 +1,4 @@
-"""Who is at the bench; apart from the other talk, because the workflow asks before anything slow is imported."""
+"""The operator's name; a module of its own, because the workflow asks for it before anything slow is imported."""
 
 import getpass
 

@@ -1,4 +1,4 @@
-"""Which program judged: its version and the hash of its own code."""
+"""The program that judged: its version and the hash of its own code."""
 
 import hashlib
 from functools import cache

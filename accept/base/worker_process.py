@@ -1,4 +1,4 @@
-"""What every worker process of a batch does first: it leaves Ctrl-C to the program that asked and ends with it, and it
+"""The start of every worker process of a batch: it leaves Ctrl-C to the program that asked and ends with it, and it
 is given so much memory.
 
 The end of the program is watched for by a thread, on every system alike. Linux could send a signal instead

@@ -132,7 +132,7 @@ class OnCluster:
 
 @dataclass(frozen=True, eq=False)
 class Returned:
-    """What comes back of a job: its outcome, and its files by their names below the folder where it wrote them."""
+    """The return of a job: its outcome, and its files by their names below the folder where it wrote them."""
 
     outcome: Any
     files: Mapping[str, bytes]

@@ -21,7 +21,7 @@ CURVE_U = 0.1  # relative standard uncertainty of a distance: two realisations o
 
 @dataclass(frozen=True)
 class Member:
-    """One unit's part in a comparison. p: that chance puts it so far out."""
+    """One unit's part in a comparison. p: probability of such a distance by chance."""
 
     serial: str
     value: float

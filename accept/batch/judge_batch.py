@@ -42,7 +42,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class BatchRequest:
-    """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates. bench: judge with the
+    """The request of a batch. specs: kind -> spec. credential: None writes no certificates. bench: judge with the
     calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's.
     pool: processes that run already; the longest unit is then judged by this one. For units that are known not to
     break it. cluster: judges instead of processes of this machine. refused: (where, why) of units that did not even
@@ -68,8 +68,9 @@ class BatchRequest:
 
 @dataclass
 class BatchReport:
-    """What a batch did. units: results.json entries in order of serial, if they are few enough to be held (`WHOLE`);
-    verdicts: how many units have which; refused folders; unchanged: how many were as they had been judged."""
+    """The report of a batch. units: results.json entries in order of serial, if they are few enough to be held
+    (`WHOLE`); verdicts: how many units have which; refused folders; unchanged: how many were as they had been
+    judged."""
 
     units: list[dict[str, Any]] = field(default_factory=list)
     verdicts: Counter[str] = field(default_factory=Counter)

@@ -47,7 +47,7 @@ from specs.spec import Spec
 
 @dataclass(frozen=True)
 class Known:
-    """What the store knows of a unit: its last judgement, None for a new one, and what speaks against it."""
+    """The store's knowledge of a unit: its last judgement, None for a new one, and its reservations."""
 
     before: UnitState | None
     reservations: Reservations

@@ -24,8 +24,8 @@ NO_MASS = "the simulated bench has no mass to put on"
 
 
 class OperatorActions(Protocol):
-    """Every call returns when it is done. Voltages in V on the stacks, points counted from 1. sets_each_voltage: a
-    person turns to every one of them, so they should be few."""
+    """The operator's actions. Every call returns when it is done. Voltages in V on the stacks, points counted from 1.
+    sets_each_voltage: a person turns to every one of them, so they should be few."""
 
     sets_each_voltage: bool
 

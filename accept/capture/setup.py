@@ -32,7 +32,7 @@ class RecordFile:
 
 @dataclass(frozen=True)
 class CaptureResult:
-    """What a recipe gives for the inputs of its check: values that were read, records, values that a person typed;
+    """The result of a recipe for the inputs of its check: values that were read, records, values that a person typed;
     notes in words."""
 
     values: Mapping[str, Measured] = field(default_factory=dict)

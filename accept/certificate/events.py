@@ -1,4 +1,4 @@
-"""What signing a certificate leaves in the event store."""
+"""The event that signing a certificate adds to the store."""
 
 import hashlib
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What to do about a finding without a pass: by its cause, which channel or record, and what to do differently.
+"""Advice on a finding without a pass: by its cause, which channel or record is meant, and what to do differently.
 
 A cause without an entry needs no advice beside its sentence. The texts take the parameters of their cause.
 """

@@ -12,7 +12,7 @@ TECHNICIAN = "technician"  # the role of the first signature
 
 @dataclass(frozen=True)
 class Signature:
-    """Who signed a certificate, as what, when (UTC, ISO 8601)."""
+    """The signature of a person on a certificate, with role and time (UTC, ISO 8601)."""
 
     who: str
     role: str

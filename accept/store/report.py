@@ -1,4 +1,4 @@
-"""What `accept store check` prints."""
+"""The report of `accept store check`."""
 
 from accept.store.chain import StoreHead
 from accept.store.store import Store

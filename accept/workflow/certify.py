@@ -1,4 +1,4 @@
-"""From a judged unit to a signed certificate that is verified on the spot."""
+"""Signing the certificate of a judged unit, and verifying it on the spot."""
 
 import os
 from pathlib import Path

@@ -316,7 +316,7 @@ class Session:
 
     @property
     def result(self) -> UnitResult | None:
-        """Return the last result of `judge`, None if entries were stored since."""
+        """Return the last result of `judge`, None if its inputs have changed since."""
         if self._result is None or self.attempt.verdict is None or self._result[0] != self.attempt.given:
             return None
         return self._result[1]

@@ -18,8 +18,8 @@ S = TypeVar("S", bound=Strict)
 
 
 class Instrument(Protocol):
-    """What captures and `accept hw test` need of any driver. link: None without a wire. asked: the settings that the
-    instrument has stated since `connect`. confirm: ask at the end of a run whether it is still the same."""
+    """The interface of a driver to captures and `accept hw test`. link: None without a wire. asked: the settings that
+    the instrument has stated since `connect`. confirm: ask at the end of a run whether it is still the same."""
 
     name: str
     model: str | None

@@ -1,4 +1,4 @@
-"""What instruments that read a length have in common: settings, agreement of two readings, resolution, the plausible
+"""Base of instruments that read a length: settings, agreement of two readings, resolution, the plausible
 range."""
 
 from typing import Annotated, TypeVar

@@ -1,4 +1,5 @@
-"""From a path to what its file declares: the bytes within the limits, their format, their variables."""
+"""The source of a record, from a path to the declarations of its file: the bytes within the limits, their format, their
+variables."""
 
 import hashlib
 import stat

@@ -1,4 +1,4 @@
-"""What a file declares before its data are read: names, shapes and kinds."""
+"""The declarations of a file, before its data are read: names, shapes and kinds."""
 
 import math
 from collections.abc import Callable, Mapping

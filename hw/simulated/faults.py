@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class FaultKind(StrEnum):
-    """What can go wrong on a line."""
+    """The kinds of fault on a line."""
 
     UNPLUG = "unplug"  # the line is cut in the middle of a reply and is back after `seconds`
     GARBAGE = "garbage"  # bytes of a reply replaced, lost or added

@@ -1,4 +1,5 @@
-"""What the simulated instruments measure: a unit's true values, and the technician's setup in front of them."""
+"""The quantities that the simulated instruments measure: a unit's true values, and the technician's setup in front of
+them."""
 
 import json
 import os
@@ -77,7 +78,7 @@ class Play:
 
 
 class Sources:
-    """What each instrument of the bench measures now. seed: of the noise."""
+    """The present value at each instrument of the bench. seed: of the noise."""
 
     def __init__(self, world: BenchSetup, stage: StageFile, seed: int = 0) -> None:
         self._world, self._stage, self._rng = world, stage, random.Random(seed)

@@ -58,14 +58,14 @@ class _Task:
 
 @dataclass(frozen=True)
 class _Did:
-    """What came of the items of one task, in their order, and what they took [s]."""
+    """The outcomes of the items of one task, in their order, and the time that they took [s]."""
 
     found: list[Any]
     seconds: float
 
 
 class _Pace:
-    """How many of the items that come belong into one task."""
+    """The number of items to put into one task."""
 
     def __init__(self) -> None:
         self.together = 1  # nothing is known yet

@@ -50,7 +50,7 @@ def renderer() -> dict[str, str]:
 
 @dataclass(frozen=True, eq=False)
 class CertificateContent:
-    """What one certificate is made of. Equal contents give equal bytes.
+    """The content of one certificate. Equal contents give equal bytes.
 
     result : the unit's entry in results.json (`UnitResult.to_json()`). panels : pictures by name.
     files : input files to attach, by their names in the unit folder (`unit.toml` first of all).

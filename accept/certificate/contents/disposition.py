@@ -1,4 +1,4 @@
-"""What is to be done with a unit that was not accepted: quality assurance decides it when it countersigns.
+"""The disposition of a unit that was not accepted: quality assurance decides it when it countersigns.
 
 It stands in the countersignature itself (the signed `/Reason` of its dictionary), on the page, and in the store.
 """

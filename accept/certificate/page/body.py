@@ -1,4 +1,4 @@
-"""What flows over a certificate's pages: identity, findings, pictures, information, what was not judged."""
+"""The flowing content of a certificate's pages: identity, findings, pictures, information, unjudged sections."""
 
 from collections.abc import Mapping, Sequence
 from html import escape

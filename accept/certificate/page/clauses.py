@@ -1,4 +1,5 @@
-"""What a laboratory's report states beside its results ([ISO17025] 7.8.2, 7.8.3 and 7.8.6), as far as it is known."""
+"""The statements of a laboratory's report beside its results ([ISO17025] 7.8.2, 7.8.3 and 7.8.6), as far as it is
+known."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -20,7 +20,7 @@ _SPACE_ABOVE = 5.0  # pt
 
 
 class _Canvas(Canvas):  # type: ignore[misc]  # reportlab has no types
-    """Holds the pages back until their number is known, for "page x of y"."""
+    """A canvas that keeps the pages until their number is known, for "page x of y"."""
 
     contents: CertificateContent
 

@@ -1,4 +1,4 @@
-"""What stands on a certificate's pages at fixed places: head, verdict, signature boxes, code, footer."""
+"""The parts at fixed places of a certificate's pages: head, verdict, signature boxes, code, footer."""
 
 from collections.abc import Mapping
 from itertools import groupby

@@ -1,7 +1,7 @@
-"""Whether a time stamping authority's own certificates were revoked when it stamped ([PADES], level B-LT): the answers
-of its servers are kept in the document, so that this can be verified when the servers no longer exist.
+"""Revocation data of a time stamping authority ([PADES], level B-LT): the answers of its servers are kept in the
+document, so that it can be verified without them later that its certificates were not revoked when it stamped.
 
-They are asked before the signature is made and written with it, so it covers them too.
+The servers are asked before the signature is made and the answers written with it, so it covers them too.
 """
 
 import time

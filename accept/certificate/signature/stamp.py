@@ -1,4 +1,4 @@
-"""What a signature looks like on the page: who, as what, when, with which key."""
+"""The appearance of a signature on the page: person, role, time, key."""
 
 import io
 from datetime import UTC, datetime

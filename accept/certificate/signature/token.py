@@ -17,7 +17,7 @@ from accept.certificate.trust.keys import Credential
 
 @dataclass(frozen=True)
 class Token:
-    """Where the key is: library of the token's maker, label of the token, label of the key (EC P-256)."""
+    """The place of a key: library of the token's maker, label of the token, label of the key (EC P-256)."""
 
     library: str
     label: str

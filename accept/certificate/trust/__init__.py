@@ -1,1 +1,1 @@
-"""Who may sign: the authority, the persons' keys and what it revoked; the spec and the bench that it vouches for."""
+"""Trust: the authority, the persons' keys, the keys that it revoked, and the specs and benches that it certifies."""

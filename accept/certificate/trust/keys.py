@@ -43,7 +43,7 @@ class KeysError(AcceptError, RuntimeError):
 
 @dataclass(frozen=True)
 class KeyInfo:
-    """What `list` shows of one key; it contains no secret. revoked: since when, None if it is not."""
+    """The line of `list` on one key, without any secret. revoked: since when, None if it is not."""
 
     role: str
     person: str

@@ -1,5 +1,5 @@
-"""What a certificate states beside its result: its attempt, what it replaces, the head of the bench's store, the
-approval of the spec, and whether a demo made it."""
+"""The provenance that a certificate states beside its result: its attempt, what it replaces, the head of the bench's
+store, the approval of the spec, and whether a demo made it."""
 
 from collections.abc import Mapping
 from pathlib import Path

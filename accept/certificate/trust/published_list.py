@@ -61,7 +61,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class BenchList:
-    """What one bench published. bench: its certificate; head: of its store; time: of publishing, UTC, ISO 8601."""
+    """The list of one bench. bench: its certificate; head: of its store; time: of publishing, UTC, ISO 8601."""
 
     bench: x509.Certificate
     entries: tuple[Entry, ...]

@@ -1,4 +1,4 @@
-"""What differs between the result on a certificate and the one judged again from its attachments."""
+"""Differences between the result on a certificate and the one judged again from its attachments."""
 
 import math
 import re

@@ -15,7 +15,7 @@ PAGE = "the page"
 
 
 class Way(StrEnum):
-    """How a statement is checked."""
+    """The way in which a statement is checked."""
 
     DERIVED = "derived"  # again from the attached bytes
     SIGNED = "signed"  # it carries a signature of its own
@@ -24,7 +24,8 @@ class Way(StrEnum):
 
 @dataclass(frozen=True)
 class Statement:
-    """One statement. document: where it stands; field: its key, with all below it; how: what it is compared with."""
+    """One statement. document: that holds it; field: its key, with all below it; how: the source that it is compared
+    with."""
 
     document: str
     field: str

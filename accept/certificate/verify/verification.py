@@ -43,7 +43,7 @@ class Validity(StrEnum):
 
 @dataclass(frozen=True)
 class Verification:
-    """Whether a certificate holds; `reason` in one line, `details` a line for each thing that was checked.
+    """The result of verifying a certificate; `reason` in one line, `details` a line for each thing that was checked.
 
     spec_sha256, head: of the spec that it was judged by, and where the bench's store stood. demo: made by a demo.
     approved: quality assurance signed the spec with its model files, or it comes with the program. current: no later

@@ -11,7 +11,7 @@ from specs.units import UnitMismatch, factor
 
 
 class InstrumentPort(Protocol):
-    """What the workflow needs of any instrument."""
+    """The interface of an instrument to the workflow."""
 
     @property
     def name(self) -> str: ...

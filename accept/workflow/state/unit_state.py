@@ -65,7 +65,7 @@ class Note:
 
 @dataclass(frozen=True)
 class StepJudgement:
-    """What judging one step gave, by which spec and program. findings: judged quantities; information: (check,
+    """The judgement of one step, with its spec and program. findings: judged quantities; information: (check,
     quantity) without limits; upto: the last entry that was judged, later ones make it stale."""
 
     upto: int

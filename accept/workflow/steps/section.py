@@ -1,4 +1,4 @@
-"""From the state of a step to its section of `unit.toml`: one value from repeated readings, and what is missing."""
+"""The section of `unit.toml` from the state of a step: one value from repeated readings, and the missing inputs."""
 
 import math
 from collections.abc import Sequence
