@@ -1,7 +1,7 @@
 """What a blind test is made of: the mix, the draw of each unit, the sealed truth, and how visible each effect is.
 
 The mix of the exact set is that of the method: 30 % nothing missing, 40 % one effect, 15 % two, 15 % outside the
-library; effects take turns, so that each stands equally often. A seed settles everything. The sets: `sets`.
+library; effects take turns, so that each occurs equally often. A seed determines everything. The sets: `sets`.
 """
 
 import hashlib

@@ -1,6 +1,6 @@
 """What can be hidden in a blind unit: every effect of [DESIGN] 6, and things that no library holds.
 
-Each turns a world into another one, from the words of the design alone; how large they are drawn is stated beside.
+Each turns a world into another one, from the words of the design only; their sizes are stated beside them.
 """
 
 from collections.abc import Callable, Mapping
@@ -189,7 +189,7 @@ LIBRARY: Mapping[str, Hidden] = {
     ),
 }
 
-# Two that say nearly the same thing, or whose order the design leaves open, are not hidden together.
+# Two with nearly the same effect, or whose order the design leaves open, are not hidden together.
 NEVER_TOGETHER = (
     {"loop_delay", "amplifier_bandwidth"},
     {"hysteresis", "creep"},

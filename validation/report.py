@@ -1,4 +1,4 @@
-"""What a run of the blind test has to say, as text: a table for each set, what stands behind it, all sets at once."""
+"""The report of a blind test as text: a table for each set, the details behind it, a summary of all sets."""
 
 from collections.abc import Mapping, Sequence
 

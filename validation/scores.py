@@ -1,4 +1,4 @@
-"""Scores of a blind test: pure functions of what was true and what was said. The targets are those of the gap method.
+"""Scores of a blind test: pure functions of the truth and the answers. The targets are those of the gap method.
 
 An outcome that is missing, an error or not a number counts against the workflow, never for it.
 """

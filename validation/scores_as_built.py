@@ -1,7 +1,7 @@
 """Scores of the sets of struts as they are built, each against its target.
 
-Pure functions of what was true and what was said. What is missing, an error or not a number counts against the
-workflow, never for it.
+Pure functions of the truth and the answers. What is missing, an error or not a number counts against the workflow,
+never for it.
 """
 
 import re

@@ -89,7 +89,7 @@ def better_damped(found: Calibration, wrap: Wrap = itself) -> Calibration:
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             x, cost = _stepped(found, response)
-    except ModelError:  # a step came to values with which nothing stands
+    except ModelError:  # a step reached values at which the strut is not held
         return found
     if not cost < now.cost:
         return found

@@ -1,10 +1,10 @@
 """Least squares by Levenberg's damped Gauss-Newton steps, on normal equations, inside bounds.
 
-x counts in prior standard deviations, so a damping of one is what another prior would do: it holds what the data hardly
-tell and leaves alone what they tell well. Such problems are sloppy, their valleys long and bent, and damping in
-proportion to the curvature (Marquardt) lets steps run far along them ([TRANSTRUM12]). Damping
-by Nielsen's rule ([MADSEN04] 3.2). The priors
-keep the normal matrix well conditioned, so a step costs a small factor and not the decomposition of the Jacobian.
+x counts in prior standard deviations, so a damping of one is what another prior would do: it holds parameters that the
+data hardly determine and leaves those that they determine well. Such problems are sloppy, their valleys long and bent,
+and damping in proportion to the curvature (Marquardt) lets steps run far along them ([TRANSTRUM12]). Damping by
+Nielsen's rule ([MADSEN04] 3.2). The priors keep the normal matrix well conditioned, so a step costs a small factor and
+not the decomposition of the Jacobian.
 """
 
 from dataclasses import dataclass
@@ -112,7 +112,7 @@ def _step(A: Array, g: Array, x: Array, damping: float, lo: Array, hi: Array) ->
     part = A[np.ix_(free, free)]
     held = part + np.diag(damping + ROUNDING * np.diag(part))
     move = np.zeros_like(x)
-    # `linalg.solve` would say on the screen how near to singular it is, which the next, more damped step mends.
+    # `linalg.solve` would warn that it is nearly singular, which the next, more damped step mends.
     move[free] = linalg.cho_solve(linalg.cho_factor(held, check_finite=False), -g[free], check_finite=False)
     new = np.clip(x + move, lo, hi)
     moved = new - x

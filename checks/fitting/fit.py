@@ -116,7 +116,7 @@ def fit(
     """Return the maximum a posteriori by damped Gauss-Newton steps on whitened complex residuals and priors; joint:
     prior of several parameters together.
 
-    Where the search is led to values with which nothing stands, the ModelError says what to look for in the records.
+    If the search reaches values at which the strut is not held, the ModelError names what to look for in the records.
 
     starts: how many, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
     best goes on with all. Raises ModelError if nothing is free or no start can be evaluated."""

@@ -1,11 +1,11 @@
 """What a batch of units has in common: the mean and the scatter of every uncertain parameter, learned from their fits.
 
 theta_i = mu + u_i, with u_ij ~ t_nu(0, s_j). A unit's fit gives its likelihood as a quadratic (`information`: its prior
-taken out again), so that a parameter of which a unit says nothing adds nothing. Given scatter and weights, mu and all
+taken out again), so that a parameter that a unit does not determine adds nothing. Given scatter and weights, mu and all
 units are jointly normal, in closed form; scatter and weights come by expectation and maximisation, mu integrated over.
 
-The scatters of different parameters are taken as independent: five to ten units cannot tell the covariance of a
-hundred parameters. What is known of the mean keeps its correlations in full.
+The scatters of different parameters are taken as independent: five to ten units cannot determine the covariance of a
+hundred parameters. The estimate of the mean keeps all its correlations.
 
 Hierarchical updating: [BEHMANESH15]; weights of t tails: [LLT89]; prior of a variance: [GELMAN06].
 """
@@ -34,8 +34,8 @@ SAYS = 0.1  # share of the foretold variance that a unit's data must take away b
 class Prior:
     """What is known before the batch. mean (p,); mean_sd (p,): how far mu may be off; scatter (p,): 1 sd from unit to
     unit; both are worth as much as `strength` values that were seen. kinds (p,): parameters of one kind share one
-    factor on their scatters and, three or more, one on their mean_sds, so that few tell for all; default: each its own.
-    nu: degrees of freedom of the tails; infinite: normal."""
+    factor on their scatters and, three or more, one on their mean_sds, so that few units inform all; default: each its
+    own. nu: degrees of freedom of the tails; infinite: normal."""
 
     mean: Array
     mean_sd: Array

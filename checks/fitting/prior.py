@@ -1,4 +1,4 @@
-"""What is known of free parameters before any data: of each by itself, or of some of them together."""
+"""Priors of free parameters: of each by itself, or of some of them together."""
 
 from collections.abc import Sequence
 

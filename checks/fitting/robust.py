@@ -1,5 +1,5 @@
 """What a fit leaves, band by band: tolerated in the next fit, it keeps what a model lacks in some band of a channel
-from bending the values that the other bands tell."""
+from biasing the values that the other bands determine."""
 
 import numpy as np
 

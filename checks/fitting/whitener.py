@@ -1,12 +1,12 @@
 """Residuals made independent and of unit variance, for noise and for a model that is a little wrong.
 
-A tolerance t says: the model's response may be wrong by a factor 1 + d(f), |d| about t, in every channel by its own.
+A tolerance t: the model's response may be wrong by a factor 1 + d(f), |d| about t, in every channel by its own.
 Such an error is smooth over some range of frequencies, so many bins do not average it away. Nothing says over how wide
 a range, so there are three scales, each with the variance t^2 / 2 of an error that lies anywhere within |d| <= t:
 
     wide    4 octaves: gain errors
     middle  half an octave: a mode beyond the band, a static residual
-    narrow  2 % of f, the width of a mode: a resonance that sits or rings a little otherwise
+    narrow  2 % of f, the width of a mode: a resonance with a slightly different frequency or damping
 
 The first two are random smooth functions (cosine bumps on log f), marginalised exactly. The narrow one is as good as
 independent for parameters that act over a mode's width or more, when each bin's variance is raised by the number of

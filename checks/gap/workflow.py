@@ -1,4 +1,5 @@
-"""The gap workflow on arrays: calibrate, test, search, verify, name or say that there is no name ([GAP] 0 to 13)."""
+"""The gap workflow on arrays: calibrate, test, search, verify, name or report an unidentified effect ([GAP] 0 to
+13)."""
 
 from dataclasses import replace
 

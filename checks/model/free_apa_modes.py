@@ -3,8 +3,8 @@
 A glue joint, a fillet, a batch of ceramic change where the modes of a shell lie and how they ring. So every elastic
 mode k of the free APA has a factor on its stiffness, `apa.mode_stiffness_k`, and one on its damping,
 `apa.mode_damping_k`. All modes that the matrices hold, not only those within the band: below its first resonance the
-APA answers through the compliance of every one of them, and what a misalignment shows by hangs on how these
-compliances cancel ([MARES06]).
+APA answers through the compliance of every one of them, and the signs of a misalignment depend on how these compliances
+cancel ([MARES06]).
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What is known of several of a model's uncertain parameters together."""
+"""The joint prior of several of a model's uncertain parameters."""
 
 from dataclasses import dataclass
 

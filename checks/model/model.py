@@ -69,11 +69,11 @@ class Calibrated:
 class Model:
     """A model ready to be evaluated. `values` holds every parameter by flat name; calls take changes of them.
 
-    apa: parameters -> the APA's body; sds: prior standard deviations; joint: what is known of some of the uncertain
-    parameters together; tolerance: relative model error too small to matter; least: what is left of it where the modes
-    of the APA are uncertain and fitted; up_to_Hz: nothing is compared above; held: the payload is clamped as well.
-    sha256: of the model's file and of the APA's matrices. damping: "full", or "modal" where each real mode has its own
-    and modes exchange no energy through the dampers. learned: what the bench adds to every unit without a name.
+    apa: parameters -> the APA's body; sds: prior standard deviations; joint: the joint prior of some of the uncertain
+    parameters; tolerance: relative model error too small to matter; least: what is left of it where the modes of the
+    APA are uncertain and fitted; up_to_Hz: nothing is compared above; held: the payload is clamped as well. sha256: of
+    the model's file and of the APA's matrices. damping: "full", or "modal" where each real mode has its own and modes
+    exchange no energy through the dampers. learned: what the bench adds to every unit without a name.
     """
 
     name: str

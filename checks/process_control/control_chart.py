@@ -4,7 +4,7 @@ Phase I estimates mean and spread within the process from a baseline, gross valu
 follows with it ([Montgomery] 6.4 and 9.2; [AIAG-SPC] chapter II). The limits depend on how many values are compared:
 each of the tests below rings in a process that is in control with a chance of at most `FALSE_ALARM` in the whole chart,
 the uncertainty of a short baseline included, not with a chance at every value. Nelson's rules ([Nelson]) may be added;
-`false_alarm_rate` says what the chosen set costs.
+`false_alarm_rate` gives the cost of the chosen set.
 """
 
 from collections.abc import Collection

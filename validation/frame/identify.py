@@ -13,7 +13,7 @@ from checks.model.structure.superelement import Superelement
 from validation.frame.figures import figures
 
 PULL = 2e-2  # of the relative change of a dimension, against relative errors of the figures
-# Weights: what places the axial resonance, what else a strut's response below 1 kHz hangs on, the rest.
+# Weights: what places the axial resonance, what else a strut's response below 1 kHz depends on, the rest.
 AXIAL, HEAVY, LIGHT = 9.0, 3.0, 1.0
 _HEAVY = (
     "mass",

@@ -1,1 +1,1 @@
-"""Responses of one unit under other conditions: what each changes in a model, and what it says about explanations."""
+"""Responses of one unit under other conditions: what each changes in a model, and how explanations are tested by it."""

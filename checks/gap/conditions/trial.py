@@ -43,7 +43,7 @@ def shift_of(trial: ConditionTrial, response: Augmented) -> Shift:
 
     A mass is added to the payload. The sensor's corner goes with one over the resistor ([STB] 3.1.9) if the unit's own
     is known and the explanation has a corner; else it has a value of its own. Another level of drive changes nothing in
-    a linear model, nor does a turn (`simulated` says why)."""
+    a linear model, nor does a turn (see `simulated`)."""
     if trial.kind is ADDED_MASS and trial.value is not None:
         _held(PAYLOAD, trial, response)
         return Shift(trial.name, adds=((PAYLOAD, trial.value),))

@@ -1,1 +1,1 @@
-"""What may be said: gates, verdict, detection limits."""
+"""The decision: gates, verdict, detection limits."""

@@ -1,4 +1,4 @@
-"""Effects that the data cannot tell from calibrated parameters: then a name rests on priors alone ([GAP] 6).
+"""Effects that the data cannot distinguish from calibrated parameters: then a name rests on priors only ([GAP] 6).
 
 Exact ones are known: a payload mass is a common scaling of force constant, stiffness and damping; a constant cross-talk
 into Vs, in the 2-DoF APA, is another sensor constant with another split of the force.

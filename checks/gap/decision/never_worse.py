@@ -1,4 +1,4 @@
-"""The gap before and after, of a pair of models that says so: no channel is worse for what was named."""
+"""The gap before and after, for a pair of models such that no channel is worse with the named effects."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

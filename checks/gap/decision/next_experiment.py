@@ -1,8 +1,8 @@
-"""Which experiment would tell explanations apart: the one that is predicted to, by as much as it takes.
+"""The experiment that would distinguish explanations: one that is predicted to do so by a sufficient margin.
 
 The difference of two explanations over all conditions, with all that the rival's parameters could make up for taken
-out, has a length: twice the gain in log-likelihood to expect of it. Priors do not count, but those of the modes of an
-APA ([GAP] 11).
+out, has a length: twice the gain in log-likelihood to expect of it. Priors do not count, except those of the modes of
+an APA ([GAP] 11).
 """
 
 from collections.abc import Sequence

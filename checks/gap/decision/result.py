@@ -58,7 +58,7 @@ class Named:
 
 @dataclass(frozen=True)
 class Ambiguous:
-    """Explanations (each a set of effects) that the data do not tell apart, and what would."""
+    """Explanations (each a set of effects) that the data do not distinguish, and the experiment that would."""
 
     effects: tuple[str, ...]
     experiment: str
@@ -66,9 +66,9 @@ class Ambiguous:
 
 @dataclass(frozen=True)
 class Nameless:
-    """What is missing without a name: poles and zeros [Hz] on a channel; words: nearest effect of the library, and why
-    it was not named; ci95: interval of every pole; at_edge: whether a pole lies at an end of the band, where a slope
-    that goes on outside looks like one."""
+    """An unidentified effect: poles and zeros [Hz] on a channel; words: nearest effect of the library, and why it was
+    not named; ci95: interval of every pole; at_edge: whether a pole lies at an end of the band, where a slope that goes
+    on outside looks like one."""
 
     channel: str
     poles_Hz: tuple[float, ...]
@@ -118,7 +118,8 @@ class Tested:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The whole answer. before, after: residuals on unseen records; fit: of the augmented model to A."""
+    """The result of the whole analysis. before, after: residuals on unseen records; fit: of the augmented model to
+    A."""
 
     model: str
     verdict: str

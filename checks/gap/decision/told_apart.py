@@ -1,8 +1,8 @@
-"""Explanations that the unit's own responses do not tell apart, told apart by its experiments ([GAP] 11).
+"""Explanations that the unit's own responses do not distinguish, distinguished by its experiments ([GAP] 11).
 
-Every rival is fitted to A of all conditions and compared on B of all. Two effects are told apart as two explanations
-are on one condition. An effect and other values of calibrated parameters that imitate it are compared with next to
-nothing known of those values beforehand: otherwise the priors would decide, and they spoke before.
+Every rival is fitted to A of all conditions and compared on B of all. Two effects are distinguished as two explanations
+are on one condition. An effect and other values of calibrated parameters that imitate it are compared with next to no
+prior of those values: otherwise the priors would decide, and they were used before.
 """
 
 from collections.abc import Sequence

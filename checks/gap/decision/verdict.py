@@ -1,4 +1,4 @@
-"""What may be said: names with their numbers, what cannot be told apart, and the one word ([GAP] 10 to 12)."""
+"""The verdict: names with their numbers, effects that cannot be distinguished, and the one word ([GAP] 10 to 12)."""
 
 from collections.abc import Mapping, Sequence
 

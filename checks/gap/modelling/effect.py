@@ -21,7 +21,7 @@ NO_SLOW_LIMIT: Mapping[str, float] = {}
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of an effect, in the unit that its name says ([DESIGN] 6).
+    """One parameter of an effect, in the unit that its name ends in ([DESIGN] 6).
 
     lo, hi: physical bounds. off: the value at which the effect does nothing (NaN: the model's own). start: where a fit
     begins; scale: what counts as a step. sets, adds: the model's parameters that take the value, or the value on top of
@@ -96,7 +96,7 @@ class Effect:
     its absolute value; sources: keys of its descriptions ("[STB] 3.1.6"); experiment: the measurement that shows it
     separately. How it enters the model, one of: its parameters' `sets` and `adds`; `turns`, parameters whose sign
     changes (it is then found before any search, on its channel); `factor`, (values, s (F,)) -> (F,) by which its
-    channels are multiplied. None of these: responses do not show it. slow: what slow records tell about it. How the
+    channels are multiplied. None of these: responses do not show it. slow: how it is seen in slow records. How the
     drive is simulated in time, if it is not a parameter of the model: bends, (values, amplitude [V]) -> what the drive
     (N,) [V] becomes; path, values -> the filter that it passes first."""
 

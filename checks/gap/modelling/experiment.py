@@ -1,11 +1,11 @@
-"""Measurements that tell explanations apart: the menu of [GAP] 11, in the order in which they are asked for."""
+"""Measurements that distinguish explanations: the menu of [GAP] 11, in the order in which they are requested."""
 
 from collections.abc import Iterable
 from enum import Enum
 
 
 class Experiment(Enum):
-    """What to do at the bench, in words. The sharpest and least troublesome stands first."""
+    """What to do at the bench, in words. The sharpest and least troublesome comes first."""
 
     MASS = "repeat with +0.5 kg on the payload: an added mass moves what depends on the payload, nothing else"
     UNPLUG = "unplug the sensor stack at the amplifier and record Vs: what is left is cross-talk"

@@ -1,4 +1,5 @@
-"""Slow records: loops under slow sines of growing amplitude tell hysteresis from creep, and a drive that bends.
+"""Slow records: loops under slow sines of growing amplitude distinguish hysteresis from creep, and show a drive that
+bends.
 
 The opening of a loop relative to its height is  creep's share (alike at every amplitude) + hysteresis' share (in
 proportion to it: Rayleigh; [BERTOTTI98] 2.3). Both by weighted least squares.

@@ -14,8 +14,8 @@ class Thresholds:
     p_global: float = 1e-3
     # Power at which detection limits are stated ([GAP] 4).
     power: float = 0.90
-    # Two explanations are not told apart when their log-likelihoods on unseen records differ by less: 2 delta lnL < 9.2
-    # is 99 % of chi-square with two degrees of freedom.
+    # Two explanations are not distinguished if their log-likelihoods on unseen records differ by less: 2 delta lnL
+    # < 9.2 is 99 % of chi-square with two degrees of freedom.
     two_delta_lnL: float = 9.2
     # G of a channel from which on a model does not explain it, whatever chance says: G of a model that is right but for
     # errors within its tolerance is 1 at most; half as much again is left for what the noise's own estimate does.

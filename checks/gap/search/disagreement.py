@@ -3,9 +3,9 @@
 An explanation may be right and yet leave something: another effect, or what no effect of the library does. Compared as
 if noise and tolerance were all that it may leave, whatever bends the model towards the rest wins, and intervals are far
 too narrow ([KENNEDY01]; [BRYNJARSDOTTIR14]). Here the rest is a random function of frequency in every channel, smooth
-over half an octave, of a size that is free in each half octave. A cell (channel and half octave) then says two real
-numbers about that size, however many bins it has. With E the whitened energy of a cell's n bins and Q = E / 2n, the
-profile likelihood over all sizes is
+over half an octave, of a size that is free in each half octave. A cell (channel and half octave) then holds two real
+numbers of information on that size, however many bins it has. With E the whitened energy of a cell's n bins and Q = E /
+2n, the profile likelihood over all sizes is
 
     ln L = - sum over cells of (2 / 2) ln max(Q, 1) - (priors) / 2,
 

@@ -92,7 +92,7 @@ def explain_beside(search: Search, found: SearchResult) -> SearchResult:
                 response = last.response.without(step.member.name).with_member(member)
                 at = {k: v for k, v in last.at.items() if not k.startswith(f"{step.member.name}.")}
                 at |= {k: v for k, v in b.at.items() if k.startswith(f"{member.name}.")}
-                with suppress(ModelError):  # nothing stands with such values: no rival
+                with suppress(ModelError):  # the strut is not held at such values: no rival
                     rivals.append(search.refitted(response, at))
     adequate = [own, *(c for c in rivals if c.adequate)]
     return _done(search, base, adequate, (*tried, own, *rivals))

@@ -126,7 +126,7 @@ class _Problem:
     def residual(self, x: Array) -> Array:
         try:
             error = self.data.H - self.response.frf(self.data.f, self.values(x), self.data.channels)
-        except ModelError:  # nothing stands with these values: the search turns back
+        except ModelError:  # the strut is not held at these values: the search turns back
             return np.full(1, np.inf)
         white = self.data.whitener(error)
         if self.scatter is not None:

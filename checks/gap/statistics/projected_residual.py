@@ -1,8 +1,8 @@
 """Residuals of a calibrated model made independent, with all that its calibrated parameters can explain taken out.
 
-Whitened residuals and the priors' rows stand in one vector r (n,); J (n, p) are its derivatives by the calibrated
+Whitened residuals and the priors' rows form one vector r (n,); J (n, p) are its derivatives by the calibrated
 parameters. What is left by J, r - Q Q' r with Q R = J, does not change with any small error of the calibration, so it
-is standard normal whenever noise, tolerance and priors are what the model says: no refit is needed to know its null.
+is standard normal if noise, tolerance and priors are those of the model: no refit is needed to know its null.
 """
 
 from dataclasses import dataclass, replace

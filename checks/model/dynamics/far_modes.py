@@ -1,4 +1,4 @@
-"""Modes far above the band, whose part of a response is so smooth that a few frequencies tell all of it.
+"""Modes far above the band, whose part of a response is so smooth that a few frequencies determine it.
 
 Below such a mode the real part of its response, and the imaginary part over w, are polynomials in w^2 but for an error
 that falls with every Chebyshev point: for a pole at FAR of the band's end (in w^2) by 7.9 a point, the semi-axes' sum

@@ -1,4 +1,4 @@
-"""The encoder's head and ruler weigh more or less than the model says ([STB] 5.1.1 and 5.1.2: the encoder's mass moves
+"""The encoder's head and ruler weigh more or less than in the model ([STB] 5.1.1 and 5.1.2: the encoder's mass moves
 the strut's modes from 227, 337, 398 to 197, 290, 376 Hz)."""
 
 from checks.gap.modelling.effect import Effect, Parameter

@@ -1,5 +1,5 @@
-"""The joints give way along their axis more or less than the model says ([STB] 6.3.2: the axial stiffness moves the
-zero near 500 Hz; 94 N/um by finite elements, 70 in a later model)."""
+"""The joints are softer or stiffer along their axis than in the model ([STB] 6.3.2: the axial stiffness moves the zero
+near 500 Hz; 94 N/um by finite elements, 70 in a later model)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment

@@ -1,4 +1,4 @@
-"""The payload is heavier or lighter than the model says ([STB] 3.2.1: 5.7 kg; the axial resonance goes with the root of
+"""The payload is heavier or lighter than in the model ([STB] 3.2.1: 5.7 kg; the axial resonance goes with the root of
 stiffness over mass)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
