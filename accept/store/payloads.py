@@ -1,4 +1,4 @@
-"""Every kind of event that a store holds, each with its payload: what writes an event, and what reads it.
+"""Every kind of event that a store holds, each with the typed payload that writes and reads it.
 
 A kind grows by keys with a default, so that stores of earlier versions are read. No key changes its name or meaning.
 """
@@ -27,7 +27,7 @@ class Payload(Document):
 
     def about(self, subject: str = "", spec: str = "") -> NewEvent:
         """Return the event to append. subject: a unit's serial; spec: `name@sha256`. Raises DocumentError if the
-        payload is not of its types: what is stored once and cannot be read would stop the store for ever."""
+        payload is not of its types: an unreadable event would block the store for ever."""
         payload = self.to_json()
         self.from_json(payload)
         return NewEvent(self.KIND, subject, payload, spec)
@@ -52,7 +52,7 @@ def payload_of(event: Event, *kinds: type[Payload]) -> Payload | None:
 
 @dataclass(frozen=True)
 class PlaceInBatch(Document):
-    """Where a unit stood in the batch that judged it."""
+    """The place of a unit in the batch that judged it."""
 
     seq: Annotated[int, "number of the event `batch_started`"]
     place: Annotated[int, "place of the unit among its folders, 0, 1, 2 ..."]
@@ -89,7 +89,7 @@ class CertificateWritten(Payload, what="certificate_written"):
 
 @dataclass(frozen=True)
 class Decision(Document):
-    """What is to be done with a unit that was not accepted."""
+    """The disposition of a unit that was not accepted."""
 
     choice: Annotated[str, "`use-as-is`, `rework`, `measure-again`, `return` or `scrap`"]
     reason: str
@@ -125,7 +125,7 @@ class BatchFinished(Payload, what="batch_finished"):
 
 @dataclass(frozen=True)
 class BaselineSet(Payload, what="baseline_set"):
-    """The process of a quantity was named the one that later values are compared with."""
+    """The values of a quantity were made the baseline that later values are compared with."""
 
     quantity: str
     group: Annotated[str, "`all`, or what the chart is of, `bench: B1`"]
@@ -140,7 +140,7 @@ class BaselineSet(Payload, what="baseline_set"):
 
 @dataclass(frozen=True)
 class SignedBy(Document):
-    """Who decided, signed with a key of quality assurance."""
+    """The person who decided, with a signature by a key of quality assurance."""
 
     person: str
     time: Annotated[str, "UTC, ISO 8601"]
@@ -150,7 +150,7 @@ class SignedBy(Document):
 
 @dataclass(frozen=True)
 class CopiesResolved(Payload, what="copies_resolved"):
-    """A person said which unit a recording belongs to that several units share."""
+    """Quality assurance decided to which unit a recording belongs that several units share."""
 
     parties: Annotated[
         tuple[tuple[str, str, str], ...], "serial, record and hash of its content, wherever it was found"
@@ -183,7 +183,7 @@ class GoldenNamed(Payload, what="golden_named"):
 
 @dataclass(frozen=True)
 class GoldenRetired(Payload, what="golden_retired"):
-    """A unit is no golden unit any more."""
+    """A unit is no longer a golden unit."""
 
     reason: str
 
@@ -225,7 +225,7 @@ class InstrumentCalibration(Document):
 
 @dataclass(frozen=True)
 class _Capture(Document):
-    """What `captured` and `capture_failed` share."""
+    """The common keys of `captured` and `capture_failed`."""
 
     section: Annotated[str, "section of `unit.toml`"]
     instrument: Annotated[str, "its name in the bench file"]

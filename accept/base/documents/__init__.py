@@ -1,2 +1,2 @@
-"""The documents that programs outside read: one typed model of each, which writes it, reads it and fills the page of
+"""The documents for other programs: one typed model of each, which writes it, reads it and fills the page of
 formats."""

@@ -1,4 +1,4 @@
-"""What all typed documents share: they are dataclasses, and pydantic reads and writes their JSON."""
+"""Base of all typed documents: they are dataclasses, and pydantic reads and writes their JSON."""
 
 import json
 from collections.abc import Callable
@@ -19,14 +19,15 @@ class DocumentError(AcceptError, ValueError):
 
 
 def only_if(given: Callable[[Any], bool] = lambda value: value is not None) -> Any:
-    """Field that is written only if its value is `given`: an addition to a document, absent from older ones."""
+    """Return a field that is written only if its value is `given`: an addition to a document, absent from older
+    ones."""
     return Field(exclude_if=lambda value: not given(value))
 
 
 class Document:
     """A JSON object with typed keys, for frozen dataclasses to derive from.
 
-    Keys are written in the order of the fields. A key that is unknown here is passed over, since documents grow by
+    Keys are written in the order of the fields. A key that is unknown here is ignored, since documents grow by
     addition; an absent one takes the field's default, or is an error if the field has none. Types are strict: no text
     is taken for a number, no NaN or infinity is read.
     """
@@ -56,7 +57,7 @@ class Document:
 
     @classmethod
     def from_json(cls, entry: Any) -> Self:
-        """Read a document out of what `json.loads` made of it. Raises as `from_text`."""
+        """Read a document from the return value of `json.loads`. Raises as `from_text`."""
         try:
             return cls.from_text(json.dumps(entry, allow_nan=False))
         except (TypeError, ValueError) as e:
@@ -65,7 +66,7 @@ class Document:
 
 def _without_halves(content: str | bytes) -> bytes | None:
     """Return JSON with a question mark for each half of a surrogate pair, which Python writes for a byte of a file
-    name that is not UTF-8; None if it has none or is no JSON."""
+    name that is not UTF-8; None if it has none or is not JSON."""
     try:
         text = json.dumps(json.loads(content), ensure_ascii=False)
     except (ValueError, RecursionError):
@@ -76,7 +77,8 @@ def _without_halves(content: str | bytes) -> bytes | None:
 
 @cache
 def _validator(kind: Any) -> SchemaValidator:
-    """Return what reads a document. It keeps no text that it has read, so that memory stays flat over many events."""
+    """Return the reader of a document. It keeps no text that it has read, so that memory stays flat over many
+    events."""
     return SchemaValidator(_adapter(kind).core_schema, CoreConfig(cache_strings=False))
 
 

@@ -1,4 +1,4 @@
-"""gap.json: what the gap workflow found missing from the model of a unit ([DESIGN] 6)."""
+"""gap.json: the effects that the gap workflow found missing from the model of a unit ([DESIGN] 6)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -106,7 +106,7 @@ class CandidateEffect(Document):
 
 @dataclass(frozen=True)
 class GapStep(Document):
-    """What one named effect left of the gap."""
+    """The gap that is left after one more named effect."""
 
     effect: Annotated[str | None, "null for the model alone"]
     channels: Annotated[Mapping[str, Number], "G of each channel"]
@@ -114,7 +114,7 @@ class GapStep(Document):
 
 @dataclass(frozen=True, kw_only=True)
 class GapDocument(Document):
-    """What the gap workflow found missing from the model of a unit."""
+    """The effects that the gap workflow found missing from the model of a unit."""
 
     serial: str
     model: str

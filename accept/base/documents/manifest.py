@@ -35,7 +35,7 @@ class InputFile(Document):
 
 @dataclass(frozen=True)
 class Manifest(Document):
-    """What is not in the other attachments of a certificate, and the hash of every input."""
+    """The statements that are not in the other attachments of a certificate, and the hash of every input."""
 
     format: Annotated[int, "2; 1 for certificates of early versions, which lack the keys marked *later*"]
     serial: str

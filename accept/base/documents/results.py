@@ -1,4 +1,4 @@
-"""The entry of a unit in results.json: what the store, the certificate and scripts have of a judged unit."""
+"""The entry of a unit in results.json: the form of a judged unit in the store, the certificate and scripts."""
 
 import math
 from collections.abc import Mapping
@@ -46,7 +46,7 @@ class Information(Document):
 
 @dataclass(frozen=True)
 class UnitEntry(Document):
-    """A unit in `units` of results.json. Keys from `copies` on are there only if they say something."""
+    """A unit in `units` of results.json. Keys from `copies` on are there only if they are not empty."""
 
     serial: str
     kind: Annotated[str, "`apa` or `strut`"]
@@ -105,7 +105,7 @@ class Refused(Document):
 
 @dataclass(frozen=True)
 class ResultsDocument(Document):
-    """What a batch found."""
+    """The results of a batch."""
 
     accept_version: str
     spec: Annotated[SpecName | None, "the first of `specs`"]
