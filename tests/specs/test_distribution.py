@@ -88,7 +88,7 @@ def test_a_clean_environment_of_each_interpreter(wheel, python, tmp_path):
     assert done.returncode == 0, done.stderr
     home = {"HOME": str(tmp_path), "ACCEPT_HOME": str(tmp_path / "home")}
     demo = run(place / "bin" / "accept", "demo", "--out", tmp_path / "demo", cwd=tmp_path, **home)
-    assert demo.returncode == 3, demo.stderr  # one of the seven actuators is rejected
+    assert demo.returncode == 0, demo.stderr
     assert len(list((tmp_path / "demo" / "certificates").glob("*.pdf"))) == 8
     site = run(place / "bin" / "accept", "site", "--out", tmp_path / "page", cwd=tmp_path, **home)
     assert "pip install" not in site.stderr
