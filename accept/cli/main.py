@@ -61,12 +61,9 @@ COMMANDS: dict[str, Command | Group] = {
         "The event store: who did what, when and by which spec.",
         {
             "check": Command("trust.store:check", "Walk the chain of events."),
-            "log": Command("trust.store:log", "List who did what, when, with which verdict, by which spec and code."),
+            "log": Command("trust.store:log", "List who did what, when, by which spec and code."),
             "head": Command("trust.store:head", "Export the signed head of the chain, to be kept elsewhere."),
-            "publish": Command(
-                "trust.store:publish_list",
-                "Publish this bench's judgements and signatures, as hashes, for `accept verify --log FILE`.",
-            ),
+            "publish": Command("trust.store:publish_list", "Publish the list of judgements and signatures."),
             "copies": Command("trust.store:copies", "List recordings that stand in two places, and whose they are."),
             "resolve": Command("trust.store:resolve_copies", "Say whose a recording is that stands in two places."),
             "backup": Command("trust.store:backup", "Copy the whole store into one file."),

@@ -18,6 +18,7 @@ from checks.consistency.relations import PAYLOAD
 from checks.verdict import Finding, Verdict, unit_verdict
 
 RESONANCE, BY_RESONANCE = "axial_resonance_Hz", "k_resonance_N_per_um"
+ADDED_MASS = "bench.payload_kg"  # what an effect adds to if it is a mass on the bench
 NARROW = 0.2  # of an interval over its upper end: one number suffices
 
 
@@ -60,8 +61,13 @@ def _by_contradiction(resonance: Finding, findings: Sequence[Finding], stated: f
 
 def _by_gap(resonance: Finding, gap: Mapping[str, Any] | None, stated: float) -> tuple[float, float] | None:
     """Return the interval of the mass beyond the stated one [kg] that the gap analysis names."""
-    named = next((n for n in (gap or {}).get("named", []) if n["effect"] == "payload_mass"), None)
-    if named is None or resonance.value is None:
+    if gap is None or resonance.value is None:
+        return None
+    from checks.gap.effects import EFFECTS  # loads the library: only for a unit whose responses were searched
+
+    of_payload = {name for name, effect in EFFECTS.items() if any(ADDED_MASS in p.adds for p in effect.parameters)}
+    named = next((n for n in gap.get("named", []) if n["effect"] in of_payload), None)
+    if named is None:
         return None
     lo, hi = _interval(named["parameters"])
     if not (lo > 0 if _is_low(resonance) else hi < 0) or not stated + lo > 0:

@@ -116,7 +116,7 @@ def golden_check(
     hours: Annotated[float, typer.Option(min=0.1, help="How long ago the shift began [h].")] = 12.0,
     operator: AtTheBench = None,
 ) -> Exit:
-    """Compare golden units with their history. Exit 3 if one is missed: the bench then judges nothing."""
+    """Compare golden units with their references. Exit 3 if one is missed: the bench then judges nothing."""
     since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=hours)
     with open_store() as store:
         found = check_goldens(store, since, operator_name(operator))

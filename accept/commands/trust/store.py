@@ -85,7 +85,7 @@ def head(out: Annotated[Path | None, typer.Option(help="File to write; else stdo
 def publish_list(
     file: Annotated[Path, typer.Argument(help="The list, shared with other benches; made if absent.")],
 ) -> Exit:
-    """Publish this bench's judgements and signatures, as hashes, for `accept verify --log FILE`."""
+    """Publish the list of judgements and signatures. Hashes of this bench's events, for `accept verify --log FILE`."""
     ca = keys.ca(home())
     bench = keys.bench_certificate(home(), ca)
     if bench is None:
@@ -155,7 +155,7 @@ def log(
     serial: Annotated[str | None, typer.Argument(help="Only events of this unit.")] = None,
     full: Annotated[bool, typer.Option("--full", help="With payload and hash of every event.")] = False,
 ) -> Exit:
-    """List who did what, when, with which verdict, by which spec and code."""
+    """List who did what, when, by which spec and code."""
     found = False
     with open_store(check=False) as store:
         if problem := store.check():

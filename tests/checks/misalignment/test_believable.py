@@ -101,7 +101,7 @@ def test_an_axis_that_the_data_do_not_show(
     found = replace(found, unknown=unobservable(found))
     assert set(found.unknown) == unknown
     if unknown:
-        document = as_document("X-1", found)
+        document = as_document("X-1", found).to_json()
         assert document["verdict"] == "no_result"
         assert document["reason"]
         for axis in ("dx", "dy"):
