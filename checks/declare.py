@@ -3,16 +3,13 @@
 The reader of `unit.toml`, the form in the workflow, the validation of a spec and the documentation all come from here.
 """
 
+import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from checks.cause import declare_record
 from checks.quantity import Outcome
-from checks.record import Record
 from specs.labels import label_from_name
 from specs.spec import CheckSpec
 from specs.units import unit_of
@@ -25,8 +22,8 @@ class Scalar:
 
     name: str
     label: str
-    lo: float = -np.inf
-    hi: float = np.inf
+    lo: float = -math.inf
+    hi: float = math.inf
     optional: bool = False
     default: float | None = None
     usual: tuple[float, float] | None = None
@@ -99,7 +96,6 @@ class Measured:
     U: float | None = None
 
 
-Value = Measured | NDArray[np.float64] | Mapping[str, NDArray[np.float64]] | Record
 Values = Mapping[str, Any]
 """What a check receives: input name -> Measured (Scalar), (size,) array (Vector), column -> (N,) array (Table), Record
 (Series). An input that was not given is absent."""

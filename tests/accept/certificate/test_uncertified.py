@@ -2,8 +2,8 @@
 between; anything else is another attempt, which names the certificate that is still about."""
 
 import hashlib
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import pytest
 from typer.testing import CliRunner, Result
@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 from accept.batch.pipeline import Pipeline
 from accept.certificate.trust import encrypted_key
 from accept.cli.main import app
-from accept.store import Event, Store, open_store
+from accept.store import Event, NewEvent, Store, open_store
 from tests.accept.units.units import GOOD, make_unit
 
 
@@ -53,15 +53,15 @@ def judgements() -> int:
 def test_stopped_after_the_file_and_before_its_event(command: str, unit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The signed file lies there and nobody was told of it: the next run makes it again, as the first attempt."""
 
-    append = Store.append
+    append_many = Store.append_many
 
-    def stopped(store: Store, what: str, *given: Any, **more: Any) -> Event:
-        if what == "certificate_signed":
+    def stopped(store: Store, entries: Sequence[NewEvent], *, who: str) -> list[Event]:
+        if any(entry.what == "certificate_signed" for entry in entries):
             raise OSError("stopped here")
-        return append(store, what, *given, **more)
+        return append_many(store, entries, who=who)
 
     with monkeypatch.context() as cut:
-        cut.setattr(Store, "append", stopped)
+        cut.setattr(Store, "append_many", stopped)
         with pytest.raises(AssertionError, match="stopped here"):
             certify_by(command, unit)
     assert attempt_on(unit.parent / "out" / "certificates" / "A-1.pdf", 4) == "attempt: 1"  # the store does not know it

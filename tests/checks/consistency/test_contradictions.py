@@ -106,7 +106,10 @@ def test_both_findings_are_without_a_result_and_what_failed_fails() -> None:
     assert unit_verdict(findings) is UnitVerdict.ACCEPTED
     k, f, stroke = held_together(findings, there)
     assert [x.verdict for x in (k, f, stroke)] == [Verdict.NO_RESULT, Verdict.NO_RESULT, Verdict.PASS]
-    assert "k_resonance_N_per_um = 2.3 N/um" in str(k.reason)
+    assert k.reason == f.reason
+    one = there["k_closed_N_per_um"].value
+    stated = f"Stiffness, from the resonance = 2.3 N/um and Stiffness, closed circuit = {one:.4g} N/um contradict"
+    assert str(k.reason).startswith(stated)
     failed = replace(findings[0], verdict=Verdict.FAIL, reason="x")
     k, f, _ = held_together([failed, *findings[1:]], there)
     assert (k.verdict, f.verdict) == (Verdict.FAIL, Verdict.NO_RESULT)
