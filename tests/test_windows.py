@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.windows_run import OURS, POSIX_ONLY
+from tests.windows_run import OURS, POSIX_ONLY, SIGNAL_TIMER
 
 ROOT = Path(__file__).parent.parent
 # What `os` and `signal` have on POSIX only, as far as programs use it (Python's documentation: "Availability: Unix").
@@ -19,6 +19,8 @@ FUNCTIONS = {
     "SIGUSR1", "SIGALRM", "alarm", "setitimer", "pause", "AF_UNIX", "WNOHANG",
 }  # fmt: skip
 SIMULATED = Path("hw/simulated/server.py")
+# It asks for the timer before it sets it; `windows_run` takes the timer away, and with it all that this file may name.
+ASKS = {Path("accept/base/watchdog.py"): set(SIGNAL_TIMER)}
 
 
 def test_the_whole_way_without_posix_modules(tmp_path: Path):
@@ -60,7 +62,8 @@ def test_no_function_that_windows_lacks():
         f"{path}:{node.lineno} {node.value.id}.{node.attr}"
         for path, node in nodes()
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)
-        if node.value.id in ("os", "signal", "socket") and node.attr in FUNCTIONS and path != SIMULATED
+        if node.value.id in ("os", "signal", "socket") and node.attr in FUNCTIONS - ASKS.get(path, set())
+        if path != SIMULATED
     ]
     assert not used
 

@@ -1,19 +1,20 @@
 """Run in a process of its own by `test_windows`: this project without the modules and functions that only POSIX has.
 
 The libraries keep theirs (pyserial chooses its port by the system, as does the standard library); whatever accept, hw,
-checks or specs ask for is not there, and neither is what Windows' `os` lacks.
+checks or specs ask for is not there, and neither is the timer that Windows' `signal` lacks.
 """
 
 import builtins
 import importlib
 import os
 import pkgutil
+import signal
 import sys
 from pathlib import Path
 
 OURS = ("accept", "hw", "checks", "specs")
 POSIX_ONLY = {"fcntl", "termios", "tty", "pty", "resource", "pwd", "grp", "curses", "readline", "posix", "syslog"}
-
+SIGNAL_TIMER = ("SIGALRM", "setitimer", "ITIMER_REAL")
 
 true_import = builtins.__import__
 
@@ -28,6 +29,9 @@ def hidden_import(name, globals=None, locals=None, fromlist=(), level=0):
 def hide() -> None:
     """A finder on `sys.meta_path` would not be asked for what the standard library has already loaded."""
     builtins.__import__ = hidden_import
+    for name in SIGNAL_TIMER:
+        if hasattr(signal, name):
+            delattr(signal, name)
 
 
 def import_all() -> None:
