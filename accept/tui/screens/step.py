@@ -15,6 +15,7 @@ from accept.tui.screens.capture_dialogue import CaptureDialogue
 from accept.tui.screens.record_picker import Pick
 from accept.tui.screens.step_form import StepForm
 from accept.tui.widgets.fields import Field, FieldPlace, places
+from accept.tui.widgets.live_value import Gauge
 from accept.workflow.capture import capture
 from accept.workflow.entry.parse_entry import EntryError, doubt, parse_list, parse_number, parse_scalar, usual_range
 from accept.workflow.steps.plan import has_files
@@ -46,7 +47,7 @@ class StepScreen(StepForm):
 
     async def action_enter(self) -> None:
         """Save what stands in the line, and go on at once: the next key belongs to the next line."""
-        field = await self._typed_field()
+        field = await self._typed_field() or self._refused()
         if field is None:
             self.leave(True)  # nothing is missing here: the list opens the next step
         elif not field.input.value.strip():
@@ -55,6 +56,11 @@ class StepScreen(StepForm):
             self._go_on(field)
         else:
             self._give(field, field.input.value, repeat=False)
+
+    def _refused(self) -> Field | None:
+        """Return the first field whose entry was refused and still stands there: Enter tries it again before the cursor
+        is back, and does not go on without it."""
+        return next((f for f in self.query(Field) if f.has_class("refused") and f.input.value.strip()), None)
 
     def _give(self, field: Field, text: str, repeat: bool, sure: bool = False) -> None:
         """Send what was typed to the store, or say beside the field why not. sure: it was asked about already.
@@ -82,9 +88,9 @@ class StepScreen(StepForm):
         self._go_on(field)
 
     async def _return_to(self, field: Field) -> None:
-        """Put the cursor back to what was refused, unless something was typed elsewhere meanwhile."""
+        """Put the cursor back to what was refused, unless it was saved or something was typed elsewhere meanwhile."""
         here = await self._typed_field()
-        if here is None or not here.input.value:
+        if field.has_class("refused") and (here is None or not here.input.value):
             self.set_focus(field.input)
             field.input.select_all()
 
@@ -139,6 +145,8 @@ class StepScreen(StepForm):
         field.arrived()
         self.say(f"Saved ({event.seq})", "saved")
         self.show()
+        for gauge in self.query(Gauge):
+            gauge.forget()
         self._follow()
         if self.complete:
             self.judge()

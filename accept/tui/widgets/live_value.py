@@ -37,14 +37,21 @@ class Gauge(Static):
     def follow(
         self, instrument: InstrumentPort | None, unit: str, limit: Limit | None, stored: Measured | None
     ) -> None:
-        """Look at this instrument from now on; without one, show what is stored."""
+        """Look at this instrument from now on; without one, show what is stored. The fault of an instrument stays if it
+        is the same one: the cursor comes back to the line whose reading failed."""
         self.leave()
-        self._whose, self._unit, self._limit, self._value, self._fault = "", unit, limit, stored, ""
+        if instrument is None or instrument.name != self._whose:
+            self._fault = ""
+        self._whose, self._unit, self._limit, self._value = "", unit, limit, stored
         self._token = token = object()
         if instrument is not None:
             self._whose, self._value = instrument.name, None
             self._watch = Watch(instrument, unit, partial(self._tell, token))
         self._draw()
+
+    def forget(self) -> None:
+        """Forget the last fault: a value was saved since."""
+        self._fault = ""
 
     def leave(self) -> None:
         """Look at nothing any more."""

@@ -284,17 +284,17 @@ async def test_when_storing_fails_the_entry_is_kept_and_enter_tries_again(error,
     async with running() as pilot:
         await begin(pilot)
         await press(pilot, "down", "down", "enter")
-        append = Store.append
+        append = Store.append_many
 
         def broken(*_, **__):
             raise error
 
-        monkeypatch.setattr(Store, "append", broken)
+        monkeypatch.setattr(Store, "append_many", broken)
         await type_line(pilot, "365")
         field = pilot.app.screen.query(Field).first()
         assert told in words(pilot, "#status")
         assert field.input.value == "365"
-        monkeypatch.setattr(Store, "append", append)
+        monkeypatch.setattr(Store, "append_many", append)
         await press(pilot, "enter")
         assert "✓ pass" in words(pilot, "#head")
 
@@ -304,7 +304,7 @@ async def test_an_unexpected_error_is_not_swallowed(monkeypatch):
         async with running() as pilot:
             await begin(pilot)
             await press(pilot, "down", "down", "enter")
-            monkeypatch.setattr(Store, "append", lambda *_, **__: {}["bug"])
+            monkeypatch.setattr(Store, "append_many", lambda *_, **__: {}["bug"])
             await type_line(pilot, "365")
 
     with pytest.raises(KeyError, match="bug"):

@@ -49,15 +49,15 @@ def test_what_is_typed_is_stored_in_order_however_fast_the_keys_and_slow_the_sto
 
 async def _typed_ahead(values: list[float], pauses: list[int], delays: list[float], comma: bool) -> None:
     serial = f"APA-{time.monotonic_ns()}"
-    append, waits = Store.append, iter(delays)
+    append, waits = Store.append_many, iter(delays)
 
-    def slow(self, what, *more, **named):
-        if what == "value_taken":
+    def slow(self, entries, **named):
+        if any(entry.what == "value_taken" for entry in entries):
             time.sleep(next(waits, 0.0))
-        return append(self, what, *more, **named)
+        return append(self, entries, **named)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Store, "append", slow)
+        patch.setattr(Store, "append_many", slow)
         async with running() as pilot:
             await begin(pilot, serial)
             await press(pilot, "enter")

@@ -121,7 +121,7 @@ def test_a_long_look_does_not_swell_the_store():
     traffic = [Traffic(float(n), "read", b"x") for n in range(MOST_TRAFFIC + 7)]
     kept = bounded(traffic)
     assert kept[1:] == traffic[7:]
-    assert kept[0].data == b"7 earlier lines were live readings that were not saved"
+    assert kept[0].data == b"7 earlier lines are not kept here"
     assert bounded(traffic[:5]) == traffic[:5]
 
 
