@@ -19,13 +19,21 @@ from accept.store.store import Store
 BENCH_KEY = "bench.key"  # in the bench's folder
 
 
-def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool = True, make: bool = True) -> Store:
+def open_store(
+    url: str | None = None,
+    *,
+    timeout_s: float = 20.0,
+    check: bool = True,
+    make: bool = True,
+    bench: Path | None = None,
+) -> Store:
     """Open the store, made if absent: `url`, else `ACCEPT_STORE_URL`, else `store.sqlite` in the bench's folder.
 
     url : an SQLAlchemy URL. timeout_s : how long to wait for another program's lock [s]. check : the chain must be
     unbroken (`Store.verify`); False only to inspect a damaged store. make : make what is absent, indexes too; if False
-    nothing is written, and only the events can be read. Raises StoreError if the store cannot be opened or made, was
-    written by a newer version, or fails its integrity check.
+    nothing is written, and only the events can be read. bench : folder of the bench whose key signs seal and heads,
+    else the bench's own. Raises StoreError if the store cannot be opened or made, was written by a newer version, or
+    fails its integrity check.
     """
     chosen = url or os.environ.get("ACCEPT_STORE_URL") or None
     with reported(chosen.split("@")[-1] if chosen else "the event store"):  # after the @: no password in a message
@@ -42,7 +50,7 @@ def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool =
         _warn_of_open_home(Path(str(parsed.database)).parent)
     anchor = Anchor.beside(parsed)
     file = Path(str(parsed.database)) if anchor else None
-    store = Store(engine, where, anchor, _sealer(parsed, file), file)
+    store = Store(engine, where, anchor, _sealer(parsed, file, bench), file)
     if check:
         try:
             store.verify(whole=made)
@@ -62,15 +70,16 @@ def _warn_of_open_home(folder: Path) -> None:
         say(f"warning: {folder}: every user of this machine can replace keys and store there; chmod o-w {folder}")
 
 
-def _sealer(url: URL, file: Path | None) -> Sealer | None:
+def _sealer(url: URL, file: Path | None, bench: Path | None) -> Sealer | None:
     """Return the sealer: beside the file of SQLite, or in the bench's folder for a server; None for a database in
     memory."""
     if file is not None:
-        return Sealer(file.with_suffix(".seal"), home() / BENCH_KEY)
+        return Sealer(file.with_suffix(".seal"), (bench or home()) / BENCH_KEY)
     if url.get_backend_name() == "sqlite":
         return None
     named = hashlib.sha256(f"{url.host}:{url.port}/{url.database}?{url.query}".encode()).hexdigest()[:16]
-    return Sealer(home() / f"store-{named}.seal", home() / BENCH_KEY)
+    place = bench or home()
+    return Sealer(place / f"store-{named}.seal", place / BENCH_KEY)
 
 
 def _default_path() -> Path:

@@ -1,7 +1,7 @@
 """Training: a simulated unit with a hidden fault, on simulated instruments, in a folder apart from the real bench."""
 
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,7 +81,7 @@ def open_training(spec: str | None, seed: int | None) -> Workbench:
     (records / UNIT_FILE).unlink()  # the technician finds records, not their list
     instruments = TrainingInstruments(bench.bench_file, taught)
     running.callback(instruments.close)
-    store = open_store(f"sqlite:///{place / 'store.sqlite'}", timeout_s=LOCK_WAIT_S)
+    store = open_store(f"sqlite:///{place / 'store.sqlite'}", timeout_s=LOCK_WAIT_S, bench=place)
     return Workbench(
         store, place, {chosen.kind: chosen}, instruments, records, hidden=hidden, proposed=serial, closing=running.close
     )
@@ -94,12 +94,18 @@ def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, st
     fault = rng.choice(possible)
     model = on_bench(drawn(open_model(SIMULATED_MODEL[kind]), seed), kind)
     request = UnitRequest(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
-    return request, hidden_words(fault)
+    return request, hidden_words(fault, kind)
 
 
-def hidden_words(fault: str | None) -> str:
-    """Return the hidden fault, and which findings had to show it."""
+def hidden_words(fault: str | None, kind: str) -> str:
+    """Return the hidden fault of a unit of a kind, and which findings had to show it before any gap analysis."""
     if fault is None:
         return "Nothing was wrong with this unit: every finding had to pass."
-    shows = ", ".join(f"{label_of(quantity)}: {verdict.replace('_', ' ')}" for quantity, verdict in FAULTS[fault].shows)
-    return f"Hidden in this unit: {FAULTS[fault].words}.\nIt had to show as {shows}."
+    hidden = FAULTS[fault]
+    before, after = hidden.shown(kind), hidden.shows
+    explained = f" After the gap analysis: {_said(after)}." if after != before else ""
+    return f"Hidden in this unit: {hidden.words}.\nIt had to show as {_said(before)}.{explained}"
+
+
+def _said(shows: Sequence[tuple[str, str]]) -> str:
+    return ", ".join(f"{label_of(quantity)}: {verdict.replace('_', ' ')}" for quantity, verdict in shows)
