@@ -89,6 +89,7 @@ async def test_a_training_unit_is_measured_judged_signed_and_revealed(kind):
         assert findings[label] == verdict.replace(" ", "_")
     if not shown:
         assert set(findings.values()) == {"pass"}
+    assert not (home() / "bench.key").exists()
     with open_store() as store:  # a training never leaves anything in the real bench's record
         assert store.head().seq == 0
     assert not (home() / "keys").exists()
