@@ -54,7 +54,7 @@ def check_list(signed: bytes, contents: CertificateContent, when: datetime, list
     digest = hashlib.sha256(signed).hexdigest()
     signature = next((e for e in mine if e.what == SIGNED and e.content == digest), None)
     if signature is None:
-        older = datetime.fromisoformat(own.time) < when
+        older = datetime.fromisoformat(own.time).replace(microsecond=0) <= when  # a signature's time has whole seconds
         why = "was published before it was signed" if older else "does not hold it: it is not of that bench's store"
         return [Step(f"the list of {own.name} of {_minute(own.time)} {why}", complete=False)]
     judged = [e for e in mine if e.what == JUDGED and e.seq < signature.seq and e.content == contents.record_sha256]

@@ -14,7 +14,7 @@ from accept.gap.reasons import candidates, moved
 from accept.gap.report_pdf import render
 from accept.gap.text import COLUMNS, LINES, gap_number, one_line, summary
 from checks.gap.decision.result import Ambiguous, Nameless, Result
-from checks.gap.empirical import Fitted
+from checks.gap.empirical import FittedElement
 from checks.model.unidentified import Element
 from checks.rounding import rounded
 
@@ -66,7 +66,7 @@ def test_the_first_page_has_sentence_numbers_and_reasons_the_second_the_bode_plo
 def test_an_element_without_a_name_stands_in_the_report(result: Result) -> None:
     element = Element("Vs", 1.034, ((750.4, 0.01),), ((762.8, 0.0098),))
     added = (
-        Added("Vs", Fitted(element, np.eye(5)), 329.0, 0.4),
+        Added("Vs", FittedElement(element, np.eye(5)), 329.0, 0.4),
         Added("de", None, 0.17, 0.17, "agrees as it is"),
     )
     text = text_of(render("X-1", result, added))

@@ -25,7 +25,18 @@ from accept.workflow.worker import panel_cache
 from checks.picture import Image, Line, Mark, Panel
 from checks.verdict import Finding, Verdict
 from hw.records import write_csv
-from tests.accept.tui.tui_help import HEIGHTS, NARROW, WIDE, loader, press, running, shown, type_line, words
+from tests.accept.tui.tui_help import (
+    HEIGHTS,
+    NARROW,
+    WIDE,
+    focused_again,
+    loader,
+    press,
+    running,
+    shown,
+    type_line,
+    words,
+)
 from tests.checks.gap.explained import FOUND, PANELS
 from tests.hw.instruments.fake_instrument import Fake, Only
 
@@ -161,7 +172,9 @@ async def values(pilot: Pilot[None]) -> None:
     await go_to(pilot, "capacitance")
     await shown(pilot, "#gauge", "4.95 uF")
     look(pilot, "live_value")
+    refused = pilot.app.focused
     await type_line(pilot, "4.99 V")
+    await focused_again(pilot, refused)
     look(pilot, "refusal")
     await press(pilot, "escape")
     await go_to(pilot, "stroke")

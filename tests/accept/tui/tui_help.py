@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from textual.pilot import Pilot
+from textual.widget import Widget
 from textual.widgets import Input, Label, Static
 from textual.worker import WorkerFailed
 
@@ -86,6 +87,15 @@ async def shown(pilot: Pilot[None], selector: str, expected: str) -> None:
     while expected not in words(pilot, selector):
         assert time.monotonic() < deadline, f"{expected!r} is not in {words(pilot, selector)!r}"
         await pilot.pause(0.01)
+
+
+async def focused_again(pilot: Pilot[None], line: Widget | None) -> None:
+    """Until the cursor is back in a line, as it comes back to what was refused."""
+    deadline = time.monotonic() + SHOWN_WITHIN_S
+    while pilot.app.focused is not line:
+        assert time.monotonic() < deadline, f"the cursor is in {pilot.app.focused}"
+        await pilot.pause(0.01)
+    await pilot.pause()
 
 
 async def begin(pilot: Pilot[None], serial: str = "APA-02") -> None:
