@@ -6,11 +6,9 @@ import sys
 if not sys.flags.safe_path and sys.path and sys.path[0] in ("", os.getcwd()):
     del sys.path[0]
 
-import sys
-
 from accept import _strangers
 
-if problem := _strangers():  # the folder in which it is started comes first where modules are looked for
+if problem := _strangers():  # of another package in the same environment: the working folder is left out above
     sys.stderr.write(f"accept: {problem}\n")
     sys.exit(6)  # bad input: `Exit.BAD_INPUT` cannot be imported yet
 

@@ -20,14 +20,12 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
     among them, so a re-test is never a first attempt. A unit counts in the group of its first judgement; it passed at
     its first attempt if the first attempt at each of its quantities did. Wilson's interval holds for few units too.
     """
-    judged = frame.drop_duplicates("seq").sort_values("seq", kind="stable")
-    first = judged.drop_duplicates("serial")
+    first = _first_judgements(frame, chosen)
     first = first.assign(**{name: when(first).dt.strftime(text) for name, text in PERIODS.items()})
-    if chosen is not None:
-        first = first[chosen.reindex(first.index, fill_value=False)]
     attempted = first_attempts(frame)
     stopped = set(attempted.loc[attempted["required"] & (attempted["verdict"] != "pass"), "serial"])
     tried = set(attempted["serial"])
+    judged = frame.sort_values("seq", kind="stable")
     last = judged.drop_duplicates("serial", keep="last").set_index("serial")["unit_verdict"].eq("accepted")
     missing = set(last.index[~last]) - stopped  # incomplete to this day, though nothing that was attempted failed
     passed = [serial in tried and serial not in stopped | missing for serial in first["serial"]]
@@ -40,14 +38,18 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
     return grouped.assign(first_pass=share, lo=lo, hi=hi).reset_index()
 
 
+def _first_judgements(frame: pd.DataFrame, chosen: pd.Series | None) -> pd.DataFrame:
+    """Return a row of the first judgement of every unit, of the whole history, if it is among the chosen rows."""
+    first = frame.sort_values("seq", kind="stable").drop_duplicates("serial")
+    return first if chosen is None else first[chosen.reindex(first.index, fill_value=False)]
+
+
 def pareto(frame: pd.DataFrame, chosen: pd.Series | None = None) -> pd.DataFrame:
     """Return what stopped units at the first attempt: check, quantity, verdict, number of units; most frequent first.
 
     frame, chosen: as in `yields`, so that both count the same units.
     """
-    first = frame.sort_values("seq", kind="stable").drop_duplicates("serial")
-    if chosen is not None:
-        first = first[chosen.reindex(first.index, fill_value=False)]
+    first = _first_judgements(frame, chosen)
     attempted = first_attempts(frame[frame["serial"].isin(first["serial"])])
     bad = attempted[attempted["verdict"] != "pass"]
     counted = bad.groupby(["check", "quantity", "verdict"])["serial"].nunique().rename("units").reset_index()
