@@ -231,6 +231,7 @@ class Cause(Enum):
         "U = {U:.3g}{in_unit} is too large beside the limits: at most {most:.3g}{in_unit}, a third of half the zone"
     )
     CALIBRATION = "no valid calibration: {detail}"
+    LEARNED_BENCH = "model {model}: {detail}; learn the bench anew (`accept model learn`)"
     PART_DOUBTED = "each part is accepted before it is built in, and stands in one strut: {detail}"
     NONCONFORMANCE = "held by a nonconformance of the part, which quality assurance decides: {detail}"
     MEMORY_LIMIT = "the records are too large: judging them takes more memory than a worker has ({most:g} GB)"

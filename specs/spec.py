@@ -104,9 +104,24 @@ class GapStart(Strict):
     model: Words
 
 
+class LearnedBenchLimits(Strict):
+    """What a spec asks of the bench that a model learned: that it was learned at most so many days before the unit was
+    measured, and from at least so many units."""
+
+    within_days: int | None = Field(default=None, ge=0)
+    from_units: int | None = Field(default=None, ge=2)
+
+    @model_validator(mode="after")
+    def _asks(self) -> "LearnedBenchLimits":
+        if self.within_days is None and self.from_units is None:
+            raise ValueError("needs within_days, from_units or both")
+        return self
+
+
 class SpecDocument(Strict):
     """The TOML document of a spec. gap: with it, `accept batch` and `accept report` look for what is missing from the
-    model where a unit's responses do not fit it."""
+    model where a unit's responses do not fit it. learned_bench: with it, a finding by a model whose learned bench is
+    too old, or that has none, is conditional at best."""
 
     name: Words
     kind: Literal["apa", "strut"]
@@ -114,6 +129,7 @@ class SpecDocument(Strict):
     serial_pattern: Words = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
     checks: dict[str, CheckSpec] = Field(min_length=1)
     gap: GapStart | None = None
+    learned_bench: LearnedBenchLimits | None = None
 
     @field_validator("serial_pattern")
     @classmethod

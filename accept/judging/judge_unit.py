@@ -10,10 +10,11 @@ from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.base.worker_process import memory_GB
 from accept.judging import calibration
 from accept.judging.bench_errors import without_bench_errors
-from accept.judging.calibration import Statement
+from accept.judging.calibration import Statement, weakened
 from accept.judging.check_settings import settings_problems
+from accept.judging.learned_bench import learned_bench_doubts
 from accept.judging.result import UnitResult
-from accept.models.evidence import Models
+from accept.models.evidence import Models, model_of
 from accept.units import unit_folder as units
 from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.samples import samples_of
@@ -89,6 +90,9 @@ def judge_unit(
         [finding for name, asked in spec.checks.items() for finding in _judged(name, asked, outcomes[name])],
         {q.name: q for _, q in quantities if q.reason is None and math.isfinite(q.value)},
     )
+    days = _days(unit, spec)
+    doubts = learned_bench_doubts(spec, models, days)
+    findings = [weakened(f, doubts[f.check]) if f.check in doubts else f for f in findings]
     notes = [f"{name}: {note}" for name, outcome in outcomes.items() for note in outcome.notes]
     notes += _reading_notes(held, spec)
     notes += [f"{name}: {line}" for name, lines in unit.notes.items() if name in spec.checks for line in lines]
@@ -113,7 +117,7 @@ def judge_unit(
         panels={f"{name}/{key}": p for name, outcome in outcomes.items() for key, p in outcome.panels.items()},
         calibration=stated,
         models=models.hashes(spec),
-        measured=_days(unit, spec),
+        measured=days,
         origin=unit.origin,
         environment=unit.environment,
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
@@ -194,14 +198,13 @@ def _measure(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -
 
 def _model_of(check: Check, asked: CheckSpec, models: Models) -> "dict[str, Model]":
     """Return the model that a spec's setting names, opened here: checks read no files. Raises NoResult."""
-    if check.model is None:
+    name = model_of(check.name, asked)
+    if name is None:
         return {}
-    default = next(s.default for s in check.settings if s.name == check.model)
-    name = asked.settings.get(check.model, default)
     try:
-        return {"model": models.open(str(name))}
+        return {"model": models.open(name)}
     except (SpecError, ModelError, OSError) as e:
-        raise NoResult(Cause.MODEL_UNUSABLE, model=str(name), detail=str(e)) from e
+        raise NoResult(Cause.MODEL_UNUSABLE, model=name, detail=str(e)) from e
 
 
 def _judged(name: str, asked: CheckSpec, outcome: Outcome) -> list[Finding]:

@@ -14,7 +14,8 @@ from checks.acceptance import CHECKS
 from checks.errors import ModelError
 from specs.files import read_bounded
 from specs.model import ModelSpec, builtin_models, load_model, parse_model
-from specs.spec import Spec
+from specs.model_sections import LearnedBenchRecord
+from specs.spec import CheckSpec, Spec
 from specs.strict import SpecError
 
 if TYPE_CHECKING:
@@ -46,9 +47,16 @@ class Models:
 
     def open(self, name: str) -> "Model":
         """Raise SpecError, ModelError, OSError."""
+        return self._of(name).model
+
+    def learned_bench(self, name: str) -> LearnedBenchRecord | None:
+        """Return the bench that a model learned; None if it learned none. Raise SpecError, ModelError, OSError."""
+        return self._of(name).spec.learned_bench
+
+    def _of(self, name: str) -> "Opened":
         if name not in self._opened:
             self._opened[name] = self._open(name)
-        return self._opened[name].model
+        return self._opened[name]
 
     def _open(self, name: str) -> "Opened":
         from accept.models.model_file import opened_of
@@ -74,15 +82,19 @@ def _matrices_in(folder: Path, spec: ModelSpec) -> "Superelement | None":
 
 def named_models(spec: Spec) -> list[str]:
     """Return models that a spec asks for, by built-in name or file: its checks' and the one that explains responses."""
-    names = []
-    for check, asked in spec.checks.items():
-        declared = CHECKS[check]
-        if declared.model is not None:
-            default = next(s.default for s in declared.settings if s.name == declared.model)
-            names.append(str(asked.settings.get(declared.model, default)))
+    names = [name for check, asked in spec.checks.items() if (name := model_of(check, asked)) is not None]
     if spec.gap is not None:
         names.append(spec.gap.model)
     return list(dict.fromkeys(names))
+
+
+def model_of(check: str, asked: CheckSpec) -> str | None:
+    """Return the name or file of the model that a check compares with; None if it uses no model."""
+    declared = CHECKS[check]
+    if declared.model is None:
+        return None
+    default = next(s.default for s in declared.settings if s.name == declared.model)
+    return str(asked.settings.get(declared.model, default))
 
 
 def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
