@@ -257,7 +257,8 @@ class _Batch:
 
     def _refuse(self, path: Path | str, reason: str, prefix: str = "") -> None:
         self.pipeline.refuse(path, reason)
-        self.report.refused.append({"path": str(path), "reason": reason})
+        shown = str(path).encode("utf-8", "backslashreplace").decode()  # a path may be no UTF-8, a document is
+        self.report.refused.append({"path": shown, "reason": reason})
         self.say(f"{prefix}refused: {reason}")
 
 

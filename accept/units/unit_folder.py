@@ -84,6 +84,8 @@ def find(path: Path) -> list[Path]:
 def read(folder: Path) -> UnitFolder:
     """Return unit of a folder. Raises UnitError listing every problem of its `unit.toml`; no other file is opened."""
     path = folder / UNIT_FILE
+    if (shown := _as_utf8(folder)) != str(folder.resolve()):
+        raise UnitError(Path(shown), ["the path is not UTF-8, so no store can hold it; give the folder another name"])
     if not folder.is_dir():
         raise UnitError(folder, [f"{'is a file' if folder.exists() else 'does not exist'}; expected a unit folder"])
     text = _read_text(path)
@@ -92,6 +94,11 @@ def read(folder: Path) -> UnitFolder:
     except ValueError as e:
         raise UnitError(path, [str(e)]) from e
     return parse(folder, text, data)
+
+
+def _as_utf8(folder: Path) -> str:
+    """Return a folder's whole path, with each byte that is no UTF-8 written as an escape."""
+    return str(folder.resolve()).encode("utf-8", "backslashreplace").decode()
 
 
 def _read_text(path: Path) -> bytes:

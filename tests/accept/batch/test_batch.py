@@ -188,6 +188,20 @@ def test_bad_units_are_refused_in_one_line_each_and_the_rest_is_judged(tmp_path:
         assert len(list(store.events(what="unit_refused"))) == 5
 
 
+def test_a_folder_whose_path_is_no_utf8_is_refused_and_the_rest_is_judged(tmp_path: Path) -> None:
+    """Red before: a traceback, and no unit was judged."""
+    make_unit(tmp_path / "in" / "good", "GOOD")
+    try:
+        (make_unit(tmp_path / "in" / "other", "OTHER")).rename(os.fsdecode(bytes(tmp_path / "in") + b"/\xff"))
+    except OSError:
+        pytest.skip("this file system takes no such name")
+    done = batch(tmp_path / "in", "--out", tmp_path / "out", "--no-certificates")
+    assert done.exit_code == 4
+    assert verdicts(tmp_path / "out") == {"GOOD": "accepted"}
+    (refused,) = results(tmp_path / "out")["refused"]
+    assert refused["path"].endswith("udcff")
+
+
 def test_the_same_folder_named_twice_is_one_unit(tmp_path: Path) -> None:
     folder = make_unit(tmp_path / "a", "A")
     assert batch(folder, folder, tmp_path, "--out", tmp_path / "out", "--no-certificates").exit_code == 0
