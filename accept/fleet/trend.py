@@ -19,19 +19,18 @@ from checks.process_control.control_chart import (
     LEAST,
     NELSON,
     SHIFT,
-    SHORTEST,
     VALUE,
     Alarm,
     Baseline,
     Chart,
-    chart,
     estimate_baseline,
     false_alarm_rate,
 )
+from checks.process_control.places import Place, chart_by_place
+from checks.process_control.scale import as_measured, scale_of, to_scale
 from checks.rounding import with_U
 
 PLACES = ("bench", "operator", "lot", "supplier", "shift")  # what a shift may be confined to
-ONLY_THERE = 3.0  # standard errors that a shift must show at one place, and must not at any other
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,8 @@ class StoredBaseline:
 @dataclass(frozen=True, eq=False)
 class Trend:
     """One group. rows: first attempts in the order of measurement, those that the chart compares; chart, capability:
-    None if there are too few values or the limits differ, and `why` then; baseline: the stored one, if there is one."""
+    None if there are too few values or the limits differ, and `why` then; baseline: the stored one, if there is one;
+    scale: on which the values are compared (`checks.process_control.scale`)."""
 
     name: str
     quantity: str
@@ -60,6 +60,7 @@ class Trend:
     capability: Capability | None
     baseline: StoredBaseline | None
     false_alarms: float
+    scale: str
     why: tuple[str, ...]
 
 
@@ -93,12 +94,22 @@ def _trend(
     units = rows["unit"].unique()
     if len(units) > 1:
         raise FleetError(f"{quantity}: values in {' and '.join(map(str, units))}; choose one kind or spec")
+    days, before = rows["day"].dt.strftime("%Y-%m-%d"), rows[:0]
     if baseline is not None:
-        rows = rows[rows["day"].dt.strftime("%Y-%m-%d") > baseline.stated.until]
+        before = rows[(days >= baseline.stated.since) & (days <= baseline.stated.until)]
+        rows = rows[days > baseline.stated.until]
     values, why = rows["value"].to_numpy(), []
     made, cap, rate = None, None, 0.0
+    scale = baseline.stated.scale if baseline is not None else scale_of(values)
     if values.size >= LEAST or (baseline is not None and values.size):
-        made = chart(values, baseline.process if baseline else None, nelson_rules)
+        made = chart_by_place(
+            to_scale(values, scale),
+            {column: np.where(rows[column] == NOT_STATED, "", rows[column]).astype(object) for column in PLACES},
+            baseline.process if baseline else None,
+            nelson_rules,
+            _baselines_of_places(before, scale),
+        )
+        made = as_measured(made, values, scale)
         rate = false_alarm_rate(values.size, baseline.process.n if baseline else None, nelson_rules)
     elif baseline is not None:
         why.append(f"no unit since the baseline ended on {baseline.stated.until}")
@@ -115,7 +126,14 @@ def _trend(
             why.append(f"no capability: {e}")
     if cap is not None:
         why += _cautions(cap, made)
-    return Trend(name, quantity, str(units[0]), rows, made, cap, baseline, rate, tuple(why))
+    return Trend(name, quantity, str(units[0]), rows, made, cap, baseline, rate, scale, tuple(why))
+
+
+def _baselines_of_places(before: pd.DataFrame, scale: str) -> dict[Place, Baseline]:
+    """Return the baseline of every place that has values enough in the days of the baseline of all."""
+    parts = ((c, str(name), part) for c in PLACES for name, part in before.groupby(c) if len(part) >= LEAST)
+    made = ((c, name, estimate_baseline(to_scale(part["value"].to_numpy(), scale))) for c, name, part in parts)
+    return {(c, name): base for c, name, base in made if base.sigma > 0.0}
 
 
 def _cautions(cap: Capability, made: Chart | None) -> list[str]:
@@ -137,40 +155,29 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
     """Return an alarm in words: which units, since when, direction, size and where."""
     first, last = (trend.rows.iloc[i] for i in (alarm.first, alarm.last))
     units = str(first["serial"]) if alarm.first == alarm.last else f"{first['serial']} to {last['serial']}"
-    count = alarm.last - alarm.first + 1
+    count = alarm.units or alarm.last - alarm.first + 1
     size = f"{'+' if alarm.size > 0 else ''}{with_U(alarm.size, alarm.U)} {trend.unit}"
     since = f"{first['day']:%Y-%m-%d}"
+    where = _where(alarm.place)
     match alarm.rule:
         case "value":
-            return f"{units} ({since}): {size} from the mean"
+            there = "" if first["bench"] == NOT_STATED else f", at bench {first['bench']}"
+            return f"{units} ({since}{there}): {size} from the mean"
         case "shift":
-            where = place(trend, alarm)
             return f"{units} ({count} units, since {since}): the mean moved {alarm.direction} by {size}{where}"
         case "drift":
-            return f"{units} ({count} units, since {since}): drifts {alarm.direction}, by {size} over these units"
+            return (
+                f"{units} ({count} units, since {since}): drifts {alarm.direction}, by {size} over these units{where}"
+            )
         case _:
             return f"{units} ({count} units, since {since}): rule {alarm.rule}, {NELSON[int(alarm.rule)]}"
 
 
-def place(trend: Trend, alarm: Alarm) -> str:
-    """Return ", only at bench B2" if a shift shows at one bench or operator and at no other, else nothing."""
-    made = trend.chart
-    if made is None:
+def _where(place: Place | None) -> str:
+    if place is None:
         return ""
-    within = np.arange(alarm.first, alarm.last + 1)
-    for column in PLACES:
-        names = trend.rows[column].to_numpy()[within]
-        values = made.values[within]
-        mean = made.baseline.mean if trend.baseline is not None else float(made.values[: alarm.first].mean())
-        seen = {
-            str(name): (values[names == name].mean() - mean) * np.sqrt((names == name).sum()) / made.baseline.sigma
-            for name in np.unique(names)
-            if name != NOT_STATED and (names == name).sum() >= SHORTEST
-        }
-        there = [name for name, sigmas in seen.items() if abs(sigmas) > ONLY_THERE]
-        if len(seen) > 1 and len(there) == 1:
-            return f", only {'at' if column == 'bench' else 'by' if column == 'operator' else 'of'} {column} {there[0]}"
-    return ""
+    column, name = place
+    return f", only {'at' if column == 'bench' else 'by' if column == 'operator' else 'of'} {column} {name}"
 
 
 def stored_baselines(store: Store, quantity: str, by: str) -> dict[str, StoredBaseline]:
@@ -197,7 +204,7 @@ def set_baseline(store: Store, trend: Trend, by: str, reason: str, who: str) -> 
     if trend.name in stored_baselines(store, trend.quantity, by) and not reason.strip():
         raise FleetError(f"{where}: has a baseline; say why it is revised: --reason")
     try:
-        made = estimate_baseline(trend.rows["value"].to_numpy())
+        made = estimate_baseline(to_scale(trend.rows["value"].to_numpy(), trend.scale))
     except ValueError as e:
         raise FleetError(f"{where}: no baseline: {e}") from e
     if made.sigma == 0.0:
@@ -205,7 +212,7 @@ def set_baseline(store: Store, trend: Trend, by: str, reason: str, who: str) -> 
     since, until = (f"{trend.rows['day'].iloc[i]:%Y-%m-%d}" for i in (0, -1))
     group = "all" if by == "all" else f"{by}: {trend.name}"
     stated = BaselineSet(
-        trend.quantity, group, since, until, made.mean, made.sigma, made.n, made.left_out, reason.strip()
+        trend.quantity, group, since, until, made.mean, made.sigma, made.n, made.left_out, reason.strip(), trend.scale
     )
     store.write(stated, who=who)
     return stated
@@ -245,6 +252,7 @@ def summary(t: Trend) -> dict[str, Any]:
             "sigma": base.sigma,
             "n": base.n,
             "left_out": base.left_out,
+            "scale": t.scale or "as measured",
             "since": stored.stated.since if stored else None,
             "until": stored.stated.until if stored else None,
             "stored_by": stored.who if stored else None,
@@ -262,6 +270,8 @@ def summary(t: Trend) -> dict[str, Any]:
                 "size": alarm.size,
                 "U": alarm.U,
                 "since": f"{t.rows['day'].iloc[alarm.first]:%Y-%m-%d}",
+                "units": alarm.units or alarm.last - alarm.first + 1,
+                "place": dict([alarm.place]) if alarm.place else None,
                 "words": alarm_words(t, alarm),
             }
             for alarm in (t.chart.alarms if t.chart else ())

@@ -136,6 +136,9 @@ class BaselineSet(Payload, what="baseline_set"):
     n: Annotated[int, "values behind it"]
     left_out: Annotated[int, "gross values among them"]
     reason: Annotated[str, "why it was revised; empty for the first"] = ""
+    scale: Annotated[
+        str, only_if(bool), "of mean and sigma if not as measured: `square root`, `cube root`, `logarithm`"
+    ] = ""
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,7 @@ NELSON = {
     8: "eight in a row beyond 1 sigma on both sides",
 }
 _SIMULATED = 1000  # charts in control behind a stated rate: 5 % +- 1.4 %
+_LENGTHS = (10, 20, 50, 100, 200, 500)  # of simulated charts; the rate depends little on it
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ class Baseline:
 class Alarm:
     """A test that raises an alarm. rule: "value", "shift", "drift" or a number of `NELSON`; first, last: indices of its
     values; direction: "up" or "down", None for a pattern on both sides; size: distance of their mean from that of the
-    baseline, or, without one, from the mean before; U: its expanded uncertainty (k = 2)."""
+    baseline, or, without one, from the mean before; U: its expanded uncertainty (k = 2). units: number of values that
+    show it, if not all from first to last do; place: what those have in common, ("bench", "B2"), None if unknown."""
 
     rule: str
     first: int
@@ -63,6 +65,13 @@ class Alarm:
     direction: str | None
     size: float
     U: float
+    units: int = 0
+    place: tuple[str, str] | None = None
+
+    @property
+    def lasts(self) -> bool:
+        """Whether it is about several values and not single ones."""
+        return self.rule in (SHIFT, DRIFT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +88,7 @@ class Chart:
     weighted_hi: Array
     moving_range: Array
     range_limit: float
+    level: Array
     alarms: tuple[Alarm, ...]
 
 
@@ -109,17 +119,18 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
         raise ValueError(f"{x.size} values, expected one or more, all finite")
     base = baseline or estimate_baseline(x)
     half = _quantile(x.size, base) * base.sigma * float(np.sqrt(1.0 + 1.0 / base.n))
-    if baseline is None:  # a single value is compared with the level around it, which may change
-        local = median_filter(x, NEIGHBOURS, mode="mirror")
-        kept = np.flatnonzero(np.abs(x - local) <= max(half, GROSS_SIGMAS * base.sigma))
+    # A single value is compared with the level around it: many in a row that are far off are a shift.
+    local = median_filter(x, NEIGHBOURS, mode="mirror")
+    apart = half if baseline is not None else max(half, GROSS_SIGMAS * base.sigma)
+    kept = np.flatnonzero(np.abs(x - local) <= apart)
+    weighted, spread = _weighted_mean(x, kept, base)
+    if baseline is None:
         lasting, level = _changes(x, kept, base)
     else:
-        lasting, level = [], np.full_like(x, base.mean)
-    gross = np.abs(x - level) > half
-    weighted, spread = _weighted_mean(x, gross, base)
-    if baseline is not None and base.sigma > 0.0:
-        kept = np.flatnonzero(~gross)
-        lasting = _departures(x, kept, base, np.abs(weighted[kept] - base.mean) / spread[kept])
+        lasting, level = _departures(
+            x, kept, base, np.abs(weighted[kept] - base.mean) / np.maximum(spread[kept], 1e-300)
+        )
+    gross = _distance(x, level) > half
     alarms = [_single(i, float(x[i] - level[i]), base) for i in map(int, np.flatnonzero(gross))]
     return Chart(
         values=x,
@@ -131,6 +142,7 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
         weighted_hi=base.mean + spread,
         moving_range=np.abs(np.diff(x)),
         range_limit=D4 * D2 * base.sigma,
+        level=level,
         alarms=tuple(sorted([*alarms, *lasting, *_patterns(x, base, nelson_rules)], key=lambda a: (a.first, a.rule))),
     )
 
@@ -144,19 +156,28 @@ def _quantile(tests: int, base: Baseline) -> float:
     return float(stdtrit(moving_range_degrees(base.n), 1.0 - FALSE_ALARM / (2.0 * tests)))
 
 
-def _weighted_mean(x: Array, gross: NDArray[np.bool_], base: Baseline) -> tuple[Array, Array]:
-    """Return the exponentially weighted mean (N,) of x, gross values left out, and half the width of its limits (N,).
+def _weighted_mean(x: Array, kept: NDArray[np.intp], base: Baseline) -> tuple[Array, Array]:
+    """Return the exponentially weighted mean (N,) of x[kept], and half the width of its limits (N,).
 
     Its variance holds that of the values that it weighs and of the baseline's mean ([Montgomery] eq. 9.24).
     """
-    mean, last, count = np.empty_like(x), base.mean, np.cumsum(~gross)
-    for i, value in enumerate(x):
-        if not gross[i]:
+    weighed = np.zeros(x.size, dtype=bool)
+    weighed[kept] = True
+    mean, last, count = np.empty_like(x), base.mean, np.cumsum(weighed)
+    for i, (value, counts) in enumerate(zip(x.tolist(), weighed.tolist(), strict=True)):
+        if counts:
             last = WEIGHT * value + (1.0 - WEIGHT) * last
         mean[i] = last
     forgotten = (1.0 - WEIGHT) ** count
     variance = WEIGHT / (2.0 - WEIGHT) * (1.0 - forgotten**2) + (1.0 - forgotten) ** 2 / base.n
     return mean, _quantile(x.size, base) * base.sigma * np.sqrt(variance)
+
+
+def _distance(x: Array, level: Array) -> Array:
+    """Return how far each value (N,) lies from the level there, or from that of a neighbour if it is nearer: where a
+    shift begins is known to some values only."""
+    padded = np.concatenate([level[:1], level, level[-1:]])
+    return np.asarray(np.min([np.abs(x - padded[k : k + x.size]) for k in range(3)], axis=0))
 
 
 def _single(i: int, size: float, base: Baseline) -> Alarm:
@@ -168,14 +189,18 @@ def _direction(size: float) -> str:
     return "up" if size > 0 else "down"
 
 
-def _departures(x: Array, kept: NDArray[np.intp], base: Baseline, off: Array) -> list[Alarm]:
-    """Return the shifts from the baseline that the weighted mean shows, each with its most likely start.
+def _departures(x: Array, kept: NDArray[np.intp], base: Baseline, off: Array) -> tuple[list[Alarm], Array]:
+    """Return the shifts from the baseline that the weighted mean shows, each with its most likely start, and the level
+    (N,) that they give every value.
 
     off (K,): distance of the weighted mean from the baseline at x[kept], in units of its limits. A shift lasts until it
     is back within a third of them. The beginning is the maximum-likelihood one of a step, the values before it counted
     with the baseline.
     """
     out: list[Alarm] = []
+    level = np.full_like(x, base.mean)
+    if base.sigma == 0.0:
+        return out, level
     done = 0
     for start in map(int, np.flatnonzero(off > 1.0)):
         if start < done:
@@ -188,22 +213,26 @@ def _departures(x: Array, kept: NDArray[np.intp], base: Baseline, off: Array) ->
         after = np.cumsum(y[::-1])[::-1][of] / (y.size - of)
         contrast = np.abs(after - before) / np.sqrt(1.0 / (base.n + of) + 1.0 / (y.size - of))
         begin = done + int(np.argmax(contrast))
+        if back.size:  # the weighted mean comes back some values after the process did
+            gain = np.cumsum(x[kept[begin:end]] - base.mean) ** 2 / np.arange(1, end - begin + 1)
+            end = begin + int(np.argmax(gain)) + 1
         size = float(x[kept[begin:end]].mean() - base.mean)
         U = 2.0 * base.sigma * float(np.sqrt(1.0 / (end - begin) + 1.0 / base.n))
         if end - begin >= SHORTEST:
             out.append(Alarm(SHIFT, int(kept[begin]), int(kept[end - 1]), _direction(size), size, U))
-        done = end
-    return out
+            level[kept[begin] : kept[end - 1] + 1] += size
+        done = start + int(back[0]) if back.size else kept.size
+    return out, level
 
 
 def _changes(x: Array, kept: NDArray[np.intp], base: Baseline) -> tuple[list[Alarm], Array]:
     """Return the places where the mean of x[kept] changes, and the level (N,) that this gives every value.
 
     The most significant change is sought first, then both parts ([Hawkins]). Its size is that from the part before to
-    the part after it.
+    the part after it. The end of a shift, a return to the level before it, is no change of its own.
     """
     level = np.full_like(x, base.mean)
-    places = _split(x[kept], 0, base) if base.sigma > 0.0 else []
+    places = _refined(x[kept], _split(x[kept], 0, base), base) if base.sigma > 0.0 else []
     if not places:
         return [], level
     if drift := _drift(x, kept, base, places):
@@ -212,11 +241,28 @@ def _changes(x: Array, kept: NDArray[np.intp], base: Baseline) -> tuple[list[Ala
     edges = [0, *places, kept.size]
     means = [float(x[kept[i:k]].mean()) for i, k in pairwise(edges)]
     level = np.repeat(means, np.diff([0, *kept[places], x.size]))
-    out = []
-    for before, first, end, size in zip(edges, edges[1:], edges[2:], np.diff(means), strict=False):
+    out, within = [], [0]  # parts of the chart whose level may come back: the one before each shift that goes on
+    for part in range(1, len(means)):
+        if (back := _same_level(part, within[:-1], means, edges, base)) is not None:
+            del within[within.index(back) + 1 :]
+            continue
+        before, first, end = edges[part - 1 : part + 2]
+        size = means[part] - means[part - 1]
         U = 2.0 * base.sigma * float(np.sqrt(1.0 / (end - first) + 1.0 / (first - before)))
-        out.append(Alarm(SHIFT, int(kept[first]), int(kept[end - 1]), _direction(size), float(size), U))
+        out.append(Alarm(SHIFT, int(kept[first]), int(kept[end - 1]), _direction(size), size, U))
+        within.append(part)
     return out, level
+
+
+def _same_level(part: int, earlier: list[int], means: list[float], edges: list[int], base: Baseline) -> int | None:
+    """Return the last of some earlier parts whose mean does not differ significantly from that of a part, None without
+    such a part."""
+    size, significant = np.diff(edges), _quantile(edges[-1], base)
+    for other in reversed(earlier):
+        error = base.sigma * float(np.sqrt(1.0 / size[part] + 1.0 / size[other]))
+        if abs(means[part] - means[other]) <= significant * error:
+            return other
+    return None
 
 
 def _drift(x: Array, kept: NDArray[np.intp], base: Baseline, places: list[int]) -> Alarm | None:
@@ -225,7 +271,7 @@ def _drift(x: Array, kept: NDArray[np.intp], base: Baseline, places: list[int]) 
     slope = float(at @ y / (at @ at))
     line = float(((y - y.mean() - slope * at) ** 2).sum())
     steps = sum(float(((part - part.mean()) ** 2).sum()) for part in np.split(y, places))
-    if line > steps + 2.0 * (len(places) - 1) * base.sigma**2 * np.log(y.size):  # a step has two parameters ([Schwarz])
+    if line > steps + (2 * len(places) - 1) * base.sigma**2 * np.log(y.size):  # a step has a parameter more ([Schwarz])
         return None
     span = float(kept[-1] - kept[0])
     U = 2.0 * base.sigma * span / float(np.sqrt(at @ at))
@@ -246,6 +292,43 @@ def _split(x: Array, offset: int, base: Baseline) -> list[int]:
         return []
     at = int(size[best])
     return [*_split(x[:at], offset, base), offset + at, *_split(x[at:], offset + at, base)]
+
+
+def _refined(x: Array, places: list[int], base: Baseline) -> list[int]:
+    """Return the places of change of x (n,) after each was moved to where it fits best between its neighbours, and left
+    out if it is not significant then: a split of the whole is only nearly at the place where a later one shows it to
+    be."""
+    edges = [0, *places, x.size]
+    significant = _quantile(x.size, base) ** 2 * base.sigma**2
+    i = 1
+    while i < len(edges) - 1:
+        lo, hi = max(0, i - 2), min(len(edges) - 1, i + 2)
+        without = [*edges[lo:i], *edges[i + 1 : hi + 1]]
+        for k in range(1, len(without) - 1):
+            without[k] = _best_split(x, without[k - 1], without[k], without[k + 1])
+        if _squares(x, without) - _squares(x, edges[lo : hi + 1]) <= significant:
+            edges[lo : hi + 1] = without
+            i = max(1, i - 2)
+        else:
+            edges[i] = _best_split(x, edges[i - 1], edges[i], edges[i + 1])
+            i += 1
+    return edges[1:-1]
+
+
+def _best_split(x: Array, first: int, present: int, end: int) -> int:
+    """Return where to split x[first:end] so that two means describe it best; the present place if it is too short."""
+    y = x[first:end]
+    at = np.arange(SHORTEST, y.size - SHORTEST + 1)
+    if not at.size:
+        return present
+    total = np.cumsum(y)
+    before, after = total[at - 1] / at, (total[-1] - total[at - 1]) / (y.size - at)
+    return first + int(at[np.argmax((before - after) ** 2 * at * (y.size - at))])
+
+
+def _squares(x: Array, edges: list[int]) -> float:
+    """Return the sum of squared distances from the mean of each part of x between edges."""
+    return sum(float(((x[i:k] - x[i:k].mean()) ** 2).sum()) for i, k in pairwise(edges))
 
 
 def _patterns(x: Array, base: Baseline, rules: Collection[int]) -> list[Alarm]:
@@ -293,12 +376,20 @@ def _shifted(hit: NDArray[np.bool_], by: int, size: int) -> NDArray[np.bool_]:
     return out
 
 
-@cache
 def false_alarm_rate(n: int, baseline_n: int | None = None, nelson_rules: tuple[int, ...] = ()) -> float:
     """Return the share of charts of n normal values in control that hold any alarm, by simulation (seeded).
 
-    baseline_n: values of the baseline before them; None: estimated from the values themselves.
+    baseline_n: values of the baseline before them; None: estimated from the values themselves. Both numbers are rounded
+    up to one that is simulated; longer charts ring as often by the two tests, and by rules for each stretch anew.
     """
+    length = next((known for known in _LENGTHS if known >= n), _LENGTHS[-1])
+    before = None if baseline_n is None else next((k for k in _LENGTHS if k >= baseline_n), _LENGTHS[-1])
+    rate = _simulated_rate(length, before, nelson_rules)
+    return rate if n <= length or not nelson_rules else 1.0 - (1.0 - rate) ** (n / length)
+
+
+@cache
+def _simulated_rate(n: int, baseline_n: int | None, nelson_rules: tuple[int, ...]) -> float:
     rng = np.random.default_rng(20_261_101)
     rang = 0
     for _ in range(_SIMULATED):

@@ -267,7 +267,8 @@ def _basis(each: trends.Trend, base: Baseline) -> str:
     left_out = f", {base.left_out} gross left out" if base.left_out else ""
     stated = each.baseline.stated if each.baseline else None
     of = f"the baseline {stated.since} to {stated.until}" if stated else "the values themselves"
+    scale = f", on the scale of the {each.scale}, on which they are normal" if each.scale else ""
     return (
-        f"compared with {of} ({base.n} units{left_out}); "
+        f"compared with {of} ({base.n} units{left_out}){scale}; "
         f"{100.0 * each.false_alarms:.1f} % of such charts ring in a process in control"
     )

@@ -156,6 +156,34 @@ def test_each_bench_of_a_store_is_stopped_for_itself(alone, tmp_path, monkeypatc
         golden.check_may_judge(alone, "A-01")
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_bench_that_drifted_is_stopped_at_every_check_in_any_order_of_tries(alone, tmp_path, seed):
+    """Bench 1 reads 20 um too little, at some tries it is right; bench 2 is right. They judge the golden unit and check
+    in any order: from the first wrong reading that was checked on, bench 1 is stopped at every check, bench 2 never."""
+    (tmp_path / "second.key").write_text("22" * 32 + "\n")
+    other = type(alone)(alone.engine, "", None, Sealer(tmp_path / "x.seal", tmp_path / "second.key"))
+    rng = np.random.default_rng(seed)
+    for _ in range(2):  # once more after quality assurance signed
+        wrong = stopped = False
+        for choice in [*rng.integers(0, 5, 12), 1, 3]:
+            bench = other if choice in (0, 4) else alone
+            if choice < 3:
+                stroke = 340.0 + rng.normal(0.0, 0.2) if choice == 1 else 360.0 + rng.normal(0.0, 0.1)
+                event = judgement("GOLD", GOOD | {"stroke_um": stroke})
+                add(alone, [dataclasses.replace(event, payload=event.payload | {"bench": bench.bench})])
+                wrong |= choice == 1
+                continue
+            since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=1)
+            (found,) = check_goldens(bench, since, "Ann")
+            stopped |= bench is alone and wrong
+            assert bool(found.problems) == (bench is alone and wrong)
+            assert (golden.missed(alone) is not None) == stopped
+            assert golden.missed(other) is None
+        assert stopped
+        golden.resolve(alone, "the probe was loose", signer())
+        golden.check_may_judge(alone, "A-01")
+
+
 def test_only_a_signature_of_quality_assurance_lifts_a_stop(alone, monkeypatch):
     assert read_as(alone, 340.0) == 3
     stop = golden.stopped_by(alone)

@@ -1,0 +1,111 @@
+"""Where a process changed: a shift or drift that shows at one bench, operator or lot and at no other.
+
+A chart of values of two benches in turn shows a shift of one of them half as large, and late. A change that shows in
+the chart of one place alone, and that the values of the other places contradict, is named with that place, and
+the chart of all is made again without it.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.arrays import Array
+from checks.process_control.control_chart import DRIFT, GROSS_SIGMAS, LEAST, SHORTEST, Alarm, Baseline, Chart, chart
+
+STILL = 3.0  # standard errors: the other places must not have changed by more,
+ONLY_THERE = 4.0  # and must differ from the change by more
+COINCIDES = 0.9  # share of the values of a shift that are of a lot, and of a lot that are of the shift
+MOST_CHANGES = 8  # places that are sought: more are no single causes
+
+Labels = NDArray[np.object_]
+Place = tuple[str, str]  # ("bench", "B2")
+
+
+def chart_by_place(
+    values: Array,
+    places: Mapping[str, Labels],
+    baseline: Baseline | None = None,
+    nelson_rules: Collection[int] = (),
+    baselines: Mapping[Place, Baseline] | None = None,
+) -> Chart:
+    """Return the chart of values (N,) as `chart`, each lasting alarm with the place that it is confined to.
+
+    places: "bench" -> label (N,) of each value, "" if it is not stated. baselines: those of the places, for values
+    after a baseline; without its own, a place is compared with that of all. Raises ValueError as `chart`.
+    """
+    made = now = chart(values, baseline, nelson_rules)
+    left, level, named = np.array(values, dtype=float), np.zeros(len(values)), list[Alarm]()
+    for _ in range(MOST_CHANGES):
+        if not any(alarm.lasts for alarm in now.alarms):
+            break
+        found = _confined(left, places, baseline, baselines or {})
+        if found is None:
+            break
+        alarms, change = found
+        named, left, level = [*named, *alarms], left - change, level + change
+        now = chart(left, baseline, nelson_rules)
+    rest = [replace(a, place=_coincident(a, places)) if a.lasts and a.rule != DRIFT else a for a in now.alarms]
+    alarms = sorted([*named, *rest], key=lambda a: (a.first, a.rule))
+    return replace(made, level=now.level + level, alarms=tuple(alarms))
+
+
+def _confined(
+    x: Array, places: Mapping[str, Labels], baseline: Baseline | None, baselines: Mapping[Place, Baseline]
+) -> tuple[list[Alarm], Array] | None:
+    """Return the lasting alarms of places that the others contradict, and how much they move each value (N,); None if
+    no column has such places."""
+    for column, labels in places.items():
+        names = [name for name in dict.fromkeys(labels) if name and (labels == name).sum() >= LEAST]
+        charts = {name: chart(x[labels == name], baselines.get((column, name), baseline)) for name in names}
+        ringing = [name for name, made in charts.items() if any(a.lasts for a in made.alarms)]
+        still = np.flatnonzero(np.isin(labels, [name for name in names if name not in ringing]))
+        alarms, change = list[Alarm](), np.zeros_like(x)
+        for name in ringing:
+            made, here = charts[name], np.flatnonzero(labels == name)
+            moved = made.level - (made.level[0] if baseline is None else made.baseline.mean)
+            alarms += [
+                replace(a, first=int(here[a.first]), last=int(here[a.last]), units=a.last - a.first + 1,
+                        place=(column, name))
+                for a in made.alarms if a.lasts
+            ]  # fmt: skip
+            change[here] = moved
+        if alarms and all(
+            _contradicted(a, x, still, charts[str(a.place and a.place[1])].baseline.sigma) for a in alarms
+        ):
+            return alarms, change
+    return None
+
+
+def _contradicted(alarm: Alarm, x: Array, others: NDArray[np.intp], sigma: float) -> bool:
+    """Return whether the values x[others] of the other places show that they did not change as this place did."""
+    if not others.size:
+        return False
+    at = others[np.abs(x[others] - np.median(x[others])) <= GROSS_SIGMAS * sigma]
+    within = (at >= alarm.first) & (at <= alarm.last)
+    if alarm.rule == DRIFT:
+        if at.size < LEAST:
+            return False
+        off = at - at.mean()
+        span = alarm.last - alarm.first
+        size = float(off @ x[at] / (off @ off)) * span
+        error = sigma * span / float(np.sqrt(off @ off))
+    else:
+        if within.sum() < SHORTEST or (~within).sum() < SHORTEST:
+            return False
+        size = float(x[at[within]].mean() - x[at[~within]].mean())
+        error = sigma * float(np.sqrt(1.0 / within.sum() + 1.0 / (~within).sum()))
+    return abs(size) <= STILL * error and abs(alarm.size - size) > ONLY_THERE * float(np.hypot(error, alarm.U / 2.0))
+
+
+def _coincident(alarm: Alarm, places: Mapping[str, Labels]) -> Place | None:
+    """Return what the values of a shift have in common and others do not: the lot that began and ended with it."""
+    for column, labels in places.items():
+        within = labels[alarm.first : alarm.last + 1]
+        names, counts = np.unique(within.astype(str), return_counts=True)
+        name, count = str(names[np.argmax(counts)]), int(counts.max())
+        everywhere = int((labels == name).sum())
+        if name and everywhere < labels.size and count >= COINCIDES * max(within.size, everywhere):
+            return column, name
+    return None

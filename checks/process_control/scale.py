@@ -1,0 +1,82 @@
+"""The scale on which values of a process are normal, so that the limits of a chart hold for them.
+
+A size that cannot be below zero, such as flatness, is skewed: limits of a normal distribution ring at good values. A
+power of it, or its logarithm, is nearly normal ([Montgomery] 6.4.3).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from checks.arrays import Array
+from checks.process_control.capability import LEAST, NOT_NORMAL, normality
+from checks.process_control.control_chart import GROSS_SIGMAS, Alarm, Baseline, Chart
+from checks.process_control.spread import D2, D4, robust_sigma
+
+AS_MEASURED = ""
+POWERS = {AS_MEASURED: 1.0, "square root": 1 / 2, "cube root": 1 / 3, "logarithm": 0.0}
+_AROUND = 31  # values whose median is the level of the process there: a drift is no skewness
+
+
+def scale_of(values: Array) -> str:
+    """Return the name of the scale (`POWERS`) on which values (n,) in the order of measurement are normal about their
+    level, gross ones left out; as measured if they are so there, or on no scale, or some are not above zero."""
+    x = np.asarray(values, dtype=float)
+    if x.size < LEAST or x.min() <= 0.0:
+        return AS_MEASURED
+    for name in POWERS:
+        y = to_scale(x, name)
+        apart = y - median_filter(y, min(_AROUND, 2 * (x.size // 2) - 1), mode="mirror")
+        kept = apart[np.abs(apart) <= GROSS_SIGMAS * robust_sigma(y)]
+        if kept.size >= LEAST and np.ptp(kept) > 0.0 and normality(kept) >= NOT_NORMAL:
+            return name
+    return AS_MEASURED
+
+
+def to_scale(values: Array, name: str) -> Array:
+    """Return values on a scale; on others than that of the measurement one of zero or less is that of the smallest
+    number."""
+    if name == AS_MEASURED:
+        return np.asarray(values, dtype=float)
+    above = np.maximum(values, np.finfo(float).tiny)
+    return np.asarray(np.log(above) if POWERS[name] == 0.0 else above ** POWERS[name])
+
+
+def from_scale(values: Array, name: str) -> Array:
+    """Return values as measured from those on a scale; below the end of a power's scale it is zero."""
+    if name == AS_MEASURED:
+        return np.asarray(values, dtype=float)
+    if POWERS[name] == 0.0:
+        return np.asarray(np.exp(values))
+    return np.asarray(np.maximum(values, 0.0) ** (1.0 / POWERS[name]))
+
+
+def as_measured(made: Chart, values: Array, name: str) -> Chart:
+    """Return the chart of values (n,) that was made on a scale, with all it states as measured: limits by their
+    quantiles, sizes of alarms as distances from the mean of the baseline."""
+    if name == AS_MEASURED:
+        return made
+    mean, sigma = made.baseline.mean, made.baseline.sigma
+    middle, low, high = (float(from_scale(np.array(mean + k * sigma), name)) for k in (0.0, -1.0, 1.0))
+    base = Baseline(middle, (high - low) / 2.0, made.baseline.n, made.baseline.left_out)
+
+    def of_alarm(alarm: Alarm) -> Alarm:
+        size = float(from_scale(np.array(mean + alarm.size), name)) - middle
+        return replace(alarm, size=size, U=alarm.U * abs(size / alarm.size)) if alarm.size else alarm
+
+    limits = (made.lower, made.upper, made.weighted, made.weighted_lo, made.weighted_hi, made.level)
+    lower, upper, weighted, low_w, high_w, level = (from_scale(np.asarray(each), name) for each in limits)
+    return Chart(
+        values=np.asarray(values, dtype=float),
+        baseline=base,
+        lower=float(lower),
+        upper=float(upper),
+        weighted=weighted,
+        weighted_lo=low_w,
+        weighted_hi=high_w,
+        moving_range=np.abs(np.diff(values)),
+        range_limit=D4 * D2 * base.sigma,
+        level=level,
+        alarms=tuple(map(of_alarm, made.alarms)),
+    )
