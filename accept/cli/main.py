@@ -66,6 +66,7 @@ COMMANDS: dict[str, Command | Group] = {
             "publish": Command("trust.store:publish_list", "Publish the list of judgements and signatures."),
             "copies": Command("trust.store:copies", "List recordings that stand in two places, and whose they are."),
             "resolve": Command("trust.store:resolve_copies", "Say whose a recording is that stands in two places."),
+            "void": Command("trust.store:void_attempt", "Declare an attempt at a unit void."),
             "backup": Command("trust.store:backup", "Copy the whole store into one file."),
             "restore": Command(
                 "trust.store:take_back", "Make a backup the bench's store; what was there is set aside."

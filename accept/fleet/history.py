@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from accept.fleet.measurements import not_void
 from accept.pictures.labels import label_of
 from checks.picture import Line, Mark, Panel
 
@@ -13,10 +14,11 @@ SIGNIFICANT = 1.0  # En above one: the two results disagree ([ISO13528] 9.7; U w
 def changes(frame: pd.DataFrame) -> pd.DataFrame:
     """Return rows of one unit with what each value differs by from the attempt before, in the order of the attempts.
 
-    Adds change, En = change / sqrt(U1^2 + U2^2) and changed (True, False, or None where an uncertainty is unknown).
+    An attempt that was declared void is compared with none. Adds change, En = change / sqrt(U1^2 + U2^2) and changed
+    (True, False, or None if an uncertainty is unknown).
     """
     ordered = frame.sort_values(["quantity", "seq"], kind="stable")
-    before = ordered.groupby("quantity")[["value", "U"]].shift()
+    before = not_void(ordered).groupby("quantity")[["value", "U"]].shift().reindex(ordered.index)
     change = ordered["value"] - before["value"]
     with np.errstate(divide="ignore", invalid="ignore"):
         en = np.abs(change) / np.hypot(ordered["U"], before["U"])

@@ -9,6 +9,7 @@ from accept.base.documents.results import UnitEntry
 from accept.base.progress import steps
 from accept.judging.judge_unit import judge_unit
 from accept.judging.reservations import Reservations
+from accept.judging.voids import voids
 from accept.store import Store, UnitState, fold
 from accept.store.payloads import UnitJudged
 from accept.units import unit_folder
@@ -45,12 +46,14 @@ class JudgedAgain:
 def judged_again(
     store: Store, specs: Mapping[str, Spec], from_records: bool, cluster: Cluster | None = None
 ) -> Iterator[JudgedAgain]:
-    """Yield every unit of the store whose kind has a spec, as its last judgement has it: by serial, on a cluster as
-    they come back. None is held here, however many there are. Raises StoreError, ClusterError.
+    """Yield every unit of the store whose kind has a spec, as its last judgement has it if that is not void: by serial,
+    on a cluster as they come back. None is held here, however many there are. Raises StoreError, ClusterError.
 
     from_records: measure unit folders again where they hold what was judged; it alone honours changed settings.
     """
-    units = (fold([event]).units[event.subject] for event in store.last_of_each(UnitJudged.KIND))
+    void = voids(store)
+    last = (event for event in store.last_of_each(UnitJudged.KIND) if event.seq not in void)
+    units = (fold([event]).units[event.subject] for event in last)
     known = ((unit, specs.get(unit.result.kind)) for unit in steps(units, "units judged again"))
     asked = ((unit, spec, from_records) for unit, spec in known if spec is not None)
     if cluster is None:

@@ -3,20 +3,21 @@
 import calendar
 import datetime
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import pandas as pd
 
 from accept.base.documents.results import UnitEntry
 from accept.fleet.errors import FleetError
+from accept.judging.voids import Void, voids
 from accept.store import Event, Store
 from accept.store.payloads import UnitJudged
 from checks.cause import Cause
 
 OF_A_JUDGEMENT = [
     "seq", "time", "batch", "place", "operator", "bench", "lot", "supplier", "order", "shift", "serial", "kind",
-    "attempt", "unit_verdict", "spec",
+    "attempt", "unit_verdict", "spec", "voided",
 ]  # fmt: skip
 OF_A_FINDING = [
     "check", "quantity", "value", "unit", "U", "lower", "upper", "verdict", "reason", "required", "measured",
@@ -24,6 +25,7 @@ OF_A_FINDING = [
 COLUMNS = [*OF_A_JUDGEMENT, *OF_A_FINDING]
 OF_ORIGIN = ("lot", "supplier", "order", "shift")
 NOT_STATED = "not stated"
+VOIDED = "voided"  # verdict of a unit whose judgement was declared void
 NOT_MEASURED = Cause.NOT_MEASURED.value
 
 
@@ -32,9 +34,10 @@ def measurements(store: Store, serial: str | None = None) -> pd.DataFrame:
 
     attempt: how often the serial was judged up to then. bench: name of the bench file, if one was used. batch, place:
     the batch in which it was judged and the unit's place in it. measured: the day stated for the check, else NaT.
-    Raises StoreError.
+    voided: why quality assurance declared the judgement void, "" if it did not; unit_verdict is "voided" then. Raises
+    StoreError.
     """
-    frame = pd.DataFrame(rows(store.events(serial, UnitJudged.KIND)), columns=COLUMNS)
+    frame = pd.DataFrame(rows(store.events(serial, UnitJudged.KIND), voids(store, serial)), columns=COLUMNS)
     for name in ("time", "measured"):
         frame[name] = pd.to_datetime(frame[name], utc=True, format="ISO8601").dt.as_unit("us")
     frame["required"] = frame["required"].fillna(True).astype(bool)
@@ -43,7 +46,7 @@ def measurements(store: Store, serial: str | None = None) -> pd.DataFrame:
     return frame
 
 
-def rows(events: Iterable[Event]) -> Iterator[dict[str, Any]]:
+def rows(events: Iterable[Event], void: Mapping[int, Void]) -> Iterator[dict[str, Any]]:
     """Yield the findings of each event of a judgement."""
     attempts: Counter[str] = Counter()
     for event in events:
@@ -61,8 +64,9 @@ def rows(events: Iterable[Event]) -> Iterator[dict[str, Any]]:
             "serial": event.subject,
             "kind": result.kind,
             "attempt": attempts[event.subject],
-            "unit_verdict": str(result.verdict),
+            "unit_verdict": VOIDED if event.seq in void else str(result.verdict),
             "spec": event.spec.split("@")[0],
+            "voided": void[event.seq].words if event.seq in void else "",
         }
         for finding in result.findings:
             own = {name: getattr(finding, name, None) for name in OF_A_FINDING}
@@ -82,12 +86,18 @@ def in_order_of_measurement(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(day=when(frame).dt.floor("D")).sort_values(["day", "batch", "place", "seq"], kind="stable")
 
 
+def not_void(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of judgements that were not declared void: those that count."""
+    return frame[frame["voided"] == ""]
+
+
 def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the first attempt at every quantity of every unit: one row for each, of the whole history in frame.
 
     A quantity that was not measured has not been attempted: a unit that was judged by a short spec first is attempted
-    again only for what that spec asked.
+    again only for what that spec asked. A judgement that was declared void is no attempt.
     """
+    frame = not_void(frame)
     attempted = frame[(frame["verdict"] != "no_result") | (frame["reason"] != NOT_MEASURED)]
     return attempted.sort_values("seq", kind="stable").drop_duplicates(["serial", "quantity"])
 

@@ -9,6 +9,7 @@ store holds no two units of such serials (`accept.store.spelling`).
 from collections.abc import Mapping
 
 from accept.base.documents.results import UnitEntry
+from accept.judging.voids import voids
 from accept.store import Store
 from accept.store.payloads import UnitJudged
 from accept.store.spelling import spelling_key
@@ -26,6 +27,8 @@ def _doubts(store: Store, serial: str, name: str, part: str) -> list[str]:
     last = store.latest(part, UnitJudged.KIND)
     if last is None:
         return []
+    if (void := voids(store, part).get(last.seq)) is not None:
+        return [f"the last judgement of {name} {part} was declared void: {void.words}"]
     verdict = str(UnitJudged.of(last).result.verdict)
     found = [] if verdict == UnitVerdict.ACCEPTED else [f"{name} {part} was judged '{verdict}' on {last.time[:10]}"]
     return found + [f"{name} {part} stands in {other} too" for other in _units_with(store, part) if other != serial]

@@ -5,7 +5,14 @@ from dataclasses import dataclass, field, replace
 
 from accept.base.documents.results import UnitEntry
 from accept.store.event import Event
-from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged, UnitRefused, payload_of
+from accept.store.payloads import (
+    AttemptVoided,
+    CertificateSigned,
+    CertificateWritten,
+    UnitJudged,
+    UnitRefused,
+    payload_of,
+)
 
 TECHNICIAN = "technician"  # the role of the first signature
 
@@ -46,14 +53,17 @@ class UnitState:
     seq: int = 0  # the event of the last judgement
     time: str = ""  # of it, UTC, ISO 8601
     who: str = ""  # who judged
+    voided: str = ""  # why the last judgement was declared void, by whom and when
 
     @property
     def verdict(self) -> str:
         return str(self.result.verdict)
 
     def unchanged(self, inputs: Mapping[str, str], spec_sha256: str, code_sha256: str) -> bool:
-        """Return whether judging again could only repeat the result: same inputs, same spec, same code."""
-        return (dict(self.inputs), self.spec_sha256, self.code_sha256) == (dict(inputs), spec_sha256, code_sha256)
+        """Return whether judging again could only repeat the result: same inputs, same spec, same code. A judgement
+        that was declared void is no result."""
+        same = (dict(self.inputs), self.spec_sha256, self.code_sha256) == (dict(inputs), spec_sha256, code_sha256)
+        return same and not self.voided
 
 
 @dataclass(frozen=True)
@@ -72,7 +82,7 @@ def fold(events: Iterable[Event], state: BenchState | None = None) -> BenchState
     units, refused, seq = dict(state.units), dict(state.refused), state.seq
     for event in events:
         seq = event.seq
-        match payload_of(event, UnitJudged, UnitRefused, CertificateWritten, CertificateSigned):
+        match payload_of(event, UnitJudged, UnitRefused, CertificateWritten, CertificateSigned, AttemptVoided):
             case UnitJudged() as judged:
                 units[event.subject] = _judged(units.get(event.subject), event, judged)
                 refused.pop(judged.path, None)
@@ -80,6 +90,9 @@ def fold(events: Iterable[Event], state: BenchState | None = None) -> BenchState
                 refused[path] = reason
             case CertificateWritten() | CertificateSigned() as certified if event.subject in units:
                 units[event.subject] = _certified(units[event.subject], event, certified)
+            case AttemptVoided() as void if event.subject in units and units[event.subject].seq == void.judged:
+                words = f"{void.reason} ({event.who}, {event.time[:10]})"
+                units[event.subject] = replace(units[event.subject], voided=words)
             # A certificate of a unit that was judged elsewhere, as at QA's own desk, is a line of the history.
     return BenchState(units, refused, seq)
 

@@ -164,6 +164,16 @@ class CopiesResolved(Payload, what="copies_resolved"):
 
 
 @dataclass(frozen=True)
+class AttemptVoided(Payload, what="attempt_voided"):
+    """Quality assurance declared a judgement void: it counts in no statistic, and no certificate of it is valid."""
+
+    attempt: Annotated[int, "number of the judgement of the unit, 1, 2, 3 ..."]
+    judged: Annotated[int, "number of its event"]
+    reason: str
+    signed: Annotated[SignedBy | None, only_if(), "the decision counts only with it"] = None
+
+
+@dataclass(frozen=True)
 class Reference(Document):
     """Value that a quantity of a golden unit must have."""
 

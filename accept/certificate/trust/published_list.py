@@ -31,7 +31,7 @@ from accept.store import Event, Store, StoreHead
 from specs.errors import AcceptError
 from specs.files import CERTIFICATE_BYTES, read_bounded
 
-JUDGED, SIGNED = "unit_judged", "certificate_signed"
+JUDGED, SIGNED, VOIDED = "unit_judged", "certificate_signed", "attempt_voided"
 _STARTED = "attempt_started"
 _ATTEMPT = re.compile(r"attempt-(\d+)")  # the folder of an attempt in the workflow
 _KEYS = {"seq": int, "time": str, "what": str, "unit": str, "content": str, "event": str, "attempt": int}
@@ -44,7 +44,8 @@ class ListError(AcceptError, ValueError):
 @dataclass(frozen=True)
 class Entry:
     """One event. unit: hash of the serial; content: hash of the result, or of the signed certificate; event: hash in
-    the store's chain; attempt: number of the judgement, 0 for a signature."""
+    the store's chain; attempt: number of the judgement, 0 for a signature. A judgement that was declared void gives its
+    content and attempt once more."""
 
     seq: int
     time: str
@@ -102,11 +103,11 @@ def unit_key(serial: str) -> str:
 
 def entries_of(events: Iterable[Event]) -> tuple[Entry, ...]:
     """Return the entries of a store's events, in order."""
-    found, judged, started = [], dict[str, int](), set[str]()
+    found, judged, started = list[Entry](), dict[str, int](), set[str]()
     for event in events:
         if event.what == _STARTED:
             started.add(event.subject)
-        if event.what not in (JUDGED, SIGNED) or not event.subject:
+        if event.what not in (JUDGED, SIGNED, VOIDED) or not event.subject:
             continue
         content, attempt = str(event.data.get("sha256", "")), 0
         if event.what == JUDGED:
@@ -114,6 +115,9 @@ def entries_of(events: Iterable[Event]) -> tuple[Entry, ...]:
             content = hashlib.sha256(canonical(event.data["result"])).hexdigest()
             folder = _ATTEMPT.fullmatch(PurePath(str(event.data["path"])).name)
             attempt = int(folder[1]) if folder and event.subject in started else attempt
+        elif event.what == VOIDED:
+            own = next((e for e in found if e.seq == event.data.get("judged")), None)
+            content, attempt = (own.content, own.attempt) if own else ("", 0)
         found.append(Entry(event.seq, event.time, event.what, unit_key(event.subject), content, event.hash, attempt))
     return tuple(found)
 

@@ -14,6 +14,7 @@ from accept.certificate.trust.keys import public_of
 from accept.certificate.trust.published_list import (
     JUDGED,
     SIGNED,
+    VOIDED,
     BenchList,
     Entry,
     ListError,
@@ -64,6 +65,10 @@ def check_list(signed: bytes, contents: CertificateContent, when: datetime, list
     if contents.provenance.get("attempt") != judged[-1].attempt:
         words = f"it states attempt {contents.provenance.get('attempt')}, the list of its bench {judged[-1].attempt}"
         steps.append(Step(words, complete=False))
+    void = next((e for e in mine if e.what == VOIDED and e.content == judged[-1].content), None)
+    if void is not None:
+        words = f"the list says that this attempt was declared void, on {_minute(void.time)}"
+        return [*steps, Step(words, complete=False, current=False)]
     return [*steps, _later(own, judged[-1], lists)]
 
 

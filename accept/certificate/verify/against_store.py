@@ -20,6 +20,7 @@ from accept.judging.copies import Copy, copies_of
 from accept.judging.nonconformance import open_nonconformances
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
+from accept.judging.voids import voids
 from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
 from accept.store.chain import START
 from accept.store.indexes import JUDGED
@@ -45,7 +46,7 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
             events = list(store.events(contents.serial))
             signature = _signature_event(events, signed)
             held = _held(store, contents, signature)
-            history = _history(events, signature, contents) if signature else _later_than(events, when)
+            history = _history(store, events, signature, contents) if signature else _later_than(events, when)
             return [held, *history, _copied(store, contents, again), _built(store, contents), _sound(store, contents)]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
@@ -83,7 +84,7 @@ def _holds(store: Store, head: StoreHead) -> bool:
     return event is not None and StoreHead(event.seq, event.hash) == head
 
 
-def _history(events: Sequence[Event], signature: Event, contents: CertificateContent) -> list[Step]:
+def _history(store: Store, events: Sequence[Event], signature: Event, contents: CertificateContent) -> list[Step]:
     """Compare result, operator, spec, attempt and what was replaced with the judgement that the signature certifies."""
     result = canonical(contents.result)
     before = [e for e in events if e.what == JUDGED and e.seq < signature.seq]
@@ -92,6 +93,8 @@ def _history(events: Sequence[Event], signature: Event, contents: CertificateCon
         return [Step("this bench's store holds no judgement with this result", complete=False)]
     wrong = [name for name, same in _comparisons(events, own, contents).items() if not same]
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
+    if (void := voids(store, own.subject).get(own.seq)) is not None:
+        return [Step(f"quality assurance declared this attempt void: {void.words}", complete=False, current=False)]
     right = "operator, spec, code, attempt and what it replaces: as in this bench's store"
     return [
         Step(words, complete=False) if wrong else Step(right),

@@ -17,7 +17,7 @@ from accept.commands.trust.bench_keys import decision_signer
 from accept.fleet import gauge
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
-from accept.fleet.measurements import measurements, of_quantity
+from accept.fleet.measurements import measurements, not_void, of_quantity
 from accept.judging import golden
 from accept.store import open_store
 from checks.process_control.gauge_study import CATEGORIES
@@ -42,7 +42,8 @@ def gauge_study(
         frame = gauge.read_table(table)
     else:
         with open_store() as store:
-            frame = gauge.from_store(of_quantity(chosen(measurements(store), choice), str(wanted.quantity)))
+            frame = not_void(chosen(measurements(store), choice))
+            frame = gauge.from_store(of_quantity(frame, str(wanted.quantity)))
     found = gauge.study(frame)
     document = gauge.document(found, wanted.tolerance, len(frame))
     show(pd.DataFrame(document["table"]), "analysis of variance", dict.fromkeys(("F", "p"), "{:.4g}"))

@@ -23,6 +23,7 @@ class ListedVerdict(StrEnum):
     CONDITIONAL = "conditional"
     REJECTED = "rejected"
     INCOMPLETE = "incomplete"
+    VOIDED = "voided"
 
 
 class By(StrEnum):

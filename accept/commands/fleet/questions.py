@@ -27,6 +27,8 @@ from checks.picture import Panel
 from checks.process_control.control_chart import NELSON, Baseline
 from checks.rounding import rounded, rounded_U
 
+MOST_NAMED = 10  # void attempts in one line
+
 
 def is_chosen(frame: pd.DataFrame, choice: Choice) -> pd.Series:
     """Return which rows are asked about. Raises FleetError if there are none."""
@@ -60,7 +62,8 @@ def history(
         raise FleetError(f"no judgement of a unit '{serial}' in the store; `accept list` shows all serials")
     changed = histories.changes(frame)
     tries = attempts(frame)
-    show(telling(tries[["attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes"]], "bench"), serial)
+    shown = tries[["attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes", "voided"]]
+    show(telling(shown, "bench", "voided"), serial)
     columns = ["attempt", "quantity", "value", "U", "unit", "verdict", "change", "En", "changed"]
     shown = telling(_to_the_digits_of_U(changed[columns]), "change", "En", "changed")
     show(shown, "values, with their expanded uncertainty U (k = 2)", {"En": "{:.2f}", "change": "{:+.3g}"})
@@ -164,6 +167,7 @@ def first_pass(
     frame = _stored()
     asked = is_chosen(frame, choice)
     made = yields.yields(frame, by.value, asked)
+    _say_voided(frame[asked])
     if made.empty:
         raise FleetError("no unit was judged for the first time in this period; re-tests are no first attempts")
     show(made, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
@@ -175,6 +179,15 @@ def first_pass(
     write(outputs, made)
     _draw(plot, yields.panels(made, causes, by.value), columns=2)
     return Exit.ACCEPTED
+
+
+def _say_voided(frame: pd.DataFrame) -> None:
+    """Say which attempts do not count: a yield without them is not that of all that was measured."""
+    void = frame[frame["voided"] != ""].drop_duplicates("seq")
+    if len(void):
+        named = [f"{row['serial']} attempt {row['attempt']}" for row in void.to_dict("records")]
+        more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
+        say(f"{len(named)} attempts are void and not counted: {', '.join(named[:MOST_NAMED])}{more}")
 
 
 @clear_errors
@@ -207,6 +220,7 @@ def trend(
                 stated = trends.set_baseline(store, of, by.value, reason, operator_name(operator))
                 say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
         known = trends.stored_baselines(store, quantity, by.value)
+    _say_voided(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)])
     made = trends.trends(frame, quantity, by.value, known, _rules(rules), is_chosen(frame, choice))
     documents = [trends.summary(t) for t in made]
     show(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{made[0].unit}], first attempts")

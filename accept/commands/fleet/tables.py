@@ -82,7 +82,7 @@ def show(frame: pd.DataFrame, title: str, formats: Mapping[str, str] | None = No
 
 def telling(frame: pd.DataFrame, *columns: str) -> pd.DataFrame:
     """Drop those of these columns that hold nothing in any row."""
-    return frame.drop(columns=[c for c in columns if frame[c].isna().all() or frame[c].eq(NOT_STATED).all()])
+    return frame.drop(columns=[c for c in columns if frame[c].isna().all() or frame[c].isin([NOT_STATED, ""]).all()])
 
 
 def _told(column: str, text: str) -> str:

@@ -20,6 +20,7 @@ from accept.certificate.verify.rejudge import read_certificate
 from accept.commands.options import QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
 from accept.judging.copies import resolve
+from accept.judging.voids import void
 from accept.store import Event, StoreError, StoreHead, check_lines, fold, open_store
 from accept.store.backup import back_up, restore
 from accept.store.chain import START
@@ -147,6 +148,22 @@ def resolve_copies(
             others = ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
             stdout.print(f"{serial}:{copy['sample']} and {others}: measured at {', '.join(measured)}")
     say("judge the units again: accept batch, or accept report")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def void_attempt(
+    serial: Annotated[str, typer.Argument(help="Serial of a unit.")],
+    attempt: Annotated[int, typer.Argument(min=1, help="Number of the attempt, as `accept history` shows it.")],
+    reason: Annotated[str, typer.Option(help="What was wrong with the attempt.")],
+    passphrase_file: QaPassphrase = None,
+) -> Exit:
+    """Declare an attempt at a unit void. Quality assurance signs the decision with its key."""
+    signer = decision_signer(passphrase_file)
+    with open_store() as store:
+        verdict = void(store, serial, attempt, reason, signer)
+    stdout.print(f"{serial}: attempt {attempt}, '{verdict}', is void: {' '.join(reason.split())} ({signer.person})")
+    say("it counts in no yield or chart, and its certificate is no longer valid; judge the unit again")
     return Exit.ACCEPTED
 
 

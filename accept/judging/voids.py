@@ -1,0 +1,75 @@
+"""Attempts that quality assurance declared void: a wrong lead, a typing error, another unit on the bench.
+
+A void judgement stays in the store and in the history. It counts in no yield, chart or set, no certificate of it is
+valid, and it makes no earlier judgement valid again: the unit is judged anew.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from accept.judging.decisions import Signer, problem_here, sign_decision
+from accept.store import Event, Store
+from accept.store.payloads import AttemptVoided, UnitJudged
+from specs.errors import AcceptError
+
+
+class VoidError(AcceptError, ValueError):
+    """An attempt that cannot be declared void; the text says why."""
+
+
+@dataclass(frozen=True)
+class Void:
+    """A decision that a judgement is void. judged: number of its event."""
+
+    judged: int
+    attempt: int
+    reason: str
+    person: str
+    time: str
+
+    @property
+    def words(self) -> str:
+        """The decision in words: `wrong lead (Grace, 2026-10-12)`."""
+        return f"{self.reason} ({self.person}, {self.time[:10]})"
+
+
+def void(store: Store, serial: str, attempt: int, reason: str, signer: Signer) -> str:
+    """Declare an attempt void, by a decision that quality assurance signs, and return the verdict that it had.
+
+    Raises VoidError without a reason, for an attempt that does not exist or is void already, DecisionError for a key of
+    another role, StoreError."""
+    if not reason.strip():
+        raise VoidError("say why the attempt is void: --reason")
+    judged = list(store.events(serial, UnitJudged.KIND))
+    if not judged:
+        raise VoidError(f"no judgement of a unit '{serial}' in the store; `accept list` shows all serials")
+    if not 1 <= attempt <= len(judged):
+        raise VoidError(f"{serial} was judged {len(judged)} times; attempt {attempt} does not exist")
+    event = judged[attempt - 1]
+    if event.seq in voids(store, serial):
+        raise VoidError(f"attempt {attempt} of {serial} is void already")
+    said = AttemptVoided(attempt, event.seq, " ".join(reason.split()))
+    signed = sign_decision(AttemptVoided.KIND, _content(serial, said), signer)
+    store.write(replace(said, signed=signed), serial, who=signer.person)
+    return str(UnitJudged.of(event).result.verdict)
+
+
+def voids(store: Store, serial: str | None = None) -> dict[int, Void]:
+    """Return number of a judgement's event -> the decision that it is void, of one unit or of all. A decision without a
+    valid signature of quality assurance does not count. Raises StoreError."""
+    found = {}
+    for event in store.events(serial, AttemptVoided.KIND):
+        said = AttemptVoided.of(event)
+        if problem_here(AttemptVoided.KIND, _content(event.subject, said), said.signed) is None:
+            found[said.judged] = Void(said.judged, said.attempt, said.reason, event.who, event.time)
+    return found
+
+
+def last_judgement(store: Store, serial: str) -> tuple[Event, Void | None] | None:
+    """Return the last judgement of a unit, with the decision if it is void; None if the unit was never judged."""
+    last = store.latest(serial, UnitJudged.KIND)
+    return None if last is None else (last, voids(store, serial).get(last.seq))
+
+
+def _content(serial: str, said: AttemptVoided) -> dict[str, Any]:
+    return {"serial": serial, "attempt": said.attempt, "judged": said.judged, "reason": said.reason}
