@@ -228,10 +228,11 @@ class Cause(Enum):
     )
     U_TOO_LARGE = "U = {U:.3g}{in_unit} is above the {most:g}{in_unit} that shared risk allows"
     U_BESIDE_ZONE = (
-        "U = {U:.3g}{in_unit} is too large beside the limits: at most {most:.3g}{in_unit}, a third of half the zone"
+        "U = {U:.3g}{in_unit} is too large beside the limits: their decision rule allows at most {most:.3g}{in_unit}"
     )
     CALIBRATION = "no valid calibration: {detail}"
     LEARNED_BENCH = "model {model}: {detail}; learn the bench anew (`accept model learn`)"
+    FOLDER_NAME = "its folder is called {name}, which is the serial of another unit: which of the two was measured?"
     PART_DOUBTED = "each part is accepted before it is built in, and stands in one strut: {detail}"
     NONCONFORMANCE = "held by a nonconformance of the part, which quality assurance decides: {detail}"
     MEMORY_LIMIT = "the records are too large: judging them takes more memory than a worker has ({most:g} GB)"

@@ -16,9 +16,11 @@ from specs.spec import Limit
 # Simple acceptance relies on a U that is small beside the limits: a value inside then lies outside with at most this
 # probability ([ILACG8] 4.2.1). A U as wide as the zone between two limits breaks that.
 MOST_RISK = 0.5
-# A value is compared as it is only if U is small beside the zone between the limits: at most a third of half the zone,
-# as ISO/IEC 17025 laboratories ask of a test uncertainty ratio. Guarded acceptance takes U off the zone instead.
-LARGEST_U = 1.0 / 3.0
+# U is bounded beside the zone between two limits, as a share of half the zone, for every decision rule. A value that is
+# compared as it is needs a small U: a third, as ISO/IEC 17025 laboratories ask of a test uncertainty ratio. Guarded
+# acceptance takes U off the zone, so its risk is small anyway; at three quarters, a quarter of the zone is left to
+# accept in, and with less it is chance that decides whether a value lies there.
+LARGEST_U = {"guarded": 0.75, "simple": 1.0 / 3.0, "shared": 1.0 / 3.0}
 
 
 class Verdict(StrEnum):
@@ -125,16 +127,17 @@ def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, Reason |
     if math.isinf(U):
         unknown = Verdict.CONDITIONAL, because(Cause.U_UNKNOWN)
         return unknown if inside else outside
+    too_wide = Verdict.CONDITIONAL, because(Cause.U_BESIDE_ZONE, U=U, unit=limit.unit, most=largest_U(limit))
     if limit.rule == "guarded":
         if lower <= value - U and value + U <= upper:
-            return Verdict.PASS, None
+            return too_wide if U > largest_U(limit) else (Verdict.PASS, None)
         if value + U < lower or value - U > upper:
             return outside
         return Verdict.CONDITIONAL, because(Cause.U_INCLUDES_LIMIT, value=value, U=U, unit=limit.unit)
     if not inside:
         return outside
     if U > largest_U(limit):
-        return Verdict.CONDITIONAL, because(Cause.U_BESIDE_ZONE, U=U, unit=limit.unit, most=largest_U(limit))
+        return too_wide
     if limit.rule == "shared" and U > (limit.U_max or 0.0):
         return Verdict.CONDITIONAL, because(Cause.U_TOO_LARGE, U=U, unit=limit.unit, most=limit.U_max or 0.0)
     if probability_outside(value, U, limit) > MOST_RISK:
@@ -143,11 +146,10 @@ def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, Reason |
 
 
 def largest_U(limit: Limit) -> float:
-    """Return the largest expanded uncertainty that a limit's decision rule allows, infinite without a zone: half of the
-    zone if it is guarded, else a third of that."""
+    """Return the largest expanded uncertainty that a limit's decision rule allows: a share of half the zone between its
+    limits, infinite for a limit that has one bound only."""
     lower, upper = bounds(limit)
-    half = (upper - lower) / 2.0
-    return half if limit.rule == "guarded" else half * LARGEST_U
+    return LARGEST_U[limit.rule] * (upper - lower) / 2.0
 
 
 def bounds(limit: Limit) -> tuple[float, float]:

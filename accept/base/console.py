@@ -17,7 +17,7 @@ from accept.base.plain_text import lines, one_line
 from specs import plugins
 from specs.errors import AcceptError
 
-__all__ = ["KNOWN_ERRORS", "clear_errors", "one_line", "operator_name", "say", "stdout", "tell"]
+__all__ = ["KNOWN_ERRORS", "clear_errors", "confirm", "one_line", "operator_name", "say", "stdout", "tell"]
 
 P = ParamSpec("P")
 
@@ -46,6 +46,14 @@ def say(words: str) -> None:
     """Write a message to stderr, so that stdout stays data. Further lines are indented: a line break in a name begins
     no line that looks like the program's."""
     print(lines(words).replace("\n", "\n    "), file=sys.stderr, flush=True)
+
+
+def confirm(question: str) -> bool | None:
+    """Ask a question at the terminal and return the answer; None without a terminal to ask at."""
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return None
+    print(f"{one_line(question)} [y/N] ", end="", file=sys.stderr, flush=True)
+    return sys.stdin.readline().strip().lower() in ("y", "yes")
 
 
 def tell(*words: str) -> None:

@@ -46,7 +46,7 @@ class BatchRequest:
     calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's.
     pool: processes that run already; the longest unit is then judged by this one. For units that are known not to
     break it. cluster: judges instead of processes of this machine. refused: (where, why) of units that did not even
-    come this far."""
+    come this far. confirm: asks the operator a question, None if it cannot be asked."""
 
     paths: Sequence[Path]
     out: Path
@@ -60,6 +60,7 @@ class BatchRequest:
     pool: ProcessPoolExecutor | None = None
     cluster: Cluster | None = None
     refused: Sequence[tuple[str, str]] = ()
+    confirm: Callable[[str], bool | None] = lambda _: None
 
     def certificate(self, serial: str) -> Path | None:
         """Return the path of a unit's certificate, None if none is wanted."""
@@ -129,6 +130,7 @@ class _Batch:
             on=request.on,
             model=request.model,
             out=request.out,
+            confirm=request.confirm,
         )
         self.doubted: list[str] = []  # judged earlier with a recording that another unit has too
         self.started = 0  # number of the event that says so

@@ -11,7 +11,7 @@ that attempt replaced.
 """
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
 from pathlib import Path
@@ -31,6 +31,7 @@ from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.copies import withhold_others
+from accept.judging.folder_name import CONFIRMED, question
 from accept.judging.golden import check_may_judge, missed
 from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations
@@ -66,7 +67,8 @@ class StoredJudgement:
 class Pipeline:
     """Judges units for one store: by these specs (kind -> spec), under this operator's name, with the calibration of
     a bench file's instruments as it stands `on` a day (UTC). credential: signs certificates. model: explains responses
-    instead of the spec's. out: folder of the results."""
+    instead of the spec's. out: folder of the results. confirm: asks the operator a question, None if it cannot be
+    asked."""
 
     def __init__(
         self,
@@ -80,6 +82,7 @@ class Pipeline:
         model: str | None = None,
         out: Path | None = None,
         place: Path | None = None,
+        confirm: Callable[[str], bool | None] = lambda _: None,
     ) -> None:
         self.store, self.specs, self.operator, self.credential = store, specs, operator, credential
         self.bench_file, self.on, self.model, self.out = bench_file, on or datetime.now(UTC).date(), model, out
@@ -88,6 +91,7 @@ class Pipeline:
         self._starts: dict[str, StartModel | None] = {}
         self._head: SignedHead | None = None
         self._stopped: bool | None = None
+        self._confirm, self._confirmed = confirm, set[Path]()
 
     def ask(self, unit: UnitFolder) -> Known:
         """Ask the store for what it knows of a unit. Raises UnitError if the store cannot hold such a unit,
@@ -102,7 +106,15 @@ class Pipeline:
             raise UnitError(unit.path / UNIT_FILE, [mistaken_for(unit.serial, other)])
         before = fold(past).units.get(unit.serial)
         samples = before.result.samples if before else {}
-        return Known(before, self._reservations(unit, samples))
+        known = Known(before, self._reservations(unit, samples))
+        if known.reservations.folder and CONFIRMED not in known.reservations.folder:
+            answer = self._confirm(question(unit))
+            if answer is False:
+                raise UnitError(unit.path / UNIT_FILE, [f"serial = '{unit.serial}' was not confirmed for this folder"])
+            if answer:
+                self._confirmed.add(unit.path)
+                known = Known(before, self._reservations(unit, samples))
+        return known
 
     def stands(self, unit: UnitFolder, known: Known, certificate: Path | None) -> bool:
         """Return whether the unit's last judgement stands: its inputs, spec and code are unchanged, and its files, an
@@ -185,7 +197,8 @@ class Pipeline:
         return calibration.checked(stated, unit.measured)
 
     def _reservations(self, unit: UnitFolder, samples: Mapping[str, Any]) -> Reservations:
-        return Reservations.known(self.store, unit, samples)
+        confirmed_by = self.operator if unit.path in self._confirmed else ""
+        return Reservations.known(self.store, unit, samples, confirmed_by)
 
     def _model_hashes(self, kind: str) -> dict[str, dict[str, str]]:
         """Return the hashes of the model files that the spec of this kind names: if one changes, so may the verdict."""

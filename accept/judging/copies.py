@@ -93,7 +93,10 @@ def _same_evidence(path: str, folder: str, pairs: Sequence[tuple[str, str, Chann
 
 
 def _copy(serial: str, name: str, own: Channels, found: Mapping[tuple[str, str], Channels], said: list[Event]) -> Copy:
-    parties = {_party(serial, name, own), *(_party(who, sample, told) for (who, sample), told in found.items())}
+    parties = {
+        recording_party(serial, name, own),
+        *(recording_party(who, sample, told) for (who, sample), told in found.items()),
+    }
     read = ((event, CopiesResolved.of(event)) for event in reversed(said))
     decisions = ((e, d) for e, d in read if problem_here(CopiesResolved.KIND, resolved_content(d), d.signed) is None)
     event, decision = next(((e, d) for e, d in decisions if parties <= set(d.parties)), (None, None))
@@ -107,8 +110,9 @@ def _copy(serial: str, name: str, own: Channels, found: Mapping[tuple[str, str],
     return copy | {"withheld": (serial, name) not in decision.measured, "resolved": told}
 
 
-def _party(serial: str, sample: str, channels: Channels) -> tuple[str, str, str]:
-    """Return serial, record, and a hash of what it holds: another recording under the same name is another party."""
+def recording_party(serial: str, sample: str, channels: Channels) -> tuple[str, str, str]:
+    """Return serial, record, and a hash of what it holds, as a decision names it: another recording under the same name
+    is another party."""
     return serial, sample, hashlib.sha256(repr(sorted(channels.items())).encode()).hexdigest()[:16]
 
 
@@ -188,7 +192,7 @@ def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, sig
         raise CopiesError(f"--measured: name one or more of {known}")
     if len(units := sorted({unit for unit, _ in chosen})) > 1:
         raise CopiesError(f"--measured: one recording was measured at one unit, not at {' and '.join(units)}")
-    told = sorted({_party(serial, c["sample"], samples[c["sample"]]) for c in found} | _parties(store, found))
+    told = sorted({recording_party(serial, c["sample"], samples[c["sample"]]) for c in found} | _parties(store, found))
     said = CopiesResolved(tuple(told), tuple(chosen), " ".join(reason.split()))
     signed = sign_decision(CopiesResolved.KIND, resolved_content(said), signer)
     store.write(replace(said, signed=signed), serial, who=signer.person)
@@ -203,5 +207,5 @@ def _parties(store: Store, found: Sequence[Copy]) -> set[tuple[str, str, str]]:
         for event in store.events(other, UnitJudged.KIND):
             for name, channels in UnitJudged.of(event).result.samples.items():
                 if (other, name) in wanted:
-                    there.add(_party(other, name, channels))
+                    there.add(recording_party(other, name, channels))
     return there

@@ -5,7 +5,7 @@ valid signature does not count: a name can be typed by anyone at the keyboard.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -58,11 +58,12 @@ def decision_problem(
     signed: SignedBy | None,
     roots: Sequence[x509.Certificate],
     revoked: Mapping[int, datetime],
+    lost: Collection[int] = (),
 ) -> str | None:
     """Return why a decision does not count, None if it does. revoked: numbers of revoked certificates, and since
-    when."""
+    when; lost: those whose key another person may hold, who can date a decision at will."""
     if signed is None:
-        return "nobody of quality assurance signed it"
+        return "it is not signed by quality assurance"
     try:
         certificate = x509.load_pem_x509_certificate(signed.certificate.encode("ascii"))
         key, when = certificate.public_key(), datetime.fromisoformat(signed.time)
@@ -79,6 +80,8 @@ def decision_problem(
         return "it was not signed under a trusted authority"
     if not certificate.not_valid_before_utc <= when <= certificate.not_valid_after_utc:
         return "it was signed when the key was not valid"
+    if certificate.serial_number in lost:
+        return "its key was lost or compromised later: quality assurance signs it again"
     since = revoked.get(certificate.serial_number)
     return f"its key was revoked on {since:%Y-%m-%d}" if since is not None and when >= since else None
 
@@ -92,12 +95,24 @@ def problem_here(kind: str, content: Mapping[str, Any], signed: SignedBy | None)
         return "this bench has no authority's certificate to hold it against"
     try:
         listed = x509.load_pem_x509_crl(read_bounded(folder / "ca.crl.pem"))
+        key = roots[0].public_key()
+        if not isinstance(key, ec.EllipticCurvePublicKey) or not listed.is_signature_valid(key):
+            return "the list of revoked keys is not signed by the authority"
         revoked = {one.serial_number: one.revocation_date_utc for one in listed}
+        lost = {one.serial_number for one in listed if _is_lost(one)}
     except FileNotFoundError:
-        revoked = {}
+        revoked, lost = {}, set()
     except (OSError, ValueError):
         return "the list of revoked keys cannot be read"
-    return decision_problem(kind, content, signed, roots, revoked)
+    return decision_problem(kind, content, signed, roots, revoked, lost)
+
+
+def _is_lost(one: x509.RevokedCertificate) -> bool:
+    try:
+        reason = one.extensions.get_extension_for_class(x509.CRLReason).value.reason
+    except x509.ExtensionNotFound:
+        return False
+    return reason is x509.ReasonFlags.key_compromise
 
 
 def _text(kind: str, content: Mapping[str, Any], person: str, time: str) -> bytes:

@@ -8,11 +8,12 @@ Every judgement is given its reservations here: those of batch, report and workf
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from accept.base.documents.results import UnitEntry
 from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
+from accept.judging.folder_name import CONFIRMED, NAME, doubted_folder
 from accept.judging.nonconformance import in_notes, open_nonconformances
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
@@ -26,25 +27,30 @@ from checks.verdict import Finding, unit_verdict
 @dataclass(frozen=True)
 class Reservations:
     """copies: recordings of the unit that are filed elsewhere too. part_doubts: doubts about its parts, a sentence
-    each. nonconformances: those that hold it."""
+    each. nonconformances: those that hold it. folder: its name if that is another unit's serial."""
 
     copies: Sequence[Copy] = ()
     part_doubts: Sequence[str] = ()
     nonconformances: Sequence[str] = ()
+    folder: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def known(cls, store: Store, unit: UnitFolder, samples: Samples) -> "Reservations":
-        """Return what the store knows now of a unit with these samples. Raises StoreError."""
+    def known(cls, store: Store, unit: UnitFolder, samples: Samples, confirmed_by: str = "") -> "Reservations":
+        """Return what the store knows now of a unit with these samples. confirmed_by: who confirmed that a folder with
+        another serial as its name is of this unit. Raises StoreError."""
         return cls(
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
             tuple(part_doubts(store, unit.serial, unit.parts)),
             tuple(open_nonconformances(store, unit.serial, unit.notes)),
+            doubted_folder(store, unit, confirmed_by),
         )
 
     @classmethod
     def stated(cls, entry: UnitEntry) -> "Reservations":
         """Return the reservations that an entry of results.json states."""
-        return cls(tuple(dict(copy) for copy in entry.copies), entry.part_doubts, entry.nonconformances)
+        return cls(
+            tuple(dict(copy) for copy in entry.copies), entry.part_doubts, entry.nonconformances, dict(entry.folder)
+        )
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
         """Return these and the nonconformances among the notes of the unit's folder."""
@@ -52,7 +58,7 @@ class Reservations:
         return replace(self, nonconformances=(*here, *(n for n in self.nonconformances if n not in here)))
 
     def __bool__(self) -> bool:
-        return bool(self.copies or self.part_doubts or self.nonconformances)
+        return bool(self.copies or self.part_doubts or self.nonconformances or self.folder)
 
     def weaken(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
         """Return the findings of a unit with these reservations."""
@@ -65,6 +71,9 @@ class Reservations:
         if self.nonconformances:
             held = because(Cause.NONCONFORMANCE, detail="; ".join(self.nonconformances))
             found = tuple(weakened(f, held) for f in found)
+        if self.folder and CONFIRMED not in self.folder:
+            doubt = because(Cause.FOLDER_NAME, name=self.folder.get(NAME, ""))
+            found = tuple(weakened(f, doubt) for f in found)
         return found
 
     def apply(self, result: UnitResult) -> UnitResult:
@@ -82,4 +91,5 @@ class Reservations:
             copies=tuple(self.copies),
             part_doubts=tuple(self.part_doubts),
             nonconformances=tuple(self.nonconformances),
+            folder=dict(self.folder),
         )

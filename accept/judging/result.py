@@ -28,6 +28,7 @@ class UnitResult:
     samples : sketches of its records (`accept.units.samples`); in the JSON only if it has records.
     copies : its recordings that exist elsewhere too (`accept.judging.copies`); in the JSON only if any does.
     nonconformances : those of the part that hold it (`accept.judging.nonconformance`); likewise.
+    folder : name of its folder if that is another unit's serial (`accept.judging.folder_name`); likewise.
     part_doubts : doubts about its parts (`accept.judging.parts`); in the JSON only if any exists.
     gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only if that was asked for.
     measured : section -> day of measuring; origin, environment : as its folder states them; in the JSON only then.
@@ -52,6 +53,7 @@ class UnitResult:
     copies: tuple[Mapping[str, Any], ...] = ()
     part_doubts: tuple[str, ...] = ()
     nonconformances: tuple[str, ...] = ()
+    folder: Mapping[str, str] = field(default_factory=dict)
     measured: Mapping[str, str] = field(default_factory=dict)
     origin: Mapping[str, str] = field(default_factory=dict)
     environment: Mapping[str, Measured] = field(default_factory=dict)
@@ -92,6 +94,7 @@ class UnitResult:
             part_doubts=self.part_doubts,
             action=self.action,
             nonconformances=self.nonconformances,
+            folder=dict(self.folder),
             calibration=self.calibration,
             gap=self.gap,
             models=self.models,

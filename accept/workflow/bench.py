@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from accept.base.home import home
+from accept.judging.folder_name import doubted_folder, question
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
 from accept.store import Store, open_store
 from accept.units import unit_folder
@@ -86,7 +87,16 @@ class Workbench:
             session.begin(begun.parts, begun.reason or "", self._channels(taken))
         else:
             session.resume()
+        if self.taken is not None and taken is None:
+            return [f"nothing was taken from {self.taken.path}: it is the folder of {self.taken.serial}"]
         return [] if taken is None else adopt(session, taken)
+
+    def doubt(self, serial: str) -> str | None:
+        """Return what is asked about the unit folder that is continued if it is called like another serial, None
+        without a doubt. Raises StoreError."""
+        if self.taken is None or self.taken.serial != serial or not doubted_folder(self.store, self.taken):
+            return None
+        return question(self.taken)
 
 
 @dataclass(frozen=True)

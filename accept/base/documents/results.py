@@ -61,6 +61,9 @@ class UnitEntry(Document):
     part_doubts: Annotated[tuple[str, ...], _filled, "what speaks against its parts"] = ()
     action: Annotated[str | None, only_if(), "what to put right at the bench before it is measured again"] = None
     nonconformances: Annotated[tuple[str, ...], _filled, "what was found wrong with the part, and holds the unit"] = ()
+    folder: Annotated[
+        Mapping[str, str], _filled, "`name` of its folder if that is another serial, `confirmed_by` a person"
+    ] = field(default_factory=dict)
     calibration: Annotated[Mapping[str, Any] | None, only_if(), "the instruments behind the findings"] = None
     gap: Annotated[Mapping[str, Any] | None, only_if(), "the answer of the gap workflow, as gap.json"] = None
     models: Annotated[Mapping[str, Mapping[str, str]], _filled, "sha256 of the files of each model"] = field(

@@ -8,6 +8,7 @@ from cryptography import x509
 from cryptography.x509.oid import NameOID
 
 from accept.certificate.contents.content import CertificateContent
+from accept.judging.folder_name import CONFIRMED, NAME
 from accept.models.evidence import hashes
 
 NOT_STATED = "not stated"
@@ -20,6 +21,7 @@ def statements(contents: CertificateContent) -> dict[str, str]:
         "Models": _models(contents),
         "Attempt": _attempt(contents.provenance),
         "Calibration": _calibration(contents.result.get("calibration")),
+        "Folder": _folder(contents.result.get("folder") or {}),
         "Copies": _copies(contents.result.get("copies") or []),
         "Store": _head(contents.provenance.get("head")),
         "Bench": _bench(contents.provenance),
@@ -78,6 +80,13 @@ def _calibration(given: Mapping[str, Any] | None) -> str:
     return f"bench file {given['bench']} of {given['on']}: {len(given['instruments'])} instruments, {state}"
 
 
+def _folder(given: Mapping[str, str]) -> str:
+    if not given:
+        return ""
+    said = f"the serial was confirmed by {given[CONFIRMED]}" if CONFIRMED in given else "the serial was not confirmed"
+    return f"called {given.get(NAME, '')}, which is another serial; {said}"
+
+
 def _copies(copies: Sequence[Mapping[str, Any]]) -> str:
     return "; ".join(_one_copy(copy) for copy in copies)
 
@@ -87,9 +96,9 @@ def _one_copy(copy: Mapping[str, Any]) -> str:
     same = f"{copy['sample']} holds the samples of {others}"
     said = copy.get("resolved")
     if said is None:
-        return f"{same}: without a result until somebody says whose it is"
+        return f"{same}: without a result until quality assurance decides where it belongs"
     whose = ", ".join(f"{serial} {sample}" for serial, sample in said["measured"])
-    return f"{same}: measured at {whose}, said {said['who']} on {str(said['time'])[:10]}: {said['reason']}"
+    return f"{same}: measured at {whose}, decided by {said['who']} on {str(said['time'])[:10]}: {said['reason']}"
 
 
 def _bench(provenance: Mapping[str, Any]) -> str:

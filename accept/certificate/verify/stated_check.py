@@ -18,6 +18,7 @@ from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.statements import unlisted
+from accept.judging.copies import recording_party
 from accept.judging.decisions import decision_problem
 from accept.store.payloads import CopiesResolved, SignedBy
 from accept.store.seal import head_problem
@@ -64,6 +65,8 @@ def check_copies(
     """Check that quality assurance signed the decision on where each recording belongs that is counted although it
     exists elsewhere too."""
     since = {entry.serial_number: entry.since for entry in revoked}
+    lost = {entry.serial_number for entry in revoked if entry.compromised}
+    samples = contents.result.get("samples") or {}
     steps = []
     for copy in contents.result.get("copies") or ():
         if copy["withheld"]:
@@ -71,15 +74,19 @@ def check_copies(
         told = copy.get("resolved") or {}
         signed = SignedBy.from_json(told["signed"]) if told.get("signed") else None
         content = {key: told.get(key) for key in ("parties", "measured", "reason")}
-        problem = decision_problem(CopiesResolved.KIND, content, signed, roots, since)
+        problem = decision_problem(CopiesResolved.KIND, content, signed, roots, since, lost)
         measured = [contents.serial, copy["sample"]] in (told.get("measured") or [])
-        party = any(p[:2] == [contents.serial, copy["sample"]] for p in told.get("parties") or [])
-        if problem is None and not (measured and party):
+        party = list(recording_party(contents.serial, copy["sample"], samples.get(copy["sample"]) or {}))
+        if problem is None and not measured:
             problem = "it does not say that it was measured at this unit"
+        if problem is None and party not in [list(p) for p in told.get("parties") or []]:
+            problem = "it is about another recording of that name"
         if problem is None and signed is not None and told["who"] != signed.person:
             problem = f"it names {told['who']}, but {signed.person} signed it"
         if problem is not None:
-            words = f"{copy['sample']} stands elsewhere too, and the decision whose it is does not count: {problem}"
+            words = (
+                f"{copy['sample']} is filed elsewhere too, and the decision where it belongs does not count: {problem}"
+            )
             steps.append(Step(words, complete=False))
     return steps
 

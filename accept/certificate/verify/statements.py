@@ -82,6 +82,7 @@ STATEMENTS = (
         ("origin", _DERIVED, "unit.toml"),
         ("environment", _DERIVED, "unit.toml"),
         ("nonconformances", (Way.DERIVED, Way.LOOKED_UP), "notes in unit.toml; what the store has open"),
+        ("folder", _LOOKED_UP, "the stored judgement; a name that is another serial weakens the verdict"),
         ("part_doubts", _LOOKED_UP, "the parts' judgements in the store"),
         ("action", _DERIVED, "the causes of its findings"),
         ("gap", _LOOKED_UP, "the stored judgement; no verdict depends on it"),

@@ -79,6 +79,7 @@ class StartScreen(Working[Begin | None]):
         self._load, self._bench, self._given = load, bench, given
         self._known: KnownUnit | None = None
         self._ending = False  # Escape was pressed once
+        self._confirmed: set[str] = set()  # serials of a folder that is called like another one
 
     def compose(self) -> ComposeResult:
         yield Label("accept · new unit", classes="title")
@@ -201,7 +202,19 @@ class StartScreen(Working[Begin | None]):
             return
         parts = {name: self._value(name) for name in PARTS.get(kind, ()) if self._value(name)}
         said = (serial, kind, operator, parts, reason)
+        if serial not in self._confirmed and (doubt := bench.doubt(serial)) is not None:
+            asked = Question("Which unit is it?", doubt, [QuestionLine("Serial number on its label")])
+            self.app.push_screen(asked, lambda answer: self._confirm(serial, reason, answer))
+            return
         self.send(lambda: _open(bench, said), self._opened, f"opening {serial}")
+
+    def _confirm(self, serial: str, reason: str | None, answer: list[str] | None) -> None:
+        """Go on if the serial was confirmed of a folder that is called like another one."""
+        if answer is None or answer[0].strip() != serial:
+            self.say(f"{serial} was not confirmed: enter the serial number of the unit on the bench", "bad")
+            return
+        self._confirmed.add(serial)
+        self._begin(reason)
 
     def _opened(self, opened: "tuple[Session, list[str]]") -> None:
         if self._bench is not None:

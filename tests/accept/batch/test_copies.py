@@ -14,7 +14,7 @@ from accept.certificate.trust import keys
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.stated_check import check_copies
 from accept.cli.main import app
-from accept.judging.copies import _party
+from accept.judging.copies import recording_party
 from accept.store import fold, open_store
 from accept.store.payloads import CopiesResolved, UnitJudged
 from hw.records import csv_bytes
@@ -111,7 +111,7 @@ def test_one_recording_belongs_to_one_unit_and_quality_assurance_signs(
         assert accept("store", "resolve", "X-1", "--measured", "A-1", "--reason", "typed").exit_code == 6
     with open_store() as store:  # by a program of its own, in QA's name and without her signature
         judged = {s: UnitJudged.of(store.latest(s, UnitJudged.KIND)).result for s in ("A-1", "X-1")}
-        parties = tuple(_party(s, name, held) for s, r in judged.items() for name, held in r.samples.items())
+        parties = tuple(recording_party(s, name, held) for s, r in judged.items() for name, held in r.samples.items())
         chosen = tuple(("X-1", name) for name in judged["X-1"].samples)
         store.write(CopiesResolved(parties, chosen, "typed"), "X-1", who="Grace")
     assert accept(*words).exit_code == 4
@@ -269,3 +269,35 @@ def test_the_index_is_held_against_the_events_and_made_anew_by_a_restored_backup
     assert accept("store", "restore", tmp_path / "b.sqlite").exit_code == 0
     assert accept("store", "check").exit_code == 0
     assert keys.exist(home())
+
+
+def test_a_decision_of_a_key_that_was_lost_counts_for_nothing(tmp_path: Path, spec: Path) -> None:
+    """Its finder dates it as he likes: at the bench it is open again, and its certificate is not plainly valid."""
+    out = tmp_path / "out"
+    units = [unit(tmp_path / "A", "A-1", 1), unit(tmp_path / "B", "B-1", 1)]
+    batch(out, spec, *units)
+    accept("store", "resolve", "A-1", "--measured", "A-1", "--reason", "B-1 was not on the bench")
+    assert verdicts_again(out, spec, *units) == {"A-1": "accepted", "B-1": "incomplete"}
+    assert accept("verify", out / "certificates" / "A-1.pdf").exit_code == 0
+    phrase = keys.folder(home()) / keys.AUTHORITY_PASSPHRASE
+    done = accept("keys", "revoke", "Grace", "--reason", "lost", "--passphrase-file", phrase)
+    assert done.exit_code == 0, done.output
+    done = accept("verify", out / "certificates" / "A-1.pdf")
+    assert (done.exit_code, "lost or compromised" in done.stdout) == (4, True), done.output
+    assert verdicts_again(out, spec, *units) == {"A-1": "incomplete", "B-1": "incomplete"}
+
+
+def test_a_decision_is_about_the_recording_that_was_there(tmp_path: Path, spec: Path) -> None:
+    """Another recording under the name of the one that was decided about is another party."""
+    out = tmp_path / "out"
+    units = [unit(tmp_path / "A", "A-1", 1), unit(tmp_path / "B", "B-1", 1)]
+    batch(out, spec, *units)
+    accept("store", "resolve", "A-1", "--measured", "A-1", "--reason", "B-1 was not on the bench")
+    batch(out, spec, *units)
+    contents = read((out / "certificates" / "A-1.pdf").read_bytes())
+    roots = [keys.ca(home())]
+    assert check_copies(contents, roots, ()) == []
+    (name,) = [copy["sample"] for copy in contents.result["copies"]]
+    other = {**contents.result, "samples": {**contents.result["samples"], name: {"de": "of another day"}}}
+    (step,) = check_copies(replace(contents, result=other), roots, ())
+    assert not step.complete

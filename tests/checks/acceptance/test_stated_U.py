@@ -45,8 +45,10 @@ def limit(rule: str, lower: float | None, upper: float | None, U_max: float | No
         ("simple", 5.0, 0.34, Verdict.CONDITIONAL),
         ("shared", 5.0, 0.33, Verdict.PASS),
         ("shared", 5.0, 0.9, Verdict.CONDITIONAL),
-        ("guarded", 5.0, 0.9, Verdict.PASS),  # the rule takes U off the zone: the risk is small
+        ("guarded", 5.0, 0.74, Verdict.PASS),  # the rule takes U off the zone: the risk is small
+        ("guarded", 5.0, 0.76, Verdict.CONDITIONAL),  # it passes only where chance puts it in the middle of the zone
         ("guarded", 5.0, 1.1, Verdict.CONDITIONAL),
+        ("guarded", 7.0, 0.9, Verdict.FAIL),
         ("simple", 7.0, 2.9, Verdict.FAIL),  # outside stays outside
     ],
 )
@@ -73,12 +75,15 @@ unit = "uF"
 rule = "{rule}"
 source = "x"
 [checks.capacitance.uncertainty.sensor_uF]
-U = 0.4
+U = {U}
 source = "x"
 """
 
 
-@pytest.mark.parametrize(("rule", "warned"), [("simple", True), ("guarded", False)])
-def test_a_spec_whose_U_leaves_every_verdict_open_is_warned_of(rule: str, warned: bool) -> None:
-    found = spec_warnings(parse(SPEC.format(rule=rule).encode(), "n.toml"))
+@pytest.mark.parametrize(
+    ("rule", "U", "warned"),
+    [("simple", 0.4, True), ("simple", 0.18, False), ("guarded", 0.4, False), ("guarded", 0.42, True)],
+)
+def test_a_spec_whose_U_leaves_every_verdict_open_is_warned_of(rule: str, U: float, warned: bool) -> None:
+    found = spec_warnings(parse(SPEC.format(rule=rule, U=U).encode(), "n.toml"))
     assert [("uncertainty.sensor_uF" in line) for line in found] == [True] * warned
