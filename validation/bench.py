@@ -14,11 +14,14 @@ from numpy.typing import NDArray
 from scipy import fft, signal
 from scipy.io import savemat
 
-from validation.rational import Rational, resonance, step
+from validation.rational import Rational, in_channels, resonance, step
 from validation.strut import Strut, plant
 
 Array = NDArray[np.float64]
 Bend = Callable[[Array], Array]
+Drive = Callable[[Array, float], Array]  # drive, step [s] -> drive
+Curve = Callable[[Array], NDArray[np.complex128]]  # f [Hz] >= 0 -> factor
+Law = Callable[[], Callable[[float], float]]  # makes a fresh one: motion of the payload at every step -> force on it
 
 FS = 10_000.0
 SECONDS = 20.0
@@ -33,6 +36,8 @@ SLOW_FS = 1000.0
 SLOW_TIMES = 10  # steps of the spring
 SLOW_AMPLITUDES_V = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
 SLOW_CYCLES = 3
+RECORDS = 4  # of noise, before the slow one
+CONSTANT = 64  # steps for which a drifting pole stays where it is: 3 ms
 SPRING_BELOW_HZ = 130.0  # the axial mode alone
 
 UNIT_TOML = """serial = "{serial}"
@@ -61,7 +66,11 @@ class World:
     """A strut and everything between it and the files. modes: (f_Hz, ratio, damping_ratio) added to de and da; filters:
     (channels, filter) multiplied in, in order; crosstalk: of the amplifier's output per volt of Va into Vs;
     drive_filters: on every output; tau: delay of every output, lags: of single ones [s]; bends: what is not linear in
-    the drive; cubic: spring on the payload [N/m3]; exchanged: two channels each in the place of the other."""
+    the drive; cubic: spring on the payload [N/m3]; exchanged: two channels each in the place of the other. added: paths
+    of three channels beside the strut's own, before the filters; curves: (channels, factor by frequency) multiplied in,
+    which no sum of poles gives; drives: what the drive's path does that depends on its past; law: force on the payload
+    by its motion; drifting: modes of three channels beside the strut's own whose frequency moves along a record;
+    changes: what becomes of the outputs until they are sampled."""
 
     strut: Strut
     modes: tuple[tuple[float, float, float], ...] = ()
@@ -74,6 +83,37 @@ class World:
     bends: tuple[Bend, ...] = ()
     cubic: float = 0.0
     exchanged: tuple[str, str] | None = None
+    added: tuple[Rational, ...] = ()
+    curves: tuple[tuple[tuple[int, ...], Curve], ...] = ()
+    drives: tuple[Drive, ...] = ()
+    law: Law | None = None
+    drifting: tuple["Drifting", ...] = ()
+    changes: tuple["Change", ...] = ()
+
+
+@dataclass(frozen=True)
+class Drifting:
+    """A mode whose frequency moves in proportion to time, by `relative` from the beginning of a record to its end, with
+    f_Hz in the middle. gains (3,): of de, da, Vs far below the mode, per volt of Va."""
+
+    f_Hz: float
+    damping_ratio: float
+    gains: tuple[float, float, float]
+    relative: float
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """What a change of the outputs may depend on. Va (N,); index: number of the record of the unit; rng: of this record
+    and nothing else."""
+
+    Va: Array
+    fs: float
+    index: int
+    rng: np.random.Generator
+
+
+Change = Callable[[Array, Sampling], Array]  # outputs (3, N) -> outputs
 
 
 @dataclass(frozen=True)
@@ -147,6 +187,8 @@ def linear(world: World) -> Rational:
     still = path.at(np.zeros(1))[1, 0].real
     for f_Hz, ratio, zeta in world.modes:
         path = path.plus(_on_both(resonance(f_Hz, zeta, ratio * still)))
+    for beside in world.added:
+        path = path.plus(beside)
     for channels, each in world.filters:
         path = path.times(each, channels)
     path = path.scaled(np.array(world.gains))
@@ -162,9 +204,14 @@ def _on_both(mode: Rational) -> Rational:
 
 
 def frf(world: World, f: Array) -> NDArray[np.complex128]:
-    """Return the linear response (3, F) of a world at f [Hz], delays and all."""
+    """Return the linear response (3, F) of a world at f [Hz], delays and all; a mode that drifts stands where it is in
+    the middle of a record."""
+    still = [in_channels(resonance(d.f_Hz, d.damping_ratio), d.gains) for d in world.drifting]
     late = world.tau + np.array(world.lags)
-    return linear(world).frf(f) * np.exp(-2j * np.pi * f * late[:, None])
+    H = linear(replace(world, added=(*world.added, *still))).frf(f) * np.exp(-2j * np.pi * f * late[:, None])
+    for channels, curve in world.curves:
+        H[list(channels)] *= curve(f)
+    return H
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,9 +229,15 @@ class Playing:
         u = interpolate(Va, fs, every, self.world.tau)
         for bend in self.world.bends:
             u = bend(u)
+        for each in self.world.drives:
+            u = each(u, 1 / (fs * every))
         y = self.path.run(u, 1 / (fs * every), every)
-        if self.world.cubic:
+        for mode in self.world.drifting:
+            y = y + _drifted(mode, u, 1 / (fs * every), every)
+        if self.world.cubic or self.world.law:
             y = y + _sprung(self.world, u, 1 / (fs * every), every)
+        for channels, curve in self.world.curves:
+            y[list(channels)] = _shaped(y[list(channels)], fs, curve)
         return _late(y, fs, self.world.lags) if any(self.world.lags) else y
 
 
@@ -206,12 +259,34 @@ def _late(y: Array, fs: float, lags: tuple[float, float, float]) -> Array:
     return fft.irfft(fft.rfft(y, size) * turn, size)[:, : y.shape[1]]
 
 
+def _shaped(y: Array, fs: float, curve: Curve) -> Array:
+    size = fft.next_fast_len(y.shape[1] + 4096)
+    return fft.irfft(fft.rfft(y, size) * curve(fft.rfftfreq(size, 1 / fs)), size)[:, : y.shape[1]]
+
+
+def _drifted(mode: Drifting, u: Array, dt: float, every: int) -> Array:
+    """Return the response (3, N) of a mode that drifts: exact steps, each with the pole of its moment."""
+    w = 2 * np.pi * mode.f_Hz * (1 + mode.relative * np.linspace(-0.5, 0.5, u.size))
+    damped = w * np.sqrt(1 - mode.damping_ratio**2)
+    poles = -mode.damping_ratio * w + 1j * damped
+    new, old, decay = (np.array(each) for each in zip(*(step(p, dt) for p in poles[::CONSTANT]), strict=True))
+    weights = [np.repeat(each, CONSTANT)[: u.size] for each in (new, old, decay)]
+    forced = weights[0] * u + weights[1] * np.concatenate([[0.0], u[:-1]])
+    x, state = np.empty(u.size, complex), 0j
+    for k, (push, shrink) in enumerate(zip(forced.tolist(), weights[2].tolist(), strict=True)):
+        state = shrink * state + push
+        x[k] = state
+    shown = 2 * np.real(w**2 / (2j * damped) * x)[::every]
+    return np.array(mode.gains)[:, None] * shown
+
+
 def _sprung(world: World, u: Array, dt: float, every: int) -> Array:
-    """Return the response (3, N) that a cubic spring on the payload adds: the payload's own modes step by step, then
-    all for that force."""
+    """Return the response (3, N) that a force on the payload adds, of a spring or another law: the payload's own modes
+    step by step, then all for that force."""
     push, alone = plant(world.strut, column=1), plant(world.strut)
     to_payload, free = _payload(push), _payload(alone).run(u, dt)[0]
-    force = np.array(_spring_force(free.tolist(), to_payload, world.cubic, dt))
+    law = world.law() if world.law else lambda x: -world.cubic * x**3
+    force = np.array(_force_on_payload(free.tolist(), to_payload, law, dt))
     return push.run(force, dt, every)
 
 
@@ -223,8 +298,8 @@ def _payload(path: Rational) -> Rational:
     return replace(mode, direct=np.array([still]))
 
 
-def _spring_force(free: list[float], path: Rational, cubic: float, dt: float) -> list[float]:
-    """Return the force of the spring at every step; each step extrapolates the last two forces."""
+def _force_on_payload(free: list[float], path: Rational, law: Callable[[float], float], dt: float) -> list[float]:
+    """Return the force at every step; each step extrapolates the last two forces."""
     (pole,), (residue,), still = path.poles, path.residues[0], float(path.direct[0])
     new, old, decay = step(pole, dt)
     state, before, force, out = 0j, 0.0, 0.0, []
@@ -232,7 +307,7 @@ def _spring_force(free: list[float], path: Rational, cubic: float, dt: float) ->
         ahead = 2 * force - before
         state = decay * state + new * ahead + old * force
         moved = x + 2 * (residue * state).real + still * ahead
-        before, force = force, -cubic * moved**3
+        before, force = force, law(moved)
         out.append(force)
     return out
 
@@ -268,14 +343,21 @@ def _noise(rng: np.random.Generator, s: Setting, n: int, fs: float) -> Array:
     return white + lines + np.stack([metres, metres, volts])
 
 
-def record(playing: Playing, s: Setting, rng: np.random.Generator, high: bool) -> dict[str, Array]:
-    """Return t, Va, Vs, de, da (N,) of one noise record."""
+def record(playing: Playing, s: Setting, rng: np.random.Generator, high: bool, index: int = 0) -> dict[str, Array]:
+    """Return t, Va, Vs, de, da (N,) of one noise record. index: its number in the unit."""
     Va, y = _in_range(playing, excitation(rng, s, high))
     start = int(s.preroll_s * FS)
-    y = y[:, start:]
+    y = _changed(playing.world, y[:, start:], Va[start:], FS, index, rng)
     y = y + _noise(rng, s, y.shape[1], FS)
     columns = {"t": np.arange(y.shape[1]) / FS, "Va": Va[start:], **_read(y, s)}
     return _exchanged(columns, playing.world.exchanged)
+
+
+def _changed(world: World, y: Array, Va: Array, fs: float, index: int, rng: np.random.Generator) -> Array:
+    """Return the outputs after every change, which draws from a generator of its own: noise stays what it is."""
+    for change in world.changes:
+        y = change(y, Sampling(Va, fs, index, rng.spawn(1)[0]))
+    return y
 
 
 def _exchanged(columns: dict[str, Array], pair: tuple[str, str] | None) -> dict[str, Array]:
@@ -307,7 +389,9 @@ def slow_record(playing: Playing, s: Setting, rng: np.random.Generator) -> dict[
     """Return t, Va, de of slow sines of growing amplitude, 1 Hz."""
     cycle = np.sin(2 * np.pi * np.arange(int(SLOW_FS)) / SLOW_FS)
     Va = np.concatenate([a * np.tile(cycle, SLOW_CYCLES) for a in SLOW_AMPLITUDES_V])
-    y = playing.drive(Va, SLOW_FS, SLOW_TIMES if playing.world.cubic else 1) + _noise(rng, s, Va.size, SLOW_FS)
+    fine = playing.world.cubic or playing.world.law
+    y = _changed(playing.world, playing.drive(Va, SLOW_FS, SLOW_TIMES if fine else 1), Va, SLOW_FS, RECORDS, rng)
+    y = y + _noise(rng, s, Va.size, SLOW_FS)
     return {"t": np.arange(Va.size) / SLOW_FS, "Va": Va, "de": _read(y, s)["de"]}
 
 
@@ -319,7 +403,8 @@ def write_unit(folder: Path, serial: str, world: World, s: Setting, seed: int) -
     playing = Playing(world)
     for name, high in (("frf_noise", False), ("frf_noise_hf", True)):
         for repeat in ("", "_2"):
-            _save(folder / f"{name}{repeat}.mat", record(playing, s, rng, high))
+            content = record(playing, s, rng, high, index=2 * high + bool(repeat))
+            _save(folder / f"{name}{repeat}.mat", content)
     _save(folder / "hysteresis.mat", slow_record(playing, s, rng))
     (folder / "unit.toml").write_text(UNIT_TOML.format(serial=serial))
     return folder

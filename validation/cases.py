@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from validation.bench import FS, Setting, World, draw_setting, frf, write_unit
-from validation.effects import LIBRARY, NEVER_TOGETHER, OUTSIDE, Values
+from validation.benches import Bench
+from validation.effects import LIBRARY, NEVER_TOGETHER, OUTSIDE, Hidden, Values
+from validation.outsiders import OUTSIDERS, Outsider
 from validation.strut import CHANNELS, Strut, draw, modes_Hz, plant, priors
 
 Array = NDArray[np.float64]
@@ -57,7 +59,8 @@ DRAWN = (
 @dataclass(frozen=True, eq=False)
 class Case:
     """One unit before it is recorded. effects: name -> parameters; outside: name -> parameters; dead: a channel without
-    a signal; exchanged: two channels each in the other's place."""
+    a signal; exchanged: two channels each in the other's place; bench: what it shares with the other units of its
+    bench, and learned: whether the model is learned on that bench, so that its own properties are no news."""
 
     serial: str
     kind: str
@@ -68,15 +71,19 @@ class Case:
     outside: Mapping[str, Values]
     dead: str | None = None
     exchanged: tuple[str, str] | None = None
+    bench: Bench | None = None
+    learned: bool = False
 
     @property
     def world(self) -> World:
         gains = tuple(0.0 if channel == self.dead else 1.0 for channel in CHANNELS)
         world = World(self.strut, gains=gains, exchanged=self.exchanged)
+        if self.bench is not None:
+            world = self.bench.hold(world)
         for name, parameters in self.effects.items():
             world = LIBRARY[name].add(world, parameters)
         for name, parameters in self.outside.items():
-            world = OUTSIDE[name].add(world, parameters)
+            world = outside_of(name).add(world, parameters)
         return world
 
     def write(self, parent: Path) -> Path:
@@ -88,13 +95,17 @@ class Case:
         stated = {"kind": self.kind, "seed": self.seed, "effects": dict(self.effects), "outside": dict(self.outside)}
         bench = {k: v for k, v in asdict(self.setting).items() if k in ("interpolation_m", "period_m", "mains_lines")}
         wrong = {"dead": self.dead, "exchanged": self.exchanged}
-        return stated | {"alike": self.alike, "nominal": nominal, "built": _first(self.strut), "bench": bench} | wrong
+        held = {"laboratory": self.bench.truth()} if self.bench is not None else {}
+        stated |= {"alike": self.alike, "nominal": nominal, "built": _first(self.strut), "bench": bench}
+        return stated | wrong | held
 
     @property
     def alike(self) -> list[str]:
         """Return the names that are right although no effect of the library was hidden."""
         faults = [name for name, it in (("dead_channel", self.dead), ("swapped_channels", self.exchanged)) if it]
-        return sorted({name for each in self.outside for name in OUTSIDE[each].alike} | set(faults))
+        own = self.bench.names if self.bench is not None and not self.learned else []
+        alike = (name for each, values in self.outside.items() for name in _alike(outside_of(each), values))
+        return sorted({*alike, *faults, *own})
 
     def detectability(self, rounds: int = ROUNDS) -> float | None:
         """Return the length of the hidden effect, in standard deviations of noise and tolerance, beyond all that the
@@ -111,6 +122,15 @@ class Case:
         f = np.geomspace(*BAND_HZ, BINS)
         whiten = _whiteners(frf(World(self.strut), f), self.setting, f)
         return _beyond(frf(world, f), self.strut, whiten, f, rounds, _start(self.strut, world.strut))
+
+
+def outside_of(name: str) -> Hidden | Outsider:
+    """Return what is outside the library by its name, of either list."""
+    return OUTSIDE[name] if name in OUTSIDE else OUTSIDERS[name]
+
+
+def _alike(hidden: Hidden | Outsider, values: Values) -> Sequence[str]:
+    return hidden.alike if isinstance(hidden, Hidden) else hidden.names(values)
 
 
 def _first(strut: Strut, modes: int = 10) -> dict[str, list[float]] | None:
@@ -221,10 +241,30 @@ def _turns(kind: str, rng: np.random.Generator, names: Sequence[str]) -> Iterato
         "two": [(pair, ()) for pair in combinations(names, 2) if _together(pair)],
         "three": [(some, ()) for some in combinations(names, 3) if _together(some)],
         "outside": [((), (name,)) for name in OUTSIDE],
+        "outsider": [((), (name,)) for name in OUTSIDERS],
     }
     while True:
         for k in rng.permutation(len(choices[kind])):
             yield choices[kind][k]
+
+
+def kinds_in_order(number: int, shares: Mapping[str, float]) -> list[str]:
+    """Return the kinds of units one after the other, so that the first so many are always a fair mixture: each is
+    of the kind that lags most behind its share."""
+    kinds: list[str] = []
+    for k in range(1, number + 1):
+        kinds.append(max(shares, key=lambda kind: shares[kind] * k - kinds.count(kind)))
+    return kinds
+
+
+def draw_in_order(
+    number: int, seed: Sequence[int], shares: Mapping[str, float], names: Sequence[str], prefix: str
+) -> list[Case]:
+    """Draw units whose first so many are a fair mixture, with one unit's draws apart from the next one's."""
+    kinds = kinds_in_order(number, shares)
+    turns = {kind: _turns(kind, np.random.default_rng([*seed, k]), names) for k, kind in enumerate(shares)}
+    apart = [np.random.default_rng([*seed, 99, k]) for k in range(number)]
+    return [_case(f"{prefix}-{k:03d}", kind, *next(turns[kind]), apart[k]) for k, kind in enumerate(kinds)]
 
 
 def _together(names: Sequence[str]) -> bool:
@@ -235,7 +275,7 @@ def _case(serial: str, kind: str, inside: Sequence[str], outside: Sequence[str],
     strut = draw(rng)
     settled = {field: priors()[field][0] for name in inside for field in LIBRARY[name].settles}
     effects = {name: LIBRARY[name].draw(rng) for name in inside}
-    strange = {name: OUTSIDE[name].draw(rng) for name in outside}
+    strange = {name: outside_of(name).draw(rng) for name in outside}
     setting, seed = draw_setting(rng), int(rng.integers(2**31))
     return Case(serial, kind, seed, replace(strut, **settled), setting, effects, strange)
 

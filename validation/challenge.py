@@ -11,38 +11,58 @@ import os
 import sys
 import tempfile
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from accept.base.cluster.connect import connected
 from accept.base.cluster.work import Cluster, ClusterError, WorkFailed
-from validation.cases import seal
+from validation.cases import Case, seal
 from validation.model_files import write_model
 from validation.report import report_of_set, summary
 from validation.results_store import Mixed, Store, stamp
 from validation.run_cases import THREADS, WORKFLOW, Job, accept, run_all, talk
-from validation.scores import Outcome
-from validation.sets import SETS, Batch, draw_set
+from validation.scores import Lesson, Outcome
+from validation.sets import SETS, Batch, Set, draw_set, order_of
 from validation.shell import MATRICES
 
 REPORTED_SEED = 20261130  # another one after every change that a reported run has led to
 DEVELOPMENT_SEEDS = range(1000)
 
 
-def learned(batch: Batch, base: Path, out: Path) -> Path:
-    """Return the model file that `accept model learn` makes of a batch's other units. Raises RuntimeError if it makes
-    none. An existing file is kept."""
-    path = out / "population.toml"
-    if path.exists():
-        return path
-    talk(f"{batch.name}: learning from {len(batch.learn)} units")
-    with tempfile.TemporaryDirectory(prefix="challenge-") as parent:
-        folders = [str(case.write(Path(parent))) for case in batch.learn]
-        done = accept("model", "learn", *folders, "--model", str(base), "--out", str(out))
-    if not path.exists():
-        raise RuntimeError(f"{batch.name}: nothing was learned, exit {done.returncode}: {done.stderr}")
-    return path
+def learn_all(batches: Sequence[Batch], base: Path, models: Path, code: str, workers: int) -> dict[str, Lesson]:
+    """Learn a model from each batch, several batches at a time; return what came of each, by the batch's name."""
+    tasks = [(batch, base, models / f"{code[:12]}-{batch.name}") for batch in batches]
+    with ThreadPoolExecutor(max(workers, 1)) as pool:
+        return dict(zip((b.name for b in batches), pool.map(lambda task: learned(*task), tasks), strict=True))
+
+
+def learned(batch: Batch, base: Path, out: Path) -> Lesson:
+    """Return what `accept model learn` makes of a batch's other units. What was learned before is kept."""
+    done = out / "lesson.json"
+    if not done.exists():
+        talk(f"{batch.name}: learning from {len(batch.learn)} units")
+        with tempfile.TemporaryDirectory(prefix="challenge-") as parent:
+            folders = [str(case.write(Path(parent))) for case in batch.learn]
+            ran = accept("model", "learn", *folders, "--model", str(base), "--out", str(out))
+        made = (out / "population.toml").exists()
+        error = None if made else f"exit {ran.code}: {ran.said.strip()[-500:]}"
+        out.mkdir(parents=True, exist_ok=True)
+        done.write_text(json.dumps([batch.name, len(folders), ran.seconds, ran.memory_MB, error]))
+        talk(f"{batch.name}: {'learned' if made else error}; {ran.seconds:.0f} s of processor")
+    name, units, seconds, memory, error = json.loads(done.read_text())
+    return Lesson(name, out / "population.toml", units, seconds, memory, error)
+
+
+def chosen_units(it: Set, batches: Sequence[Batch], number: int) -> dict[str, list[Case]]:
+    """Return the first so many units to judge, by batch: of all benches in turn, or of one batch after the other. Weak
+    ones are all taken."""
+    judged = [(b.name, case) for b in batches if b.name != "weak" for case in b.judge]
+    if it.benches is not None:
+        judged.sort(key=lambda each: order_of(each[1]))
+    judged = judged[:number] + [(b.name, case) for b in batches if b.name == "weak" for case in b.judge]
+    return {name: [case for own, case in judged if own == name] for name, _ in judged}
 
 
 def control_jobs(jobs: Sequence[Job], number: int) -> list[Job]:
@@ -60,17 +80,27 @@ def challenge_set(name: str, a: argparse.Namespace, cluster: Cluster | None = No
     version = stamp(digest)
     head = _sealed(name, a.seed, version, out)
     base = write_model(it, out / "model")
-    truth, jobs = json.loads(text), []
+    truth, chosen = json.loads(text), chosen_units(it, batches, first)
+    lessons = learn_all(
+        [b for b in batches if b.learn and b.name in chosen], base, out / "models", version.code, a.workers
+    )
+    jobs = []
     for batch in batches:
-        cases = batch.judge if batch.name == "weak" else batch.judge[: max(first - len(jobs), 0)]
-        if not cases:
-            continue
-        model = learned(batch, base, out / "models" / f"{version.code[:12]}-{batch.name}") if batch.learn else base
-        jobs += [Job(case, truth[case.serial], a.workflow, model=model, misalign=True) for case in cases]
+        lesson = lessons.get(batch.name)
+        model = base if lesson is None else lesson.model
+        given = {
+            "workflow": a.workflow,
+            "model": model,
+            "misalign": True,
+            "unlearned": lesson.error if lesson else None,
+        }
+        jobs += [Job(case, truth[case.serial], **given) for case in chosen.get(batch.name, ())]
+    if it.benches is not None:
+        jobs.sort(key=lambda job: order_of(job.case))
     controls = control_jobs(jobs, a.controls) if it.exact else []
     outcomes = run_all([*jobs, *controls], a.workers, Store(out / "cases", version), cluster)
     (out / "truth.json").write_text(text)  # after the run: it may not lie beside the folders while they are judged
-    said, met = report_of_set(name, outcomes[: len(jobs)], outcomes[len(jobs) :])
+    said, met = report_of_set(name, outcomes[: len(jobs)], outcomes[len(jobs) :], list(lessons.values()))
     print(said, flush=True)
     (out / "report.txt").write_text(f"{head}\n{said}\n")
     return outcomes[: len(jobs)], met

@@ -120,3 +120,33 @@ def resonance(f_Hz: float, zeta: float, gain: float = 1.0, direct: float = 0.0) 
     damped = w * np.sqrt(1 - zeta**2)
     pole = -zeta * w + 1j * damped
     return Rational(np.array([pole]), np.array([[gain * w**2 / (2j * damped)]]), np.array([direct]))
+
+
+def highpass_of_second_order(f_Hz: float, zeta: float) -> Rational:
+    """Return s^2 / (s^2 + 2 zeta w s + w^2), zeta < 1."""
+    w = 2 * np.pi * f_Hz
+    pole = w * complex(-zeta, np.sqrt(1 - zeta**2))
+    residue = -(2 * zeta * w * pole + w**2) / (pole - pole.conjugate())
+    return Rational(np.array([pole]), np.array([[residue]]), np.ones(1))
+
+
+def butterworth(f_Hz: float, order: int) -> Rational:
+    """Return the Butterworth low-pass, |H| = 1 / sqrt(1 + (f / f_Hz)^(2 order))."""
+    w = 2 * np.pi * f_Hz
+    poles = w * np.exp(1j * np.pi * (2 * np.arange(1, order + 1) + order - 1) / (2 * order))
+    poles[np.abs(poles.imag) < 1e-9 * w] = -w
+    residues = [w**order / np.prod([p - q for q in poles if q != p]) for p in poles]
+    upper = poles.imag >= 0
+    return Rational(poles[upper], np.array(residues)[None, upper], np.zeros(1))
+
+
+def shelf(zero_Hz: float, pole_Hz: float) -> Rational:
+    """Return (s + z) / (s + p): one far above both corners, z / p far below."""
+    z, p = 2 * np.pi * zero_Hz, 2 * np.pi * pole_Hz
+    return one(-p, z - p, 1.0)
+
+
+def in_channels(each: Rational, gains: Sequence[float]) -> Rational:
+    """Return a filter of one channel as a path into three, with a gain for each."""
+    share = np.array(gains, dtype=float)[:, None]
+    return Rational(each.poles, share * each.residues, (share * each.direct)[:, 0])

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 
-from validation.scores import Outcome, Outcomes, Score, confusion, controls, details, most, power, scores, share
+from validation.scores import Lesson, Outcome, Outcomes, Score, confusion, controls, details, most, power, scores, share
 from validation.scores_as_built import acceptances, scores_of, time_of_all
 
 
-def report_of_set(name: str, outcomes: Outcomes, removed: Outcomes) -> tuple[str, bool]:
+def report_of_set(name: str, outcomes: Outcomes, removed: Outcomes, lessons: Sequence[Lesson] = ()) -> tuple[str, bool]:
     """Return the report of a set, and whether every target is met. removed: outcomes of the controls, which only the
-    exact set has."""
+    exact set has; lessons: what came of learning."""
     rows = scores_of(name, [o for o in outcomes if o.kind != "weak"])
     if name == "exact":
         rows = [*scores(outcomes), *rows]
@@ -17,6 +17,8 @@ def report_of_set(name: str, outcomes: Outcomes, removed: Outcomes) -> tuple[str
     if removed:
         judged += controls(outcomes, removed)
         parts += ["Controls", _table(controls(outcomes, removed))]
+    if lessons:
+        parts += ["Learned benches", *_lessons(lessons)]
     parts += ["In detail", _table(details(outcomes))]
     parts += ["Truth, and what was said first", *_confusion(outcomes)]
     if any(o.kind == "weak" for o in outcomes):
@@ -45,6 +47,13 @@ def _risks(outcomes: Outcomes) -> list[str]:
         return ["  none was accepted"]
     stated, wrong = sum(p for p, _ in accepted), sum(w for _, w in accepted)
     return [f"  {len(accepted)} accepted, {stated:.2f} outside by what was stated, {wrong} outside in truth"]
+
+
+def _lessons(lessons: Sequence[Lesson]) -> list[str]:
+    return [
+        f"  {e.batch}: {e.error or 'learned'} from {e.units} units, {e.seconds:.0f} s of one core, {e.memory_MB:.0f} MB"
+        for e in lessons
+    ]
 
 
 def was(o: Outcome) -> str:

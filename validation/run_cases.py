@@ -11,10 +11,13 @@ import tempfile
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
+from math import nan
 from multiprocessing import get_context
 from pathlib import Path
+from threading import Timer
 from typing import Any, Protocol
 
 from accept.base.cluster.work import Cluster, GivenUp
@@ -41,7 +44,8 @@ class Workflow(Protocol):
 @dataclass(frozen=True)
 class Job:
     """One unit to run with a model file. without: effects to take out of the library, which makes it a control;
-    misalign: `accept misalign` is run too, if no other effect is hidden."""
+    misalign: `accept misalign` is run too, if no other effect is hidden; unlearned: why its bench's model could not be
+    learned, which is the unit's outcome then."""
 
     case: Case
     truth: Mapping[str, Any]
@@ -49,6 +53,7 @@ class Job:
     without: tuple[str, ...] = ()
     model: Path = MODEL_FILE
     misalign: bool = False
+    unlearned: str | None = None
 
     @property
     def name(self) -> str:
@@ -58,41 +63,78 @@ class Job:
 def run(job: Job) -> Outcome:
     """Record the unit, run the workflow on its folder and delete it. Any exception of the workflow is an outcome
     too."""
+    if job.unlearned is not None:
+        return Outcome(job.case.serial, job.truth, {}, nan, f"NotLearned: {job.unlearned}", job.without)
     module, function = job.workflow.split(":")
     workflow: Workflow = getattr(importlib.import_module(module), function)
     with tempfile.TemporaryDirectory(prefix="challenge-") as parent:
         folder = job.case.write(Path(parent))
+        forget_peak()
         start, busy = time.perf_counter(), time.process_time()
         try:
             # through text, as it is promised: what json cannot hold is an error as well
             gap, error = json.loads(json.dumps(workflow(folder, job.model, None, without=job.without))), None
         except Exception as e:  # noqa: BLE001 a crash of the workflow is what this has to count
             gap, error = {}, f"{type(e).__name__}: {e}"
-        wall, seconds = time.perf_counter() - start, time.process_time() - busy
+        wall, seconds, memory = time.perf_counter() - start, time.process_time() - busy, peak_MB()
         asked = job.misalign and not set(job.case.effects) - {"misalignment"} and not job.case.outside
-        misalign = _misalign(folder, job.model) if asked else None
+        misalign, cost = _misalign(folder, job.model) if asked else (None, ())
     truth = {**job.truth, "detectability": job.case.detectability()}
-    return Outcome(job.case.serial, truth, gap, seconds, error, job.without, wall, misalign)
+    return Outcome(job.case.serial, truth, gap, seconds, error, job.without, wall, misalign, memory, *cost)
 
 
-def _misalign(folder: Path, model: Path) -> Mapping[str, Any]:
-    """Return the document that `accept misalign` writes, or the reason if it wrote none."""
+def _misalign(folder: Path, model: Path) -> tuple[Mapping[str, Any], tuple[float, float]]:
+    """Return the document that `accept misalign` writes, or the reason if it wrote none; with seconds and memory."""
     out = folder.parent / "misalign.json"
     done = accept("misalign", str(folder), "--model", str(model), "--json", str(out))
-    return dict(json.loads(out.read_text())) if out.exists() else {"reason": f"exit {done.returncode}: {done.stderr}"}
+    found = dict(json.loads(out.read_text())) if out.exists() else {"reason": f"exit {done.code}: {done.said}"}
+    return found, (done.seconds, done.memory_MB)
 
 
-def accept(*arguments: str) -> "subprocess.CompletedProcess[str]":
-    """Run the program itself, on one core."""
-    return subprocess.run(
-        [sys.executable, "-m", "accept", *arguments],
-        cwd=ROOT,
-        env={**os.environ, **dict.fromkeys(THREADS, "1")},
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-        check=False,
-    )
+def forget_peak() -> None:
+    """Let the peak of this process's memory begin anew, if the system can."""
+    with suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")
+
+
+def peak_MB() -> float | None:
+    """Return the most memory that this process held since `forget_peak`, or none if the system does not tell."""
+    with suppress(OSError):
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return float(line.split()[1]) / 1024
+    return None
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A finished program: exit code, what it said to stderr, seconds of processor, the most memory."""
+
+    code: int
+    said: str
+    seconds: float
+    memory_MB: float
+
+
+def accept(*arguments: str) -> Ran:
+    """Run the program itself, on one core, and end it if it takes longer than anybody waits."""
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "accept", *arguments],
+            cwd=ROOT,
+            env={**os.environ, **dict.fromkeys(THREADS, "1")},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=said,
+        )
+        patience = Timer(PATIENCE_S, process.kill)
+        patience.start()
+        _, status, used = os.wait4(process.pid, 0)
+        patience.cancel()
+        process.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        text = said.read().decode(errors="replace")
+    return Ran(process.returncode, text, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
 
 
 def run_all(

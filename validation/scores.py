@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite, nan, sqrt
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,8 @@ SHUFFLES = 400
 class Outcome:
     """One unit. truth: of the sealed file; gap: gap.json, or empty with the reason in `error`; without: effects that
     were taken out of the library; seconds of processor: of wall too on a free core, as it is one process; wall: as it
-    was, beside the other worker and whatever else ran. misalign: the document of `accept misalign`, if it was run."""
+    was, beside the other worker and whatever else ran. misalign: the document of `accept misalign`, if it was run;
+    memory_MB: the most that the analysis took, misalign_...: the same two of `accept misalign`."""
 
     serial: str
     truth: Json
@@ -36,6 +38,9 @@ class Outcome:
     without: tuple[str, ...] = ()
     wall: float = nan
     misalign: Json | None = None
+    memory_MB: float | None = None
+    misalign_seconds: float | None = None
+    misalign_memory_MB: float | None = None
 
     @property
     def refused(self) -> bool:
@@ -88,6 +93,19 @@ class Outcome:
         """Return the size of each reported class that holds the effect; a name is a class of one."""
         alone = [1] if effect in self.named else []
         return alone + [len(c["effects"]) for c in self.gap.get("ambiguous", ()) if effect in c["effects"]]
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """What came of learning on one bench: the model's file, or the reason why there is none; the number of units it was
+    given, seconds of processor, and the most memory."""
+
+    batch: str
+    model: Path
+    units: int
+    seconds: float
+    memory_MB: float
+    error: str | None
 
 
 @dataclass(frozen=True)

@@ -12,19 +12,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.bench import draw_rough
-from validation.cases import DRAWN, SHARES, Case, draw_cases, draw_weak
+from validation.benches import Bench, draw_benches
+from validation.cases import DRAWN, SHARES, Case, draw_cases, draw_in_order, draw_weak
 from validation.effects import LIBRARY
+from validation.outsiders import OUTSIDERS
 from validation.shell import draw_bias, draw_shell
 
 Array = NDArray[np.float64]
 
 DAMPING = 0.20  # 1 sd of every mode's damping ratio, wherever shells scatter
 MIX = {"none": 0.30, "one": 0.45, "two": 0.10, "outside": 0.15}
+LABORATORY = {"none": 0.30, "one": 0.45, "outsider": 0.25}
 PLAIN = {"none": 0.30, "one": 0.70}
 DX_LIMIT_UM, DY_LIMIT_UM = 50.0, 100.0  # of the built-in spec of a strut
 ABOUT_UM = (-12.0, 15.0)  # about a limit
 TO_LEARN = 10
 BATCH = 10  # units that are judged with what was learned from others
+LEARNED_ON_BENCH = 8
+HIDING = 0.1  # share of the units to learn from on a bench that hide something
+BENCHES = 12
+OFTEN_MISALIGNED = (*DRAWN, "misalignment", "misalignment")  # so that limits of dx and dy are asked often enough
 
 
 @dataclass(frozen=True)
@@ -32,7 +39,7 @@ class Set:
     """units: how many in the full run. frequency: scatter of the modes, 1 sd; stated: the value that the model file
     states for it, or zero; bias: 1 sd of what is alike in a batch; lopsided: 1 sd of the coupling of modes; beside: the
     ruler is not read where the head is; learned: the model is learned from other units of the batch first; effects:
-    those that it draws from."""
+    those that it draws from; benches: how many, each with properties that its units share, or none: a bench without."""
 
     units: int
     shares: Mapping[str, float]
@@ -45,6 +52,7 @@ class Set:
     learned: bool = False
     effects: tuple[str, ...] = DRAWN
     seconds: float = 12.0
+    benches: int | None = None
 
     @property
     def exact(self) -> bool:
@@ -62,6 +70,11 @@ SETS: Mapping[str, Set] = {
     "limit": Set(30, {"limit": 1.0}, 0.01, 0.01),
     "faults": Set(12, {"fault": 1.0}, 0.01, 0.01),
     "lopsided": Set(8, {"none": 1.0}, 0.01, 0.01, lopsided=0.01),
+    "laboratory": Set(
+        144, LABORATORY, 0.01, 0.01, learned=True, effects=OFTEN_MISALIGNED, seconds=10.0, benches=BENCHES
+    ),
+    "laboratory-unlearned": Set(40, LABORATORY, 0.01, 0.01, effects=OFTEN_MISALIGNED, seconds=10.0, benches=BENCHES),
+    "outsiders": Set(2 * len(OUTSIDERS), {"outsider": 1.0}, 0.01, 0.01, seconds=10.0, benches=0),
 }
 
 
@@ -80,6 +93,8 @@ def draw_set(name: str, seed: int, units: int | None = None, weak: int = 0, *, o
     that of its name."""
     it = of or SETS[name]
     number, own = it.units if units is None else units, [seed, zlib.crc32(name.encode())]
+    if it.benches is not None:
+        return _on_benches(name, it, number, own)
     batches = []
     for k, size in enumerate(_sizes(number) if it.learned else [number]):
         rng = np.random.default_rng([*own, k])
@@ -97,6 +112,47 @@ def draw_set(name: str, seed: int, units: int | None = None, weak: int = 0, *, o
     if weak and it.exact:
         batches.append(Batch("weak", (), tuple(draw_weak(weak, seed))))
     return batches
+
+
+def _on_benches(name: str, it: Set, number: int, own: Sequence[int]) -> list[Batch]:
+    """Return a batch for each bench. Judged units go from bench to bench, all of them in every round, so that the first
+    so many are a fair mixture of kinds and benches."""
+    rng = np.random.default_rng([*own, 0])
+    benches = draw_benches(it.benches or 0, rng) or [None]
+    rounds = [rng.permutation(len(benches)) for _ in range(-(-number // len(benches)))]
+    judged: list[list[Case]] = [[] for _ in benches]
+    for case, k in zip(
+        draw_in_order(number, [*own, 1], it.shares, it.effects, name), np.concatenate(rounds), strict=False
+    ):
+        judged[k].append(_on_bench(case, it, benches[k]))
+    batches = []
+    for k, bench in enumerate(benches):
+        prefix = f"{name}-{chr(65 + k)}"
+        learn = _to_learn(it, [*own, 2, k], f"{prefix}-L") if it.learned else []
+        batches.append(Batch(prefix, tuple(_on_bench(case, it, bench) for case in learn), tuple(judged[k])))
+    return batches
+
+
+def _to_learn(it: Set, own: Sequence[int], prefix: str) -> list[Case]:
+    """Return the units that a bench's model is learned from; one in ten hides something."""
+    hiding = int(np.sum(np.random.default_rng(own).random(LEARNED_ON_BENCH) < HIDING))
+    shares = {"none": 1 - hiding / LEARNED_ON_BENCH, "one": hiding / LEARNED_ON_BENCH} if hiding else {"none": 1.0}
+    return draw_cases(LEARNED_ON_BENCH, [*own, 1], prefix, shares, it.effects)
+
+
+def _on_bench(case: Case, it: Set, bench: Bench | None) -> Case:
+    """Put the unit on a shell as it is built, and on a bench."""
+    rng = np.random.default_rng([case.seed, 1])
+    strut = replace(case.strut, built=draw_shell(rng, it.frequency, DAMPING))
+    setting = replace(case.setting, seconds=it.seconds)
+    if bench is not None:
+        setting = bench.record_with(setting)
+    return replace(case, strut=strut, setting=setting, bench=bench, learned=it.learned)
+
+
+def order_of(case: Case) -> int:
+    """Return the place of a judged unit in its set, over all benches."""
+    return int(case.serial.rpartition("-")[2])
 
 
 def _sizes(number: int) -> list[int]:

@@ -44,11 +44,33 @@ class Hung:
 
 
 @dataclass(frozen=True)
+class Support:
+    """A payload that its guide does not hold rigidly: six degrees of freedom in place of one. kx, ky: of the guide
+    across the axis [N/m]; krx, kry, krz: about the axes [Nm/rad]; inertia: about the centre of mass [kg m2];
+    damping_ratio: of each of these five; axis_x, axis_y: where the strut's axis passes the centre of mass [m]; height:
+    of the centre of mass above the joint [m]; read_x, read_y: where da is read [m]."""
+
+    kx: float
+    ky: float
+    krx: float
+    kry: float
+    krz: float
+    inertia: tuple[float, float, float]
+    damping_ratio: float
+    axis_x: float = 0.0
+    axis_y: float = 0.0
+    height: float = 0.0
+    read_x: float = 0.0
+    read_y: float = 0.0
+
+
+@dataclass(frozen=True)
 class Strut:
     """All that differs from strut to strut, SI. stiffening: of the sensor stack, in parts of the stiffness that the
     free shell has across it; modal: whether each mode is damped for itself, as in the recorded units, or the dampers
     also join the modes, as real ones do. built: how its shell differs from the matrices; ruler_x, ruler_y: where the
-    ruler is read, none where the head is."""
+    ruler is read, none where the head is; support: a guide of the payload that gives way; tuned: a mass on a spring,
+    along z, on the payload."""
 
     kz: float
     kRx: float
@@ -72,6 +94,8 @@ class Strut:
     built: Built | None = None
     ruler_x: float | None = None
     ruler_y: float | None = None
+    support: Support | None = None
+    tuned: Hung | None = None
 
 
 # field of Strut -> section and name in the model file, factor to SI
@@ -126,11 +150,16 @@ def _lever(at: Array) -> Array:
 
 
 class _Assembly:
-    """Matrices being put together: shell, then payload (one, along z), then the hung mass, if any."""
+    """Matrices being put together: shell, payload along z, the hung mass, if any, then what a strut has more: the other
+    motions of a payload that is not held rigidly (x, y, rotations), a tuned mass."""
 
     def __init__(self, strut: Strut) -> None:
         K, M, C, stack = free_shell(strut.built)
         self.payload, self.hung, size = K.shape[0], K.shape[0] + 1, K.shape[0] + 2
+        self.tilting = [size, size + 1, self.payload, size + 2, size + 3, size + 4] if strut.support else []
+        size += 5 if strut.support else 0
+        self.tuned = size
+        size += 1 if strut.tuned else 0
         self.K, self.M, self.C = (np.zeros((size, size)) for _ in range(3))
         inner = slice(0, self.payload)
         self.K[inner, inner], self.M[inner, inner], self.C[inner, inner] = K, M, strut.zeta * C
@@ -168,9 +197,40 @@ def _joint(a: _Assembly, strut: Strut, node: int, side: float) -> None:
     along[:3] = a.point(node, axis + _up(side * JOINT_CENTRE))
     along[3:, 6 * node + 3 : 6 * node + 6] = np.eye(3)
     if side > 0:
-        along[2, a.payload] = -1.0
+        along -= _payload_motion(a, strut.support)
     k = np.array([JOINT_LATERAL, JOINT_LATERAL, strut.kz, strut.kRx, strut.kRy, strut.kRz])
     a.springs(along, k, np.array([JOINT_AXIS_DAMPING] * 3 + [strut.cR] * 3))
+
+
+def _payload_motion(a: _Assembly, support: Support | None) -> Array:
+    """Return the translations and rotations (6, size) of the payload where the top joint ends in it."""
+    moves = np.zeros((6, a.K.shape[0]))
+    if support is None:
+        moves[2, a.payload] = 1.0
+        return moves
+    moves[:3, a.tilting] = _lever(np.array([support.axis_x, support.axis_y, -support.height]))
+    moves[3:, a.tilting[3:]] = np.eye(3)
+    return moves
+
+
+def _bench(a: _Assembly, strut: Strut) -> None:
+    """Add the payload, its guide and what hangs on it."""
+    a.M[a.payload, a.payload] += strut.payload
+    a.C[a.payload, a.payload] += strut.guide
+    if strut.support is not None:
+        s = strut.support
+        k = np.array([s.kx, s.ky, s.krx, s.kry, s.krz])
+        m = np.array([strut.payload, strut.payload, *s.inertia])
+        held = [a.tilting[i] for i in (0, 1, 3, 4, 5)]
+        a.M[held, held] += m
+        a.K[held, held] += k
+        a.C[held, held] += 2 * s.damping_ratio * np.sqrt(k * m)
+    if strut.tuned is not None:
+        h, omega = strut.tuned, 2 * np.pi * strut.tuned.f_Hz
+        a.M[a.tuned, a.tuned] = h.mass
+        along = np.zeros((1, a.K.shape[0]))
+        along[0, [a.tuned, a.payload]] = 1.0, -1.0
+        a.springs(along, np.array([h.mass * omega**2]), np.array([2 * h.damping_ratio * omega * h.mass]))
 
 
 def _encoder(a: _Assembly, strut: Strut) -> None:
@@ -194,8 +254,7 @@ def matrices(strut: Strut) -> tuple[Array, Array, Array, Array, Array]:
     _joint(a, strut, NODES["bottom"], -1.0)
     _joint(a, strut, NODES["top"], +1.0)
     _encoder(a, strut)
-    a.M[a.payload, a.payload] += strut.payload
-    a.C[a.payload, a.payload] += strut.guide
+    _bench(a, strut)
     size = a.K.shape[0]
     inputs, outputs = np.zeros((size, 2)), np.zeros((3, size))
     force = AMPLIFIER_GAIN * strut.ga
@@ -205,6 +264,8 @@ def matrices(strut: Strut) -> tuple[Array, Array, Array, Array, Array]:
     ruler = np.array([_or(strut.ruler_x, strut.arm_x), _or(strut.ruler_y, strut.arm_y), 0.0])
     outputs[0] = a.point(NODES["top"], head)[2] - a.point(NODES["bottom"], ruler)[2]
     outputs[1, a.payload] = 1.0
+    if strut.support is not None:
+        outputs[1, a.tilting] = _lever(np.array([strut.support.read_x, strut.support.read_y, 0.0]))[2]
     outputs[2] = strut.gs * across(size)
     return a.M, a.C, a.K, inputs, outputs
 
@@ -238,8 +299,8 @@ def plant(strut: Strut, column: int = 0) -> Rational:
 
 
 def modes_Hz(strut: Strut, clamped: bool = False) -> Array:
-    """Return the undamped frequencies [Hz], rising; clamped: with the payload held."""
-    M, _, K, _, _ = matrices(strut)
+    """Return the undamped frequencies [Hz], rising; clamped: with the payload held along z."""
+    M, _, K, inputs, _ = matrices(strut)
     free = np.ones(M.shape[0], dtype=bool)
-    free[-2] = not clamped
+    free[np.flatnonzero(inputs[:, 1])] = not clamped
     return np.sqrt(linalg.eigvalsh(K[np.ix_(free, free)], M[np.ix_(free, free)])) / (2 * np.pi)
