@@ -10,9 +10,17 @@ from pathlib import Path
 
 from accept.analysis.given_responses import Given
 from accept.analysis.given_responses import dataset as dataset
+from accept.analysis.hammer import ImpactResponse, hammer_responses
 from accept.analysis.misalignment import estimate_unit
 from accept.analysis.model_fit import FittedModel, fit_unit, pictures
-from accept.analysis.record_responses import Estimator, EstimatorSettings, MeasuredResponse, read_any, responses_of
+from accept.analysis.record_responses import (
+    OF_RECORDS,
+    Estimator,
+    EstimatorSettings,
+    MeasuredResponse,
+    read_any,
+    responses_of,
+)
 from accept.gap import responses as unit_responses
 from accept.gap.analyse_unit import GapAnalysis
 from accept.gap.analyse_unit import analyse as _analyse
@@ -37,6 +45,7 @@ from checks.misalignment.panels import panels as misalignment_panels
 from checks.model.model import Model
 from checks.picture import Panel
 from checks.record import Record
+from checks.signals.impact.impacts import ImpactRules
 from checks.signals.spectral.bode import bode
 from specs.errors import AcceptError as AcceptError
 
@@ -90,12 +99,66 @@ def frequency_response(
 
     Two records are joined at merge_Hz. estimator: "auto" (over the periods of a periodic input, else h1), "h1", "lpm".
     `response.frf.f` (F,) [Hz], `.H` (F, C) complex, `.coherence` (F, C), `.var` (F, C). Raises RecordError."""
-    if estimator not in list(Estimator):
-        raise RecordError(f"estimator = '{estimator}': expected one of {', '.join(Estimator)}")
+    if estimator not in list(OF_RECORDS):
+        raise RecordError(f"estimator = '{estimator}': expected one of {', '.join(OF_RECORDS)}")
     if not records:
         raise ArgumentError("frequency_response: name one record, or two to be joined")
     read = [r if isinstance(r, Record) else read_record(r, input) for r in records]
     return responses_of(read, EstimatorSettings(Estimator(estimator), segment_s, f_lo, f_hi, input, merge_Hz))[0]
+
+
+def hammer_response(
+    *records: Record | str | Path,
+    input: str = "Track1",
+    estimator: str = "h1",
+    f_lo: float = 0.0,
+    f_hi: float | None = None,
+    block_s: float = 4.0,
+    window_decay: float | None = None,
+    double_hit_ms: float = 100.0,
+    double_hit_share: float = 0.03,
+    ringing_samples: float = 5.0,
+    force_range_N: float | None = None,
+) -> ImpactResponse:
+    """Estimate the response of every channel over the force of a hammer, from the good hits of one or several records.
+
+    Hits are found in the force; double hits, overloads and hits that disagree are set aside with the reason. A force
+    window ends the force after the hit, an exponential window a decay that the block cuts; the damping that it adds is
+    subtracted from the modes.
+
+    Parameters
+    ----------
+    records : files or records, alike in channels and sampling rate.
+    input : name of the force [N].
+    estimator : "h1" (noise on the responses), "h2" (noise on the force), "hv" (their geometric mean).
+    f_lo, f_hi : band kept [Hz]; without f_hi to 1/2.56 of the sampling rate, where an analyser's filter cuts.
+    block_s : longest block after a hit [s]; a lightly damped structure needs longer ones.
+    window_decay : decay rate [1/s] of the exponential window; None for what a cut decay needs, 0 for none.
+    double_hit_ms, double_hit_share, ringing_samples, force_range_N : rules for good hits, as of `spurious_modes`.
+
+    Returns
+    -------
+    `response.frf` as of `frequency_response`, with coherence over the hits and the variance of their scatter;
+    `response.modes[channel]`, each with `f_Hz` and `damping_ratio`; `response.impacts[file]`, each with `fault`, None
+    for a good one. Raises RecordError if fewer than two hits are good.
+
+    Example
+    -------
+    >>> struck = accept.hammer_response("hits_1.mat", "hits_2.mat", input="force")  # doctest: +SKIP
+    >>> accept.plot(struck).save("hits.pdf")  # doctest: +SKIP
+    """
+    if not records:
+        raise ArgumentError("hammer_response: name one record, or several of the same test")
+    read = [r if isinstance(r, Record) else read_record(r, input) for r in records]
+    rules = ImpactRules(
+        double_hit_s=double_hit_ms / 1e3,
+        double_hit_share=double_hit_share,
+        ringing_samples=ringing_samples,
+        block_max_s=block_s,
+        force_range_N=force_range_N,
+        window_decay=window_decay,
+    )
+    return hammer_responses(read, input, estimator, f_lo, f_hi, rules)
 
 
 def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Responses:
@@ -197,6 +260,8 @@ def plot(what: Drawable) -> Plot:
             return Plot({what.title: what}, what.title)
         case UnitResult():
             return Plot(what.panels, what.serial)
+        case ImpactResponse():
+            return Plot(what.panels, what.title)
         case MeasuredResponse():
             return Plot(bode(what.frf, what.ratios), what.title)
         case MisalignmentEstimate():

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,7 @@ from checks.signals.spectral.merge import merge
 from checks.signals.spectral.periodic import detect, periodic_frf
 from checks.signals.spectral.poles import Transforms
 from checks.signals.spectral.resonance import Resonance, find
+from checks.signals.transient import concentration, is_transient
 from hw.records import list_channels, read
 from hw.records.foreign_record import TIMES, Unreadable, foreign_record
 from hw.records.uff import frf_bytes
@@ -38,11 +39,16 @@ U_CLOCK = 2e-4  # relative, k = 2, as the specs state it: the converters' clock 
 
 
 class Estimator(StrEnum):
-    """Estimators of responses."""
+    """Estimators of responses; H2 and HV are averages over the hits of a hammer."""
 
     AUTO = "auto"
     H1 = "h1"
     LPM = "lpm"
+    H2 = "h2"
+    HV = "hv"
+
+
+OF_RECORDS = (Estimator.AUTO, Estimator.H1, Estimator.LPM)  # without hits to average over
 
 
 @dataclass(frozen=True)
@@ -159,7 +165,7 @@ def responses_of(records: Sequence[Record], wanted: EstimatorSettings) -> list[M
 
     Raises RecordError if it cannot be estimated."""
     for record in records:
-        _vet_sizes(record)
+        vet_sizes(record)
     found = [_estimate(record, wanted) for record in records]
     if wanted.merge_Hz is None:
         return [_response((r,), f, wanted) for r, f in zip(records, found, strict=True)]
@@ -169,10 +175,10 @@ def responses_of(records: Sequence[Record], wanted: EstimatorSettings) -> list[M
         both = merge(found[0], found[1], wanted.merge_Hz)
     except ValueError as e:
         raise RecordError(f"{records[0].name} and {records[1].name}: {e}") from e
-    return [_response(tuple(records), _cut(both, wanted), wanted)]
+    return [_response(tuple(records), cut(both, wanted.f_lo, wanted.f_hi), wanted)]
 
 
-def _vet_sizes(record: Record) -> None:
+def vet_sizes(record: Record) -> None:
     """Raise RecordError if a motion that is stated in metres can only be in nm, um or mm."""
     wrong = [r for r in unusable_units(record) if record.units.get(str(r.parameters["channel"])) == "m"]
     if wrong:
@@ -182,26 +188,34 @@ def _vet_sizes(record: Record) -> None:
 def _estimate(record: Record, wanted: EstimatorSettings) -> Frf:
     outputs = [name for name in record.channels if name != wanted.input]
     f_hi = record.fs / 2 if wanted.f_hi is None else wanted.f_hi
+    u = record[wanted.input]
+    if is_transient(u):
+        share = 100 * concentration(u)
+        raise RecordError(
+            f"{record.name}: 90 % of the energy of {wanted.input} lies in {share:.2g} % of the record. It looks like a "
+            "hammer: use --hammer (in Python accept.hammer_response); averages over time and local polynomials are for "
+            "a lasting drive"
+        )
     try:
         if wanted.estimator is Estimator.LPM:
             return lpm_record(record, wanted.input, outputs, wanted.f_lo, f_hi)
-        period = (
-            detect(record[wanted.input]) if wanted.estimator is Estimator.AUTO and wanted.merge_Hz is None else None
-        )
+        period = detect(u) if wanted.estimator is Estimator.AUTO and wanted.merge_Hz is None else None
         if period is not None and period.count > 2:
             columns = {name: record[name] for name in outputs}
-            return _cut(periodic_frf(record[wanted.input], columns, record.fs, period, input=wanted.input), wanted)
+            return cut(periodic_frf(u, columns, record.fs, period, input=wanted.input), wanted.f_lo, wanted.f_hi)
         frf = h1_record(record, wanted.input, outputs, wanted.segment_s)
-        return frf if wanted.merge_Hz is not None else _cut(frf, wanted)
+        return frf if wanted.merge_Hz is not None else cut(frf, wanted.f_lo, wanted.f_hi)
     except ValueError as e:
         raise RecordError(f"{record.name}: {e}") from e
 
 
-def _cut(frf: Frf, wanted: EstimatorSettings) -> Frf:
-    part = frf.band(wanted.f_lo, math.inf if wanted.f_hi is None else wanted.f_hi)
+def cut(frf: Frf, f_lo: float, f_hi: float | None, notes: tuple[str, ...] | None = None) -> Frf:
+    """Return the bins from f_lo to f_hi [Hz], with other notes if they are given. Raises RecordError if fewer than two
+    are left."""
+    part = frf.band(f_lo, math.inf if f_hi is None else f_hi)
     if part.f.size < 2:
-        raise RecordError(f"no two frequencies lie in {wanted.f_lo:g}..{wanted.f_hi or frf.f[-1]:g} Hz")
-    return part
+        raise RecordError(f"no two frequencies lie in {f_lo:g}..{f_hi or frf.f[-1]:g} Hz")
+    return part if notes is None else replace(part, notes=notes)
 
 
 def _response(records: tuple[Record, ...], frf: Frf, wanted: EstimatorSettings) -> MeasuredResponse:

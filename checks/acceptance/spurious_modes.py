@@ -13,6 +13,7 @@ from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.quantity import Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.impact.hammer import HammerTest, ImpactFrf, analyse
+from checks.signals.impact.impact_response import fates
 from checks.signals.impact.impacts import ImpactRules, tally
 from checks.signals.impact.modal_fit import Mode, amplitude_at, find_modes
 from specs.spec import CheckSpec
@@ -198,7 +199,11 @@ def _notes(
     found: dict[str, HammerResponse | Reason],
     chosen: dict[str, Mode | Reason],
 ) -> list[str]:
-    notes = [_fates(key, test, values[key]) for key, test in tested.items() if test.good < len(test.impacts)]
+    notes = [
+        f"{record_label(key)}: {fates(test.impacts, values[key].t)}"
+        for key, test in tested.items()
+        if test.good < len(test.impacts)
+    ]
     notes += [_window(f) for f in found.values() if isinstance(f, HammerResponse) and f.frf.added_decay > 0]
     left = found["torsion_left"]
     if isinstance(left, HammerResponse):
@@ -209,15 +214,6 @@ def _notes(
             else "the record of torsion, hit at the left, shows no other mode"
         )
     return notes + [_free_free(name, mode) for name, mode in chosen.items() if isinstance(mode, Mode)]
-
-
-def _fates(key: str, test: HammerTest, record: Record) -> str:
-    """Return one line per fault, with the times of its impacts and the detail of the first."""
-    bad = [i for i in test.impacts if not i.good]
-    first = {i.fault: i for i in reversed(bad)}
-    times = {f: ", ".join(f"{record.t[i.peak]:.2f}" for i in bad if i.fault == f) for f in first}
-    words = "; ".join(f"{f} at {times[f]} s ({i.detail})" for f, i in reversed(first.items()))
-    return f"{record_label(key)}: {tally(test.impacts)}; {words}"
 
 
 def _window(tested: HammerResponse) -> str:

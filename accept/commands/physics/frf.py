@@ -1,18 +1,21 @@
 """`accept frf`: responses of record files, with coherence and variance, as a table, JSON, universal file or picture.
 
-The JSON is {"responses": [...]}, each as `accept.analysis.record_responses.to_json` returns it.
+The JSON is {"responses": [...]}, each as `accept.analysis.record_responses.to_json` returns it, for a hammer with what
+`accept.analysis.hammer.hammer_json` returns.
 """
 
 from collections.abc import Sequence
 from json import dumps
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 from rich.table import Table
 
+from accept.analysis.hammer import ImpactResponse, U_of, hammer_json, hammer_responses
 from accept.analysis.record_responses import (
+    OF_RECORDS,
     Estimator,
     EstimatorSettings,
     MeasuredResponse,
@@ -25,61 +28,61 @@ from accept.analysis.record_responses import (
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.options import Json, Plot
+from accept.commands.physics.frf_options import FrfOutputs, HammerOptions, SourceOptions
 from accept.pictures.formats import format_of
 from checks.errors import RecordError
 from checks.picture import Panel
+from checks.record import Record
 from checks.rounding import fixed, rounded, rounded_U
+from checks.signals.impact.impacts import ImpactRules
 from checks.signals.spectral.bode import bode
 from checks.signals.spectral.frf import Frf
 from specs.bench import ChannelSource, load_bench
 
 COHERENT = 0.9  # above it the random error of a response stays below 24 % / sqrt(segments)
+FORCE = "Track1"  # of a hammer, as the analyser of the bench stores it
 LEAST_U = 1e-4  # smaller ones are said to be below it
 
 
 @clear_errors
 def run(
     records: Annotated[list[Path], typer.Argument(help="Record files (.mat, .csv, .txt, .uff, .tdms).")],
-    estimator: Annotated[Estimator, typer.Option(help="auto: over the periods of a periodic input, else h1.")] = (
-        Estimator.AUTO
-    ),
+    sources: SourceOptions,
+    hits: HammerOptions,
+    outputs: FrfOutputs,
+    estimator: Annotated[
+        Estimator,
+        typer.Option(help="auto: over the periods of a periodic input, else h1. Of a hammer: h1 (auto), h2 or hv."),
+    ] = Estimator.AUTO,
     segment_s: Annotated[float, typer.Option(min=1e-4, help="Length of the Hann segments of h1 [s].")] = 0.5,
     f_lo: Annotated[float, typer.Option(min=0.0, help="Lowest frequency [Hz].")] = 0.0,
-    f_hi: Annotated[float | None, typer.Option(help="Highest frequency [Hz]; default half of the sampling's.")] = None,
-    input: Annotated[str, typer.Option(help="Channel that drives; all others are outputs.")] = "Va",
+    f_hi: Annotated[
+        float | None, typer.Option(help="Highest frequency [Hz]; default half of the sampling's, of a hammer 1/2.56.")
+    ] = None,
     merge_Hz: Annotated[
         float | None, typer.Option("--merge-Hz", help="Join two records: the first up to here, the second above.")
     ] = None,
-    json: Json = None,
-    plot: Plot = None,
-    uff: Annotated[Path | None, typer.Option(help="Universal file (data set 58) to write.")] = None,
-    html: Annotated[Path | None, typer.Option(help="Interactive plot, one page (extra `site`).")] = None,
-    map: Annotated[
-        list[str] | None, typer.Option(help="Channel of the file under another name: Va=AI0. Repeat for more.")
-    ] = None,
-    ts: Annotated[float | None, typer.Option(help="Sampling time [s] where the file has no time vector.")] = None,
-    bench: Annotated[
-        Path | None, typer.Option(help="Bench file: channels, gains and sampling time of its [rig].")
-    ] = None,
 ) -> Exit:
-    """Compute frequency responses of records. With coherence, variance and the largest resonance."""
+    """Compute frequency responses of records. With coherence, variance and resonances; with --hammer of hits."""
+    json, plot, uff, html = outputs.json, outputs.plot, outputs.uff, outputs.html
     check_places(json, plot, uff, html)  # said before the work, not after
     format = None if plot is None else format_of(plot)
-    rig = None if bench is None else load_bench(bench).rig
-    if bench is not None and rig is None:
-        raise RecordError(f"{bench}: has no [rig]")
-    channels: dict[str, str | ChannelSource] = {**(rig.channels if rig else {}), **_mapping(map or ())}
-    settings = EstimatorSettings(estimator, segment_s, f_lo, f_hi, input, merge_Hz)
-    responses = responses_of([read_any(path, input, channels, ts, rig is not None) for path in records], settings)
+    input = sources.input or (FORCE if hits.hammer else "Va")
+    read = _read(records, sources, input)
+    if hits.hammer:
+        responses: list[MeasuredResponse] = [_of_hits(read, input, estimator, f_lo, f_hi, merge_Hz, hits)]
+    elif estimator not in OF_RECORDS:
+        raise RecordError(f"--estimator {estimator}: averages over hits; add --hammer, or use h1 or lpm")
+    else:
+        responses = responses_of(read, EstimatorSettings(estimator, segment_s, f_lo, f_hi, input, merge_Hz))
     if uff is not None and len(responses) > 1:
         raise RecordError(f"{uff}: a universal file takes one response, not {len(responses)}; merge them or name one")
     for response in responses:
-        stdout.print(summary(response))
+        stdout.print(hammer_summary(response) if isinstance(response, ImpactResponse) else summary(response))
         for note in response.frf.notes:
             say(f"{response.title}: {note}")
     if json is not None:
-        write_atomic(json, dumps({"responses": [to_json(r) for r in responses]}, allow_nan=False).encode())
+        write_atomic(json, dumps({"responses": [_json(r) for r in responses]}, allow_nan=False).encode())
     if uff is not None:
         write_atomic(uff, universal_file(responses[0]))
     if plot is not None and format is not None:
@@ -89,6 +92,43 @@ def run(
 
         write_atomic(html, page(_panels(responses, merge_Hz), "Frequency responses"))
     return Exit.ACCEPTED
+
+
+def _read(records: Sequence[Path], sources: SourceOptions, input: str) -> list[Record]:
+    """Read records with the channels of the bench file and of the command line, the latter first."""
+    rig = None if sources.bench is None else load_bench(sources.bench).rig
+    if sources.bench is not None and rig is None:
+        raise RecordError(f"{sources.bench}: has no [rig]")
+    channels: dict[str, str | ChannelSource] = {**(rig.channels if rig else {}), **_mapping(sources.map or ())}
+    return [read_any(path, input, channels, sources.ts, rig is not None) for path in records]
+
+
+def _of_hits(
+    records: Sequence[Record],
+    input: str,
+    estimator: Estimator,
+    f_lo: float,
+    f_hi: float | None,
+    merge_Hz: float | None,
+    hits: HammerOptions,
+) -> ImpactResponse:
+    if merge_Hz is not None:
+        raise RecordError("--merge-Hz joins records of different drives; the hits of all records are averaged")
+    rules = ImpactRules(
+        double_hit_s=hits.double_hit_ms / 1e3,
+        double_hit_share=hits.double_hit_share,
+        ringing_samples=hits.ringing_samples,
+        block_max_s=hits.block_s,
+        force_range_N=hits.force_range_N,
+        window_decay=hits.window_decay,
+    )
+    chosen = "h1" if estimator is Estimator.AUTO else estimator.value
+    return hammer_responses(records, input, chosen, f_lo, f_hi, rules)
+
+
+def _json(response: MeasuredResponse) -> dict[str, Any]:
+    more = hammer_json(response) if isinstance(response, ImpactResponse) else {}
+    return to_json(response) | more
 
 
 def _mapping(given: Sequence[str]) -> dict[str, str]:
@@ -115,6 +155,23 @@ def summary(response: MeasuredResponse) -> Table:
     return table
 
 
+def hammer_summary(response: ImpactResponse) -> Table:
+    """Return a row per mode of each channel, with the band in which the channel is coherent over the hits."""
+    frf = response.frf
+    title = f"{response.title}: {frf.estimator}, {frf.f[0]:.4g} to {frf.f[-1]:.4g} Hz, {frf.f.size} bins, "
+    table = Table("output / input", "coherent [Hz]", "mode [Hz]", "damping [%]", title=title + f"{frf.segments} hits")
+    table.title_justify = "left"
+    for c in frf.channels:
+        first = (f"{c} / {frf.input}", _coherent(frf, c))
+        if not response.modes[c]:
+            table.add_row(*first, "none seen", "")
+        for k, mode in enumerate(response.modes[c]):
+            U, U_damping = U_of(mode)
+            damping = with_U(100 * mode.damping_ratio, 100 * U_damping)
+            table.add_row(*(first if k == 0 else ("", "")), with_U(mode.f_Hz, U), damping)
+    return table
+
+
 def with_U(value: float, U: float) -> str:
     """Return both to the decimals that U has, 93.918 ± 0.023; a U below 0.0001 is said to be that."""
     if U >= LEAST_U:
@@ -136,10 +193,11 @@ def _drawn(responses: Sequence[MeasuredResponse], merge_Hz: float | None, format
 
     panels: list[Panel] = []
     for response in responses:
-        drawn = bode(response.frf, response.ratios, merge_Hz=merge_Hz)
+        drawn = _panels_of(response, merge_Hz)
         of = response.frf.channels
         panels += [drawn[f"{c} {part}"] for part in ("magnitude", "phase") for c in of]
         panels += [drawn["coherence"]] * (len(responses) == 1)
+        panels += [panel for name, panel in drawn.items() if name.startswith("impacts of ")]
     columns = len(responses[0].frf.channels)
     alike = all(len(r.frf.channels) == columns for r in responses)
     return picture(panels, format, columns=columns if alike and columns <= 4 else 2)
@@ -148,5 +206,11 @@ def _drawn(responses: Sequence[MeasuredResponse], merge_Hz: float | None, format
 def _panels(responses: Sequence[MeasuredResponse], merge_Hz: float | None) -> dict[str, Panel]:
     """Return the panels of all responses, by names that do not collide."""
     many = len(responses) > 1
-    drawn = [(r.title, bode(r.frf, r.ratios, merge_Hz=merge_Hz)) for r in responses]
+    drawn = [(r.title, _panels_of(r, merge_Hz)) for r in responses]
     return {f"{title}: {name}" if many else name: panel for title, found in drawn for name, panel in found.items()}
+
+
+def _panels_of(response: MeasuredResponse, merge_Hz: float | None) -> dict[str, Panel]:
+    if isinstance(response, ImpactResponse):
+        return response.panels
+    return bode(response.frf, response.ratios, merge_Hz=merge_Hz)

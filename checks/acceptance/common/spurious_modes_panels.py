@@ -1,18 +1,14 @@
-"""Pictures of a hammer test: the impacts, good or set aside, and the FRF with its modes."""
+"""Pictures of the spurious modes: the impacts of each record, and its FRF with its modes."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from checks.arrays import Array
 from checks.declare import Values
-from checks.picture import Band, Item, Line, Mark, Panel, Text
-from checks.record import Record
+from checks.picture import Band, Item, Line, Mark, Panel
 from checks.signals.impact.hammer import HammerTest, ImpactFrf
-from checks.signals.impact.impacts import Impact, tally
+from checks.signals.impact.impact_panels import impacts_panel
 from checks.signals.impact.modal_fit import Mode
-
-_POINTS = 2000  # of a curve on a picture: more than its pixels
 
 
 def panels(
@@ -22,7 +18,10 @@ def panels(
     band_Hz: tuple[float, float],
 ) -> dict[str, Panel]:
     """Return the panels "<record>_impacts" of every record that could be read, "<record>_frf" for those with an FRF."""
-    out = {f"{key}_impacts": impacts_panel(key, values[key], test) for key, test in tests.items()}
+    out = {
+        f"{key}_impacts": impacts_panel(_words(key), values[key].t, test.force, test.impacts)
+        for key, test in tests.items()
+    }
     for key, test in tests.items():
         if test.frf is not None:
             out[f"{key}_frf"] = frf_panel(key, test.frf, modes.get(key, ()), band_Hz, _beside(key, tests))
@@ -33,29 +32,6 @@ def _beside(key: str, tests: Mapping[str, HammerTest]) -> ImpactFrf | None:
     """Return the top impact's FRF for the panel of the left one, else None: the mode that only the left one has is
     torsion."""
     return tests["torsion_top"].frf if key == "torsion_left" and "torsion_top" in tests else None
-
-
-def impacts_panel(key: str, record: Record, test: HammerTest) -> Panel:
-    """Return the force over time, each impact marked good or bad, the bad ones with the reason."""
-    items: list[Item] = [Line(*envelope(record.t, test.force), label="force", role="quiet")]
-    for label, role in (("good", "good"), ("set aside", "bad")):
-        which = [i for i in test.impacts if i.good == (role == "good")]
-        if which:
-            items.append(_points(record.t, which, label, role))
-    items += [Text(float(record.t[i.peak]), i.force_N, i.fault or "", "bad") for i in test.impacts if not i.good]
-    return Panel(f"{_words(key)}: {tally(test.impacts)}", "time [s]", "force [N]", tuple(items))
-
-
-def _points(t: Array, impacts: list[Impact], label: str, role: str) -> Line:
-    return Line(t[[i.peak for i in impacts]], np.array([i.force_N for i in impacts]), label, "points", role)
-
-
-def envelope(t: Array, force: Array) -> tuple[Array, Array]:
-    """Return the largest force in each of at most 2000 stretches of time: a peak of three samples must not be thinned
-    away."""
-    step = -(-force.size // _POINTS)
-    starts = np.arange(0, force.size, step)
-    return t[starts], np.maximum.reduceat(force, starts)
 
 
 def frf_panel(

@@ -1,11 +1,12 @@
-"""Hammer test: from a force and a response track to an averaged FRF with the scatter between the impacts.
+"""Hammer test: from force and response tracks to averaged FRFs with the scatter between the impacts.
 
 Force and exponential windows, and the damping that the latter adds: [EWINS00] 3.9; [BRANDT11] ch. 13. H1 from impacts:
-[BP10] ch. 6.
+[BP10] ch. 6; H2 and Hv, and what noise on either side does to them: [ROCKLIN85].
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from checks.signals.impact.impacts import (
     ImpactRules,
     available,
     find_impacts,
+    off_level,
     upright,
 )
 
@@ -69,6 +71,25 @@ class ImpactFrf:
         coherence: Array = np.divide(cross, power, out=np.zeros_like(cross), where=power > 0)
         return coherence
 
+    def estimate(self, estimator: str) -> tuple[Complex, Complex]:
+        """Return the response H (M,) by "h1", "h2" or "hv" [response per N], and what each impact contributes to its
+        error (K, M), zero in sum.
+
+        Noise on the force biases H1 low, noise on the response H2 high; Hv is their geometric mean with the phase of
+        the cross spectrum, biased by the difference of both ([ROCKLIN85])."""
+        F, Y, tiny = self.F, self.Y, np.finfo(float).tiny
+        Sff, Syy = (np.maximum(np.sum(np.abs(x) ** 2, axis=0), tiny) for x in (F, Y))
+        if estimator == "h1":
+            return self.H, (Y - self.H * F) * F.conj() / Sff
+        Syf = np.sum(Y * F.conj(), axis=0)
+        inverse = Syf.conj() / np.maximum(np.abs(Syf) ** 2, tiny)
+        if estimator == "h2":
+            H2: Complex = Syy * inverse.conj()
+            return H2, (Y - H2 * F) * Y.conj() * inverse.conj()
+        Hv: Complex = np.sqrt(Syy / Sff) * np.exp(1j * np.angle(Syf))
+        size = 0.5 * (np.abs(Y) ** 2 / Syy - np.abs(F) ** 2 / Sff)
+        return Hv, Hv * (size + 1j * (Y * F.conj() * inverse).imag)
+
 
 @dataclass(frozen=True, eq=False)
 class HammerTest:
@@ -83,6 +104,24 @@ class HammerTest:
         return sum(i.good for i in self.impacts)
 
 
+@dataclass(frozen=True, eq=False)
+class HammerTests:
+    """Impacts of each record, good or with their fault; the FRF of each response over the good ones of all records,
+    none if there are fewer than two; the force of each record as of `HammerTest`."""
+
+    impacts: tuple[tuple[Impact, ...], ...]
+    frfs: tuple[ImpactFrf, ...]
+    forces: tuple[Array, ...]
+
+    @property
+    def all_impacts(self) -> tuple[Impact, ...]:
+        return tuple(chain.from_iterable(self.impacts))
+
+    @property
+    def good(self) -> int:
+        return sum(i.good for i in self.all_impacts)
+
+
 def analyse(
     force: Array,
     response: Array,
@@ -90,27 +129,66 @@ def analyse(
     rules: ImpactRules | None = None,
     band_Hz: tuple[float, float] = (0.0, np.inf),
 ) -> HammerTest:
-    """Return the averaged FRF of a hammer test.
+    """Return the averaged FRF of a hammer test with one record and one response.
 
     force (N,) [N], response (N,), sampled together at fs [Hz]; band_Hz: the band in which impacts must agree with one
     another. Raises ValueError if the tracks differ in length, are not finite, or do not move at all."""
-    _usable(force, response)
+    found = analyse_records([(force, (response,))], fs, rules, band_Hz)
+    return HammerTest(found.impacts[0], found.frfs[0] if found.frfs else None, found.forces[0])
+
+
+def analyse_records(
+    records: Sequence[tuple[Array, Sequence[Array]]],
+    fs: float,
+    rules: ImpactRules | None = None,
+    band_Hz: tuple[float, float] = (0.0, np.inf),
+) -> HammerTests:
+    """Return the averaged FRFs of a hammer test in one or several records.
+
+    records: force (N,) [N] and the responses (N,) of each, the same responses in every record, all sampled at fs [Hz].
+    An impact that is bad in one response is set aside for all of them. Raises ValueError as `analyse`."""
     rules = rules or ImpactRules()
-    upward = upright(force)
-    found = find_impacts(upward, fs, rules)
-    if not found:
-        return HammerTest((), None, upward)
-    impacts = _clipped(response, _at_rest(response, found, fs, rules))
+    for force, responses in records:
+        for response in responses:
+            _usable(force, response)
+    tracks = [Track(upright(force), tuple(responses)) for force, responses in records]
+    impacts = [_impacts_of(track, fs, rules) for track in tracks]
+    if len(records) > 1:
+        impacts = _alike(impacts, rules)
     while True:
-        chosen = [k for k, i in enumerate(impacts) if i.good]
-        if len(chosen) < 2:
-            return HammerTest(tuple(impacts), None, upward)
-        frf = _average(*_blocks(upward, response, impacts, fs, rules), fs)
-        worst, agreement = _least_agreeing(frf, band_Hz)
-        if agreement >= rules.coherence_min:
-            return HammerTest(tuple(impacts), frf, upward)
-        k = chosen[worst]
-        impacts[k] = impacts[k].aside(COHERENCE, f"{agreement:.2f} with the others, needed {rules.coherence_min:g}")
+        good = [(r, k) for r, found in enumerate(impacts) for k, i in enumerate(found) if i.good]
+        frfs = _averages(tracks, impacts, fs, rules) if len(good) > 1 else ()
+        worst, agreement = _least_agreeing(frfs, band_Hz, rules) if frfs else (0, 1.0)
+        if agreement >= rules.coherence_min or not frfs:
+            return HammerTests(tuple(map(tuple, impacts)), frfs, tuple(track.force for track in tracks))
+        r, k = good[worst]
+        words = f"{agreement:.2f} with the others, needed {rules.coherence_min:g}"
+        impacts[r][k] = impacts[r][k].aside(COHERENCE, words)
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Upright force (N,) [N] and responses (N,) of one record."""
+
+    force: Array
+    responses: tuple[Array, ...]
+
+
+def _impacts_of(track: Track, fs: float, rules: ImpactRules) -> list[Impact]:
+    """Return the impacts of a record with the faults that its force and its responses show."""
+    impacts = list(find_impacts(track.force, fs, rules))
+    if not impacts:
+        return []
+    impacts = _at_rest(track.responses, impacts, fs, rules)
+    for response in track.responses:
+        impacts = _clipped(response, impacts)
+    return impacts
+
+
+def _alike(impacts: Sequence[Sequence[Impact]], rules: ImpactRules) -> list[list[Impact]]:
+    """Set aside impacts that are off the level of those of all records."""
+    levelled = iter(off_level(list(chain.from_iterable(impacts)), rules))
+    return [[next(levelled) for _ in found] for found in impacts]
 
 
 def _usable(force: Array, response: Array) -> None:
@@ -124,16 +202,18 @@ def _usable(force: Array, response: Array) -> None:
             raise ValueError(f"{name} is constant at {track[0]:g}")
 
 
-def _at_rest(response: Array, impacts: Sequence[Impact], fs: float, rules: ImpactRules) -> list[Impact]:
-    """Set aside impacts on a structure that still moves from the hit before or from its surroundings."""
+def _at_rest(responses: Sequence[Array], impacts: Sequence[Impact], fs: float, rules: ImpactRules) -> list[Impact]:
+    """Set aside impacts on a structure that still moves from the hit before or from its surroundings, as the response
+    shows that moves least before: one that the hits do not excite is noise at any time."""
     span = round(_BASELINE_s * fs)
     out = []
     for i in impacts:
-        before = response[max(i.start - span, 0) : i.start]
-        after = response[i.start : i.start + span]
-        share = float(np.std(before) / np.std(after)) if before.size > 1 and np.ptp(after) > 0 else 0.0
-        if share > rules.moving_share:
-            i = i.aside(MOVING, f"{100 * share:.0f} % of the response before the hit")
+        shares = []
+        for response in responses:
+            before, after = response[max(i.start - span, 0) : i.start], response[i.start : i.start + span]
+            shares.append(float(np.std(before) / np.std(after)) if before.size > 1 and np.ptp(after) > 0 else 0.0)
+        if min(shares) > rules.moving_share:
+            i = i.aside(MOVING, f"{100 * min(shares):.0f} % of the response before the hit")
         out.append(i)
     return out
 
@@ -149,30 +229,45 @@ def _clipped(response: Array, impacts: Sequence[Impact]) -> list[Impact]:
     ]
 
 
-def _blocks(
-    upward: Array, response: Array, impacts: Sequence[Impact], fs: float, rules: ImpactRules
-) -> tuple[Array, Array, float]:
-    """Return the windowed blocks of the good impacts: force, response (K, n), and the decay [1/s] of the exponential
-    window."""
+def _averages(
+    tracks: Sequence[Track], impacts: Sequence[Sequence[Impact]], fs: float, rules: ImpactRules
+) -> tuple[ImpactFrf, ...]:
+    """Return the FRF of each response over the good impacts of all records, by windowed blocks of one length.
+
+    One exponential window for all responses: the one that the slowest decay needs."""
     pre, span = round(_PRE_s * fs), round(_BASELINE_s * fs)
-    have = available(impacts, upward.size, fs)
-    n = min(round(rules.block_max_s * fs), *(int(have[k]) for k, i in enumerate(impacts) if i.good))
-    good = [i for i in impacts if i.good]
-    starts = [max(i.start - pre, 0) for i in good]
-    rest = [float(np.mean(response[max(i.start - span, 0) : i.start])) for i in good]
-    F = np.stack([upward[s : s + n] * _force_window(i, s, n, fs) for i, s in zip(good, starts, strict=True)])
-    Y = np.stack([response[s : s + n] - offset for s, offset in zip(starts, rest, strict=True)])
-    # The quietest of them: before the others the decay of the last hit may still be there.
-    noise = min(float(np.std(response[max(i.start - span, 0) : i.start])) for i in good)
-    decay = exponential_decay(Y, noise, fs)
+    lengths = [
+        int(have)
+        for track, found in zip(tracks, impacts, strict=True)
+        if found
+        for i, have in zip(found, available(found, track.force.size, fs), strict=True)
+        if i.good
+    ]
+    n = min(round(rules.block_max_s * fs), *lengths)
+    good = [(track, i) for track, found in zip(tracks, impacts, strict=True) for i in found if i.good]
+    starts = [max(i.start - pre, 0) for _, i in good]
+    force = np.stack(
+        [t.force[s : s + n] * _force_window(i, s, n, fs, rules) for (t, i), s in zip(good, starts, strict=True)]
+    )
+    responses, decays = [], []
+    for c in range(len(tracks[0].responses)):
+        before = [t.responses[c][max(i.start - span, 0) : i.start] for t, i in good]
+        Y = np.stack(
+            [t.responses[c][s : s + n] - np.mean(b) for (t, _), s, b in zip(good, starts, before, strict=True)]
+        )
+        # The quietest of them: before the others the decay of the last hit may still be there.
+        decays.append(exponential_decay(Y, min(float(np.std(b)) for b in before), fs))
+        responses.append(Y)
+    decay = max(decays) if rules.window_decay is None else rules.window_decay
     window = np.exp(-decay * np.arange(n) / fs)
-    return F * window, Y * window, decay
+    return tuple(_average(force * window, Y * window, decay, fs) for Y in responses)
 
 
-def _force_window(impact: Impact, start: int, n: int, fs: float) -> Array:
+def _force_window(impact: Impact, start: int, n: int, fs: float, rules: ImpactRules) -> Array:
     """Return the force window: one over the hit and the ringing of the anti-alias filter after it, then a cosine to
     zero: the noise of the force sensor is not force."""
-    hold = impact.end - start + max(2 * (impact.end - impact.start), round(2 * _TAPER_s * fs))
+    rings = max(round(2 * _TAPER_s * fs), round(2 * rules.ringing_samples))
+    hold = impact.end - start + max(2 * (impact.end - impact.start), rings)
     fall = max(round(_TAPER_s * fs), 1)
     k = np.arange(n)
     return np.where(k < hold, 1.0, 0.5 + 0.5 * np.cos(np.pi * np.clip((k - hold) / fall, 0.0, 1.0)))
@@ -198,9 +293,19 @@ def _average(force: Array, response: Array, decay: float, fs: float) -> ImpactFr
     return ImpactFrf(fft.rfftfreq(force.shape[1], 1 / fs), F, Y, H, scatter / S, decay)
 
 
-def _least_agreeing(frf: ImpactFrf, band_Hz: tuple[float, float]) -> tuple[int, float]:
-    """Return the index and agreement (coherence over the band's energy) of the impact that the others' FRF predicts
-    worst."""
+def _least_agreeing(frfs: Sequence[ImpactFrf], band_Hz: tuple[float, float], rules: ImpactRules) -> tuple[int, float]:
+    """Return the index and agreement of the impact that the others' FRF predicts worst, in the response where it does.
+
+    A response in which most impacts disagree is not excited by them and sets none aside, unless it is the only one."""
+    agreements = np.array([_agreement(frf, band_Hz) for frf in frfs])
+    excited = np.median(agreements, axis=1) >= rules.coherence_min
+    lowest = np.min(agreements[excited] if excited.any() else agreements, axis=0)
+    worst = int(np.argmin(lowest))
+    return worst, float(lowest[worst])
+
+
+def _agreement(frf: ImpactFrf, band_Hz: tuple[float, float]) -> Array:
+    """Return the agreement (K,) of each impact with the FRF of the others: the coherence over the band's energy."""
     inside = (band_Hz[0] <= frf.f) & (frf.f <= band_Hz[1])
     F, Y = frf.F[:, inside], frf.Y[:, inside]
     cross, power = Y * F.conj(), np.abs(F) ** 2
@@ -208,6 +313,5 @@ def _least_agreeing(frf: ImpactFrf, band_Hz: tuple[float, float]) -> tuple[int, 
     predicted = others * F
     overlap = np.abs(np.sum(Y * predicted.conj(), axis=1)) ** 2
     energy = np.sum(np.abs(Y) ** 2, axis=1) * np.sum(np.abs(predicted) ** 2, axis=1)
-    agreement = np.divide(overlap, energy, out=np.zeros_like(overlap), where=energy > 0)
-    worst = int(np.argmin(agreement))
-    return worst, float(agreement[worst])
+    agreement: Array = np.divide(overlap, energy, out=np.zeros_like(overlap), where=energy > 0)
+    return agreement

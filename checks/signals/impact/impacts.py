@@ -23,7 +23,8 @@ _RINGING_SHARE = 0.25
 class ImpactRules:
     """Rules by which an impact is bad. Shares are of the impact's own peak; `level_ratio` is against the median peak.
 
-    ringing_samples: how long the filter of the analyser rings, which depends on its sampling rate alone."""
+    ringing_samples: how long the filter of the analyser rings, which depends on its sampling rate alone. window_decay:
+    decay rate [1/s] of the exponential window; None for as much as ends a decay that the block cuts, 0 for none."""
 
     double_hit_s: float = 0.1
     double_hit_share: float = 0.03
@@ -34,6 +35,7 @@ class ImpactRules:
     moving_share: float = 0.1
     coherence_min: float = 0.9
     force_range_N: float | None = None
+    window_decay: float | None = None
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ def find_impacts(upward: Array, fs: float, rules: ImpactRules) -> tuple[Impact, 
     impacts = [_impact(upward, group, sigma, reach) for group in groups]
     impacts = [_double_hit(upward, i, sigma, fs, rules) for i in impacts]
     impacts = _overloads(upward, impacts, rules)
-    return tuple(_off_level(_too_close(impacts, upward.size, fs, rules), rules))
+    return tuple(off_level(_too_close(impacts, upward.size, fs, rules), rules))
 
 
 def _impact(upward: Array, group: NDArray[np.intp], sigma: float, reach: int) -> Impact:
@@ -185,7 +187,8 @@ def _too_close(impacts: Sequence[Impact], n: int, fs: float, rules: ImpactRules)
     return out
 
 
-def _off_level(impacts: Sequence[Impact], rules: ImpactRules) -> list[Impact]:
+def off_level(impacts: Sequence[Impact], rules: ImpactRules) -> list[Impact]:
+    """Set aside impacts much above or below the median of the good ones."""
     good = [i.force_N for i in impacts if i.good]
     if not good:
         return list(impacts)

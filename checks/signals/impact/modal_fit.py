@@ -63,23 +63,27 @@ class Mode:
         return damped and self.peak > _SIGNIFICANT * self.u_peak and 2.0 * self.u_f_Hz < 0.02 * self.f_Hz
 
 
-def find_modes(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float = 0.01) -> tuple[Mode, ...]:
+def find_modes(
+    frf: ImpactFrf, band_Hz: tuple[float, float], floor: float = 0.01, separation_Hz: float = _SEPARATION_Hz
+) -> tuple[Mode, ...]:
     """Return the modes of an impact FRF inside band_Hz, by frequency; peaks below `floor` times the highest are left
-    out."""
-    peaks = _peaks(frf, band_Hz, floor)
+    out, of peaks within separation_Hz all but the highest."""
+    peaks = _peaks(frf, band_Hz, floor, separation_Hz)
     fitted = (fit_mode(frf, frf.f[k]) for k in peaks)
     slowest = _DECAY_BINS * frf.df
     modes = [m for m in fitted if m is not None and m.significant and m.damping_ratio * m.f_Hz > slowest]
-    return tuple(sorted(_distinct([m for m in modes if band_Hz[0] <= m.f_Hz <= band_Hz[1]]), key=lambda m: m.f_Hz))
+    return tuple(
+        sorted(_distinct([m for m in modes if band_Hz[0] <= m.f_Hz <= band_Hz[1]], separation_Hz), key=lambda m: m.f_Hz)
+    )
 
 
-def _peaks(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float) -> NDArray[np.intp]:
+def _peaks(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float, separation_Hz: float) -> NDArray[np.intp]:
     inside = np.flatnonzero((band_Hz[0] <= frf.f) & (frf.f <= band_Hz[1]))
     if inside.size < 3:
         return inside[:0]
     magnitude = np.abs(frf.H[inside])
     noise = np.sqrt(smooth(frf.var[inside]))
-    distance = max(round(_SEPARATION_Hz / frf.df), 3)
+    distance = max(round(separation_Hz / frf.df), 3)
     from scipy.signal import find_peaks  # loads slowly: only when wanted
 
     found, _ = find_peaks(np.log10(np.maximum(magnitude, 1e-300)), prominence=_PROMINENCE, distance=distance)
@@ -88,12 +92,12 @@ def _peaks(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float) -> NDArra
     return peaks
 
 
-def _distinct(modes: list[Mode]) -> list[Mode]:
+def _distinct(modes: list[Mode], separation_Hz: float) -> list[Mode]:
     """Return the modes without duplicates: two peaks of noise on one mode give the same pole twice, of which the
     stronger fit stays."""
     kept: list[Mode] = []
     for m in sorted(modes, key=lambda m: -m.peak):
-        if all(abs(m.f_Hz - k.f_Hz) > 0.5 * _SEPARATION_Hz for k in kept):
+        if all(abs(m.f_Hz - k.f_Hz) > 0.5 * separation_Hz for k in kept):
             kept.append(m)
     return kept
 

@@ -40,12 +40,15 @@ class LocalRegression:
 @dataclass(frozen=True, eq=False)
 class LocalPolynomialFit:
     """Fits about B bins: H (B, C), its covariance (B, C, C), infinite if H is not determined, coherence (B, C), and of
-    the first ones the weights (b, 2 half + 1) of their neighbours' Y in H."""
+    the first ones the weights (b, 2 half + 1) of their neighbours' Y in H. own (B,): share of the input's power about
+    each bin that neither a transient nor the other regressors can have, which determines H; 1 over the square root of
+    it is the condition number."""
 
     H: Complex
     cov: Complex
     coherence: Array
     weights: Complex
+    own: Array
 
     @classmethod
     def empty(cls, bins: int, channels: int, neighbours: int) -> "LocalPolynomialFit":
@@ -55,11 +58,14 @@ class LocalPolynomialFit:
             cov=np.empty((channels, channels, bins), dtype=complex).transpose(2, 0, 1),
             coherence=np.empty((channels, bins)).T,
             weights=np.empty((min(bins, SAMPLED_BINS), neighbours), dtype=complex),
+            own=np.empty(bins),
         )
 
     def batch(self, bins: slice) -> "LocalPolynomialFit":
         """Return the views of some bins."""
-        return LocalPolynomialFit(self.H[bins], self.cov[bins], self.coherence[bins], self.weights[bins])
+        return LocalPolynomialFit(
+            self.H[bins], self.cov[bins], self.coherence[bins], self.weights[bins], self.own[bins]
+        )
 
 
 def fitted(near: Complex, local: LocalRegression, floor: float) -> LocalPolynomialFit:
@@ -117,6 +123,7 @@ def _solve(
     found.H[:] = H[:B]
     found.cov[:] = guarded_covariance((noise * reciprocal).transpose(2, 0, 1), powered)[:B]
     found.coherence[:] = _quality(H, noise, np.where(powered, undiminished / near.shape[1], 0.0))[:B]
+    found.own[:] = np.divide(power, undiminished, out=np.zeros_like(power), where=undiminished > 0.0)[:B]
     b = len(found.weights)
     weights = (local.off_transient @ columns[order, :, :b].conj()) * reciprocal[:b]
     found.weights[:] = np.where(powered[:b], weights, 0.0).T

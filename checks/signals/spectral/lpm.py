@@ -16,9 +16,11 @@ from checks.arrays import Array, Complex
 from checks.record import Record
 from checks.signals.spectral.frf import Frf, named, power_floor
 from checks.signals.spectral.local_polynomials import LocalPolynomialFit, LocalRegression, fitted
+from checks.signals.transient import is_transient
 
 Bins = NDArray[np.intp]
 
+CONDITION = 5.0  # of the regression about a bin: that of noise stays below 5.6, whose own share is 0.03 at least
 ORDER, HALF = 4, 8  # of the polynomials, and bins on either side: 17 bins for 10 unknowns leave 7 to estimate the noise
 
 
@@ -33,6 +35,7 @@ def lpm(
     order: int = ORDER,
     half: int = HALF,
     input: str = "u",
+    lasting: bool = False,
 ) -> Frf:
     """Return the responses from u to every channel of y by the local polynomial method, from one record without
     periodicity.
@@ -41,12 +44,19 @@ def lpm(
     f_hi [Hz], every step-th; the `half` bins next to 0 Hz and to fs/2 have no full neighbourhood and are left out.
     order : of both polynomials. `coherence` is |H|^2 S_uu over itself plus the noise, over the neighbourhood.
     Neighbours share their data: `stride` says how far apart bins are independent (2 half + 1 of the full grid). The
-    variance is infinite if u has no power of its own (a periodic u between its lines, a band not driven). Raises
-    ValueError for unequal lengths, NaN or inf, an empty band, or fewer than 7 degrees of freedom."""
+    variance is infinite if u has no power of its own (a periodic u between its lines, a band not driven). lasting: hits
+    near an end of the record are refused, whose responses are the record's transient: only noise would determine H.
+    Raises ValueError for them, for unequal lengths, NaN or inf, an empty band, or fewer than 7 degrees of freedom."""
     problem = LpmTransforms.of(u, y, fs, f_lo, f_hi, step, input)
     local = LocalRegression.of(order, half)
     bins = problem.bins(half)
     found = problem.fit(bins, local)
+    apart = float(np.mean(found.own > CONDITION**-2))
+    if lasting and apart < 0.5 and is_transient(u):
+        raise ValueError(
+            f"{input} and the transient of the record cannot be distinguished in {100 * (1 - apart):.0f} % of the bins "
+            f"(condition number above {CONDITION:g}): {input} looks like hits of a hammer"
+        )
     note = f"local polynomials of order {order} over +-{half} bins of {fs / len(u):.4g} Hz"
     return problem.frf(bins, found, np.full(bins.shape, float(local.dof)), "lpm", note)
 
@@ -55,7 +65,7 @@ def lpm_record(record: Record, input: str, outputs: Sequence[str], f_lo: float, 
     """Return `lpm` of channels of a record, order and window at their defaults. Raises RecordError if a channel is
     missing."""
     columns = {name: record[name] for name in outputs}
-    return lpm(record[input], columns, record.fs, f_lo=f_lo, f_hi=f_hi, step=step, input=input)
+    return lpm(record[input], columns, record.fs, f_lo=f_lo, f_hi=f_hi, step=step, input=input, lasting=True)
 
 
 @dataclass(frozen=True, eq=False)

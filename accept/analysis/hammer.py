@@ -1,0 +1,139 @@
+"""Responses and modes of hammer tests: `accept frf --hammer` and `accept.hammer_response`."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from accept.analysis.record_responses import U_CLOCK, MeasuredResponse, cut, vet_sizes
+from checks.errors import RecordError
+from checks.picture import Mark, Panel
+from checks.record import Record
+from checks.signals.impact.hammer import HammerTests, analyse_records
+from checks.signals.impact.impact_panels import impacts_panel
+from checks.signals.impact.impact_response import fates, impact_frf, impact_modes
+from checks.signals.impact.impacts import Impact, ImpactRules, tally
+from checks.signals.impact.modal_fit import Mode
+from checks.signals.spectral.bode import bode
+
+ESTIMATORS = ("h1", "h2", "hv")
+ANALYSER = 2.56  # sampling rate over the highest frequency that the filter of an analyser leaves
+SAME_RATE = 1e-6  # relative
+MODE_KEYS = ("channel", "f_Hz", "U_Hz", "damping_ratio", "U_damping")
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactResponse(MeasuredResponse):
+    """Response of a hammer test: with the impacts of each record, good or set aside, and the modes of each channel.
+
+    tests: impacts, forces and windowed spectra of the hits; modes: by channel, each with U_Hz and U_damping (k = 2)."""
+
+    tests: HammerTests
+    modes: dict[str, tuple[Mode, ...]]
+
+    @property
+    def impacts(self) -> dict[str, tuple[Impact, ...]]:
+        """Return the impacts of each record, good or with the fault for which it was set aside."""
+        return {r.name: found for r, found in zip(self.records, self.tests.impacts, strict=True)}
+
+    @property
+    def added_decay(self) -> float:
+        """Return the decay rate [1/s] that the exponential window added to the response, and not to the modes."""
+        return self.tests.frfs[0].added_decay
+
+    @property
+    def panels(self) -> dict[str, Panel]:
+        """Return magnitude with the modes marked, phase, coherence, and the impacts of each record."""
+        drawn = bode(self.frf, self.ratios)
+        for channel, modes in self.modes.items():
+            name = f"{channel} magnitude"
+            marks = tuple(Mark(m.f_Hz, label=f"{m.f_Hz:.4g} Hz", role="model") for m in modes)
+            panel = drawn[name]
+            drawn[name] = Panel(**{**panel.__dict__, "items": (*panel.items, *marks)})
+        unit = self.units.get(self.frf.input) or "N"
+        for record, force, impacts in zip(self.records, self.tests.forces, self.tests.impacts, strict=True):
+            drawn[f"impacts of {record.name}"] = impacts_panel(record.name, record.t, force, impacts, unit)
+        return drawn
+
+    def __repr__(self) -> str:
+        listed = {c: ", ".join(f"{m.f_Hz:.2f}" for m in modes) for c, modes in self.modes.items()}
+        seen = "; ".join(f"{c} {words or 'none'}" for c, words in listed.items())
+        of = f"{', '.join(self.frf.channels)} over {self.frf.input}"
+        return f"ImpactResponse({of}; {tally(self.tests.all_impacts)}; modes [Hz]: {seen})"
+
+
+def hammer_responses(
+    records: Sequence[Record],
+    input: str,
+    estimator: str = "h1",
+    f_lo: float = 0.0,
+    f_hi: float | None = None,
+    rules: ImpactRules | None = None,
+) -> ImpactResponse:
+    """Return the response over the good hits of all records. input: the force; f_lo, f_hi: band kept [Hz], to 1/2.56 of
+    the sampling frequency without f_hi, where an analyser's filter cuts.
+
+    Raises RecordError if records differ in rate or channels, or fewer than two hits are good."""
+    if estimator not in ESTIMATORS:
+        raise RecordError(f"estimator = '{estimator}': expected one of {', '.join(ESTIMATORS)} for a hammer test")
+    first, names = records[0], " + ".join(r.name for r in records)
+    channels = [name for name in first.channels if name != input]
+    for record in records:
+        vet_sizes(record)
+        if missing := {input, *channels} ^ set(record.channels):
+            raise RecordError(f"{record.name}: '{min(missing)}' is not in every record of the test; name alike records")
+        if abs(record.fs / first.fs - 1.0) > SAME_RATE:
+            raise RecordError(f"{record.name}: sampled at {record.fs:.6g} Hz, {first.name} at {first.fs:.6g} Hz")
+    band = f_lo, first.fs / ANALYSER if f_hi is None else min(f_hi, first.fs / 2)
+    tracks = [(record[input], [record[c] for c in channels]) for record in records]
+    try:
+        tests = analyse_records(tracks, first.fs, rules, band)
+        said = [f"{r.name}: {fates(found, r.t)}" for r, found in zip(records, tests.impacts, strict=True)]
+        if not tests.frfs:
+            raise RecordError("; ".join(said) + ": two good hits are needed, because U comes from what they differ by")
+        frf = impact_frf(tests, channels, input, estimator)
+    except ValueError as e:
+        raise RecordError(f"{names}: {e}") from e
+    frf = cut(frf, band[0], band[1], (*said, *frf.notes))
+    units = {name: first.units.get(name, "") for name in (input, *channels)}
+    return ImpactResponse(tuple(records), frf, units, {}, tests, impact_modes(tests, channels, *band))
+
+
+def U_of(mode: Mode) -> tuple[float, float]:
+    """Return U of a mode's frequency [Hz] and damping ratio (k = 2): scatter between hits, model, and of the frequency
+    the clock."""
+    scatter = 2.0 * math.hypot(mode.u_f_Hz, mode.u_f_model_Hz)
+    return math.hypot(scatter, U_CLOCK * mode.f_Hz), 2.0 * math.hypot(mode.u_damping, mode.u_damping_model)
+
+
+def hammer_json(response: ImpactResponse) -> dict[str, Any]:
+    """Return what the JSON of a response has for a hammer test.
+
+    {"impacts": [{"file", "time_s", "force_N", "good", "fault", "detail"}], "added_decay_per_s", "modes": [{"channel",
+    "f_Hz", "U_Hz", "damping_ratio", "U_damping"}]}."""
+    return {
+        "added_decay_per_s": response.added_decay,
+        "impacts": [
+            {
+                "file": record.name,
+                "time_s": float(record.t[i.peak]),
+                "force_N": i.force_N,
+                "good": i.good,
+                "fault": i.fault,
+                "detail": i.detail,
+            }
+            for record, found in zip(response.records, response.tests.impacts, strict=True)
+            for i in found
+        ],
+        "modes": [
+            {
+                "channel": c,
+                "f_Hz": m.f_Hz,
+                "U_Hz": U_of(m)[0],
+                "damping_ratio": m.damping_ratio,
+                "U_damping": U_of(m)[1],
+            }
+            for c, modes in response.modes.items()
+            for m in modes
+        ],
+    }
