@@ -9,7 +9,7 @@ from accept.units.loaded_unit import LoadedUnit
 from checks.errors import RecordError
 from checks.fitting.dataset import Dataset, dataset_from_records
 from checks.gap.conditions.trial import ConditionTrial
-from checks.gap.workflow import GapRefused, same_unit
+from checks.gap.workflow import GapRefused, check_same_unit
 from checks.record import Record
 
 F_LO = 5.0  # [Hz] below [STB]'s 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
@@ -46,7 +46,7 @@ def _trial(unit: LoadedUnit, name: str, measured: Responses, tolerance: float) -
         B = _dataset(records["low_repeat"], records.get("high_repeat"), measured, tolerance)
     else:
         A, B = _halves(measured, records, tolerance)
-    same_unit(A, B)
+    check_same_unit(A, B)
     section = unit.folder.experiments[name]
     kind = section.declared
     value = section.number(kind.value.name) if kind.value else None

@@ -120,12 +120,12 @@ def fit(
 
     starts: how many, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
     best goes on with all. Raises ModelError if nothing is free or no start can be evaluated."""
-    led = lead(response, datasets, free, joint=joint, starts=starts, seed=seed, coarse_bins=coarse_bins)
-    return finish(response, datasets, led[0], joint=joint, tried=led)
+    points = coarse_fits(response, datasets, free, joint=joint, starts=starts, seed=seed, coarse_bins=coarse_bins)
+    return finish(response, datasets, points[0], joint=joint, tried=points)
 
 
 @dataclass(frozen=True, eq=False)
-class Led:
+class FitPoint:
     """Where a search on few bins ended: the free parameters, starting there, the cost, and the work (`work_of`)."""
 
     free: tuple[Free, ...]
@@ -137,7 +137,7 @@ class Led:
         return {p.name: p.begin for p in self.free}
 
 
-def lead(
+def coarse_fits(
     response: Response,
     datasets: Dataset | Sequence[Dataset],
     free: Sequence[Free],
@@ -148,7 +148,7 @@ def lead(
     drawn: bool = False,
     close: bool = False,
     coarse_bins: int = COARSE_BINS,
-) -> list[Led]:
+) -> list[FitPoint]:
     """Return the ends of searches on few bins with shrinking tolerances, the best first. drawn: start only from draws
     about the start; close: use only the narrowest tolerance, because the wide ones would lead a start that is nearly
     right back to where it came from. Raises ModelError as `fit` does."""
@@ -162,7 +162,7 @@ def lead(
         tried = [_down(ways, x) for x in _starts(free, starts + drawn, seed)[int(drawn) :]]
     size = sum(s.H.size for s in few)
     return [
-        Led(_from(free, ways[-1].coordinates.values(d.x)), d.cost, work_of(d.steps, len(free), size))
+        FitPoint(_from(free, ways[-1].coordinates.values(d.x)), d.cost, work_of(d.steps, len(free), size))
         for d in sorted(tried, key=lambda d: d.cost)
     ]
 
@@ -175,18 +175,18 @@ def work_of(steps: int, parameters: int, values: int) -> float:
 def finish(
     response: Response,
     datasets: Dataset | Sequence[Dataset],
-    led: Led,
+    point: FitPoint,
     *,
     joint: JointPrior | None = None,
-    tried: Sequence[Led] = (),
+    tried: Sequence[FitPoint] = (),
 ) -> Fit:
     """Return the fit on all bins, started from the end of a search on few. Raises ModelError."""
     sets = _sets(datasets)
-    with _upright(response, sets, led.free):
-        final = tuple(s.around(response.frf(s.f, led.at, s.channels)) for s in sets)
-        problem = _FitProblem(response, final, led.free, joint)
-        x = problem.coordinates.x(np.array([p.begin for p in led.free]))
-        return _result(problem, descend(problem, x, STEPS, EXACT), tuple(d.cost for d in tried or (led,)))
+    with _upright(response, sets, point.free):
+        final = tuple(s.around(response.frf(s.f, point.at, s.channels)) for s in sets)
+        problem = _FitProblem(response, final, point.free, joint)
+        x = problem.coordinates.x(np.array([p.begin for p in point.free]))
+        return _result(problem, descend(problem, x, STEPS, EXACT), tuple(d.cost for d in tried or (point,)))
 
 
 @contextmanager

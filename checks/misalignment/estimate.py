@@ -21,7 +21,7 @@ from checks.fitting.calibrate import Calibration, better_damped, of_damping, ref
 from checks.fitting.common_drive import DRIVE, SKEW_OF_DE, SKEWED, SKEWS, Driven, mechanics
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import BEYOND_DOUBT, Fit, Led, finish, free_of, lead
+from checks.fitting.fit import BEYOND_DOUBT, Fit, FitPoint, coarse_fits, finish, free_of
 from checks.fitting.goodness import gaps
 from checks.fitting.misplaced_modes import misplaced_modes, peaks
 from checks.misalignment.estimate_types import DX, DY, LOPSIDED, Along, MisalignmentEstimate
@@ -176,16 +176,16 @@ def _fits(
     data require. If no fit explains the strut's own modes, one mode may have been taken for another: the search is then
     repeated with a mode in another place, and from random draws of the parameters."""
     free = [free_parameters(model, dx, dy, data.channels, search.skewed) for dx, dy in starts]
-    found = _all_finished(model, data, _places(_leads(model, data, free)))
+    found = _all_finished(model, data, _places(_coarse_fits(model, data, free)))
     if search.thorough and not any(_another_bench(c.fit) for c in found):
         if not any(_explains(c) for c in found):
             found += _all_finished(model, data, _rearranged(found, data))
         if not any(_explains(c) for c in found):
-            found += _all_finished(model, data, _leads(model, data, free[:1], DRAWS)[:1])
+            found += _all_finished(model, data, _coarse_fits(model, data, free[:1], DRAWS)[:1])
     return sorted(found, key=lambda c: c.fit.cost)
 
 
-def _rearranged(found: Sequence[Calibration], data: Dataset) -> list[Led]:
+def _rearranged(found: Sequence[Calibration], data: Dataset) -> list[FitPoint]:
     """Return the best few ends of searches that begin with a mode of the best fit in another place, where the residual
     is largest."""
     if not found:
@@ -196,42 +196,44 @@ def _rearranged(found: Sequence[Calibration], data: Dataset) -> list[Led]:
     places = peaks(data.f, np.sum(np.abs(left) ** 2, axis=1))
     ways = misplaced_modes(best.model, fit.free, fit.at, places, float(data.f[-1]), mechanics)
     starts = [[replace(p, start=way[p.name]) for p in fit.free] for way in ways]
-    return _leads(best.model, data, starts, close=True)[:BOTH_WAYS]
+    return _coarse_fits(best.model, data, starts, close=True)[:BOTH_WAYS]
 
 
-def _leads(
+def _coarse_fits(
     model: Model, data: Dataset, free: Sequence[Sequence[Free]], draws: int = 0, close: bool = False
-) -> list[Led]:
+) -> list[FitPoint]:
     """Return the ends of the searches, the best first, without searches that come to values that no strut has, or to
     NaN."""
-    found: list[Led] = []
+    found: list[FitPoint] = []
     for each in free:
         try:
-            found += lead(Driven(model), data, each, joint=model.joint, starts=1 + draws, seed=draws, close=close)
+            found += coarse_fits(
+                Driven(model), data, each, joint=model.joint, starts=1 + draws, seed=draws, close=close
+            )
         except ValueError:  # ModelError and LinAlgError are such
             continue
-    return sorted(found, key=lambda led: led.cost)
+    return sorted(found, key=lambda point: point.cost)
 
 
-def _all_finished(model: Model, data: Dataset, leads: Sequence[Led]) -> list[Calibration]:
+def _all_finished(model: Model, data: Dataset, points: Sequence[FitPoint]) -> list[Calibration]:
     """Return the fits that searches lead to, without those that come to values with which the assembly falls over."""
     response, found = Driven(model), []
-    for led in leads:
+    for point in points:
         try:
-            fitted = Calibration(model, response, finish(response, data, led, joint=model.joint))
+            fitted = Calibration(model, response, finish(response, data, point, joint=model.joint))
             found.append(better_damped(fitted, Driven))
-        except ValueError:  # as in `_leads`
+        except ValueError:  # as in `_coarse_fits`
             continue
     return found
 
 
-def _places(leads: Sequence[Led]) -> list[Led]:
+def _places(points: Sequence[FitPoint]) -> list[FitPoint]:
     """Return the distinct ends of searches whose cost is not hopeless."""
-    kept: list[Led] = []
-    for led in leads:
-        apart = all(max(abs(led.at[n] - other.at[n]) for n in (DX, DY)) > NEAR_UM for other in kept)
-        if apart and led.cost < leads[0].cost + WORTH_A_FIT:
-            kept.append(led)
+    kept: list[FitPoint] = []
+    for point in points:
+        apart = all(max(abs(point.at[n] - other.at[n]) for n in (DX, DY)) > NEAR_UM for other in kept)
+        if apart and point.cost < points[0].cost + WORTH_A_FIT:
+            kept.append(point)
     return kept
 
 

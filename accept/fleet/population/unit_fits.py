@@ -15,7 +15,7 @@ from checks.fitting.bench_factor import BenchFactor, averaged, learn_factor
 from checks.fitting.calibrate import Calibration, of_damping, refined
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import Led, finish, free_of, lead
+from checks.fitting.fit import FitPoint, coarse_fits, finish, free_of
 from checks.fitting.goodness import gaps
 from checks.fitting.robust import misfit
 from checks.misalignment.estimate_types import DX, DY
@@ -185,7 +185,7 @@ def _alone(model: Model, data: Dataset) -> Values | None:
     few, free = data.thinned(FEW_BINS), freed(model)
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            at = lead(model, few, free)[0].at
+            at = coarse_fits(model, few, free)[0].at
             for wider in WIDER:
                 H = model.frf(few.f, at, few.channels)
                 at = finish(model, replace(few, by_frequency=wider * misfit(few, H)), _from(free, at)).at
@@ -215,8 +215,8 @@ def _beside(model: Model, r: Responses, at: Values | None, bench: BenchFactor, l
         return at
 
 
-def _from(free: Sequence[Free], at: Values) -> Led:
-    return Led(tuple(replace(p, start=at[p.name]) for p in free), np.inf)
+def _from(free: Sequence[Free], at: Values) -> FitPoint:
+    return FitPoint(tuple(replace(p, start=at[p.name]) for p in free), np.inf)
 
 
 def _last(model: Model, r: Responses, at: Values | None, bench: LearnedBench | None) -> UnitFit:

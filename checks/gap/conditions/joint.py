@@ -8,7 +8,7 @@ import numpy as np
 
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import Fit, Led, finish, lead
+from checks.fitting.fit import Fit, FitPoint, coarse_fits, finish
 from checks.fitting.prior import prior_rows
 from checks.gap.conditions.trial import ConditionTrial, to_fit, to_judge, together
 from checks.gap.modelling.augmented import Augmented
@@ -56,7 +56,7 @@ class Conditions:
         they may lie elsewhere. Raises ModelError."""
         every, sets = together(response, self.trials), to_fit(self.A, self.trials)
         joint, free = response.model.joint, tuple(every.free(at))
-        ways = [Led(free, 0.0), *(lead(every, sets, free, joint=joint)[:1] if far else ())]
+        ways = [FitPoint(free, 0.0), *(coarse_fits(every, sets, free, joint=joint)[:1] if far else ())]
         fits = [f for way in ways if (f := _finished(every, sets, way, joint)) is not None]
         if not fits:
             raise ModelError("no values of the explanation come near these responses")
@@ -64,7 +64,7 @@ class Conditions:
         return Explanation(response, every, best, tuple(to_judge(self.B, self.trials)))
 
 
-def _finished(every: Together, sets: Sequence[Dataset], way: Led, joint: JointPrior | None) -> Fit | None:
+def _finished(every: Together, sets: Sequence[Dataset], way: FitPoint, joint: JointPrior | None) -> Fit | None:
     try:
         return finish(every, sets, way, joint=joint)
     except ModelError:

@@ -9,12 +9,13 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.fitting.dataset import Dataset
 from checks.fitting.response import Response
+from checks.gap.decision.gates import change_by
 from checks.gap.modelling.effect import Effect, Values
 from checks.gap.search.candidate import Candidate
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 
-COUNTS = 0.1  # of the largest share in the imitation: parameters with less are not said
+COUNTS = 0.1  # of the largest share in the imitation: parameters with less are not listed
 
 
 def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
@@ -25,27 +26,16 @@ def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
     less = response.without(effect.name)
     own = {t for p in effect.parameters for t in effect.targets(response.model, p.name)}  # is the effect itself
     names = tuple(p.name for p in less.free() if p.name in full.at and p.name not in own)
-    d = data.whitener(_change(full, effect))
+    change = by_its_size(effect, response.model, response, full.at, data)
+    d = data.whitener(change_by(effect, response, full.at, data) if change is None else change)
     J = data.whitener(response.jacobian(data.f, names, full.at, data.channels)).T
     scatter = np.array([1.0 / p.sd if is_mode_factor(p.name) else 0.0 for p in less.free() if p.name in names])
     J, d = np.vstack([J, np.diag(scatter)]), np.concatenate([d, np.zeros(len(names))])
     share, rest = shares(J, d)
     if float(rest @ rest) > full.table.two_delta_lnL:
         return ()
-    told = sorted(zip(np.abs(share), names, strict=True), reverse=True)
-    return tuple(n for s, n in told if s > COUNTS * told[0][0])
-
-
-def _change(full: Candidate, effect: Effect) -> Complex:
-    """Return the change (F, C) of the response by the effect: its derivative times its size, or the whole change if the
-    effect has no size."""
-    data, response = full.unseen, full.response
-    change = by_its_size(effect, response.model, response, full.at, data)
-    if change is not None:
-        return change
-    less = response.without(effect.name)
-    at = {p.name: full.at.get(p.name, p.begin) for p in less.free()}
-    return response.frf(data.f, full.at, data.channels) - less.frf(data.f, at, data.channels)
+    ranked = sorted(zip(np.abs(share), names, strict=True), reverse=True)
+    return tuple(n for s, n in ranked if s > COUNTS * ranked[0][0])
 
 
 def by_its_size(effect: Effect, model: Model, response: Response, at: Values, data: Dataset) -> Complex | None:

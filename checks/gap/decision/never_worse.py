@@ -1,13 +1,12 @@
 """The gap before and after, for a pair of models such that no channel is worse with the named effects."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from checks.fitting.dataset import Dataset
 from checks.fitting.goodness import gaps, overall
-from checks.gap.decision.gates import Claim, kept
+from checks.gap.decision.gates import Claim, accepted
 from checks.gap.decision.result import Gaps, ModeGap
 from checks.gap.modelling.augmented import Member
 from checks.gap.modelling.effect import Effect
@@ -18,42 +17,33 @@ AGREES = 1.0  # G of a channel up to which model and data agree: what happens be
 SLACK = 1.05  # of G: the calibration with an effect and the one without are not the same
 
 
-@dataclass(frozen=True, eq=False)
-class Shown:
-    """before, after: models with the gap to show; made: the claims, those refused that would widen a channel's gap."""
-
-    before: Candidate
-    after: Candidate
-    made: tuple[Claim, ...]
-
-
-def never_worse(without: Sequence[Candidate], full: Candidate, made: Sequence[Claim]) -> Shown:
-    """Withdraw names until no channel's gap is wider than before. without: the model without effects, in every
-    available calibration; full: the model with all effects found.
+def withdraw_harmful(
+    without: Sequence[Candidate], full: Candidate, claims: Sequence[Claim]
+) -> tuple[tuple[Claim, ...], Candidate, Candidate]:
+    """Withdraw names until no channel's gap is wider than before, and return the claims and the models with the gaps
+    before and after. without: the model without effects, in every available calibration; full: the model with all
+    effects found.
 
     Names are taken back, the one that explains least first, until no channel's gap grows by the others; with none left,
     nothing was gained and both gaps are that of the nearest model."""
     nearest = min(without, key=lambda c: gaps_of(c).G)
-    claims = list(made)
-    while good := kept(claims):
+    claims = list(claims)
+    while good := accepted(claims):
         after = _named_only(full, good)
-        beside = [c for c in without if not _grown(c, after)] or [c for c in without if not _grown(c, after, AGREES)]
-        worse = _grown(nearest, after, AGREES, SLACK)
+        gaps_after = gaps_of(after)
+        beside = [c for c in without if not gap_increased(gaps_of(c), gaps_after, agrees=0.0, slack=1.0)]
+        beside = beside or [c for c in without if not gap_increased(gaps_of(c), gaps_after, slack=1.0)]
+        worse = gap_increased(gaps_of(nearest), gaps_after)
         if beside and not worse:
-            return Shown(min(beside, key=lambda c: gaps_of(c).G), after, tuple(claims))
+            return tuple(claims), min(beside, key=lambda c: gaps_of(c).G), after
         least = min(good, key=lambda c: c.delta_lnL)
         words = f"would leave {' and '.join(worse) or 'a channel'} worse explained than without it"
         claims[claims.index(least)] = replace(least, reasons=(words,))
-    return Shown(nearest, nearest, tuple(claims))
+    return tuple(claims), nearest, nearest
 
 
-def _grown(before: Candidate, after: Candidate, agrees: float = 0.0, slack: float = 1.0) -> list[str]:
-    """Return the channels that are worse explained after than before, beyond agreement."""
-    return grown(gaps_of(before), gaps_of(after), agrees, slack)
-
-
-def grown(before: Gaps, after: Gaps, agrees: float = AGREES, slack: float = SLACK) -> list[str]:
-    """Return the channels whose gap is wider after than before."""
+def gap_increased(before: Gaps, after: Gaps, agrees: float = AGREES, slack: float = SLACK) -> list[str]:
+    """Return the channels whose gap is wider after than before, beyond agreement."""
     old, new = before.channels, after.channels
     return [c for c in new if new[c].G > max(agrees, slack * old[c].G)]
 
@@ -84,17 +74,12 @@ def gaps_of(c: Candidate) -> Gaps:
     data, model = c.unseen, c.response.frf(c.unseen.f, c.at, c.unseen.channels)
     data = data.around(model)
     residual = data.H - model
-    found = gaps([data], [residual])
+    channels = gaps([data], [residual])
     about = []
-    for f0 in _modes(c, data):
+    poles = np.abs(c.response.model.poles(c.response.changes(c.at))) / (2.0 * np.pi)
+    for f0 in (float(f) for f in poles if data.f[0] <= f <= data.f[-1]):
         near = np.abs(data.f - f0) <= ABOUT_MODE_HZ
         if near.any():
             G = overall(gaps([data.at(near)], [residual[near]])).G
             about.append(ModeGap(f0, G))
-    return Gaps(overall(found).G, found, tuple(about))
-
-
-def _modes(c: Candidate, data: Dataset) -> list[float]:
-    """Return the frequencies [Hz] of the model's modes within the data."""
-    poles = np.abs(c.response.model.poles(c.response.changes(c.at))) / (2.0 * np.pi)
-    return [float(f) for f in poles if data.f[0] <= f <= data.f[-1]]
+    return Gaps(overall(channels).G, channels, tuple(about))

@@ -6,7 +6,7 @@ an APA ([GAP] 11).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from checks.gap.decision.aliases import by_its_size, shares
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Ambiguous
 from checks.gap.effects import EFFECTS
-from checks.gap.modelling.augmented import Augmented, Values
+from checks.gap.modelling.augmented import Values
 from checks.gap.modelling.condition import Together, marked
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.experiment import Experiment
@@ -35,29 +35,26 @@ MENU: tuple[tuple[ExperimentKind, float], ...] = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Rival:
-    """Another effect in the place of the one that was found, with the values of its fit."""
-
-    response: Augmented
-    at: Values
-
-
-def asked(
-    rivals: Sequence[Ambiguous], good: Sequence[Claim], found: SearchResult, full: Candidate, A: Dataset
+def choose_experiments(
+    rivals: Sequence[Ambiguous], claims: Sequence[Claim], result: SearchResult, full: Candidate, A: Dataset
 ) -> tuple[Ambiguous, ...]:
     """Return the rivals, each with the experiment that is predicted to distinguish it, if the menu has a possible
-    one."""
-    return tuple(_with_experiment(a, good, found, full, A) for a in rivals)
+    one. claims: those that passed every gate."""
+    return tuple(_with_experiment(a, claims, result, full, A) for a in rivals)
 
 
 def _with_experiment(
-    a: Ambiguous, good: Sequence[Claim], found: SearchResult, full: Candidate, A: Dataset
+    a: Ambiguous, claims: Sequence[Claim], result: SearchResult, full: Candidate, A: Dataset
 ) -> Ambiguous:
-    claim = next((c for c in good if c.effect.name in a.effects), None)
+    claim = next((c for c in claims if c.effect.name in a.effects), None)
     if claim is None:
         return a
-    others = [_rival(name, claim.effect, found, full) for name in a.effects if name != claim.effect.name]
+    # A rival is another explanation of the search; a set of other calibrated values has no name in the library.
+    others: list[Candidate | None] = []
+    for name in a.effects:
+        if name != claim.effect.name:
+            names = frozenset({*full.names, name} - {claim.effect.name})
+            others.append(next(c for c in result.rivals if c.names == names) if name in EFFECTS else None)
     first = {Experiment.RESISTOR: OTHER_RESISTOR}.get(claim.effect.experiment, ADDED_MASS)
     for kind, value in sorted(MENU, key=lambda each: each[0] is not first):
         trial = ConditionTrial(kind.name, kind, value, A, A)
@@ -81,24 +78,16 @@ def _words(before: str, kind: ExperimentKind, value: float) -> str:
     return f"{before}; or repeat with {value:g} ohm across the sensor stack; {entry}"
 
 
-def _rival(name: str, effect: Effect, found: SearchResult, full: Candidate) -> Rival | None:
-    """Return the rival explanation by an effect; None if the rival is a set of other calibrated values."""
-    if name not in EFFECTS:
-        return None
-    names = frozenset({*full.names, name} - {effect.name})
-    rival = next(c for c in found.rivals if c.names == names)
-    return Rival(rival.response, rival.at)
-
-
-def separation(full: Candidate, effect: Effect, rival: Rival | None, A: Dataset, trial: ConditionTrial) -> float:
-    """Return twice the expected gain in log-likelihood under a condition with the noise of A. Raises ModelError."""
+def separation(full: Candidate, effect: Effect, rival: Candidate | None, A: Dataset, trial: ConditionTrial) -> float:
+    """Return twice the expected gain in log-likelihood under a condition with the noise of A. rival: another
+    explanation, or None for other calibrated values. Raises ModelError."""
     every = together(full.response, [trial])
     at = {p.name: p.begin for p in every.free(full.at)}
     sets = [replace(d, H=every.frf(d.f, at, d.channels)) for d in (A, marked(A, trial.name))]
     if rival is None:
         own = {f"{effect.name}.{p.name}" for p in effect.parameters} | set(effect.stands_for(full.response.model))
         free, other, there = [p for p in every.free(full.at) if p.name not in own], every, at
-        changes = [_by_effect(full, effect, every, at, s) for s in sets]
+        changes = [_change_under_all(full, effect, every, at, s) for s in sets]
     else:
         other = together(rival.response, [trial])
         free = other.free(rival.at)
@@ -112,7 +101,7 @@ def separation(full: Candidate, effect: Effect, rival: Rival | None, A: Dataset,
     return float(rest @ rest)
 
 
-def _by_effect(full: Candidate, effect: Effect, every: Together, at: Values, data: Dataset) -> Complex:
+def _change_under_all(full: Candidate, effect: Effect, every: Together, at: Values, data: Dataset) -> Complex:
     """Return the change (F, C) of the response by the effect: its derivative times its size, or the whole change if the
     effect has no size."""
     change = by_its_size(effect, full.response.model, every, at, data)

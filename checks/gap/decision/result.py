@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from checks.fitting.fit import Fit
     from checks.fitting.goodness import Gap
     from checks.gap.modelling.slow_sines import Slow
-    from checks.gap.preparation.record_faults import Early
+    from checks.gap.preparation.record_faults import RecordFault
     from checks.gap.statistics.adequacy import ExcessBand
     from checks.gap.statistics.projected_residual import Projected
 
@@ -136,7 +136,7 @@ class Result:
     fit: Fit
     p_before: float
     p_after: float
-    early: tuple[Early, ...] = ()
+    early: tuple[RecordFault, ...] = ()
     slow: Slow | None = None
     notes: tuple[str, ...] = ()
     damping: str = "full"

@@ -54,13 +54,13 @@ class Augmented:
         return tuple(m for m in self.members if isinstance(m, Effect))
 
     @property
-    def stand_ins(self) -> tuple[UnmodelledMode, ...]:
+    def unmodelled_modes(self) -> tuple[UnmodelledMode, ...]:
         return tuple(m for m in self.members if isinstance(m, UnmodelledMode) and m.counts)
 
     @property
     def counted(self) -> tuple[Member, ...]:
         """Return the members that mean that something is missing, unmodelled modes first."""
-        return (*self.stand_ins, *self.effects)
+        return (*self.unmodelled_modes, *self.effects)
 
     def with_member(self, member: Member) -> "Augmented":
         return replace(self, members=(*self.members, member))

@@ -12,6 +12,7 @@ import numpy as np
 from checks.acceptance.hysteresis import Loop, loop_of
 from checks.arrays import Array
 from checks.cause import NoResult
+from checks.gap.modelling.thresholds import Thresholds
 from checks.record import Record
 from checks.signals.slow.cycles import last_cycles
 from checks.signals.slow.loops import ScalarEstimate
@@ -37,6 +38,10 @@ class Slow:
         """Return the opening (L,) of every loop by the two shares."""
         a = np.array([p.amplitude for p in self.loops])
         return np.asarray(self.constant.value + self.grows.value * a / a.max())
+
+    def is_bent(self, table: Thresholds) -> bool:
+        """Return whether the static curve between drive and displacement bends enough to be reported."""
+        return abs(self.bends.value) > max(table.bend, 6.0 * self.bends.u)
 
 
 def slow_record(record: Record, channel: str = "de") -> Slow | None:

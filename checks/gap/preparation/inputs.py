@@ -1,4 +1,4 @@
-"""What the workflow works on: records that are those of one unit, turned the right way round before any search."""
+"""The problem of a search: records of one unit, corrected for the faults that show before any search."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,8 +13,8 @@ from checks.gap.effects import EFFECTS
 from checks.gap.modelling.effect import Effect, SlowFinding
 from checks.gap.modelling.slow_sines import Slow, slow_record
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.preparation import record_faults as early_checks
-from checks.gap.preparation.record_faults import Early
+from checks.gap.preparation import record_faults as faults
+from checks.gap.preparation.record_faults import RecordFault
 from checks.model.model import Model
 from checks.record import Record
 from specs.errors import AcceptError
@@ -43,29 +43,71 @@ class Inputs:
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
-    """Inputs with A and B corrected for everything that is found before any search; early: those findings; slow: the
-    slow sines; in_slow: effects that they name."""
+class Problem:
+    """What a search is to explain: inputs with A and B corrected for the faults that are found before any search.
+    early: those faults; slow: the slow sines; in_slow: effects that they name."""
 
     inputs: Inputs
     A: Dataset
     B: Dataset
-    early: tuple[Early, ...]
+    early: tuple[RecordFault, ...]
     slow: Slow | None
     in_slow: Mapping[Effect, SlowFinding]
     table: Thresholds
 
+    @property
+    def effects(self) -> list[Effect]:
+        """Return the effects of the library that may be named."""
+        return [e for e in EFFECTS.values() if e.name not in self.inputs.without]
 
-def prepared(inputs: Inputs, table: Thresholds) -> Prepared:
+    @property
+    def measured_B(self) -> Dataset:
+        """Return B as it was measured, in the usable channels."""
+        return self.inputs.B.select(self.B.channels)
+
+    @property
+    def depends_on_level(self) -> bool:
+        """Return whether the slow sines show that responses depend on the level of drive."""
+        return bool(self.in_slow) or (self.slow is not None and self.slow.is_bent(self.table))
+
+    def trials(self, channels: Sequence[str]) -> tuple[ConditionTrial, ...]:
+        """Return the experiments, corrected for the same faults."""
+        trials = (replace(t, A=self._corrected(t.A), B=self._corrected(t.B)) for t in self.inputs.trials)
+        return tuple(t.select(channels) for t in trials)
+
+    def _corrected(self, data: Dataset) -> Dataset:
+        data = data.select(self.A.channels)
+        for fault in self.early:
+            if set(fault.channels) <= set(data.channels):
+                samples = fault.parameters.get("samples")
+                if samples is None:
+                    data = faults.correct(data, fault)
+                else:
+                    late = dict.fromkeys(fault.channels, int(samples))
+                    data = faults.with_offsets(data, late, self.inputs.fs)
+        return data
+
+    def with_offsets(self) -> "Problem":
+        """Return the same with whole samples of offset put back into the records."""
+        late = {e.channels[0]: -int(e.parameters["samples"]) for e in self.early if e.effect == SAMPLE_OFFSET}
+        A, B = (faults.with_offsets(d, late, self.inputs.fs) for d in (self.A, self.B))
+        return replace(self, A=A, B=B, early=tuple(e for e in self.early if e.effect != SAMPLE_OFFSET))
+
+
+def prepare(inputs: Inputs, table: Thresholds) -> Problem:
     """Return the inputs corrected for faults found before any search. Raises GapRefused if the records are not of one
     unit."""
-    same_unit(inputs.A, inputs.B)
-    early, A, B = _before(inputs)
+    check_same_unit(inputs.A, inputs.B)
+    early, A, B = _find_faults(inputs)
     slow = None if inputs.slow is None else slow_record(inputs.slow)
-    return Prepared(inputs, A, B, early, slow, _in_slow(slow, inputs, table), table)
+    problem = Problem(inputs, A, B, early, slow, {}, table)
+    if slow is None:
+        return problem
+    findings = {e: e.slow.named(slow, table) for e in problem.effects}
+    return replace(problem, in_slow={e: finding for e, finding in findings.items() if finding is not None})
 
 
-def same_unit(A: Dataset, B: Dataset) -> None:
+def check_same_unit(A: Dataset, B: Dataset) -> None:
     """Raise GapRefused if the two realisations differ by more than noise and tolerance: not the same thing twice."""
     both = A.noise + B.noise + 2.0 * (max(A.tolerance, 1e-3) * np.abs(A.H)) ** 2 if A.H.shape == B.H.shape else None
     if both is None:
@@ -79,91 +121,51 @@ def same_unit(A: Dataset, B: Dataset) -> None:
             )
 
 
-def _before(inputs: Inputs) -> tuple[tuple[Early, ...], Dataset, Dataset]:
+def _find_faults(inputs: Inputs) -> tuple[tuple[RecordFault, ...], Dataset, Dataset]:
+    """Return the faults of the records, and A and B corrected for them. Raises GapRefused if every channel is dead."""
     A, B, model = inputs.A, inputs.B, inputs.model
-    pair = early_checks.exchanged(A, model)  # first: a motion [m] under the name of a voltage looks like no signal
-    found = [swapped(pair)] if pair is not None else []
-    A, B = (_mended(d, found) for d in (A, B))
-    silent = early_checks.dead(A, model)
+    pair = faults.find_exchanged(A, model)  # first: a motion [m] under the name of a voltage looks like no signal
+    exchanged = [] if pair is None else [exchange_fault(pair)]
+    A, B = (reduce(faults.correct, exchanged, d) for d in (A, B))
+    silent = faults.find_dead(A, model)
     alive = tuple(c for c in A.channels if c not in silent)
     if not alive:
         raise GapRefused("no channel answers the drive: is the amplifier on, and are these the right records?")
     A, B = A.select(alive), B.select(alive)
-    without = [Early("dead_channel", (c,), {}, f"{c} does not answer the drive.") for c in silent]
-    signs = [fault for c in early_checks.turned(A, model) if (fault := opposed(c)).effect not in inputs.without]
-    A, B = (_mended(d, signs) for d in (A, B))
-    late = early_checks.offsets(A, model, inputs.fs)
-    A, B = (early_checks.with_offsets(d, late, inputs.fs) for d in (A, B))
+    dead = [RecordFault("dead_channel", (c,), {}, f"{c} does not answer the drive.") for c in silent]
+    signs = [fault for c in faults.find_inverted(A, model) if (fault := sign_fault(c)).effect not in inputs.without]
+    A, B = (reduce(faults.correct, signs, d) for d in (A, B))
+    late = faults.find_offsets(A, model, inputs.fs)
+    A, B = (faults.with_offsets(d, late, inputs.fs) for d in (A, B))
     offsets = [
-        Early(SAMPLE_OFFSET, (channel,), {"samples": float(n)}, f"{channel} comes {n} samples late.")
+        RecordFault(SAMPLE_OFFSET, (channel,), {"samples": float(n)}, f"{channel} comes {n} samples late.")
         for channel, n in late.items()
     ]
-    return (*without, *found, *signs, *offsets), A, B
+    return (*dead, *exchanged, *signs, *offsets), A, B
 
 
-def raw(p: Prepared) -> Dataset:
-    """Return B as it was measured, in the usable channels."""
-    return p.inputs.B.select(p.B.channels)
-
-
-def trials_of(p: Prepared, channels: Sequence[str]) -> tuple[ConditionTrial, ...]:
-    """Return the experiments, corrected for what was found before any search."""
-    return tuple(replace(t, A=_as_found(t.A, p), B=_as_found(t.B, p)).select(channels) for t in p.inputs.trials)
-
-
-def _as_found(data: Dataset, p: Prepared) -> Dataset:
-    data = data.select(p.A.channels)
-    for fault in p.early:
-        if set(fault.channels) <= set(data.channels):
-            late = fault.parameters.get("samples")
-            if late is None:
-                data = early_checks.mended(data, fault)
-            else:
-                data = early_checks.with_offsets(data, dict.fromkeys(fault.channels, int(late)), p.inputs.fs)
-    return data
-
-
-def _mended(data: Dataset, faults: Sequence[Early]) -> Dataset:
-    return reduce(early_checks.mended, faults, data)
-
-
-def opposed(channel: str) -> Early:
+def sign_fault(channel: str) -> RecordFault:
     """Return the fault of a channel of the wrong sign, as an effect of the library if it has one for this channel."""
     effect = next((e for e in EFFECTS.values() if e.turns and e.channels == (channel,)), None)
     if effect is None:
-        return Early(f"polarity_{channel}", (channel,), {}, f"{channel} has the wrong sign.")
-    return Early(effect.name, (channel,), {}, effect.sentence)
+        return RecordFault(f"polarity_{channel}", (channel,), {}, f"{channel} has the wrong sign.")
+    return RecordFault(effect.name, (channel,), {}, effect.sentence)
 
 
-def swapped(pair: tuple[str, str]) -> Early:
-    """Return the two channels that are exchanged."""
-    return Early("swapped_channels", pair, {}, f"{pair[0]} and {pair[1]} are exchanged.", exchanges=True)
+def exchange_fault(pair: tuple[str, str]) -> RecordFault:
+    """Return the fault of two channels that are exchanged."""
+    return RecordFault("swapped_channels", pair, {}, f"{pair[0]} and {pair[1]} are exchanged.", exchanges=True)
 
 
-def as_recorded(p: Prepared) -> Prepared:
-    """Return the same with whole samples of offset put back."""
-    late = {e.channels[0]: -int(e.parameters["samples"]) for e in p.early if e.effect == SAMPLE_OFFSET}
-    A, B = (early_checks.with_offsets(d, late, p.inputs.fs) for d in (p.A, p.B))
-    return replace(p, A=A, B=B, early=tuple(e for e in p.early if e.effect != SAMPLE_OFFSET))
+def possible_faults(problem: Problem) -> list[RecordFault]:
+    """Return the faults of sign and of exchanged channels that are not corrected yet."""
+    channels = problem.A.channels
+    every = [*map(sign_fault, channels), *(exchange_fault(pair) for pair in combinations(channels, 2))]
+    known = {(e.effect, e.channels) for e in problem.early}
+    return [e for e in every if e.effect not in problem.inputs.without and (e.effect, e.channels) not in known]
 
 
-def possible_faults(p: Prepared) -> list[Early]:
-    """Return the new faults of sign and of channels, one by one."""
-    channels = p.A.channels
-    every = [*map(opposed, channels), *(swapped(pair) for pair in combinations(channels, 2))]
-    known = {(e.effect, e.channels) for e in p.early}
-    return [e for e in every if e.effect not in p.inputs.without and (e.effect, e.channels) not in known]
-
-
-def with_fault(p: Prepared, fault: Early) -> Prepared:
-    """Return the inputs with the records corrected for one more fault."""
-    A, B = (early_checks.mended(d, fault) for d in (p.A, p.B))
-    return replace(p, A=A, B=B, early=(*p.early, fault))
-
-
-def _in_slow(slow: Slow | None, inputs: Inputs, table: Thresholds) -> dict[Effect, SlowFinding]:
-    """Return the effects that the slow sines show."""
-    if slow is None:
-        return {}
-    found = {e: e.slow.named(slow, table) for e in EFFECTS.values() if e.name not in inputs.without}
-    return {e: finding for e, finding in found.items() if finding is not None}
+def with_fault(problem: Problem, fault: RecordFault) -> Problem:
+    """Return the problem with the records corrected for one more fault."""
+    A, B = (faults.correct(d, fault) for d in (problem.A, problem.B))
+    return replace(problem, A=A, B=B, early=(*problem.early, fault))

@@ -26,8 +26,8 @@ CORNERS = 80  # of lags and resonances that turn the phase as a delay would: 6 %
 
 
 @dataclass(frozen=True)
-class Early:
-    """One finding. effect: its name in gap.json; channels; parameters by name; words: a sentence."""
+class RecordFault:
+    """A fault of the records. effect: its name in gap.json; words: a sentence."""
 
     effect: str
     channels: tuple[str, ...]
@@ -36,7 +36,7 @@ class Early:
     exchanges: bool = False  # two channels with each other
 
 
-def exchanged(data: Dataset, model: Model) -> tuple[str, str] | None:
+def find_exchanged(data: Dataset, model: Model) -> tuple[str, str] | None:
     """Return the two channels that fit the model much better when exchanged, or None."""
     H = model.frf(data.f, channels=data.channels)
     size = np.abs(_log_ratio(data.H[:, :, None], H[:, None, :]))  # (F, measured, modelled)
@@ -48,7 +48,7 @@ def exchanged(data: Dataset, model: Model) -> tuple[str, str] | None:
     return None
 
 
-def turned(data: Dataset, model: Model) -> tuple[str, ...]:
+def find_inverted(data: Dataset, model: Model) -> tuple[str, ...]:
     """Return the channels whose phase is opposite to the model's in most bins that are not noise."""
     low = data.f < SIGN_HZ
     if low.sum() < 5:
@@ -61,14 +61,14 @@ def turned(data: Dataset, model: Model) -> tuple[str, ...]:
     return tuple(c for c, m in zip(data.channels, mean, strict=True) if m < OPPOSED)
 
 
-def dead(data: Dataset, model: Model) -> tuple[str, ...]:
+def find_dead(data: Dataset, model: Model) -> tuple[str, ...]:
     """Return the channels that respond to the drive far less than the model predicts in most bins."""
     H = model.frf(data.f, channels=data.channels)
     median = np.median(_log_ratio(data.H, H), axis=0)
     return tuple(c for c, m in zip(data.channels, median, strict=True) if m < -np.log(DEAD))
 
 
-def mended(data: Dataset, fault: Early) -> Dataset:
+def correct(data: Dataset, fault: RecordFault) -> Dataset:
     """Return the data corrected for a fault of sign or of exchanged channels."""
     return (
         with_names(data, (fault.channels[0], fault.channels[1]))
@@ -77,7 +77,7 @@ def mended(data: Dataset, fault: Early) -> Dataset:
     )
 
 
-def offsets(data: Dataset, model: Model, fs: float) -> dict[str, int]:
+def find_offsets(data: Dataset, model: Model, fs: float) -> dict[str, int]:
     """Return by channel the whole samples of fs [Hz] by which it lags the others (which define zero).
 
     A channel is listed only if no other change of phase explains it as well: a lag of first order, or a resonance above

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import Led
+from checks.fitting.fit import FitPoint
 from checks.fitting.goodness import gaps
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import Thresholds
@@ -19,29 +19,26 @@ GROSS = 1e4  # of a channel's G: most of it is no calibration's business
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A response fitted to A; seen: its residual on B; led: the end of the search on few bins, if the fit started from
-    one."""
+    """A response at values of its parameters. cost: half the squared whitened residuals on A, and priors; unseen: B;
+    settled: no step leads further down; coarse: the end of the search on few bins, if the fit began there."""
 
     response: Augmented
     at: dict[str, float]
     cost: float
     unseen: Dataset
     table: Thresholds
-    led: Led | None = None
+    settled: bool = False
+    coarse: FitPoint | None = None
 
     @cached_property
     def seen(self) -> Projected:
+        """Return the projected residual on B."""
         return project(self.response, self.unseen, self.at)
 
-    @property
+    @cached_property
     def lnL(self) -> float:
         """Return the log-likelihood of B at the values from A, priors included, but for a constant."""
-        return -self._settled.cost
-
-    @cached_property
-    def _settled(self) -> Projected:
-        """Return the residual without projection, which would take derivatives by all parameters."""
-        return at_known(self.response, self.unseen, self.at)
+        return -at_known(self.response, self.unseen, self.at).cost
 
     @cached_property
     def adequacy(self) -> Adequacy:
@@ -79,4 +76,4 @@ class Candidate:
         """Return lnL less the cost of parameters and unmodelled modes: a named effect is preferred to an unmodelled
         mode that is hardly better."""
         parameters = sum(len(m.parameters) for m in self.response.members)
-        return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.stand_ins)
+        return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.unmodelled_modes)

@@ -29,21 +29,20 @@ from checks.gap.modelling.augmented import Augmented, Member, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
-from checks.gap.search.candidates import Search, freed
-from checks.gap.search.refit import begin
+from checks.gap.search.candidates import Search
 from checks.gap.search.screen import screen
 from checks.gap.statistics.projected_residual import project
 
 CELLS_PER_OCTAVE = 2.0
 FIRST_HZ = 5.0  # where the first cell begins
-TOLD = 2.0  # real numbers that a disagreement smooth over a cell has in it: one complex value
+VALUES_PER_CELL = 2.0  # real numbers that a disagreement smooth over a cell has in it: one complex value
 PER_PARAMETER = 3.0  # of log-likelihood, as a candidate's score has it
 STAND_IN = 4.6  # of log-likelihood, a ratio of 100: by so much a stand-in must be better than an effect
 EFFECTS_TRIED, STAND_INS_TRIED = 8, 5  # members of a round that are fitted, the best of the screen
 FOLLOWED = 4  # of these to the end, with everything free
 ROUNDS = 6  # of weights
 STEPS, STEPS_HELD = 4, 6  # of a fit within a round, and of the first one, with the scatter held
-SETTLED = 0.1  # of log-likelihood: a round that gains less is the last
+SMALL_GAIN = 0.1  # of log-likelihood: a round that gains less is the last
 
 
 def cells(f: Array) -> NDArray[np.intp]:
@@ -67,7 +66,7 @@ def left_by_cell(data: Dataset, residual: Complex) -> Array:
 def with_disagreement(data: Dataset, residual: Complex) -> Dataset:
     """Return the dataset with the variance of a disagreement of the size that a residual (F, C) shows in each cell."""
     _, at, counts = np.unique(cells(data.f), return_inverse=True, return_counts=True)
-    beyond = np.maximum(left_by_cell(data, residual) - 1.0, 0.0) * (2.0 * counts / TOLD)[:, None]
+    beyond = np.maximum(left_by_cell(data, residual) - 1.0, 0.0) * (2.0 * counts / VALUES_PER_CELL)[:, None]
     extra = beyond[at] * data.variance
     cov = data.cov.copy()
     d = np.arange(len(data.channels))
@@ -76,7 +75,7 @@ def with_disagreement(data: Dataset, residual: Complex) -> Dataset:
 
 
 @dataclass(frozen=True, eq=False)
-class Beside:
+class DisagreementFit:
     """A response at values fitted to A beside its disagreement. off_prior: half the squared prior rows at the values;
     unseen: B."""
 
@@ -98,7 +97,7 @@ class Beside:
     @property
     def lnL(self) -> float:
         """Return the profile log-likelihood of B over the sizes of the disagreement, but for a constant."""
-        return -0.5 * TOLD * float(np.log(np.maximum(self.Q, 1.0)).sum()) - self.off_prior
+        return -0.5 * VALUES_PER_CELL * float(np.log(np.maximum(self.Q, 1.0)).sum()) - self.off_prior
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,9 +106,9 @@ class ExplainingStep:
     members in its place, the best first."""
 
     member: Member
-    before: Beside
-    after: Beside
-    rivals: tuple[tuple[Member, Beside], ...]
+    before: DisagreementFit
+    after: DisagreementFit
+    rivals: tuple[tuple[Member, DisagreementFit], ...]
 
     @property
     def gain(self) -> float:
@@ -117,37 +116,39 @@ class ExplainingStep:
         return self.after.lnL - self.before.lnL
 
 
-def search_beside(search: Search, starts: Sequence[Candidate]) -> tuple[Beside, tuple[ExplainingStep, ...]]:
+def search_beside(search: Search, starts: Sequence[Candidate]) -> tuple[DisagreementFit, tuple[ExplainingStep, ...]]:
     """Return the model without effects beside its disagreement, and the effects that are found one after the other.
 
     starts: candidates with no member that counts, from whose calibrations the search begins."""
     search.say("looking beside what is left")
-    begun = [_settled(search, c.response, at) for c in starts for at in (c.at, {})]
+    begun = [_try_to_settle(search, c.response, at) for c in starts for at in (c.at, {})]
     state = base = max((b for b in begun if b is not None), key=lambda b: b.lnL)
     steps: list[ExplainingStep] = []
     while len(steps) < search.table.most_effects and not search.over:
-        tried = one_more(search, state)
+        tried = add_one(search, state)
         effects = [(m, b) for m, b in tried if isinstance(m, Effect)]
         if not effects:
             break
         member, after = effects[0]
         step = ExplainingStep(member, state, after, tuple(t for t in tried if t[0] is not member))
-        if not step.gain > needed(search.table, member):
+        if not step.gain > required_gain(search.table, member):
             break
         steps.append(step)
         state = after
     return base, tuple(steps)
 
 
-def needed(table: Thresholds, member: Member) -> float:
+def required_gain(table: Thresholds, member: Member) -> float:
     """Return the gain that a member needs beside a disagreement: that of a name, plus the cost of its parameters."""
     return table.delta_lnL + PER_PARAMETER * (len(member.parameters) - 1)
 
 
-def one_more(search: Search, state: Beside, among: Sequence[Member] = ()) -> list[tuple[Member, Beside]]:
+def add_one(
+    search: Search, state: DisagreementFit, among: Sequence[Member] = ()
+) -> list[tuple[Member, DisagreementFit]]:
     """Return members added to a state, each at its best beside the disagreement, by falling score; the few that look
     best in the screen. among: only these."""
-    weighted = replace(search, A=with_disagreement(search.A, _residual(search.A, state.response, state.at)))
+    weighted = search.on(with_disagreement(search.A, _residual(search.A, state.response, state.at)))
     projected = project(state.response, weighted.A, state.at)
     absent = [m for m in among or search.library if m.name not in state.response.names]
     scores = sorted((screen(projected, m) for m in absent), key=lambda s: -s.gain)
@@ -157,20 +158,20 @@ def one_more(search: Search, state: Beside, among: Sequence[Member] = ()) -> lis
     for score in few:
         if search.over:
             break
-        tried = [_best_from(weighted, state, score.member, values) for values in score.starts]
-        if found := [t for t in tried if t is not None]:
-            out.append((score.member, max(found, key=lambda b: b.lnL)))
+        fits = [_fit_with_member(weighted, state, score.member, values) for values in score.starts]
+        if fitted := [fit for fit in fits if fit is not None]:
+            out.append((score.member, max(fitted, key=lambda fit: fit.lnL)))
     out = sorted(out, key=lambda each: -score_of(*each))
-    out = [(m, (_settled(search, b.response, b.at) or b) if i < FOLLOWED else b) for i, (m, b) in enumerate(out)]
+    out = [(m, (_try_to_settle(search, b.response, b.at) or b) if i < FOLLOWED else b) for i, (m, b) in enumerate(out)]
     return sorted(out, key=lambda each: -score_of(*each))
 
 
-def score_of(member: Member, b: Beside) -> float:
+def score_of(member: Member, b: DisagreementFit) -> float:
     """Return lnL less the cost of parameters, and less the margin that an unmodelled mode must gain."""
     return b.lnL - PER_PARAMETER * len(member.parameters) - (0.0 if isinstance(member, Effect) else STAND_IN)
 
 
-def _best_from(search: Search, state: Beside, member: Member, values: Values) -> Beside | None:
+def _fit_with_member(search: Search, state: DisagreementFit, member: Member, values: Values) -> DisagreementFit | None:
     """Return a member added to a state and fitted from its own values, the scatter at its best; None if the strut is
     not held at them."""
     start = {**state.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
@@ -178,13 +179,13 @@ def _best_from(search: Search, state: Beside, member: Member, values: Values) ->
     start = {k: v for k, v in start.items() if k not in taken}
     held = state.response.with_member(member).holding_scatter(state.at)
     try:
-        found = freed(search.go_on(begin(held, search.A, start), STEPS_HELD))
-        return _beside(found.response, found.at, search.B)
+        c = search.free_scatter(search.advance(search.begin(held, start), STEPS_HELD))
+        return _at_values(c.response, c.at, search.B)
     except ModelError:
         return None
 
 
-def _settled(search: Search, response: Augmented, start: Values) -> Beside | None:
+def _try_to_settle(search: Search, response: Augmented, start: Values) -> DisagreementFit | None:
     """Return a response fitted to A beside its disagreement; None if the strut is not held at values on the way."""
     try:
         return settle(search, response, start, ROUNDS)
@@ -192,23 +193,23 @@ def _settled(search: Search, response: Augmented, start: Values) -> Beside | Non
         return None
 
 
-def settle(search: Search, response: Augmented, start: Values, rounds: int) -> Beside:
+def settle(search: Search, response: Augmented, start: Values, rounds: int) -> DisagreementFit:
     """Return a response fitted to A beside its disagreement, from values nearby. Raises ModelError."""
-    refit, last = begin(response, search.A, start), np.inf
+    at, last = search.begin(response, start).at, np.inf
     for _ in range(rounds):
-        data = with_disagreement(search.A, _residual(search.A, response, refit.at))
-        refit = search.go_on(begin(response, data, refit.at), STEPS)
-        now = -_beside(response, refit.at, search.A).lnL
-        if last - now < SETTLED:
+        weighted = search.on(with_disagreement(search.A, _residual(search.A, response, at)))
+        at = weighted.advance(weighted.begin(response, at), STEPS).at
+        now = -_at_values(response, at, search.A).lnL
+        if last - now < SMALL_GAIN:
             break
         last = now
-    return _beside(response, refit.at, search.B)
+    return _at_values(response, at, search.B)
 
 
-def _beside(response: Augmented, at: dict[str, float], unseen: Dataset) -> Beside:
+def _at_values(response: Augmented, at: dict[str, float], unseen: Dataset) -> DisagreementFit:
     free = response.free(at)
     off = prior_rows(free, response.model.joint) @ np.array([at[p.name] - p.prior for p in free])
-    return Beside(response, at, 0.5 * float(off @ off), unseen)
+    return DisagreementFit(response, at, 0.5 * float(off @ off), unseen)
 
 
 def _residual(data: Dataset, response: Augmented, at: Values) -> Complex:

@@ -25,6 +25,15 @@ class SearchResult:
     tried: tuple[Candidate, ...]
     steps: tuple[ExplainingStep, ...] = ()
 
+    @property
+    def is_named(self) -> bool:
+        """Return whether the explanation is complete and consists of named effects only."""
+        return self.best.adequate and not self.best.response.unmodelled_modes
+
+    def continued_by(self, other: "SearchResult") -> "SearchResult":
+        """Return the result together with that of a search that started from its end."""
+        return SearchResult(self.base, other.best, other.rivals, (*self.tried, *other.tried))
+
 
 def explain(search: Search, base: Candidate, most: int, width: int) -> SearchResult:
     """Return the smallest set of at most so many more members that is adequate on B; failing that, the set that
@@ -34,55 +43,55 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
     for size in range(1, most + 1):
         if search.over:
             break
-        search.say(f"looking for effect {len(base.response.effects) + len(base.response.stand_ins) + size}")
-        found: list[Candidate] = []
+        search.say(f"looking for effect {len(base.response.effects) + len(base.response.unmodelled_modes) + size}")
+        candidates: list[Candidate] = []  # of this round
         for b in beam:
-            if found and b.cost > NO_RIVAL * min(c.cost for c in found):
+            if candidates and b.cost > NO_RIVAL * min(c.cost for c in candidates):
                 continue
-            found = _distinct([*found, *search.extended(b, {c.names for c in found})])
-            adequate = [c for c in found[: 2 * GO_ON] if c.adequate]
+            candidates = _best_of_each_set([*candidates, *search.add_one(b, {c.names for c in candidates})])
+            adequate = [c for c in candidates[: 2 * GO_ON] if c.adequate]
             if adequate:
-                return _done(search, base, adequate, (*tried, *found))
+                return _finish(search, base, adequate, (*tried, *candidates))
         if search.over:
-            tried += found
+            tried += candidates
             break
-        again = search.from_far(found)
-        again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.rearranged(c)]
-        found = _distinct([*again, *found])
+        again = search.refit_from_priors(candidates)
+        again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c)]
+        candidates = _best_of_each_set([*again, *candidates])
         adequate = [c for c in again if c.adequate]
         if adequate:
-            return _done(search, base, adequate, (*tried, *found))
-        swapped = [c for c in (search.damped_otherwise(c) for c in found[:BOTH_WAYS]) if c is not None]
-        found = _distinct([*found, *swapped])
+            return _finish(search, base, adequate, (*tried, *candidates))
+        swapped = [c for c in (search.with_other_damping(c) for c in candidates[:BOTH_WAYS]) if c is not None]
+        candidates = _best_of_each_set([*candidates, *swapped])
         adequate = [c for c in swapped if c.adequate]
-        tried += found
+        tried += candidates
         if adequate:
-            return _done(search, base, adequate, tried)
+            return _finish(search, base, adequate, tried)
         before = max(b.lnL for b in beam)
         needed = max(search.table.delta_lnL, search.table.progress * -before)
-        better = [c for c in found if c.lnL > before + needed]
+        better = [c for c in candidates if c.lnL > before + needed]
         if not better:
             break
         beam = better[: width if size == 1 else 1]
-    best = search.pruned(max([base, *tried], key=lambda c: c.score))
+    best = search.prune(max([base, *tried], key=lambda c: c.score))
     return SearchResult(base, best, (), tuple(tried))
 
 
-def explain_beside(search: Search, found: SearchResult) -> SearchResult:
+def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     """Return the result of a search beside the disagreement, used if no explanation was complete: an explanation that
     is adequate after all, with its rivals, or one with its steps.
 
-    found: by the search for what explains everything."""
-    base = found.base
+    result: of the search for what explains everything."""
+    base = result.base
     search = replace(search, effort=Effort(BESIDE * search.table.effort))
     _, steps = search_beside(search, [base])
     if not steps:
-        return found
+        return result
     last = steps[-1].after
-    own = search.refitted(last.response, last.at)
-    tried = (*found.tried, *(search.compared(s.after.response, s.after.at) for s in steps))
+    own = search.refit(last.response, last.at)
+    tried = (*result.tried, *(search.begin(s.after.response, s.after.at) for s in steps))
     if not own.adequate:
-        beside = search.compared(last.response, last.at)
+        beside = search.begin(last.response, last.at)
         return SearchResult(base, beside, (), tried, steps)
     rivals = []
     for step in steps:
@@ -93,29 +102,29 @@ def explain_beside(search: Search, found: SearchResult) -> SearchResult:
                 at = {k: v for k, v in last.at.items() if not k.startswith(f"{step.member.name}.")}
                 at |= {k: v for k, v in b.at.items() if k.startswith(f"{member.name}.")}
                 with suppress(ModelError):  # the strut is not held at such values: no rival
-                    rivals.append(search.refitted(response, at))
+                    rivals.append(search.refit(response, at))
     adequate = [own, *(c for c in rivals if c.adequate)]
-    return _done(search, base, adequate, (*tried, own, *rivals))
+    return _finish(search, base, adequate, (*tried, own, *rivals))
 
 
-def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> SearchResult:
-    best = search.pruned(_preferred(adequate))
-    if named := [c for c in search.swapped(best) if c.adequate]:
+def _finish(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> SearchResult:
+    best = search.prune(_prefer_named(adequate))
+    if named := [c for c in search.swap_members(best) if c.adequate]:
         adequate = [*adequate, *named]
-        best = search.pruned(_preferred([*named, best]))
-    best = search.damped_best(best)
+        best = search.prune(_prefer_named([*named, best]))
+    best = search.with_better_damping(best)
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
         return SearchResult(best, best, (), tuple(tried))
     return SearchResult(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
 
 
-def _preferred(adequate: Sequence[Candidate]) -> Candidate:
+def _prefer_named(adequate: Sequence[Candidate]) -> Candidate:
     """Return the best candidate without unmodelled modes; failing that, the best one with them."""
-    named = [c for c in adequate if not c.response.stand_ins]
+    named = [c for c in adequate if not c.response.unmodelled_modes]
     return max(named or adequate, key=lambda c: c.score)
 
 
-def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
+def _best_of_each_set(candidates: Sequence[Candidate]) -> list[Candidate]:
     best: dict[frozenset[str], Candidate] = {}
     for c in sorted(candidates, key=lambda c: -c.score):
         best.setdefault(c.names, c)

@@ -11,7 +11,7 @@ from checks.errors import ModelError
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS
 from checks.gap.conditions.simulated import under
 from checks.gap.conditions.trial import ConditionTrial, together
-from checks.gap.decision.held_by_experiments import changed
+from checks.gap.decision.experiment_checks import changed_channels
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from tests.checks.gap.experiment_cases import DAMPERS, SPRINGS, Case, known, random_case, scaled, with_effect
@@ -142,6 +142,6 @@ class TestHeld:
     def test_false_alarms_of_the_level(self) -> None:
         """40 pairs of three channels, a threshold of 1e-4 each: one alarm has a chance of 1 %."""
         strut = open_model("strut")
-        alarms = [changed(recorded(strut, 2 * s), recorded(strut, 2 * s + 1)) for s in range(40)]
+        alarms = [changed_channels(recorded(strut, 2 * s), recorded(strut, 2 * s + 1)) for s in range(40)]
         assert sum(len(a) for a in alarms) == 0
-        assert changed(recorded(strut, 1), recorded(under(strut, EXPERIMENT_KINDS["added_mass"], 0.05), 2))
+        assert changed_channels(recorded(strut, 1), recorded(under(strut, EXPERIMENT_KINDS["added_mass"], 0.05), 2))

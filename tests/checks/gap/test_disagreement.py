@@ -11,7 +11,7 @@ import pytest
 
 from checks.arrays import Complex
 from checks.fitting.dataset import Dataset
-from checks.gap.search.disagreement import TOLD, cells, left_by_cell, with_disagreement
+from checks.gap.search.disagreement import VALUES_PER_CELL, cells, left_by_cell, with_disagreement
 from checks.gap.workflow import Inputs, run
 from tests.checks.gap.gap_cases import CHANNELS, F, inputs
 
@@ -60,7 +60,7 @@ class TestSizes:
             raised = with_disagreement(data, residual)
             energy = 2.0 * np.abs(residual) ** 2 / raised.variance
             every = np.unique(cells(data.f)).size
-            assert energy.sum() == pytest.approx(every * TOLD, rel=1e-3)
+            assert energy.sum() == pytest.approx(every * VALUES_PER_CELL, rel=1e-3)
 
     def test_where_nothing_is_left_nothing_is_raised(self) -> None:
         data = self.flat()

@@ -19,10 +19,10 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS, digest
 from checks.gap.modelling.unmodelled_modes import unmodelled_modes
 from checks.gap.preparation import record_faults as early
-from checks.gap.search.refit import annealed, go_on
+from checks.gap.search.candidates import Search
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import project
-from checks.gap.workflow import GapRefused, run, same_unit
+from checks.gap.workflow import GapRefused, check_same_unit, run
 from checks.model.model import Model
 from tests.checks.gap.gap_cases import CHANNELS, FS, F, drawn, inputs, recorded, strut
 from tests.checks.model.units_model import DATA, needs_data, truth
@@ -127,9 +127,10 @@ def test_calibration_from_far_away() -> None:
     """A sharp mode far from the model's is found: every drawn strut is calibrated down to its noise."""
     for seed in range(8 if SOAK else 4):
         case = inputs(seed)
-        r = go_on(annealed(Augmented(case.model, ()), case.A, {}), 30)
+        search = Search(case.A, case.B, (), THRESHOLDS, quiet)
+        c = search.fit(Augmented(case.model, ()), {})
         n = 2 * F.size * 3
-        assert 2 * r.cost < stats.chi2.isf(1e-6, n)
+        assert 2 * c.cost < stats.chi2.isf(1e-6, n)
 
 
 def test_null_is_honest() -> None:
@@ -198,14 +199,14 @@ class TestRun:
 
     def test_exchanged_channels(self) -> None:
         case = inputs(6, {"misalignment": {"dx_um": 0.0, "dy_um": 200.0}})
-        assert early.exchanged(case.A, case.model) is None
+        assert early.find_exchanged(case.A, case.model) is None
         swapped = early.with_names(case.A, ("Vs", "de"))
-        assert early.exchanged(swapped, case.model) == ("Vs", "de")
+        assert early.find_exchanged(swapped, case.model) == ("Vs", "de")
 
     def test_other_units_records_are_refused(self) -> None:
         case = inputs(7)
         with pytest.raises(GapRefused, match="not records of one unit"):
-            same_unit(
+            check_same_unit(
                 case.A, recorded(drawn(8), 9, {"encoder_scale": {"relative": 0.3}, "crosstalk": {"V_per_V": 0.3}})
             )
 

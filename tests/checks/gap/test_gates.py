@@ -2,18 +2,18 @@
 
 import os
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
 
 import pytest
 
 from accept.gap.analyse_unit import run_gap
-from checks.gap.decision.gates import BEYOND_CHANCE, _spread_out
+from checks.gap.decision.gates import BEYOND_CHANCE, matters_without_band
 from checks.gap.modelling.thresholds import THRESHOLDS
+from checks.gap.statistics.adequacy import Adequacy, ExcessBand
 from validation.model_files import write_model
 from validation.sets import SETS, draw_set
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
+BAND = ExcessBand("de", 3, 7, 100.0, 120.0, 1e-6, 9.0)
 CHANCE = BEYOND_CHANCE * THRESHOLDS.p_global
 
 
@@ -23,12 +23,16 @@ CHANCE = BEYOND_CHANCE * THRESHOLDS.p_global
         (0.5 * CHANCE, (), 100.0, True),
         (2.0 * CHANCE, (), 100.0, False),  # one right explanation in a thousand leaves as much
         (2.0 * CHANCE, (), 0.9 * THRESHOLDS.G, True),  # the tolerance could have held it
-        (0.5 * CHANCE, ("a band",), 0.5, False),  # it lies somewhere, and another gate looks there
+        (
+            0.5 * CHANCE,
+            (BAND,),
+            0.5,
+            False,
+        ),  # it lies somewhere, and another gate looks there
     ],
 )
-def test_what_lies_nowhere_weighs(p: float, windows: tuple[str, ...], G_before: float, weighs: bool) -> None:
-    full = SimpleNamespace(adequacy=SimpleNamespace(p=p, windows=windows), table=THRESHOLDS)
-    assert _spread_out(cast(Any, full), cast(Any, SimpleNamespace(worst_G=G_before))) is weighs
+def test_what_lies_nowhere_weighs(p: float, windows: tuple[ExcessBand, ...], G_before: float, weighs: bool) -> None:
+    assert matters_without_band(Adequacy(p, windows, {}), G_before, THRESHOLDS) is weighs
 
 
 @pytest.mark.skipif(not SOAK, reason="ten seconds: runs in make soak")

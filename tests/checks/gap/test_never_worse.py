@@ -13,7 +13,7 @@ from accept.workflow.training import training_request
 from checks.fitting.dataset import Dataset
 from checks.gap import workflow
 from checks.gap.decision.gates import Claim
-from checks.gap.decision.never_worse import gaps_of, never_worse
+from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
@@ -96,17 +96,17 @@ def test_a_claim_that_widens_a_gap_is_taken_back() -> None:
     )
     bare = Candidate(Augmented(strut()), values, 0.0, data, THRESHOLDS)
     made = (Claim(helps, 900.0, 0.0, ()), Claim(harms, 100.0, 0.0, ()))
-    shown = never_worse([bare], full, made)
-    assert [c.effect.name for c in shown.made if not c.reasons] == ["crosstalk"]
-    assert "de worse explained" in shown.made[1].reasons[0]
-    assert gaps_of(shown.after).channels["de"].G <= gaps_of(shown.before).channels["de"].G
-    none = never_worse([bare], full, made[1:])
-    assert none.before is none.after is bare
+    claims, before, after = withdraw_harmful([bare], full, made)
+    assert [c.effect.name for c in claims if not c.reasons] == ["crosstalk"]
+    assert "de worse explained" in claims[1].reasons[0]
+    assert gaps_of(after).channels["de"].G <= gaps_of(before).channels["de"].G
+    _, before, after = withdraw_harmful([bare], full, made[1:])
+    assert before is after is bare
 
 
 def test_records_turned_without_need_are_taken_as_they_came(monkeypatch: pytest.MonkeyPatch) -> None:
     """A calibration that went astray made a reversed Vs look better: a name may not widen the gap of any channel."""
-    monkeypatch.setattr(workflow, "turned_right", lambda search, base, p: with_fault(p, possible_faults(p)[0]))
+    monkeypatch.setattr(workflow, "correct_records", lambda search, base, p: with_fault(p, possible_faults(p)[0]))
     case = inputs(4)
     result = run(replace(case, A=resonance(case.A), B=resonance(case.B)), lambda words: None)
     assert (result.named, result.early) == ((), ())

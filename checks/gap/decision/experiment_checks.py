@@ -8,7 +8,7 @@ import numpy as np
 from checks.errors import ModelError
 from checks.fitting.agreement import contradiction
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import Fit, Led, finish
+from checks.fitting.fit import Fit, FitPoint, finish
 from checks.fitting.goodness import Gap, gaps
 from checks.gap.conditions.kinds import DRIVE_LEVEL
 from checks.gap.conditions.trial import ConditionTrial, shift_of, together
@@ -22,44 +22,44 @@ FALSE_ALARM = 1e-4
 LARGE = 1.5  # of G: what the noise's own estimate does not reach
 
 
-def tested(
+def check_by_experiments(
     response: Augmented, fit: Fit, A: Dataset, B: Dataset, trials: Sequence[ConditionTrial]
 ) -> tuple[Tested, ...]:
-    """Test an explanation, with its fit to A or to all conditions, by every experiment."""
-    return tuple(_one(response, fit, A, B, t) for t in trials)
+    """Check an explanation, with its fit to A or to all conditions, by every experiment."""
+    return tuple(_check(response, fit, A, B, t) for t in trials)
 
 
-def _one(response: Augmented, fit: Fit, A: Dataset, B: Dataset, trial: ConditionTrial) -> Tested:
+def _check(response: Augmented, fit: Fit, A: Dataset, B: Dataset, trial: ConditionTrial) -> Tested:
     value, data = trial.value, marked(trial.B, trial.name)
     try:
-        every, own = _with_own(response, fit, A, trial)
-        H = every.frf(data.f, own.at, data.channels)
-        worst = contradiction(every, own, data)
+        every, fit = _with_own_values(response, fit, A, trial)
+        H = every.frf(data.f, fit.at, data.channels)
+        worst = contradiction(every, fit, data)
     except ModelError as e:
         return Tested(trial.kind.name, value, trial.words, {}, against=f"it cannot be tested: {e}")
-    found = {c.partition(AT)[0]: g for c, g in gaps([data.around(H)], [data.H - H]).items()}
-    said = ""
+    channels = {c.partition(AT)[0]: g for c, g in gaps([data.around(H)], [data.H - H]).items()}
+    against = ""
     if worst is not None:
         channel = worst.channel.partition(AT)[0]
-        said = (
+        against = (
             f"with {trial.words} {channel} does not fit from {worst.f_lo_Hz:.0f} to {worst.f_hi_Hz:.0f} Hz "
             f"(G {worst.G:.2g}, p {worst.p:.1g})"
         )
-    level = tuple(changed(B, trial.B)) if trial.kind is DRIVE_LEVEL else ()
-    return Tested(trial.kind.name, value, trial.words, found, said, level)
+    level = tuple(changed_channels(B, trial.B)) if trial.kind is DRIVE_LEVEL else ()
+    return Tested(trial.kind.name, value, trial.words, channels, against, level)
 
 
-def _with_own(response: Augmented, fit: Fit, A: Dataset, trial: ConditionTrial) -> tuple[Together, Fit]:
+def _with_own_values(response: Augmented, fit: Fit, A: Dataset, trial: ConditionTrial) -> tuple[Together, Fit]:
     """Return the response under one condition, with values for its own parameters: if the fit has none, from a fit
     continued on the condition's records."""
     every = together(response, [trial])
     if shift_of(trial, response).names <= set(fit.names):
         return replace(every, fixed=fit.at), fit
-    free = tuple(every.free(fit.at))
-    return every, finish(every, [A, marked(trial.A, trial.name)], Led(free, fit.cost), joint=response.model.joint)
+    start = FitPoint(tuple(every.free(fit.at)), fit.cost)
+    return every, finish(every, [A, marked(trial.A, trial.name)], start, joint=response.model.joint)
 
 
-def changed(one: Dataset, other: Dataset) -> dict[str, Gap]:
+def changed_channels(one: Dataset, other: Dataset) -> dict[str, Gap]:
     """Return the channels whose responses differ by more than noise between two records of the same unit, with their G;
     only at frequencies that both have."""
     near = np.abs(one.f[:, None] - other.f) <= SAME_HZ * one.f[:, None]
@@ -68,11 +68,11 @@ def changed(one: Dataset, other: Dataset) -> dict[str, Gap]:
         return {}
     a, b = one.at(i), other.select(one.channels).at(j)
     both = replace(a, cov=a.cov + b.cov, nu=np.minimum(a.nu, b.nu), tolerance=ALIKE, scale=a.H)
-    found = gaps([both], [b.H - a.H])
-    return {c: g for c, g in found.items() if g.p < FALSE_ALARM and g.G > LARGE}
+    change = gaps([both], [b.H - a.H])
+    return {c: g for c, g in change.items() if g.p < FALSE_ALARM and g.G > LARGE}
 
 
-def missing_in(experiments: Sequence[Tested], level_known: bool) -> tuple[Nameless, ...]:
+def disagreements(experiments: Sequence[Tested], level_known: bool) -> tuple[Nameless, ...]:
     """Return the disagreements that experiments show with the explanation. level_known: slow records show that the unit
     depends on the level, and by what."""
     out = []

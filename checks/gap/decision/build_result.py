@@ -1,0 +1,235 @@
+"""The result put together: the last fit on all bins, gates, verdict, and the gap before and after."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from checks.arrays import Complex
+from checks.fitting.dataset import Dataset
+from checks.fitting.fit import FitPoint, finish
+from checks.gap.conditions.joint import Conditions
+from checks.gap.decision.beside_gates import judge_claims_beside
+from checks.gap.decision.detection_limits import detection_limits
+from checks.gap.decision.experiment_checks import check_by_experiments, disagreements
+from checks.gap.decision.gates import Claim, accepted, chance_of_gain, judge_claims
+from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
+from checks.gap.decision.next_experiment import choose_experiments
+from checks.gap.decision.resolve_by_experiments import Decision, resolve_by_experiments
+from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Result, StepShown, Tried
+from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
+from checks.gap.decision.verdict import imitable, indistinguishable, named_effects, verdict_of
+from checks.gap.modelling.augmented import Augmented
+from checks.gap.preparation.inputs import Problem
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidates import Search
+from checks.gap.search.disagreement import with_disagreement
+from checks.gap.search.forward import SearchResult
+from checks.gap.statistics.adequacy import judge
+from checks.gap.statistics.projected_residual import at_known
+from specs.labels import model_label
+
+RIVALS = 3  # in the place of an effect, that are shown
+
+
+def build_result(problem: Problem, search: Search, result: SearchResult, whole: Candidate) -> Result:
+    """Return the result of the whole analysis. result: of the search, on the search's channels; whole: the base model
+    judged on all bins of all channels."""
+    table, base, slow, channels = problem.table, result.base, problem.slow, search.A.channels
+    left_out = [c for c in problem.A.channels if c not in channels]
+    search.say("fitting all bins")
+    decision = _judge(problem, search, result, left_out)
+    decision, shown_before, after = _withdraw(decision, whole, base, problem.B)
+    decision = _with_rivals(decision, result)
+    trials = problem.trials(channels)
+    if decision.rivals and trials and not result.steps:
+        conditions = Conditions(problem.A.select(channels), problem.B.select(channels), trials)
+        decision = resolve_by_experiments(decision, result, conditions)
+        decision, shown_before, after = _withdraw(decision, whole, base, problem.B)
+    full, good = decision.full, accepted(decision.claims)
+    rivals = decision.rivals if result.steps else choose_experiments(decision.rivals, good, result, full, search.A)
+    named = named_effects(good, decision.fit, problem.early, problem.in_slow)
+    named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
+    experiments = check_by_experiments(
+        full.response, decision.fit, problem.A.select(channels), problem.B.select(channels), trials
+    )
+    everywhere = replace(full, unseen=problem.B)
+    explained_as_given = whole.adequate and result.best is base
+    missing = (
+        *(() if explained_as_given else unidentified_effects(full, decision.fit, decision.claims, slow, table)),
+        *(from_window(everywhere, c, False) for c in left_out),
+        *static_bend(slow, table),
+        *disagreements(experiments, problem.depends_on_level),
+    )
+    verdict = verdict_of(full.adequate, named, rivals, missing)
+    before = whole.seen
+    if result.best.response.counted and full.adequate:
+        # A calibration without the effects has followed what it cannot explain, and shows it everywhere.
+        before = at_known(base.response, problem.B, _values(base.response, full))
+    gap_before = gaps_of(replace(shown_before, unseen=problem.measured_B) if problem.early else shown_before)
+    limits: dict[str, dict[str, float]] = {}
+    if verdict == NO_MISSING:
+        search.say("detection limits")
+        limits = detection_limits(base.seen, problem.effects, slow, table)
+    return Result(
+        model=problem.inputs.model.name,
+        verdict=verdict,
+        gap_before=gap_before,
+        gap_after=gaps_of(after),
+        where=judge(before, table.p_global).windows,
+        named=named,
+        ambiguous=rivals,
+        unnamed=missing,
+        detection_limits=limits,
+        tried=_tried(result, decision.claims),
+        before=before,
+        after=after.seen,
+        fit=decision.fit,
+        p_before=whole.adequacy.p,
+        p_after=everywhere.adequacy.p,
+        early=problem.early,
+        slow=slow,
+        notes=(
+            *problem.inputs.notes,
+            *decision.notes,
+            *_notes(full, verdict),
+            *_agrees_before(base, named, gap_before),
+            *_ended(search, verdict),
+        ),
+        damping=result.best.response.model.damping,
+        experiments=experiments,
+        steps=steps_of(after),
+    )
+
+
+def _judge(problem: Problem, search: Search, result: SearchResult, left_out: Sequence[str]) -> Decision:
+    """Return the explanation fitted to all bins, with its claims judged by the gates."""
+    best, channels = result.best, search.A.channels
+    A = problem.A.select(channels)
+    if result.steps:
+        A = with_disagreement(A, _residual(replace(best, unseen=A)))
+    start = FitPoint(tuple(best.response.free(best.at)), best.cost)
+    fit = finish(best.response, A, start, joint=best.response.model.joint)
+    full = Candidate(best.response, fit.at, fit.cost, problem.B.select(channels), problem.table)
+    if result.steps:
+        return Decision(fit, full, *judge_claims_beside(search, result.steps, fit, problem.slow))
+    if best is result.base:
+        return Decision(fit, full, ())
+    return Decision(fit, full, judge_claims(search, result, fit, full, problem.slow, left_out))
+
+
+def _withdraw(
+    decision: Decision, whole: Candidate, base: Candidate, B: Dataset
+) -> tuple[Decision, Candidate, Candidate]:
+    """Withdraw the names that widen a channel's gap, and return the models with the gaps before and after. Before is
+    the base model as it was calibrated, as it was given, or with the calibration (and the damping) of the whole
+    explanation."""
+    full = decision.full
+    bare = replace(base.response, model=full.response.model)
+    given = {p.name: p.begin for p in base.response.free()}
+    without = [
+        whole,
+        replace(base, at=given, unseen=B),
+        replace(base, at=_values(base.response, full), unseen=B),
+        replace(base, response=bare, at=_values(bare, full), unseen=B),
+    ]
+    claims, before, after = withdraw_harmful(without, replace(full, unseen=B), decision.claims)
+    return replace(decision, claims=claims), before, after
+
+
+def _with_rivals(decision: Decision, result: SearchResult) -> Decision:
+    """Return the decision with all that its responses cannot distinguish from the names that passed."""
+    full, good = decision.full, accepted(decision.claims)
+    beside = tuple(a for a in decision.rivals if any(c.effect.name in a.effects for c in good))
+    if result.steps:
+        full = replace(full, unseen=with_disagreement(full.unseen, _residual(full)))
+    rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good))
+    return replace(decision, rivals=rivals)
+
+
+def _values(response: Augmented, full: Candidate) -> dict[str, float]:
+    """Return the free parameters of a response, at the values of the whole explanation."""
+    return {q.name: full.at.get(q.name, q.begin) for q in response.free()}
+
+
+def _tried(result: SearchResult, claims: Sequence[Claim]) -> tuple[Tried, ...]:
+    """Return the refused claims, each with the reason; the effects that came near in the place of an effect that was
+    found beside a disagreement; and the best of what was tried."""
+    base = result.base
+    refused = [Tried((c.effect.name,), c.delta_lnL, c.p, "; ".join(c.reasons)) for c in claims if c.reasons]
+    near = [
+        Tried(
+            (m.label,), b.lnL - step.before.lnL, chance_of_gain(b.lnL - step.before.lnL, m), f"in the place of {name}"
+        )
+        for step in result.steps
+        for name in [step.member.name]
+        for m, b in step.rivals[:RIVALS]
+    ]
+    ranked = sorted(result.tried, key=lambda c: -c.lnL)
+    every = (Tried(c.response.labels, c.lnL - base.lnL, c.adequacy.p) for c in ranked[:12])
+    return (*refused, *every, *near)
+
+
+def _residual(c: Candidate) -> Complex:
+    """Return the residual (F, C) of a candidate on the records that it is judged by."""
+    return c.unseen.H - c.response.frf(c.unseen.f, c.at, c.unseen.channels)
+
+
+def steps_of(after: Candidate) -> tuple[StepShown, ...]:
+    """Return the named effects in order of what each explains, at the values of the joint fit, with G by channel after
+    each; first the model without any."""
+    rest, response, out = list(after.response.effects), after.response, []
+    for effect in rest:
+        response = response.without(effect.name)
+    if rest:
+        out.append(StepShown(None, _channel_G(replace(after, response=response))))
+    while rest:
+        tried = [(e, _channel_G(replace(after, response=response.with_member(e)))) for e in rest]
+        effect, channels = min(tried, key=lambda each: sum(np.log(max(G, 1.0)) for G in each[1].values()))
+        response = response.with_member(effect)
+        rest.remove(effect)
+        out.append(StepShown(effect.name, channels))
+    return tuple(out)
+
+
+def _channel_G(c: Candidate) -> dict[str, float]:
+    at = {q.name: c.at.get(q.name, q.begin) for q in c.response.free()}
+    return {channel: gap.G for channel, gap in gaps_of(replace(c, at=at)).channels.items()}
+
+
+def _ended(search: Search, verdict: str) -> tuple[str, ...]:
+    """Return a note on a search that reached its bound before it explained everything."""
+    if not search.over or verdict in (NO_MISSING, EXPLAINED):
+        return ()
+    return ("the search ended at its bound of work; what it had not tried may explain more",)
+
+
+def _notes(full: Candidate, verdict: str) -> tuple[str, ...]:
+    """Return the values that are far off, though each channel may agree; a single one only if it may be the reason why
+    nothing fits."""
+    out = _far(full)
+    if len(out) < (2 if verdict in (NO_MISSING, EXPLAINED) else 1):
+        return ()
+    one_or_more = "calibrated values are" if len(out) > 1 else "a calibrated value is"
+    return (f"{one_or_more} far from the model file ({_worst(out)}): another model, or another unit?",)
+
+
+def _agrees_before(base: Candidate, named: Sequence[Named], before: Gaps) -> tuple[str, ...]:
+    """Return why an effect is named although every channel agrees without it."""
+    if not named or any(gap.G > 1.0 for gap in before.channels.values()):
+        return ()
+    out = _far(base)
+    why = f"but only with values far from its file ({_worst(out)})" if out else "but for what lies in single bands"
+    return (f"without what is named the model agrees as well, {why}",)
+
+
+def _far(c: Candidate) -> dict[str, float]:
+    """Return the calibrated values of the model far from its file, in standard deviations of it."""
+    free = {p.name: p for p in c.response.free()}
+    far = {n: (c.at[n] - p.prior) / p.sd for n, p in free.items() if np.isfinite(p.sd) and n in c.at}
+    return {n: z for n, z in far.items() if abs(z) > c.table.pull and n in c.response.model.values}
+
+
+def _worst(far: Mapping[str, float]) -> str:
+    ranked = sorted(far.items(), key=lambda kv: -abs(kv[1]))[:3]
+    return ", ".join(f"{model_label(n)} by {z:+.0f} sd" for n, z in ranked)

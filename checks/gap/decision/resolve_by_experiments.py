@@ -1,0 +1,128 @@
+"""Explanations that the unit's own responses do not distinguish, distinguished by its experiments ([GAP] 11).
+
+Every rival is fitted to A of all conditions and compared on B of all. Two effects are distinguished as two explanations
+are on one condition. An effect and other values of calibrated parameters that imitate it are compared with next to no
+prior of those values: otherwise the priors would decide, and they were used before.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from checks.errors import ModelError
+from checks.fitting.fit import Fit
+from checks.gap.conditions.joint import Conditions, Explanation, by_data_alone
+from checks.gap.decision.gates import Claim, chance_of_gain, is_significant
+from checks.gap.decision.result import Ambiguous
+from checks.gap.effects import EFFECTS
+from checks.gap.modelling.augmented import Augmented, Values
+from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.forward import SearchResult
+
+FAR = 3.0  # prior standard deviations from which on a calibrated value is listed
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """An explanation that was decided on, with its fit to all bins (or to all conditions), its claims, the effects that
+    cannot be distinguished, and notes for the reader."""
+
+    fit: Fit
+    full: Candidate
+    claims: tuple[Claim, ...]
+    rivals: tuple[Ambiguous, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def replacing(self, claim: Claim, by: tuple[Claim, ...], note: str) -> "Decision":
+        """Return the decision with others in place of a claim, which has no rivals any more."""
+        rivals = tuple(a for a in self.rivals if claim.effect.name not in a.effects)
+        claims = tuple(k for c in self.claims for k in (by if c is claim else (c,)))
+        return replace(self, claims=claims, rivals=rivals, notes=(*self.notes, note))
+
+    def noting(self, *notes: str) -> "Decision":
+        return replace(self, notes=(*self.notes, *notes))
+
+    def explained_by(self, response: Augmented, at: Values) -> "Decision":
+        return replace(self, full=replace(self.full, response=response, at=dict(at)))
+
+
+def resolve_by_experiments(decision: Decision, result: SearchResult, conditions: Conditions) -> Decision:
+    """Decide between rival explanations by the unit's experiments, and fit the explanation to all conditions. result:
+    of the search, which holds the rival explanations."""
+    few, ambiguous = conditions.thinned(decision.full.table.search_bins), decision.rivals
+    for claim in decision.claims:
+        rivals = {name for a in ambiguous if claim.effect.name in a.effects for name in a.effects}
+        rivals -= {claim.effect.name}
+        if rivals:
+            try:
+                decision = _resolve(decision, claim, rivals, few, result)
+            except ModelError as e:
+                decision = decision.noting(f"the experiments do not settle {claim.effect.name}: {e}")
+    response = decision.full.response
+    last = conditions.explained(response, decision.full.at)
+    names = {p.name for p in response.free()}
+    at = {n: v for n, v in last.fit.at.items() if n in names}
+    full = replace(decision.full, at=at, cost=last.fit.cost)
+    moved = _moved_values(response, last.fit, result)
+    return replace(decision, fit=last.fit, full=full, notes=(*decision.notes, *moved))
+
+
+def _resolve(decision: Decision, claim: Claim, rivals: set[str], few: Conditions, result: SearchResult) -> Decision:
+    """Decide between one claim and its rivals: other effects in its place, then other calibrated values."""
+    full, table = decision.full, decision.full.table
+    ranked = [(claim.effect, few.explained(full.response, full.at))]
+    for name in sorted(rivals & EFFECTS.keys()):
+        names = frozenset({*full.response.names, name} - {claim.effect.name})
+        rival = next(c for c in result.rivals if c.names == names)
+        ranked.append((EFFECTS[name], few.explained(rival.response, rival.at)))
+    ranked.sort(key=lambda each: -each[1].lnL)
+    effect, best = ranked[0]
+    if len(ranked) > 1 and (apart := 2.0 * (best.lnL - ranked[1][1].lnL)) < table.two_delta_lnL:
+        both = " and ".join(e.name for e, _ in ranked[:2])
+        return decision.noting(f"the experiments do not tell {both} apart (2 delta lnL {apart:.1f})")
+    return _compare_with_values(decision, claim, effect, best, few)
+
+
+def _compare_with_values(
+    decision: Decision, claim: Claim, effect: Effect, best: Explanation, few: Conditions
+) -> Decision:
+    """Decide whether an effect is needed even if calibrated values may be anything."""
+    table = decision.full.table
+    alone = by_data_alone(best.response, effect)
+    less = alone.without(effect.name)
+    free = few.explained(alone, best.fit.at, far=True)
+    near = {n: v for n, v in free.fit.at.items() if not n.startswith(f"{effect.name}.")}
+    # A rival that was not followed to its best would make a name: it begins at every place that is known.
+    other = max((few.explained(less, at, far=True) for at in (near, {})), key=lambda e: -e.fit.cost)
+    gain = free.lnL - other.lnL
+    significant = is_significant(table, effect, best.fit, best.response)
+    at_bound = any(n.startswith(f"{effect.name}.") for n in best.fit.at_bound)
+    if gain > table.delta_lnL and significant and not at_bound:
+        confirmed = Claim(effect, gain, chance_of_gain(gain, effect), ())
+        named = decision.replacing(claim, (confirmed,), f"the experiments leave {effect.name} (gain {gain:.0f})")
+        return named.explained_by(best.response, best.fit.at)
+    if gain < table.delta_lnL and effect is claim.effect and _is_excluded(effect, decision.full.at, free.fit, table):
+        words = f"{effect.name} is not needed: other values of calibrated parameters explain every condition"
+        return decision.replacing(claim, (), words).explained_by(less, other.fit.at)
+    return decision.noting(f"the experiments do not settle whether {effect.name} is needed (gain {gain:.1f})")
+
+
+def _is_excluded(effect: Effect, at: Values, free: Fit, table: Thresholds) -> bool:
+    """Return whether an effect as large as claimed (values `at`) would have shown in a free fit."""
+    names = [f"{effect.name}.{p.name}" for p in effect.parameters]
+    i = [free.names.index(n) for n in names]
+    away = np.array([at[n] for n in names]) - free.values[i]
+    return bool(0.5 * away @ np.linalg.pinv(free.cov[np.ix_(i, i)], hermitian=True) @ away > table.delta_lnL)
+
+
+def _moved_values(response: Augmented, fit: Fit, result: SearchResult) -> tuple[str, ...]:
+    """Return the calibrated values far from the model file, if they explain what no effect does."""
+    model = result.base.response.model
+    if response.model is result.best.response.model:
+        return ()
+    far = {n: (fit.at[n] - model.values[n]) / sd for n, sd in model.sds.items() if n in fit.at}
+    ranked = sorted(far.items(), key=lambda kv: -abs(kv[1]))
+    values = [f"{n} {fit.at[n]:.4g} ({z:+.0f} sd)" for n, z in ranked if abs(z) > FAR]
+    return (f"calibrated values beside those of the model file: {', '.join(values[:4])}",) if values else ()

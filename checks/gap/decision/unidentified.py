@@ -1,0 +1,95 @@
+"""Unidentified effects: what is missing and has no name ([GAP] 12)."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from checks.arrays import Array
+from checks.fitting.fit import Fit
+from checks.gap.decision.gates import Claim, acting_on
+from checks.gap.decision.result import Nameless
+from checks.gap.modelling.slow_sines import Slow
+from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.screen import screen
+
+POLE_STEPS = 30  # of the fit of a pole to what is left
+TWO_SIDED = 1.96
+EDGE = 1.05  # times an end of the band: as near, a pole is not distinguished from a slope
+
+
+def unidentified_effects(
+    full: Candidate, final: Fit, claims: Sequence[Claim], slow: Slow | None, table: Thresholds
+) -> tuple[Nameless, ...]:
+    """Return the unidentified effects of an explanation: its unmodelled modes, and, if it still does not fit, a mode
+    fitted to the residual of the worst window of every channel; failing those, the refused claims, because what they
+    explain is missing all the same."""
+    out = []
+    level = slow is not None and slow.is_bent(table)
+    for mode in full.response.unmodelled_modes:
+        values, f = full.response.of(full.at, mode.name), full.unseen.f
+        poles, zeros = mode.poles_and_zeros(values)
+        intervals = tuple(final.interval(f"{mode.name}.f_Hz") for _ in poles)
+        at_edge = any(_at_edge(pole, *ends, f) for pole, ends in zip(poles, intervals, strict=True))
+        numbers = ", ".join(f"{k} {v:.4g}" for k, v in values.items())
+        words = f"{mode.channel} times a {mode.shape.name} ({numbers}) would explain it"
+        out.append(Nameless(mode.channel, tuple(poles), tuple(zeros), level, words, intervals, at_edge))
+    channels = {n.channel for n in out}
+    if not full.adequate:
+        for w in full.adequacy.windows:
+            if w.channel not in channels:
+                channels.add(w.channel)
+                out.append(from_window(full, w.channel, level))
+    refused = [c for c in claims if c.reasons]
+    words = "; ".join(f"{c.effect.name} was not named: it {c.reasons[0]}" for c in refused)
+    if not out:
+        for claim in refused:
+            values = full.response.of(full.at, claim.effect.name)
+            poles = [values["f_Hz"]] if "f_Hz" in values else []
+            acting = acting_on(claim.effect, full.response, full.at, full.unseen) or claim.effect.channels
+            out.append(Nameless(acting[0], tuple(poles), (), level))
+    return tuple(replace(n, words="; ".join(w for w in (n.words, words) if w)) for n in out)
+
+
+def static_bend(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
+    """Return the bend of the static curve between drive and displacement as an unidentified effect; the library has no
+    effect for it."""
+    if slow is None or not slow.is_bent(table):
+        return ()
+    words = f"under slow sines de bends: the cubic part of the curve is {slow.bends.value:.3f} of the straight one"
+    return (Nameless("de", (), (), True, words),)
+
+
+def from_window(full: Candidate, channel: str, level: bool) -> Nameless:
+    """Return the pole, with its interval, and the zero of a mode that would explain most of a channel's residual."""
+    mode, seen = UnmodelledMode(MODE, channel), full.seen
+    start = {"ratio": 0.0, "damping_ratio": 0.01, **screen(seen, mode, starts=1).starts[0]}
+    data, c = seen.data, seen.data.channels.index(channel)
+    names = [p.name for p in mode.parameters]
+    lo, hi = (np.array([getattr(p, end) for p in mode.parameters]) for end in ("lo", "hi"))
+    s = np.asarray(2j * np.pi * data.f, dtype=np.complex128)
+
+    def left(x: Array) -> Array:
+        change = np.zeros_like(data.H)
+        change[:, c] = seen.modelled[:, c] * (mode.factor(dict(zip(names, x, strict=True)), s) - 1.0)
+        return np.asarray(seen.left - seen.rows(change))
+
+    x = np.clip([start[n] for n in names], lo * (1 + 1e-9), hi * (1 - 1e-9))
+    scale = np.array([p.scale for p in mode.parameters])
+    end = least_squares(left, x, bounds=(lo, hi), x_scale=scale, max_nfev=POLE_STEPS)
+    spread = max(1.0, 2.0 * end.cost / max(seen.left.size, 1))  # what the mode leaves counts as its noise
+    sd = float(np.sqrt(max(np.linalg.pinv(end.jac.T @ end.jac, hermitian=True)[0, 0], 0.0) * spread))
+    values = dict(zip(names, (float(v) for v in end.x), strict=True))
+    poles, zeros = mode.poles_and_zeros(values)
+    ends = (values["f_Hz"] - TWO_SIDED * sd, values["f_Hz"] + TWO_SIDED * sd)
+    return Nameless(
+        channel, tuple(poles), tuple(zeros), level, ci95=(ends,), at_edge=_at_edge(values["f_Hz"], *ends, data.f)
+    )
+
+
+def _at_edge(pole: float, lo: float, hi: float, f: Array) -> bool:
+    """Return whether a pole, or its interval, reaches an end of the band."""
+    return bool(min(pole, lo) < f[0] * EDGE or max(pole, hi) > f[-1] / EDGE)
