@@ -11,6 +11,8 @@ import hashlib
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
+from itertools import combinations
 from pathlib import PurePath
 from typing import Any
 
@@ -42,10 +44,10 @@ def copies_of(store: Store, serial: str, folder: str | None, samples: Samples) -
     """Return which of a unit's samples exist elsewhere too: in the unit itself, or in any judgement of the store.
     folder: where the unit was judged; if None, judgements of its own serial are left out. Raises StoreError."""
     own: dict[str, dict[tuple[str, str], Channels]] = {name: {} for name in samples}
-    for name, channels in samples.items():
-        for other, theirs in samples.items():
-            if other != name and same_recording(channels, theirs):
-                own[name][serial, other] = theirs
+    for one, other in combinations(samples, 2):
+        if same_recording(samples[one], samples[other]):
+            own[one][serial, other] = samples[other]
+            own[other][serial, one] = samples[one]
     typed = {name: channels for name, channels in samples.items() if is_typed(name)}
     for event in (*store.judgements_with(_recordings(samples)), *store.judgements_with(typed, but=serial)):
         for name, other, theirs in _shared(event, serial, folder, samples):
@@ -58,8 +60,11 @@ def same_recording(one: Channels, other: Channels) -> bool:
     """Return whether two records share a channel, under any name."""
     if TABLE in one or TABLE in other:
         return one.get(TABLE) == other.get(TABLE)
-    ours, theirs = ([Sketch.parse(text) for text in channels.values()] for channels in (one, other))
+    ours, theirs = ([_sketch(text) for text in channels.values()] for channels in (one, other))
     return any(a.same(b) for a in ours for b in theirs)
+
+
+_sketch = lru_cache(maxsize=1024)(Sketch.parse)  # a batch compares each with many
 
 
 def _shared(event: Event, serial: str, folder: str | None, samples: Samples) -> list[tuple[str, str, Channels]]:

@@ -32,8 +32,11 @@ def _item(item: Item) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray | tuple | list):
-        return [_plain(v) for v in (value.tolist() if isinstance(value, np.ndarray) else value)]
+    if isinstance(value, np.ndarray):
+        whole = value.dtype == float and bool(np.isfinite(value).all())
+        return value.tolist() if whole else [_plain(v) for v in value.tolist()]
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
     if isinstance(value, np.generic):
         return _plain(value.item())
     if isinstance(value, bool) or not isinstance(value, int | float):

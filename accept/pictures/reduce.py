@@ -40,12 +40,11 @@ def _kept(low: Array, high: Array) -> NDArray[np.int64]:
     n = len(low)
     if n <= POINTS:
         return np.arange(n)
-    edges = np.linspace(0, n, POINTS // 4 + 1).astype(np.int64)
-    chosen = {int(edges[-1]) - 1}
+    edges = np.linspace(0, n, POINTS // 4 + 1).astype(np.int64).tolist()
+    chosen = {edges[-1] - 1}
+    low, high = np.where(np.isnan(low), np.inf, low), np.where(np.isnan(high), -np.inf, high)
     for a, b in pairwise(edges):
-        lowest = a + np.argmin(np.where(np.isnan(low[a:b]), np.inf, low[a:b]))
-        highest = a + np.argmax(np.where(np.isnan(high[a:b]), -np.inf, high[a:b]))
-        chosen |= {int(a), int(lowest), int(highest), int(b) - 1}
+        chosen |= {a, a + int(low[a:b].argmin()), a + int(high[a:b].argmax()), b - 1}
     return np.array(sorted(chosen), dtype=np.int64)
 
 

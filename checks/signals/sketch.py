@@ -15,6 +15,7 @@ record with few different swings, as of a slow sine: its turning points are thos
 import base64
 import hashlib
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ AGREE = 61  # of the 64: 95 percent
 TELLING = 32  # different values among the samples, below which only the levels of the whole channel are compared
 KEY_STEP = 1 / 8192  # of the span: all samples at this step, in keys of which a copy shares most
 KEY_SAMPLES = 16
+BEGINNING = 32_768  # samples of a channel that show fine steps without sorting all of it
 MOST_LEVELS = 10_000  # coarser steps may be above the noise: single samples of honest repeats are then equal
 SWINGS = 64  # hashes of swings that a sketch keeps
 SHARED = 16  # of them: honest records of the same excitation share one or two
@@ -72,7 +74,7 @@ class Sketch:
         never."""
         found = [f"levels {self.levels}".encode()] if self.levels else []
         if self.values.size:
-            steps = np.round(_normal(self.values) / KEY_STEP).astype("<i4").reshape(-1, KEY_SAMPLES)
+            steps = np.round(self.normal / KEY_STEP).astype("<i4").reshape(-1, KEY_SAMPLES)
             steps *= np.where(steps[:, :1] < 0, -1, 1)  # for either sign
             found += [b"%d " % n + row.tobytes() for n, row in enumerate(steps)]
         found += [b"swing %d" % one for one in self.swings[:SWING_KEYS]]
@@ -84,27 +86,49 @@ class Sketch:
 
     def _same_swings(self, other: "Sketch") -> bool:
         least = min(self.swings.size, other.swings.size)
-        if least < LEAST_SWINGS:
+        both = self.swing_set & other.swing_set
+        if least < LEAST_SWINGS or len(both) < SHARED:
             return False
-        union = np.union1d(self.swings, other.swings)[:SWINGS]  # the smallest of both together
-        shared = np.isin(union, self.swings) & np.isin(union, other.swings)
-        return int(np.count_nonzero(shared)) >= SHARED
+        smallest = sorted(self.swing_set | other.swing_set)[:SWINGS]  # of both together
+        return len(both.intersection(smallest)) >= SHARED
 
     def _same_samples(self, other: "Sketch") -> bool:
         if self.levels and other.levels:
             return self.levels == other.levels
         if not (self.values.size and other.values.size):
             return False
-        one, two = _normal(self.values), _normal(other.values)
-        return any(
-            int(np.count_nonzero(agree)) >= AGREE
-            for agree in (
-                np.abs(one - two) <= WITHIN,
-                np.abs(one + two) <= WITHIN,
-                _rounded(self.values, other.values),
-                _rounded(other.values, self.values),
-            )
+        one, two = self.normal, other.normal
+        return (
+            _agree(np.abs(one - two) <= WITHIN)
+            or _agree(np.abs(one + two) <= WITHIN)
+            or self.rounds_to(other)
+            or other.rounds_to(self)
         )
+
+    def rounds_to(self, written: "Sketch") -> bool:
+        """Return whether the samples of `written` are these, rounded to five digits; single precision adds its own
+        rounding."""
+        digit, on_grid = written.decimal_grid
+        with np.errstate(invalid="ignore"):
+            near = np.abs(self.values - written.values) <= 0.52 * digit
+        return _agree(on_grid & near | (self.values == written.values))
+
+    @cached_property
+    def normal(self) -> Array:
+        """Return the values less their median, over their span: independent of unit, gain and offset."""
+        return np.asarray((self.values - np.median(self.values)) / np.ptp(self.values))
+
+    @cached_property
+    def decimal_grid(self) -> tuple[Array, NDArray[np.bool_]]:
+        """Return the fifth digit of each value, and whether the value is a whole number of it."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            digit = 10.0 ** (np.floor(np.log10(np.abs(self.values))) - DIGITS + 1)
+            return digit, np.abs(self.values / digit - np.round(self.values / digit)) <= 0.02
+
+    @cached_property
+    def swing_set(self) -> frozenset[int]:
+        """Return the hashes of its swings."""
+        return frozenset(self.swings.tolist())
 
 
 def key_of(content: bytes) -> int:
@@ -170,9 +194,12 @@ def _vertex(before: Array, at: Array, after: Array) -> Array:
 def _levels(x: Array) -> str:
     """Return the hash of the levels that a channel of coarse steps goes through, counted in its own steps, up or
     down."""
+    rounding = 1e-6 * np.ptp(x)  # smaller gaps are rounding of one level
+    if np.count_nonzero(np.diff(np.sort(x[:BEGINNING])) > rounding) > 1.5 * MOST_LEVELS:
+        return ""
     there = np.unique(x)
     gaps = np.diff(there)
-    apart = gaps > 1e-6 * (there[-1] - there[0])  # smaller gaps are rounding of one level
+    apart = gaps > rounding
     if np.count_nonzero(apart) + 1 < FEW:
         return ""
     smallest = gaps[apart].min()
@@ -193,17 +220,8 @@ def _counts(x: Array, there: Array, counts: NDArray[np.int32], step: float) -> N
     return by_slot[found] if np.array_equal(by_slot[slots], counts) else counts[np.searchsorted(there, x)]
 
 
-def _normal(values: Array) -> Array:
-    """Return the values less their median, over their span: independent of unit, gain and offset."""
-    return np.asarray((values - np.median(values)) / np.ptp(values))
-
-
-def _rounded(fine: Array, written: Array) -> NDArray[np.bool_]:
-    """Return whether each of `written` is `fine` rounded to five digits; single precision adds its own rounding."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        digit = 10.0 ** (np.floor(np.log10(np.abs(written))) - DIGITS + 1)
-        on_grid = np.abs(written / digit - np.round(written / digit)) <= 0.02
-        return np.asarray(on_grid & (np.abs(fine - written) <= 0.52 * digit) | (fine == written))
+def _agree(same: NDArray[np.bool_]) -> bool:
+    return int(np.count_nonzero(same)) >= AGREE
 
 
 def _hash(content: bytes) -> str:

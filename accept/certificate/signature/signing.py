@@ -85,7 +85,9 @@ def sign(
         asked = stamping or (timestamp.stamper(credential.tsa) if credential.tsa else None)
         kept = asyncio.run(revocation_data(asked, credential.tsa_roots)) if asked else RevocationData()
         moment = when.replace(microsecond=0)
-        return asyncio.run(_append(pdf, credential, moment, signer or _signer(credential), asked, kept, disposition))
+        out = io.BytesIO()
+        asyncio.run(_append(out, pdf, credential, moment, signer or _signer(credential), asked, kept, disposition))
+        return out.getvalue()
     except (TimestampRequestError, OSError) as e:
         raise SigningRefused(f"no timestamp from {credential.tsa or 'the authority'}: {e}; nothing was signed") from e
     except AuthorityRevoked as e:
@@ -104,6 +106,7 @@ def _check_order(pdf: bytes, role: str) -> None:
 
 
 async def _append(
+    out: io.BytesIO,
     pdf: bytes,
     credential: Credential,
     when: datetime,
@@ -111,7 +114,9 @@ async def _append(
     stamping: TimeStamper | None,
     kept: RevocationData,
     disposition: Disposition | None,
-) -> bytes:
+) -> None:
+    """Write the document with one more signature to `out`. Nothing large is returned: asyncio writes the result of a
+    finished task out as text when it gives the signal of Ctrl-C back."""
     room = RESERVED + (timestamp.LARGEST if stamping else 0)
     left, bottom, right, top = field_rectangles()[credential.role]
     signer = PdfSigner(
@@ -125,11 +130,9 @@ async def _append(
     session = signer.init_signing_session(writer, existing_fields_only=True)
     session.system_time = when
     document = session.prepare_tbs_document(validation_info=None, bytes_reserved=2 * room)
-    out = io.BytesIO()
     prepared, _ = document.digest_tbs_document(output=out)
     attributes = PdfCMSSignedAttributes(signing_time=when)
     await document.perform_signature(prepared.document_digest, pdf_cms_signed_attrs=attributes)
-    return out.getvalue()
 
 
 def _metadata(credential: Credential, disposition: Disposition | None) -> PdfSignatureMetadata:
