@@ -231,7 +231,7 @@ class Cause(Enum):
         "U = {U:.3g}{in_unit} is too large beside the limits: their decision rule allows at most {most:.3g}{in_unit}"
     )
     CALIBRATION = "no valid calibration: {detail}"
-    LEARNED_BENCH = "model {model}: {detail}; learn the bench anew (`accept model learn`)"
+    LEARNED_BENCH = "model {model}: {detail}; learn the bench again (`accept model learn`)"
     FOLDER_NAME = "its folder is called {name}, which is the serial of another unit: which of the two was measured?"
     PART_DOUBTED = "each part is accepted before it is built in, and stands in one strut: {detail}"
     NONCONFORMANCE = "held by a nonconformance of the part, which quality assurance decides: {detail}"

@@ -1,8 +1,8 @@
 """The gates before a name that stands beside a disagreement: of an explanation that leaves something unexplained.
 
-Evidence and rivals by the profile likelihood of `search.disagreement`; and, because the nearest member of a library is
-not the cause, three conditions on the cells where an effect acts: it explains most of them, makes none worse, and what
-it changes most is explained.
+Its evidence and its rivals are measured by the profile likelihood of `search.disagreement`. Because the nearest member
+of a library is not the cause, three gates look at the cells where an effect acts: it explains most of them, makes none
+worse, and what it changes most is explained.
 """
 
 from collections.abc import Sequence
@@ -21,8 +21,8 @@ from checks.gap.decision.gates import (
     SLOW_SINES,
     WITHIN_LIMITS,
     Claim,
-    Evidence,
     Gate,
+    NameEvidence,
     chance_of_gain,
     failed_reasons,
 )
@@ -62,8 +62,8 @@ class ActingCells:
 
 
 @dataclass(frozen=True, eq=False)
-class BesideEvidence(Evidence):
-    """Evidence of an effect of an explanation beside its disagreement."""
+class BesideEvidence(NameEvidence):
+    """NameEvidence of an effect of an explanation beside its disagreement."""
 
     fitted: DisagreementFit
     search: Search

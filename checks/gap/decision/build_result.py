@@ -15,7 +15,7 @@ from checks.gap.decision.experiment_checks import check_by_experiments, disagree
 from checks.gap.decision.gates import Claim, accepted, chance_of_gain, judge_claims
 from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
 from checks.gap.decision.next_experiment import choose_experiments
-from checks.gap.decision.resolve_by_experiments import Decision, resolve_by_experiments
+from checks.gap.decision.resolve_by_experiments import FinalExplanation, resolve_by_experiments
 from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Result, StepShown, Tried
 from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
 from checks.gap.decision.verdict import imitable, indistinguishable, named_effects, verdict_of
@@ -102,7 +102,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     )
 
 
-def _judge(problem: Problem, search: Search, result: SearchResult, left_out: Sequence[str]) -> Decision:
+def _judge(problem: Problem, search: Search, result: SearchResult, left_out: Sequence[str]) -> FinalExplanation:
     """Return the explanation fitted to all bins, with its claims judged by the gates."""
     best, channels = result.best, search.A.channels
     A = problem.A.select(channels)
@@ -112,15 +112,15 @@ def _judge(problem: Problem, search: Search, result: SearchResult, left_out: Seq
     fit = finish(best.response, A, start, joint=best.response.model.joint)
     full = Candidate(best.response, fit.at, fit.cost, problem.B.select(channels), problem.table)
     if result.steps:
-        return Decision(fit, full, *judge_claims_beside(search, result.steps, fit, problem.slow))
+        return FinalExplanation(fit, full, *judge_claims_beside(search, result.steps, fit, problem.slow))
     if best is result.base:
-        return Decision(fit, full, ())
-    return Decision(fit, full, judge_claims(search, result, fit, full, problem.slow, left_out))
+        return FinalExplanation(fit, full, ())
+    return FinalExplanation(fit, full, judge_claims(search, result, fit, full, problem.slow, left_out))
 
 
 def _withdraw(
-    decision: Decision, whole: Candidate, base: Candidate, B: Dataset
-) -> tuple[Decision, Candidate, Candidate]:
+    decision: FinalExplanation, whole: Candidate, base: Candidate, B: Dataset
+) -> tuple[FinalExplanation, Candidate, Candidate]:
     """Withdraw the names that widen a channel's gap, and return the models with the gaps before and after. Before is
     the base model as it was calibrated, as it was given, or with the calibration (and the damping) of the whole
     explanation."""
@@ -137,7 +137,7 @@ def _withdraw(
     return replace(decision, claims=claims), before, after
 
 
-def _with_rivals(decision: Decision, result: SearchResult) -> Decision:
+def _with_rivals(decision: FinalExplanation, result: SearchResult) -> FinalExplanation:
     """Return the decision with all that its responses cannot distinguish from the names that passed."""
     full, good = decision.full, accepted(decision.claims)
     beside = tuple(a for a in decision.rivals if any(c.effect.name in a.effects for c in good))

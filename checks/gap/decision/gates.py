@@ -63,7 +63,7 @@ class FittedResponse(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class NameEvidence:
     """What is known of an effect of an explanation. fitted: the explanation; final: its fit to all bins; slow: the slow
     sines."""
 
@@ -112,8 +112,8 @@ class Evidence:
         return any(abs(at[p.name] - p.prior) > self.table.pull * p.sd for p in free)
 
 
-E = TypeVar("E", bound=Evidence)
-Judged = TypeVar("Judged", bound=Evidence, contravariant=True)
+E = TypeVar("E", bound=NameEvidence)
+Judged = TypeVar("Judged", bound=NameEvidence, contravariant=True)
 
 
 @dataclass(frozen=True)
@@ -141,25 +141,27 @@ def failed_reasons(gates: Sequence[Gate[E]], evidence: E) -> list[str]:
     return reasons
 
 
-SIGNIFICANT = Gate[Evidence]("significant", "parameters not significant", lambda e: e.significant)
-WITHIN_LIMITS = Gate[Evidence]("within_limits", "{e.at_limit[0]} is at its physical limit", lambda e: not e.at_limit)
+SIGNIFICANT = Gate[NameEvidence]("significant", "parameters not significant", lambda e: e.significant)
+WITHIN_LIMITS = Gate[NameEvidence](
+    "within_limits", "{e.at_limit[0]} is at its physical limit", lambda e: not e.at_limit
+)
 # Acting on one channel only, an effect of every channel is not distinguished from any filter there.
-ON_ITS_CHANNELS = Gate[Evidence](
+ON_ITS_CHANNELS = Gate[NameEvidence](
     "on_its_channels",
     "acts on {e.acting_on[0]} alone, and would show on {e.channels}",
     lambda e: len(e.effect.channels) <= AT_LEAST or len(e.acting_on) != 1,
 )
-OFF_MODES = Gate[Evidence](
+OFF_MODES = Gate[NameEvidence](
     "off_modes",
     "lies on a mode of the strut, which looks the same when its coupling is not that of the model",
     lambda e: not e.on_a_mode,
 )
-SLOW_SINES = Gate[Evidence]("slow_sines", "{e.contradiction}", lambda e: not e.contradiction)
+SLOW_SINES = Gate[NameEvidence]("slow_sines", "{e.contradiction}", lambda e: not e.contradiction)
 
 
 @dataclass(frozen=True, eq=False)
-class FullEvidence(Evidence):
-    """Evidence of an effect of an explanation of everything. result: of the search; left_out: channels that no
+class FullEvidence(NameEvidence):
+    """NameEvidence of an effect of an explanation of everything. result: of the search; left_out: channels that no
     explanation covers."""
 
     fitted: Candidate

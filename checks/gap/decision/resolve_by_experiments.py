@@ -25,7 +25,7 @@ FAR = 3.0  # prior standard deviations from which on a calibrated value is liste
 
 
 @dataclass(frozen=True, eq=False)
-class Decision:
+class FinalExplanation:
     """An explanation that was decided on, with its fit to all bins (or to all conditions), its claims, the effects that
     cannot be distinguished, and notes for the reader."""
 
@@ -35,20 +35,22 @@ class Decision:
     rivals: tuple[Ambiguous, ...] = ()
     notes: tuple[str, ...] = ()
 
-    def replacing(self, claim: Claim, by: tuple[Claim, ...], note: str) -> "Decision":
+    def replacing(self, claim: Claim, by: tuple[Claim, ...], note: str) -> "FinalExplanation":
         """Return the decision with others in place of a claim, which has no rivals any more."""
         rivals = tuple(a for a in self.rivals if claim.effect.name not in a.effects)
         claims = tuple(k for c in self.claims for k in (by if c is claim else (c,)))
         return replace(self, claims=claims, rivals=rivals, notes=(*self.notes, note))
 
-    def noting(self, *notes: str) -> "Decision":
+    def noting(self, *notes: str) -> "FinalExplanation":
         return replace(self, notes=(*self.notes, *notes))
 
-    def explained_by(self, response: Augmented, at: Values) -> "Decision":
+    def explained_by(self, response: Augmented, at: Values) -> "FinalExplanation":
         return replace(self, full=replace(self.full, response=response, at=dict(at)))
 
 
-def resolve_by_experiments(decision: Decision, result: SearchResult, conditions: Conditions) -> Decision:
+def resolve_by_experiments(
+    decision: FinalExplanation, result: SearchResult, conditions: Conditions
+) -> FinalExplanation:
     """Decide between rival explanations by the unit's experiments, and fit the explanation to all conditions. result:
     of the search, which holds the rival explanations."""
     few, ambiguous = conditions.thinned(decision.full.table.search_bins), decision.rivals
@@ -69,7 +71,9 @@ def resolve_by_experiments(decision: Decision, result: SearchResult, conditions:
     return replace(decision, fit=last.fit, full=full, notes=(*decision.notes, *moved))
 
 
-def _resolve(decision: Decision, claim: Claim, rivals: set[str], few: Conditions, result: SearchResult) -> Decision:
+def _resolve(
+    decision: FinalExplanation, claim: Claim, rivals: set[str], few: Conditions, result: SearchResult
+) -> FinalExplanation:
     """Decide between one claim and its rivals: other effects in its place, then other calibrated values."""
     full, table = decision.full, decision.full.table
     ranked = [(claim.effect, few.explained(full.response, full.at))]
@@ -86,8 +90,8 @@ def _resolve(decision: Decision, claim: Claim, rivals: set[str], few: Conditions
 
 
 def _compare_with_values(
-    decision: Decision, claim: Claim, effect: Effect, best: Explanation, few: Conditions
-) -> Decision:
+    decision: FinalExplanation, claim: Claim, effect: Effect, best: Explanation, few: Conditions
+) -> FinalExplanation:
     """Decide whether an effect is needed even if calibrated values may be anything."""
     table = decision.full.table
     alone = by_data_alone(best.response, effect)
