@@ -2,14 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 
+from validation import scores_laboratory
 from validation.scores import Lesson, Outcome, Outcomes, Score, confusion, controls, details, most, power, scores, share
 from validation.scores_as_built import acceptances, scores_of, time_of_all
+from validation.sets import SETS
 
 
 def report_of_set(name: str, outcomes: Outcomes, removed: Outcomes, lessons: Sequence[Lesson] = ()) -> tuple[str, bool]:
     """Return the report of a set, and whether every target is met. removed: outcomes of the controls, which only the
     exact set has; lessons: what came of learning."""
-    rows = scores_of(name, [o for o in outcomes if o.kind != "weak"])
+    if SETS[name].benches is not None:
+        rows = scores_laboratory.scores_of(name, outcomes, lessons)
+    else:
+        rows = scores_of(name, [o for o in outcomes if o.kind != "weak"])
     if name == "exact":
         rows = [*scores(outcomes), *rows]
     parts = [f"Set {name}", _table(rows)]
@@ -25,6 +30,8 @@ def report_of_set(name: str, outcomes: Outcomes, removed: Outcomes, lessons: Seq
         parts += ["Seen, against detectability", *_power(outcomes)]
     failures = [f"  {o.serial}: {o.error}" for o in (*outcomes, *removed) if o.error]
     wrong = [f"  {o.serial}: {', '.join(o.false_names)}, was {was(o)}" for o in outcomes if o.false_names]
+    if SETS[name].benches is not None:
+        parts += ["Units with a false name, by kind, upper limit of 95 %", *_limits(outcomes)]
     parts += ["False names", *(wrong or ["  none"]), "Errors and refusals", *(failures or ["  none"])]
     return "\n".join(parts), all(s.met for s in judged if s.target)
 
@@ -54,6 +61,11 @@ def _lessons(lessons: Sequence[Lesson]) -> list[str]:
         f"  {e.batch}: {e.error or 'learned'} from {e.units} units, {e.seconds:.0f} s of one core, {e.memory_MB:.0f} MB"
         for e in lessons
     ]
+
+
+def _limits(outcomes: Outcomes) -> list[str]:
+    rows = scores_laboratory.false_names_by_kind(outcomes)
+    return [f"  {kind:10} {hits:3d} of {n:3d}, at most {limit:.1%}" for kind, hits, n, limit in rows]
 
 
 def was(o: Outcome) -> str:

@@ -310,7 +310,8 @@ def confusion(outcomes: Outcomes) -> dict[str, Counter[str]]:
     """Return the number of first answers of each kind by truth (a single effect, one outside the library, nothing)."""
     table: dict[str, Counter[str]] = {}
     for o in outcomes:
-        truth = {"none": ["nothing"], "one": sorted(o.true), "outside": sorted(o.truth.get("outside", ()))}.get(o.kind)
+        strange = sorted(o.truth.get("outside", ()))
+        truth = {"none": ["nothing"], "one": sorted(o.true), "outside": strange, "outsider": strange}.get(o.kind)
         if truth:
             table.setdefault(truth[0], Counter())[o.label] += 1
     return dict(sorted(table.items()))

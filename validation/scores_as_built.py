@@ -146,10 +146,10 @@ def misalignment(name: str, outcomes: Outcomes) -> Iterator[Score]:
     asked = [o for o in outcomes if o.misalign is not None]
     if not asked:
         return
-    answered = [o for o in asked if _answer(o, "dx_um") is not None]
+    answered = [o for o in asked if answered_um(o, "dx_um") is not None]
     yield share("misalignment: answered", [o in answered for o in asked], ">= 90 %", least(0.90))
     for axis, limit in zip(("dx_um", "dy_um"), RMS_UM.get(name, (nan, nan)), strict=True):
-        off = [(_off(o, axis), float(o.misalign[axis]["U"])) for o in answered if o.misalign]
+        off = [(error_um(o, axis), float(o.misalign[axis]["U"])) for o in answered if o.misalign]
         inside = [abs(d) <= U for d, U in off]
         yield share(f"misalignment {axis}: within U", inside, "90 .. 98.7 %", lambda v: COVERS[0] <= v <= COVERS[1])
         yield rms_row(f"misalignment {axis}: RMS error", [d for d, _ in off], limit)
@@ -167,13 +167,15 @@ def rms_row(name: str, off: Sequence[float], limit: float) -> Score:
     return Score(name, value, n, lo, hi, f"<= {limit:g} um", n > 0 and value <= limit)
 
 
-def _answer(o: Outcome, axis: str) -> float | None:
+def answered_um(o: Outcome, axis: str) -> float | None:
+    """Return the offset that `accept misalign` states, or none."""
     value = ((o.misalign or {}).get(axis) or {}).get("value")
     return None if value is None else float(value)
 
 
-def _off(o: Outcome, axis: str) -> float:
-    value = _answer(o, axis)
+def error_um(o: Outcome, axis: str) -> float:
+    """Return what the stated offset is off by, or not a number."""
+    value = answered_um(o, axis)
     return nan if value is None else value - true_um(o, axis)
 
 
@@ -187,7 +189,7 @@ def acceptances(outcomes: Outcomes) -> list[tuple[float, bool]]:
     out = []
     for o in outcomes:
         said: Any = o.misalign or {}
-        if any(_answer(o, axis) is None for axis in LIMITS_UM):
+        if any(answered_um(o, axis) is None for axis in LIMITS_UM):
             continue
         accepted = all(abs(said[a]["value"]) + said[a]["U"] <= limit for a, limit in LIMITS_UM.items())
         if accepted:

@@ -17,6 +17,7 @@ from validation.cases import DRAWN, SHARES, Case, draw_cases, draw_in_order, dra
 from validation.effects import LIBRARY
 from validation.outsiders import OUTSIDERS
 from validation.shell import draw_bias, draw_shell
+from validation.strut import Flexible
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,16 @@ BATCH = 10  # units that are judged with what was learned from others
 LEARNED_ON_BENCH = 8
 HIDING = 0.1  # share of the units to learn from on a bench that hide something
 BENCHES = 12
+GLUED = 0.01  # 1 sd of a bracket's frequency from unit to unit
 OFTEN_MISALIGNED = (*DRAWN, "misalignment", "misalignment")  # so that limits of dx and dy are asked often enough
+SIGNAL_PATH = (
+    "loop_delay",
+    "amplifier_bandwidth",
+    "sensor_highpass",
+    "crosstalk",
+    "encoder_scale",
+    "sensor_polarity",
+)
 
 
 @dataclass(frozen=True)
@@ -39,7 +49,8 @@ class Set:
     """units: how many in the full run. frequency: scatter of the modes, 1 sd; stated: the value that the model file
     states for it, or zero; bias: 1 sd of what is alike in a batch; lopsided: 1 sd of the coupling of modes; beside: the
     ruler is not read where the head is; learned: the model is learned from other units of the batch first; effects:
-    those that it draws from; benches: how many, each with properties that its units share, or none: a bench without."""
+    those that it draws from; benches: how many, each with properties that its units share, 0: one without, or none: as
+    before there were any; beams: joints and brackets bend as beams, alike in the units of a bench."""
 
     units: int
     shares: Mapping[str, float]
@@ -53,6 +64,7 @@ class Set:
     effects: tuple[str, ...] = DRAWN
     seconds: float = 12.0
     benches: int | None = None
+    beams: bool = False
 
     @property
     def exact(self) -> bool:
@@ -74,6 +86,17 @@ SETS: Mapping[str, Set] = {
         144, LABORATORY, 0.01, 0.01, learned=True, effects=OFTEN_MISALIGNED, seconds=10.0, benches=BENCHES
     ),
     "laboratory-unlearned": Set(40, LABORATORY, 0.01, 0.01, effects=OFTEN_MISALIGNED, seconds=10.0, benches=BENCHES),
+    "struts": Set(
+        20,
+        {"none": 0.4, "one": 0.6},
+        0.01,
+        0.01,
+        learned=True,
+        effects=SIGNAL_PATH,
+        seconds=10.0,
+        benches=2,
+        beams=True,
+    ),
     "outsiders": Set(2 * len(OUTSIDERS), {"outsider": 1.0}, 0.01, 0.01, seconds=10.0, benches=0),
 }
 
@@ -119,17 +142,18 @@ def _on_benches(name: str, it: Set, number: int, own: Sequence[int]) -> list[Bat
     so many are a fair mixture of kinds and benches."""
     rng = np.random.default_rng([*own, 0])
     benches = draw_benches(it.benches or 0, rng) or [None]
+    bends = [_draw_flexible(rng) if it.beams else None for _ in benches]
     rounds = [rng.permutation(len(benches)) for _ in range(-(-number // len(benches)))]
     judged: list[list[Case]] = [[] for _ in benches]
     for case, k in zip(
         draw_in_order(number, [*own, 1], it.shares, it.effects, name), np.concatenate(rounds), strict=False
     ):
-        judged[k].append(_on_bench(case, it, benches[k]))
+        judged[k].append(_on_bench(case, it, benches[k], bends[k]))
     batches = []
     for k, bench in enumerate(benches):
         prefix = f"{name}-{chr(65 + k)}"
         learn = _to_learn(it, [*own, 2, k], f"{prefix}-L") if it.learned else []
-        batches.append(Batch(prefix, tuple(_on_bench(case, it, bench) for case in learn), tuple(judged[k])))
+        batches.append(Batch(prefix, tuple(_on_bench(case, it, bench, bends[k]) for case in learn), tuple(judged[k])))
     return batches
 
 
@@ -140,10 +164,24 @@ def _to_learn(it: Set, own: Sequence[int], prefix: str) -> list[Case]:
     return draw_cases(LEARNED_ON_BENCH, [*own, 1], prefix, shares, it.effects)
 
 
-def _on_bench(case: Case, it: Set, bench: Bench | None) -> Case:
+def _draw_flexible(rng: np.random.Generator) -> Flexible:
+    """Return the design of a strut whose joints and brackets bend."""
+    return Flexible(
+        neck_m=float(rng.uniform(0.8e-3, 2.0e-3)),
+        head_Hz=float(rng.uniform(900, 1800)),
+        ruler_Hz=float(rng.uniform(900, 1800)),
+        damping_ratio=float(rng.uniform(0.005, 0.015)),
+    )
+
+
+def _on_bench(case: Case, it: Set, bench: Bench | None, bends: Flexible | None) -> Case:
     """Put the unit on a shell as it is built, and on a bench."""
     rng = np.random.default_rng([case.seed, 1])
     strut = replace(case.strut, built=draw_shell(rng, it.frequency, DAMPING))
+    if bends is not None:
+        near = 1 + GLUED * rng.standard_normal(2)
+        own = replace(bends, head_Hz=bends.head_Hz * near[0], ruler_Hz=bends.ruler_Hz * near[1])
+        strut = replace(strut, flexible=own)
     setting = replace(case.setting, seconds=it.seconds)
     if bench is not None:
         setting = bench.record_with(setting)

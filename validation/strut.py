@@ -6,7 +6,7 @@ of the shell, y across. SI.
 """
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from validation.beams import Section, chain
 from validation.rational import Rational
 from validation.shell import DATA, NODES, Built, across, free_shell
 
@@ -31,6 +32,13 @@ JOINT_LATERAL = 12.7e6
 JOINT_AXIS_DAMPING = 10.0
 ENCODER_COM = np.array([0.0, 11.5e-3, 9.5e-3])
 ENCODER_INERTIA = np.array([3.0e-5, 6.0e-6, 2.6e-5])
+BLOCK = Section(
+    EA=1.5e7, EI=60.0, GJ=50.0, GA=5e6, mass=1.25, inertia=7e-5
+)  # between neck and shell: steel, 10 mm thick
+NECK = {"mass": 8e-3, "inertia": 1e-9}
+BRACKET_SHARE = 0.1  # of the mass of head or ruler
+BRACKET_THICK = 6e-3
+PARTS = 4  # elements of a neck or a bracket
 DYNAMIC_BELOW_HZ = 15e3  # faster modes follow the drive: statics miss less than 0.1 % at 2 kHz (tested)
 
 
@@ -65,12 +73,23 @@ class Support:
 
 
 @dataclass(frozen=True)
+class Flexible:
+    """A strut that is no frame. neck_m: length over which each joint bends, as a beam, in place of a point; head_Hz,
+    ruler_Hz: lowest frequency of each on its bracket, were that clamped; damping_ratio: of that mode."""
+
+    neck_m: float
+    head_Hz: float
+    ruler_Hz: float
+    damping_ratio: float
+
+
+@dataclass(frozen=True)
 class Strut:
     """All that differs from strut to strut, SI. stiffening: of the sensor stack, in parts of the stiffness that the
     free shell has across it; modal: whether each mode is damped for itself, as in the recorded units, or the dampers
     also join the modes, as real ones do. built: how its shell differs from the matrices; ruler_x, ruler_y: where the
     ruler is read, none where the head is; support: a guide of the payload that gives way; tuned: a mass on a spring,
-    along z, on the payload."""
+    along z, on the payload; flexible: joints and brackets that bend as beams."""
 
     kz: float
     kRx: float
@@ -96,6 +115,7 @@ class Strut:
     ruler_y: float | None = None
     support: Support | None = None
     tuned: Hung | None = None
+    flexible: Flexible | None = None
 
 
 # field of Strut -> section and name in the model file, factor to SI
@@ -160,11 +180,34 @@ class _Assembly:
         size += 5 if strut.support else 0
         self.tuned = size
         size += 1 if strut.tuned else 0
+        self.unused = size
+        size += 6 * 4 * PARTS if strut.flexible else 0
         self.K, self.M, self.C = (np.zeros((size, size)) for _ in range(3))
         inner = slice(0, self.payload)
         self.K[inner, inner], self.M[inner, inner], self.C[inner, inner] = K, M, strut.zeta * C
         pick = across(size)
         self.K += strut.stiffening * stack * np.outer(pick, pick)
+
+    def nodes(self, number: int) -> list[Array]:
+        """Return the motions (6, size) of so many new nodes."""
+        first, self.unused = self.unused, self.unused + 6 * number
+        every = np.eye(self.K.shape[0])
+        return [every[first + 6 * k : first + 6 * k + 6] for k in range(number)]
+
+    def beams(self, sections: Sequence[Section], points: Sequence[Array], moves: Sequence[Array], beta: float) -> None:
+        """Add a chain of beams. moves: motions (6, size) of each point; beta: stiffness-proportional damping [s]."""
+        K, M = chain(sections, points)
+        P = np.vstack(moves)
+        self.K += P.T @ K @ P
+        self.M += P.T @ M @ P
+        self.C += beta * (P.T @ K @ P)
+
+    def tied(self, node: int, at: Array) -> Array:
+        """Return the motions (6, size) of a point that a node carries rigidly."""
+        moves = np.zeros((6, self.K.shape[0]))
+        moves[:3] = self.point(node, at)
+        moves[3:, 6 * node + 3 : 6 * node + 6] = np.eye(3)
+        return moves
 
     def body(self, node: int, at: Array, mass: float, inertia: Array) -> None:
         block = slice(6 * node, 6 * node + 6)
@@ -192,6 +235,9 @@ def _joint(a: _Assembly, strut: Strut, node: int, side: float) -> None:
     """Add a joint. side: -1 the bottom one, to the ground; +1 the top one, to the payload. The shell is offset from the
     axis."""
     axis = np.array([-strut.dx, -strut.dy, 0.0])
+    if strut.flexible is not None:
+        _bending_joint(a, strut, strut.flexible, node, side, axis)
+        return
     a.body(node, axis + _up(side * JOINT_MASS_AT), HALF_JOINT_KG, HALF_JOINT_INERTIA)
     along = np.zeros((6, a.K.shape[0]))
     along[:3] = a.point(node, axis + _up(side * JOINT_CENTRE))
@@ -200,6 +246,43 @@ def _joint(a: _Assembly, strut: Strut, node: int, side: float) -> None:
         along -= _payload_motion(a, strut.support)
     k = np.array([JOINT_LATERAL, JOINT_LATERAL, strut.kz, strut.kRx, strut.kRy, strut.kRz])
     a.springs(along, k, np.array([JOINT_AXIS_DAMPING] * 3 + [strut.cR] * 3))
+
+
+def _bending_joint(a: _Assembly, strut: Strut, flexible: Flexible, node: int, side: float, axis: Array) -> None:
+    """Add a joint whose block and neck are beams. The neck has the joint's stiffness from end to end: bending by its
+    mean, the length beside it takes from the lateral one what bending gives."""
+    L = flexible.neck_m
+    bends = (strut.kRx + strut.kRy) / 2
+    shear = 1 / JOINT_LATERAL - L**2 / (12 * bends)
+    if shear <= 0:
+        raise ValueError(f"a neck of {L} m bends more than the joint gives way sideways")
+    neck = Section(EA=strut.kz * L, EI=bends * L, GJ=strut.kRz * L, GA=L / shear, **NECK)
+    heights = [0.0, *np.linspace(JOINT_CENTRE - L / 2, JOINT_CENTRE + L / 2, PARTS + 1)]
+    points = [axis + _up(side * h) for h in heights]
+    inner = a.nodes(PARTS)
+    far = _payload_motion(a, strut.support) if side > 0 else np.zeros((6, a.K.shape[0]))
+    a.beams([BLOCK, *[neck] * PARTS], points, [a.tied(node, axis), *inner, far], 0.0)
+    a.springs(inner[0] - far, np.zeros(6), np.array([JOINT_AXIS_DAMPING] * 3 + [strut.cR] * 3))
+
+
+def _bracket(a: _Assembly, flexible: Flexible, node: int, com: Array, mass: float, f_Hz: float) -> Array:
+    """Add a bracket from a node to the body that it carries; return the body's motions (6, size)."""
+    length, omega = float(np.linalg.norm(com)), 2 * np.pi * f_Hz
+    line, points = BRACKET_SHARE * mass / length, [com * k / PARTS for k in range(PARTS + 1)]
+    body = np.diag([(1 - BRACKET_SHARE) * mass] * 3 + list(ENCODER_INERTIA))
+
+    def of(EI: float) -> Section:
+        EA = 12 * EI / BRACKET_THICK**2
+        return Section(EA=EA, EI=EI, GJ=0.8 * EI, GA=EA / 3, mass=line, inertia=line * BRACKET_THICK**2 / 12)
+
+    K, M = chain([of(1.0)] * PARTS, points)
+    M[-6:, -6:] += body
+    softest = linalg.eigvalsh(K[6:, 6:], M[6:, 6:])[0]
+    free = a.nodes(PARTS)
+    moves = [a.tied(node, np.zeros(3)), *free]
+    a.beams([of(omega**2 / softest)] * PARTS, points, moves, 2 * flexible.damping_ratio / omega)
+    a.M += free[-1].T @ body @ free[-1]
+    return free[-1]
 
 
 def _payload_motion(a: _Assembly, support: Support | None) -> Array:
@@ -233,18 +316,29 @@ def _bench(a: _Assembly, strut: Strut) -> None:
         a.springs(along, np.array([h.mass * omega**2]), np.array([2 * h.damping_ratio * omega * h.mass]))
 
 
-def _encoder(a: _Assembly, strut: Strut) -> None:
+def _encoder(a: _Assembly, strut: Strut) -> Array:
+    """Add head and ruler; return the row (size,) that the encoder reads."""
     above, below = ENCODER_COM, ENCODER_COM * [1, 1, -1]
-    a.body(NODES["top"], below, strut.head, ENCODER_INERTIA)
-    a.body(NODES["bottom"], above, strut.ruler, ENCODER_INERTIA)
+    head_at = np.array([strut.arm_x, strut.arm_y, 0.0])
+    ruler_at = np.array([_or(strut.ruler_x, strut.arm_x), _or(strut.ruler_y, strut.arm_y), 0.0])
+    if strut.flexible is not None:
+        top, bottom, bends = NODES["top"], NODES["bottom"], strut.flexible
+        head = _bracket(a, bends, top, below, strut.head, bends.head_Hz)
+        ruler = _bracket(a, bends, bottom, above, strut.ruler, bends.ruler_Hz)
+        reads = (_lever(head_at - below) @ head - _lever(ruler_at - above) @ ruler)[2]
+    else:
+        a.body(NODES["top"], below, strut.head, ENCODER_INERTIA)
+        a.body(NODES["bottom"], above, strut.ruler, ENCODER_INERTIA)
+        reads = a.point(NODES["top"], head_at)[2] - a.point(NODES["bottom"], ruler_at)[2]
     if strut.hung is None:
         a.M[a.hung, a.hung], a.K[a.hung, a.hung] = 1.0, (2 * np.pi * 1e6) ** 2  # out of every way
-        return
+        return reads
     h, omega = strut.hung, 2 * np.pi * strut.hung.f_Hz
     a.M[a.hung, a.hung] = h.mass
     along = -a.point(NODES["top"], below)[2:]
     along[0, a.hung] += 1.0
     a.springs(along, np.array([h.mass * omega**2]), np.array([2 * h.damping_ratio * omega * h.mass]))
+    return reads
 
 
 def matrices(strut: Strut) -> tuple[Array, Array, Array, Array, Array]:
@@ -253,16 +347,14 @@ def matrices(strut: Strut) -> tuple[Array, Array, Array, Array, Array]:
     a = _Assembly(strut)
     _joint(a, strut, NODES["bottom"], -1.0)
     _joint(a, strut, NODES["top"], +1.0)
-    _encoder(a, strut)
+    reads = _encoder(a, strut)
     _bench(a, strut)
     size = a.K.shape[0]
     inputs, outputs = np.zeros((size, 2)), np.zeros((3, size))
     force = AMPLIFIER_GAIN * strut.ga
     inputs[6 * NODES["actuator_right"], 0], inputs[6 * NODES["actuator_left"], 0] = force, -force
     inputs[a.payload, 1] = 1.0
-    head = np.array([strut.arm_x, strut.arm_y, 0.0])
-    ruler = np.array([_or(strut.ruler_x, strut.arm_x), _or(strut.ruler_y, strut.arm_y), 0.0])
-    outputs[0] = a.point(NODES["top"], head)[2] - a.point(NODES["bottom"], ruler)[2]
+    outputs[0] = reads
     outputs[1, a.payload] = 1.0
     if strut.support is not None:
         outputs[1, a.tilting] = _lever(np.array([strut.support.read_x, strut.support.read_y, 0.0]))[2]

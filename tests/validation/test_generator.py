@@ -18,7 +18,7 @@ from scipy import integrate, signal
 from accept.units.unit_folder import read
 from checks.arrays import Array
 from tests.soak import SOAK
-from validation import bench, benches, model_files, outsiders, rational, sets, shell
+from validation import beams, bench, benches, model_files, outsiders, rational, sets, shell
 from validation import cases as blind_cases
 from validation import effects as blind_effects
 from validation import strut as blind_strut
@@ -26,7 +26,19 @@ from validation.bench import FS, Playing, Setting, World
 from validation.strut import DATA, Strut
 
 ROOT = Path(__file__).parents[2]
-MODULES = (rational, shell, blind_strut, bench, benches, blind_effects, outsiders, blind_cases, sets, model_files)
+MODULES = (
+    rational,
+    shell,
+    beams,
+    blind_strut,
+    bench,
+    benches,
+    blind_effects,
+    outsiders,
+    blind_cases,
+    sets,
+    model_files,
+)
 needs_data = pytest.mark.needs_data
 
 TRUTH = {  # field of Strut -> name in truth.json, factor to SI
