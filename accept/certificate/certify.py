@@ -7,6 +7,7 @@ from accept.base.atomic_files import write_atomic
 from accept.certificate import events
 from accept.certificate.contents.disposition import Disposition
 from accept.certificate.trust.keys import Credential
+from accept.judging.decisions import Signer
 from accept.store import Event, Store
 
 
@@ -28,6 +29,16 @@ def sign_into(
 
     signed = sign(document, credential, datetime.now(UTC), disposition=disposition)
     write_atomic(path, signed)
+    signer = Signer(credential.key, credential.certificate) if disposition and credential.key is not None else None
     return events.signed(
-        store, serial, path, signed, credential.role, who=who, spec=spec, disposition=disposition, of=document
+        store,
+        serial,
+        path,
+        signed,
+        credential.role,
+        who=who,
+        spec=spec,
+        disposition=disposition,
+        of=document,
+        signer=signer,
     )

@@ -1,9 +1,12 @@
 """The event that signing a certificate adds to the store."""
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 
 from accept.certificate.contents.disposition import Disposition
+from accept.judging.decisions import Signer, sign_decision
+from accept.judging.nonconformance import DISPOSITION, content_of
 from accept.store import Event, Store
 from accept.store.fold import TECHNICIAN
 from accept.store.payloads import CertificateSigned, Decision
@@ -20,14 +23,19 @@ def signed(
     of: bytes = b"",
     spec: str = "",
     disposition: Disposition | None = None,
+    signer: Signer | None = None,
 ) -> Event:
     """Store that a certificate was signed in a role and written to `path`. of: the document before a countersignature.
-    disposition: of a unit that was not accepted. Raises StoreError."""
+    disposition: of a unit that was not accepted, which `signer` signs for the store too. Raises StoreError."""
+    before = None if role == TECHNICIAN else hashlib.sha256(of).hexdigest()
+    decision = None
+    if disposition is not None:
+        decision = Decision(disposition.choice, disposition.reason)
+        if signer is not None:
+            decision = replace(
+                decision, signed=sign_decision(DISPOSITION, content_of(serial, decision, before), signer)
+            )
     event = CertificateSigned(
-        str(path.resolve()),
-        hashlib.sha256(content).hexdigest(),
-        role,
-        disposition=None if disposition is None else Decision(disposition.choice, disposition.reason),
-        before=None if role == TECHNICIAN else hashlib.sha256(of).hexdigest(),
+        str(path.resolve()), hashlib.sha256(content).hexdigest(), role, disposition=decision, before=before
     )
     return store.write(event, serial, who=who, spec=spec)

@@ -67,6 +67,7 @@ COMMANDS: dict[str, Command | Group] = {
             "copies": Command("trust.store:copies", "List recordings that stand in two places, and whose they are."),
             "resolve": Command("trust.store:resolve_copies", "Say whose a recording is that stands in two places."),
             "void": Command("trust.store:void_attempt", "Declare an attempt at a unit void."),
+            "dispose": Command("trust.store:dispose", "Decide about a nonconformance that holds a unit."),
             "backup": Command("trust.store:backup", "Copy the whole store into one file."),
             "restore": Command(
                 "trust.store:take_back", "Make a backup the bench's store; what was there is set aside."

@@ -86,8 +86,11 @@ def decision_problem(
     return f"its key was revoked on {since:%Y-%m-%d}" if since is not None and when >= since else None
 
 
-def problem_here(kind: str, content: Mapping[str, Any], signed: SignedBy | None) -> str | None:
-    """Return why a decision does not count under this bench's authority, as `decision_problem`."""
+def problem_here(
+    kind: str, content: Mapping[str, Any], signed: SignedBy | None, *, weakens: bool = False
+) -> str | None:
+    """Return why a decision does not count under this bench's authority, as `decision_problem`. weakens: it takes a
+    verdict away, so it stands also if its key was lost later."""
     folder = home() / "keys"
     try:
         roots = [x509.load_pem_x509_certificate(read_bounded(folder / "ca.pem"))]
@@ -104,7 +107,7 @@ def problem_here(kind: str, content: Mapping[str, Any], signed: SignedBy | None)
         revoked, lost = {}, set()
     except (OSError, ValueError):
         return "the list of revoked keys cannot be read"
-    return decision_problem(kind, content, signed, roots, revoked, lost)
+    return decision_problem(kind, content, signed, roots, revoked, () if weakens else lost)
 
 
 def _is_lost(one: x509.RevokedCertificate) -> bool:

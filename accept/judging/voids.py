@@ -60,7 +60,7 @@ def voids(store: Store, serial: str | None = None) -> dict[int, Void]:
     found = {}
     for event in store.events(serial, AttemptVoided.KIND):
         said = AttemptVoided.of(event)
-        if problem_here(AttemptVoided.KIND, _content(event.subject, said), said.signed) is None:
+        if problem_here(AttemptVoided.KIND, _content(event.subject, said), said.signed, weakens=True) is None:
             found[said.judged] = Void(said.judged, said.attempt, said.reason, event.who, event.time)
     return found
 

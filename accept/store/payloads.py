@@ -88,11 +88,22 @@ class CertificateWritten(Payload, what="certificate_written"):
 
 
 @dataclass(frozen=True)
+class SignedBy(Document):
+    """The person who decided, with a signature by a key of quality assurance."""
+
+    person: str
+    time: Annotated[str, "UTC, ISO 8601"]
+    certificate: Annotated[str, "of the key, PEM"]
+    signature: Annotated[str, "ECDSA with SHA-256 over kind, content, person and time, hexadecimal"]
+
+
+@dataclass(frozen=True)
 class Decision(Document):
     """The disposition of a unit that was not accepted."""
 
     choice: Annotated[str, "`use-as-is`, `rework`, `measure-again`, `return` or `scrap`"]
     reason: str
+    signed: Annotated[SignedBy | None, only_if(), "it releases a nonconformance only with it"] = None
 
 
 @dataclass(frozen=True)
@@ -142,13 +153,11 @@ class BaselineSet(Payload, what="baseline_set"):
 
 
 @dataclass(frozen=True)
-class SignedBy(Document):
-    """The person who decided, with a signature by a key of quality assurance."""
+class NonconformanceDecided(Payload, what="nonconformance_decided"):
+    """Quality assurance decided about nonconformances that hold a unit, without countersigning a certificate."""
 
-    person: str
-    time: Annotated[str, "UTC, ISO 8601"]
-    certificate: Annotated[str, "of the key, PEM"]
-    signature: Annotated[str, "ECDSA with SHA-256 over kind, content, person and time, hexadecimal"]
+    nonconformances: tuple[str, ...]
+    disposition: Decision
 
 
 @dataclass(frozen=True)

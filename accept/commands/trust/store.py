@@ -12,6 +12,7 @@ from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.certificate.contents.disposition import DispositionError, decided
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.trust import keys
 from accept.certificate.trust.published_list import publish
@@ -20,6 +21,7 @@ from accept.certificate.verify.rejudge import read_certificate
 from accept.commands.options import QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
 from accept.judging.copies import resolve
+from accept.judging.nonconformance import decide
 from accept.judging.voids import void
 from accept.store import Event, StoreError, StoreHead, check_lines, fold, open_store
 from accept.store.backup import back_up, restore
@@ -28,11 +30,13 @@ from accept.store.opening import BENCH_KEY
 from accept.store.payloads import (
     CertificateSigned,
     CopiesResolved,
+    Decision,
+    NonconformanceDecided,
     UnitJudged,
     payload_of,
 )
 from accept.store.seal import head_problem, own_key
-from checks.verdict import Verdict
+from checks.verdict import UnitVerdict, Verdict
 
 
 @clear_errors
@@ -168,6 +172,26 @@ def void_attempt(
 
 
 @clear_errors
+def dispose(
+    serial: Annotated[str, typer.Argument(help="Serial of a unit that a nonconformance holds.")],
+    disposition: Annotated[str, typer.Option(help="use-as-is, rework, measure-again, return or scrap.")],
+    because: Annotated[str, typer.Option(help="Why: the reason of the disposition.")],
+    passphrase_file: QaPassphrase = None,
+) -> Exit:
+    """Decide about a nonconformance that holds a unit. Quality assurance signs the decision with its key."""
+    decided_so = decided(serial, UnitVerdict.CONDITIONAL, disposition, because)
+    if decided_so is None:
+        raise DispositionError(f"{serial} needs no disposition")
+    signer = decision_signer(passphrase_file)
+    with open_store() as store:
+        held = decide(store, serial, Decision(decided_so.choice, decided_so.reason), signer)
+    for words in held:
+        stdout.print(f"{serial}: {words}: {decided_so} ({signer.person})")
+    say("judge the unit again: accept batch, or accept report")
+    return Exit.ACCEPTED
+
+
+@clear_errors
 def log(
     serial: Annotated[str | None, typer.Argument(help="Only events of this unit.")] = None,
     full: Annotated[bool, typer.Option("--full", help="With payload and hash of every event.")] = False,
@@ -203,6 +227,8 @@ def _verdict(event: Event) -> str:
             return f"{shown}; copied: {copies}" if copies else shown
         case CopiesResolved(measured=measured, reason=reason):
             return ", ".join((*map(" ".join, measured), reason))
+        case NonconformanceDecided(disposition=decision):
+            return f"{decision.choice}: {decision.reason}"
         case CertificateSigned(role=role, disposition=decision):
             return role if decision is None else f"{role}, {decision.choice}: {decision.reason}"
     return str(getattr(payload, "reason", ""))

@@ -51,7 +51,9 @@ def test_a_rejected_unit_is_countersigned_with_a_disposition_only(rejected: Path
     with open_store() as store:
         event = store.latest("A", "certificate_signed")
     assert event is not None
-    assert event.data["disposition"] == {"choice": "return", "reason": "stacks of the wrong size"}
+    stored = event.data["disposition"]
+    assert (stored["choice"], stored["reason"]) == ("return", "stacks of the wrong size")
+    assert stored["signed"]["person"] == "Grace Hopper"
     assert "qa, return: stacks of the wrong size" in accept("store", "log", "A").stdout
 
 

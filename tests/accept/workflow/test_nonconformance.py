@@ -12,8 +12,11 @@ from typer.testing import CliRunner, Result
 from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.cli.main import app
+from accept.judging.decisions import DecisionError, Signer
 from accept.judging.judge_unit import load_spec
+from accept.judging.nonconformance import decide
 from accept.store import Store, open_store
+from accept.store.payloads import CertificateSigned, Decision, NonconformanceDecided
 from accept.workflow import certify
 from accept.workflow.session import Session
 from checks.cause import Cause
@@ -139,3 +142,53 @@ def test_a_certificate_that_leaves_it_out_is_not_valid(session: Session, note: b
     forged = {key: value for key, value in contents.result.items() if key != "nonconformances"}
     again = rejudge.rejudge(replace(contents, result=forged))
     assert bool(differences(forged, again.to_json())) == note
+
+
+def again(session: Session) -> str:
+    """The verdict of another attempt."""
+    session.begin({}, "measured again")
+    fill(session)
+    return str(session.judge().verdict)
+
+
+def test_a_disposition_that_nobody_signed_releases_nothing(session: Session, store: Store) -> None:
+    """Written into the store by a program of the insider's own: without a signature, with that of a technician, with
+    that of another unit, and with one that counted before."""
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    certify.sign_unit(session, "correct horse")
+    certify.countersign_unit(session, "battery staple", "return", "seen under the lens")
+    session.refresh()
+    last = store.latest("APA-02", CertificateSigned.KIND)
+    assert last is not None
+    told = last.data
+    for signed in (None, told["disposition"]["signed"]):
+        store.append(
+            last.what,
+            "APA-02",
+            told | {"disposition": {"choice": "rework", "reason": "x", "signed": signed}},
+            who="Quinn",
+        )
+    technician = keys.unlock(home(), "technician", "correct horse")
+    with pytest.raises(DecisionError, match="not of quality assurance"):
+        decide(store, "APA-02", Decision("rework", "x"), Signer(technician.key, technician.certificate))
+    assert again(session) == "conditional"
+
+
+def test_quality_assurance_decides_without_a_certificate(
+    session: Session, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A decision is signed, is about what holds the unit then, and counts once."""
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    asked = ("store", "dispose", "APA-02", "--disposition", "rework", "--because", "polished")
+    assert accept(*asked).exit_code == 6  # nothing holds it
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    assert again(session) == "conditional"
+    done = accept(*asked)
+    assert done.exit_code == 0, done.output
+    assert again(session) == "accepted"
+    assert "rework: polished" in accept("store", "log", "APA-02").stdout
+    decided = store.latest("APA-02", NonconformanceDecided.KIND)
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    assert decided is not None
+    store.append(decided.what, "APA-02", decided.data, who="Quinn")
+    assert again(session) == "conditional"
