@@ -3,10 +3,14 @@
 import errno
 import os
 import tempfile
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
+
+PART = ".part"  # how the name of a temporary file ends
+LEFTOVER_S = 3600.0  # writing one file takes seconds
 
 _UMASK = os.umask(0o077)  # can only be read by setting it; here, before any thread is there
 os.umask(_UMASK)
@@ -41,7 +45,7 @@ def writing_atomic(path: Path, mode: int = 0o666) -> Iterator[IO[bytes]]:
     """Yield a file to be written piece by piece, which replaces `path` at the end, but not if an error is raised."""
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=PART)
     except OSError as e:
         raise OSError(e.errno, e.strerror, str(path)) from e  # the caller does not know the temporary name
     try:
@@ -58,6 +62,16 @@ def writing_atomic(path: Path, mode: int = 0o666) -> Iterator[IO[bytes]]:
         Path(temporary).unlink(missing_ok=True)
         raise
     _sync_folder(path.parent)
+
+
+def remove_leftovers(*folders: Path, older_s: float = LEFTOVER_S) -> None:
+    """Remove the temporary files that programs which were killed left in these folders. A younger one may still be
+    written by another program, on this machine or another."""
+    for folder in folders:
+        for path in folder.glob(f".*{PART}"):
+            with suppress(OSError):  # of another user, or gone meanwhile
+                if path.is_file() and time.time() - path.stat().st_mtime > older_s:
+                    path.unlink()
 
 
 def _sync_folder(folder: Path) -> None:

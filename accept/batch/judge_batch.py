@@ -9,6 +9,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
+from accept.base.atomic_files import remove_leftovers
 from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.progress import steps
@@ -93,6 +94,7 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
     Raises OSError if `out` cannot be written, StoreError if the store cannot, ResultsError if there are more units than
     can be written.
     """
+    remove_leftovers(request.out, request.out / CERTIFICATES)
     with Roster() as roster:
         batch = _Batch(request, roster, store, say)
         batch.enrol()

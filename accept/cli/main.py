@@ -64,8 +64,10 @@ COMMANDS: dict[str, Command | Group] = {
             "log": Command("trust.store:log", "List who did what, when, by which spec and code."),
             "head": Command("trust.store:head", "Export the signed head of the chain, to be kept elsewhere."),
             "publish": Command("trust.store:publish_list", "Publish the list of judgements and signatures."),
-            "copies": Command("trust.store:copies", "List recordings that stand in two places, and whose they are."),
-            "resolve": Command("trust.store:resolve_copies", "Say whose a recording is that stands in two places."),
+            "copies": Command(
+                "trust.store:copies", "List recordings that are filed in two places, and the decisions about them."
+            ),
+            "resolve": Command("trust.store:resolve_copies", "Decide to which unit a recording belongs."),
             "void": Command("trust.store:void_attempt", "Declare an attempt at a unit void."),
             "dispose": Command("trust.store:dispose", "Decide about a nonconformance that holds a unit."),
             "backup": Command("trust.store:backup", "Copy the whole store into one file."),

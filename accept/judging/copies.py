@@ -186,9 +186,11 @@ def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, sig
     samples: Samples = judged.result.samples if judged else {}
     found = [c for c in copies_of(store, serial, judged.path if judged else "", samples) if c["resolved"] is None]
     if not found:
-        raise CopiesError(f"{serial}: none of its recordings stands elsewhere too, or all were resolved")
+        raise CopiesError(
+            f"{serial}: none of its recordings is filed elsewhere too, or quality assurance has decided about all"
+        )
     if not reason.strip():
-        raise CopiesError("say how it came that one recording stands in two places: --reason")
+        raise CopiesError("give a reason why one recording is filed in two places: --reason")
     parties = {(serial, c["sample"]) for c in found} | {(w["serial"], w["sample"]) for c in found for w in c["with"]}
     named = [word.partition(":") for word in measured]
     chosen = sorted(p for p in parties if any(p[0] == n and (not colon or p[1] == s) for n, colon, s in named))

@@ -37,12 +37,13 @@ class BenchStopped(GoldenError):
 
 @dataclass(frozen=True)
 class Golden:
-    """A golden unit. named: the event that fixed its reference."""
+    """A golden unit. named: the event that fixed its reference; since: number of the one that made it golden."""
 
     serial: str
     expected: str
     reference: Mapping[str, Reference]
     named: Event
+    since: int
 
 
 def name_golden(store: Store, serial: str, expected: str, who: str, reason: str = "", last: int = 1) -> None:
@@ -89,7 +90,7 @@ def values_of(judged: UnitJudged) -> dict[str, Information | Finding]:
 def retire(store: Store, serial: str, reason: str, who: str) -> None:
     """Make a golden unit an ordinary one. Raises GoldenError without a reason, or if the unit is not golden."""
     if serial not in goldens(store):
-        raise GoldenError(f"{serial} is no golden unit")
+        raise GoldenError(f"{serial} is not a golden unit")
     if not reason.strip():
         raise GoldenError("say why it is retired: --reason")
     store.write(GoldenRetired(" ".join(reason.split())), serial, who=who)
@@ -109,7 +110,8 @@ def goldens(store: Store) -> dict[str, Golden]:
         if not reference:
             before = [e for e in store.events(event.subject, UnitJudged.KIND) if e.seq < event.seq]
             reference = reference_of([UnitJudged.of(before[-1])]) if before else {}
-        found[event.subject] = Golden(event.subject, named.expect, reference, event)
+        since = found[event.subject].since if event.subject in found else event.seq
+        found[event.subject] = Golden(event.subject, named.expect, reference, event, since)
     return found
 
 
@@ -142,10 +144,13 @@ def last_resolved(store: Store) -> int:
 def stopped_by(store: Store) -> Event | None:
     """Return the event that stopped this bench and was not resolved since; None otherwise. Only a signed decision lifts
     a stop, not a later check that passes."""
-    since = last_resolved(store)
-    later = store.events(what=GoldenMissed.KIND, after=since)
-    mine = [e for e in later if GoldenMissed.of(e).bench in ("", store.bench)]
-    return mine[-1] if mine else None
+    return (_stops(store) or [None])[-1]
+
+
+def _stops(store: Store) -> list[Event]:
+    """Return the misses of this bench since it was last let go on, in order."""
+    later = store.events(what=GoldenMissed.KIND, after=last_resolved(store))
+    return [e for e in later if GoldenMissed.of(e).bench in ("", store.bench)]
 
 
 def missed(store: Store) -> Mapping[str, list[str]] | None:
@@ -158,9 +163,11 @@ def missed(store: Store) -> Mapping[str, list[str]] | None:
 
 def check_may_judge(store: Store, serial: str) -> None:
     """Raise BenchStopped if this bench has missed its golden units and the unit is not one of them."""
-    problems = missed(store)
-    if problems is None or serial in goldens(store):
-        return
+    stops = _stops(store)
+    known = goldens(store).get(serial) if stops else None
+    if not stops or (known is not None and known.since < stops[0].seq):
+        return  # named while the bench was trusted, not to get past the stop
+    problems = missed(store) or {}
     words = "; ".join(f"{golden}: {', '.join(differences)}" for golden, differences in problems.items())
     raise BenchStopped(
         f"{serial}: not judged, because the bench missed its golden units ({words}); "

@@ -1,19 +1,21 @@
 """The report of `accept store check`."""
 
 from accept.store.chain import StoreHead
-from accept.store.store import Store
+from accept.store.store import END_NOT_KEPT, Store
 
 
 def check_lines(store: Store, exported: StoreHead | None = None) -> tuple[bool, list[str]]:
     """Return whether the store is unbroken, and the lines that state so or name the first broken place, and every place
     where the clock was set back. Raises StoreError."""
+    kept = store.end_is_kept or exported is not None  # asked first: a check seals what it saw
     problem = store.check(exported)
     if problem is not None:
         return False, [f"store: {store.where}: broken", str(problem)]
     head = store.head()
     against = f", and holds the exported event {exported.seq}" if exported else ""
+    unkept = [] if kept else [f"warning: {END_NOT_KEPT}"]
     set_back = [
         f"warning: {name} was stored {seconds / 60:.0f} min before the event that it follows: the clock was set back"
         for name, seconds in store.clock_set_back()
     ]
-    return True, [f"store: {head.seq} events, head {head.hash}: unbroken{against}", *set_back]
+    return True, [f"store: {head.seq} events, head {head.hash}: unbroken{against}", *unkept, *set_back]

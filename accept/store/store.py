@@ -22,6 +22,10 @@ from accept.store.payloads import Payload
 from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
 from accept.store.spelling import NAMING
 
+END_NOT_KEPT = (
+    "no seal of it lies at this bench, so events that were removed from its end would not show: "
+    "accept store check --head FILE compares it with an exported head or a certificate"
+)
 CLOCK_BACK_S = 300.0  # clocks of benches that share a store differ by seconds, not by minutes
 _PAGE = 500  # events read at once; between pages no lock is held
 
@@ -59,6 +63,12 @@ class Store:
         if undisturbed and self._sealer and head and file:
             self._sealer.write(head, file_looks(file), self._made)
 
+    @property
+    def end_is_kept(self) -> bool:
+        """Whether this bench keeps an earlier end of the chain, with which the present one is compared: beside the file
+        of the database or, for a server, in its seal."""
+        return self._anchor is not None or (self._sealer is not None and self._sealer.read(old_too=True) is not None)
+
     def verify(self, whole: bool = False) -> None:
         """Check the chain before it is used: whole, or from the last seal if the database is as it was sealed.
 
@@ -67,12 +77,17 @@ class Store:
         if not whole and self._unchanged_since_seal():
             return
         self._made = time.time()
+        known = self.end_is_kept
         problem = self.check()
         if problem is not None:
             raise StoreError(
-                f"{self.where}: does not hold: {problem}; nothing in it is believed. `accept store check` says more, "
+                f"{self.where}: integrity check failed: {problem}; it is not used. `accept store check` gives details, "
                 "`accept store restore` takes a backup"
             )
+        if not known and self._sealer is not None and self.head() != START:
+            from accept.base.console import say  # loads rich: only for a warning
+
+            say(f"warning: {self.where}: {END_NOT_KEPT}")
 
     def _unchanged_since_seal(self) -> bool:
         seal = self._sealer.read() if self._sealer else None
@@ -94,7 +109,7 @@ class Store:
     def _hold(self, connection: Connection, head: StoreHead, looks: str) -> None:
         """Remember what was checked; a server's rows are sealed at once, in the transaction that saw them."""
         self._checked, self._looks = head, looks
-        if self._sealer and self._file is None and head != START:
+        if self._sealer and self._file is None:
             self._sealer.write(head, rows_look(connection, head.seq), self._made)
 
     def _tail_problem(self, connection: Connection, sealed: StoreHead, head: StoreHead) -> ChainBreak | None:

@@ -57,8 +57,8 @@ class UnitEntry(Document):
     notes: tuple[str, ...] = ()
     parts: Annotated[Mapping[str, str], "serials of the parts, by place"] = field(default_factory=dict)
     inputs: Annotated[Mapping[str, str], "sha256 of every file that was read, by name"] = field(default_factory=dict)
-    copies: Annotated[tuple[Mapping[str, Any], ...], _filled, "recordings that stand elsewhere too"] = ()
-    part_doubts: Annotated[tuple[str, ...], _filled, "what speaks against its parts"] = ()
+    copies: Annotated[tuple[Mapping[str, Any], ...], _filled, "recordings that are filed elsewhere too"] = ()
+    part_doubts: Annotated[tuple[str, ...], _filled, "doubts about its parts"] = ()
     action: Annotated[str | None, only_if(), "what to put right at the bench before it is measured again"] = None
     nonconformances: Annotated[tuple[str, ...], _filled, "what was found wrong with the part, and holds the unit"] = ()
     folder: Annotated[

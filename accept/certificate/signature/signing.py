@@ -100,9 +100,9 @@ def _check_order(pdf: bytes, role: str) -> None:
     reader = PdfFileReader(io.BytesIO(pdf))
     filled = [name for name, value, _ in enumerate_sig_fields(reader) if value is not None]
     if filled != _BEFORE[role]:
-        have = ", ".join(filled) or "nobody"
-        need = ", ".join(_BEFORE[role]) or "nobody"
-        raise SigningRefused(f"signed by {have}; {role} signs after {need}")
+        have = f"it is signed by {', '.join(filled)}" if filled else "it has no signature"
+        when = f"signs after {', '.join(_BEFORE[role])}" if _BEFORE[role] else "signs first"
+        raise SigningRefused(f"{have}; {role} {when}")
 
 
 async def _append(

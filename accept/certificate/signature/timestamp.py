@@ -68,7 +68,7 @@ def checked(
     if not (status["intact"] and status["valid"]):
         raise InvalidCertificate("the timestamp is not of this signature, or was changed")
     if not all(any(issued_by(c, issuer) for issuer in (*carried, *roots)) for c in carried):
-        raise InvalidCertificate("the timestamp carries a certificate that nobody vouches for")
+        raise InvalidCertificate("the timestamp carries a certificate of an unknown issuer")
     by = str(status["signing_cert"].subject.human_friendly)
     if status["trust_problem_indic"] is not None or kept is None:
         return Stamped(moment, by, trusted=status["trust_problem_indic"] is None)

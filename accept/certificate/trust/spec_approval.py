@@ -29,7 +29,7 @@ from specs.spec import Spec, builtin, load
 
 NOT_APPROVED = "spec NOT APPROVED"
 _SIGNED = ("name", "sha256", "models", "person", "time")
-_NOBODY = "nobody of quality assurance signed it"
+_UNSIGNED = "quality assurance has not signed it"
 _UNREADABLE = "its approval cannot be read"
 _WRONG = (
     "its approval is not signed with a key of this kind",
@@ -78,7 +78,7 @@ def approval_of(spec: Spec, home: Path, ca: x509.Certificate | None, revoked: Se
     try:
         approval: dict[str, Any] = json.loads(read_bounded(_path(home, spec.sha256)))
     except FileNotFoundError:
-        return {"reason": _other_content(spec.name) if spec.name in shipped else _NOBODY}
+        return {"reason": _other_content(spec.name) if spec.name in shipped else _UNSIGNED}
     except (OSError, ValueError):
         return {"reason": _UNREADABLE}
     models = model_hashes(evidence_of(named_models(spec)))
@@ -145,7 +145,7 @@ def _is_reason(text: Any, contents: CertificateContent) -> bool:
     """Return whether the text is one of this program's reasons for a spec that is not approved."""
     if not isinstance(text, str):
         return False
-    fixed = {_NOBODY, _UNREADABLE, *_WRONG, _other_content(contents.spec_name)}
+    fixed = {_UNSIGNED, _UNREADABLE, *_WRONG, _other_content(contents.spec_name)}
     fixed |= {f"{_MODEL}{name}" for name in contents.result.get("models", {})}
     return text in fixed or bool(re.fullmatch(re.escape(_REVOKED) + r"\d{4}-\d\d-\d\d", text))
 

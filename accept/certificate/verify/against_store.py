@@ -124,8 +124,9 @@ def _comparisons(events: Sequence[Event], own: Event, contents: CertificateConte
 
 def _later_than(events: Sequence[Event], when: datetime) -> list[Step]:
     """Return later judgements for a certificate whose signature this store does not hold, such as one of another bench:
-    those after it was signed."""
-    return _later([e for e in events if e.what == JUDGED and datetime.fromisoformat(e.time) > when + SAME_SECOND])
+    those after it was signed. If there are none here, its own bench may have some: nothing is known."""
+    later = [e for e in events if e.what == JUDGED and datetime.fromisoformat(e.time) > when + SAME_SECOND]
+    return _later(later) if later else []
 
 
 def _later(judged: Sequence[Event]) -> list[Step]:
@@ -151,26 +152,22 @@ def _copied(store: Store, contents: CertificateContent, again: UnitResult | None
     if not counted:
         return Step("the bench's store holds its recordings for no other unit")
     same = "; ".join(f"{copy['sample']} is also {_others(copy)}" for copy in counted)
-    return Step(f"its recordings were given for other units too, and nobody said whose they are: {same}", False)
+    words = "its recordings were given for other units too, without a decision of quality assurance"
+    return Step(f"{words}: {same}", complete=False)
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
-    """Check the parts. Not complete if the store has a doubt about a part, or a nonconformance, that the certificate
-    does not state."""
+    """Check the parts. Not complete if the store has a doubt about a part that the certificate does not state."""
     found = part_doubts(store, contents.serial, contents.result.get("parts") or {})
     new = [words for words in found if words not in contents.result.get("part_doubts", ())]
-    held = open_nonconformances(store, contents.serial, {})
-    unstated = [words for words in held if words not in contents.result.get("nonconformances", ())]
-    words = [f"the bench's store speaks against its parts: {'; '.join(new)}"] if new else []
-    words += [f"the bench's store holds a nonconformance: {'; '.join(unstated)}"] if unstated else []
-    return Step("; ".join(words), complete=not words)
+    return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
 
 
 def _sound(store: Store, contents: CertificateContent) -> Step:
-    """Check the part. Not complete if the store has a nonconformance of it that the certificate does not state."""
+    """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state."""
     stated = contents.result.get("nonconformances", ())
     new = [words for words in open_nonconformances(store, contents.serial, {}) if words not in stated]
-    words = "the bench's store has a nonconformance of the part that was not decided"
+    words = "the bench's store holds a nonconformance without a decision"
     return Step(f"{words}: {'; '.join(new)}", False) if new else Step("")
 
 

@@ -108,7 +108,7 @@ def golden_retire(
     """Make a golden unit an ordinary one."""
     with open_store() as store:
         golden.retire(store, serial, reason, operator_name(operator))
-    say(f"{serial} is no golden unit any more")
+    say(f"{serial} is not a golden unit any more")
     return Exit.ACCEPTED
 
 

@@ -124,7 +124,7 @@ def take_back(file: Annotated[Path, typer.Argument(help="A file that `accept sto
 
 @clear_errors
 def copies() -> Exit:
-    """List recordings that stand in two places, and whose they are."""
+    """List recordings that are filed in two places, and the decisions about them."""
     open_ones = 0
     with open_store() as store:
         for serial, unit in sorted(fold(store.events()).units.items()):
@@ -134,18 +134,20 @@ def copies() -> Exit:
                 open_ones += said is None
                 words = "open" if said is None else f"resolved by {said['who']}: {said['reason']}"
                 tell(f"{serial}:{copy['sample']}  same samples as {others}  {words}")
-    say(f"{open_ones} open; `accept store resolve SERIAL --measured SERIAL --reason WORDS` says whose a recording is")
+    say(f"{open_ones} open; `accept store resolve SERIAL --measured SERIAL --reason WORDS` decides where one belongs")
     return Exit.INCOMPLETE if open_ones else Exit.ACCEPTED
 
 
 @clear_errors
 def resolve_copies(
-    serial: Annotated[str, typer.Argument(help="A unit that shares a recording with another place.")],
-    measured: Annotated[list[str], typer.Option(help="Whose it is: SERIAL, or SERIAL:section/input, of one unit.")],
-    reason: Annotated[str, typer.Option(help="How it came to stand in two places.")],
+    serial: Annotated[str, typer.Argument(help="A unit whose recording is filed elsewhere too.")],
+    measured: Annotated[
+        list[str], typer.Option(help="Where it belongs: SERIAL, or SERIAL:section/input, of one unit.")
+    ],
+    reason: Annotated[str, typer.Option(help="Why it is filed in two places.")],
     passphrase_file: QaPassphrase = None,
 ) -> Exit:
-    """Say whose a recording is that stands in two places. Quality assurance signs the decision with its key."""
+    """Decide to which unit a recording belongs. Quality assurance signs the decision with its key."""
     signer = decision_signer(passphrase_file)
     with open_store() as store:
         for copy in resolve(store, serial, measured, reason, signer):

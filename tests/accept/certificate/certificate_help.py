@@ -117,7 +117,7 @@ ROOT_KEYS: dict[bytes, ec.EllipticCurvePrivateKey] = {}  # of the authorities of
 def stated(ca: x509.Certificate | None = None, serial: str = "APA-03", **more: Any) -> dict[str, Any]:
     """Provenance of a first attempt by a spec that quality assurance has not approved, signed by a bench of an
     authority if one is given."""
-    reason = {"reason": "nobody of quality assurance signed it"}
+    reason = {"reason": "quality assurance has not signed it"}
     given = {"attempt": 1, "replaces": None, "approval": reason, "head": stated_head()} | more
     if ca is None:
         return given

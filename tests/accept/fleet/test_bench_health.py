@@ -132,6 +132,18 @@ def test_a_missed_golden_unit_never_teaches_its_error(alone):
     assert read_as(alone, 340.0) == 3
 
 
+def test_a_unit_that_is_made_golden_after_the_stop_is_not_judged(alone):
+    """Else a rejected unit is named a golden one, and judged on a bench that measures wrongly."""
+    add(alone, [judgement("X-01", GOOD | {"stroke_um": 265.5})])
+    assert read_as(alone, 340.0) == 3
+    golden.name_golden(alone, "X-01", "rejected", "Ann")
+    assert read_as(alone, 340.0) == 3  # the stop is stated once more
+    with pytest.raises(BenchStopped):
+        golden.check_may_judge(alone, "X-01")
+    golden.name_golden(alone, "GOLD", "accepted", "Ann", "again")
+    golden.check_may_judge(alone, "GOLD")
+
+
 def test_each_bench_of_a_store_is_stopped_for_itself(alone, tmp_path, monkeypatch):
     """Two homes on one store, in both orders."""
     url = f"sqlite:///{home() / 'store.sqlite'}"

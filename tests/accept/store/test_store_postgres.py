@@ -138,6 +138,37 @@ def test_a_chain_that_two_benches_sealed_is_not_believed_by_either_when_it_was_e
             open_store(url)
 
 
+def test_an_end_that_was_cut_off_is_found_by_the_seal_and_without_it_said_to_be_open(
+    url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By an administrator of the database, who puts the row of the head back too."""
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "bench"))
+    with open_store(url) as store:
+        third = store.append_many([NewEvent("a", str(i), {"i": i}) for i in range(5)], who="Ada")[2]
+    with open_store(url):
+        pass  # it seals the five
+    assert capsys.readouterr().err == ""
+    execute(
+        url,
+        "DROP TRIGGER events_append_only ON events",
+        "DELETE FROM events WHERE seq > 3",
+        f"UPDATE head SET seq = 3, hash = '{third.hash}'",
+    )
+    with pytest.raises(StoreError, match="is missing"):
+        open_store(url)
+    (seal,) = (tmp_path / "bench").glob("store-*.seal")
+    seal.unlink()
+    with open_store(url, check=False) as store:
+        unbroken, lines = check_lines(store)
+        assert unbroken
+        assert any("no seal" in line for line in lines)
+        assert check_lines(store, StoreHead(5, "ab" * 32))[0] is False  # an exported head shows it
+    with open_store(url):
+        assert "no seal" in capsys.readouterr().err
+    with open_store(url) as store:
+        assert not any("no seal" in line for line in check_lines(store)[1])
+
+
 def named(serial: str, part: str) -> NewEvent:
     return NewEvent("unit_judged", serial, {"result": {"verdict": "accepted", "parts": {"apa": part}}})
 

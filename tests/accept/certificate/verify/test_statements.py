@@ -385,3 +385,16 @@ def test_the_store_is_asked_by_default() -> None:
     from accept.commands.trust.verify import check_store as asked
 
     assert asked is check_store
+
+
+def test_a_store_that_is_not_that_of_its_bench_knows_nothing_of_later_attempts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At a desk with a store of its own: the unit may have been rejected since, at its bench."""
+    first = certified(tmp_path, "A-1").rename(tmp_path / "first.pdf")
+    certified(tmp_path, "A-1", stroke=265.5)
+    ca, desk = keys.folder(home()) / "ca.pem", tmp_path / "desk"
+    monkeypatch.setenv("ACCEPT_HOME", str(desk))
+    certified(tmp_path, "Z-9", serial="Z-9", stroke=361)
+    done = verified(first, "--trust", ca, "--require", "current")
+    assert (done.exit_code, "neither a store nor a list" in done.stdout) == (3, True), done.output
