@@ -144,7 +144,8 @@ def last_resolved(store: Store) -> int:
 def stopped_by(store: Store) -> Event | None:
     """Return the event that stopped this bench and was not resolved since; None otherwise. Only a signed decision lifts
     a stop, not a later check that passes."""
-    return (_stops(store) or [None])[-1]
+    stops = _stops(store)
+    return stops[-1] if stops else None
 
 
 def _stops(store: Store) -> list[Event]:
