@@ -15,6 +15,7 @@ from specs.strict import Finite, Positive, Strict, Words, file_bytes, parse_as, 
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,40}$")]
 OFFLINE = "offline"  # no wire to it: it stands in the file for its calibration
+SIMULATED = "simulated"  # the recorder that plays the simulated unit
 
 
 class LineEntry(Strict):
@@ -78,6 +79,54 @@ class InstrumentEntry(Strict):
     accuracy: StatedU | None = None
     calibration: CalibrationEntry | None = None
     reference: ReferenceEntry | None = None
+
+
+class RecorderChannel(Strict):
+    """One input of a recorder. physical: its name there, as `Dev1/ai0`, or `2`, the second input of an audio interface;
+    `drive`: what is played, if one clock plays and records. gain: the channel is the voltage there (of an audio
+    interface the part of full scale) times `gain`, in `unit`. range: end of the converter's range, in the same number.
+    iepe_mA: current that feeds the sensor. integrations: 2 for an accelerometer whose channel is a displacement or an
+    angle. calibration: of the sensor at this input."""
+
+    physical: Words
+    gain: Finite = 1.0
+    unit: Words
+    range: Positive | None = None
+    iepe_mA: Positive | None = None
+    integrations: Annotated[int, Field(ge=0, le=2)] = 0
+    calibration: CalibrationEntry | None = None
+
+    @model_validator(mode="after")
+    def _a_gain(self) -> "RecorderChannel":
+        if self.gain == 0.0:
+            raise ValueError("gain = 0, expected the factor from the converter's number to the channel")
+        return self
+
+
+class DriveOutput(Strict):
+    """The output that plays the drive. gain: voltage at the amplifier's input for 1 at the output, which is a volt, or
+    full scale of an audio interface. range: end of the output's range, in the same number."""
+
+    physical: Words
+    gain: Positive = 1.0
+    range: Positive | None = None
+
+
+class RecorderEntry(Strict):
+    """One recorder: inputs, and mostly an output, on one clock. driver: which back end; measures: the checks whose
+    records it takes. channels: name in the records -> input; drive: its output, None without one. rate_Hz: at which it
+    runs, if it cannot run at the rate of the step. response_s: length of a frequency response's record."""
+
+    driver: Words
+    measures: list[Words]
+    model: Words | None = None
+    serial: Words | None = None
+    settings: dict[str, Any] = Field(default_factory=dict)
+    channels: Annotated[dict[Words, RecorderChannel], Field(min_length=1)]
+    drive: DriveOutput | None = None
+    rate_Hz: Positive | None = None
+    response_s: Annotated[float, Field(ge=2.0, le=600.0)] = 100.0
+    calibration: CalibrationEntry | None = None
 
 
 TIME = "t"
@@ -170,13 +219,27 @@ class RigEntry(Strict):
 
 
 class BenchDocument(Strict):
-    """The TOML document. stage: file in which a simulated bench is told what the technician would do by hand. rig: what
-    records responses and strokes."""
+    """The TOML document. stage: file in which a simulated bench is told what the technician would do by hand. rig: how
+    the real-time rig writes its records. recorders: what this program records with."""
 
     name: Words
     stage: Words | None = None
     rig: RigEntry | None = None
-    instruments: dict[Name, InstrumentEntry] = Field(min_length=1)
+    instruments: dict[Name, InstrumentEntry] = Field(default_factory=dict)
+    recorders: dict[Name, RecorderEntry] = Field(default_factory=dict)
+
+    @property
+    def equipment(self) -> dict[str, InstrumentEntry | RecorderEntry]:
+        """Return instruments and recorders by name: whatever measures, and has a calibration."""
+        return {**self.instruments, **self.recorders}
+
+    @model_validator(mode="after")
+    def _names_once(self) -> "BenchDocument":
+        if not self.equipment:
+            raise ValueError("has neither [instruments.NAME] nor [recorders.NAME]: nothing could be measured")
+        if both := sorted(self.instruments.keys() & self.recorders.keys()):
+            raise ValueError(f"{', '.join(both)}: the name of an instrument and of a recorder")
+        return self
 
     @model_validator(mode="after")
     def _no_port_twice(self) -> "BenchDocument":

@@ -14,6 +14,8 @@ from pkgutil import walk_packages
 from typing import Any
 
 CHECKS, EFFECTS, INSTRUMENTS = "accept.checks", "accept.effects", "accept.instruments"
+RECORDERS, PRODUCTS = "accept.recorders", "accept.products"
+GROUPS = (CHECKS, EFFECTS, INSTRUMENTS, RECORDERS, PRODUCTS)
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ def listed(package: str) -> list[str]:
 def packaged() -> list[tuple[str, bytes]]:
     """Return path and content of every file of the packages that bring plug-ins, but for what was compiled from
     them."""
-    entries = [e for group in (CHECKS, EFFECTS, INSTRUMENTS) for e in _entries(group)]
+    entries = [e for group in GROUPS for e in _entries(group)]
     packages = {e.dist.name: e.dist for e in entries if e.dist}
     files = [p for _, package in sorted(packages.items()) for p in package.files or () if p.suffix != ".pyc"]
     return [(str(p), Path(str(p.locate())).read_bytes()) for p in files if Path(str(p.locate())).is_file()]

@@ -35,6 +35,9 @@ class OperatorActions(Protocol):
     def voltage(self, V: float) -> None: ...
     def weigh(self) -> str: ...
     def load(self, circuit: str) -> None: ...
+    def stand_by(self, words: str) -> None: ...
+    def connect(self, stacks: str) -> None: ...
+    def hammer(self, place: str, called: str) -> None: ...
 
 
 class Person:
@@ -62,6 +65,18 @@ class Person:
 
     def load(self, circuit: str) -> None:
         self._ask(f"{NAMES[circuit]}; leave the mass off, then Enter, and put it on when you are told: ")
+
+    def stand_by(self, words: str) -> None:
+        """Ask for Enter before something is driven."""
+        self._ask(f"{words}, then Enter: ")
+
+    def connect(self, stacks: str) -> None:
+        self._ask(f"Connect the amplifier to {NAMES[stacks]} and zero the gauge; Enter starts the drive: ")
+
+    def hammer(self, place: str, called: str) -> None:
+        """Ask for Enter before the hits of one record. place: its name; called: in words."""
+        del place
+        self._ask(f"{called}: take the hammer, Enter, then hit; each hit is judged at once: ")
 
 
 class Player(Person):
@@ -117,6 +132,15 @@ class Staged:
 
     def load(self, _: str) -> None:
         raise SettingsError(NO_MASS)
+
+    def stand_by(self, _: str) -> None:
+        """Do nothing: the simulated unit is always connected."""
+
+    def connect(self, stacks: str) -> None:
+        self._set(stacks=stacks)
+
+    def hammer(self, place: str, _: str) -> None:
+        self._set(hit=place)
 
     def _set(self, **what: object) -> None:
         self._file.write(replace(self._file.read(), **what))  # type: ignore[arg-type]

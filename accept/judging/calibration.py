@@ -46,7 +46,7 @@ def statement(
             **_asked_reference(asked, (references or {}).get(name, ())),
         }
         for check, asked in checks.items()
-        for name, entry in bench.instruments.items()
+        for name, entry in bench.equipment.items()
         if check in entry.measures
     ]
     return {"bench": bench.name, "sha256": bench.sha256, "on": on.isoformat(), "instruments": rows}

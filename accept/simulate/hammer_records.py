@@ -28,20 +28,28 @@ class ShellMode:
 
 @dataclass(frozen=True)
 class DoubleHits:
-    """Hits that bounce: the share of the first peak that the second has, and how much later it comes [s]."""
+    """Hits that bounce: the share of the first peak that the second has, and how much later it comes [s]. hits: which,
+    counted from 0; None: all but the middle one."""
 
     share: float = 0.45
     late_s: float = 0.012
+    hits: tuple[int, ...] | None = None
+
+    def bounces(self, k: int, count: int) -> bool:
+        return k != count // 2 if self.hits is None else k in self.hits
 
 
 def hammer_record(
-    modes: Sequence[ShellMode], rng: np.random.Generator, double: DoubleHits | None = None
+    modes: Sequence[ShellMode],
+    rng: np.random.Generator,
+    double: DoubleHits | None = None,
+    duration_s: float = DURATION_S,
+    fs: float = FS,
 ) -> tuple[Array, Array]:
-    """Return force (N,) [N] and rotation (N,) [rad] at 5120 Hz over 24 s, a hit every 2 s; double: all but one
-    bounce."""
-    force = _hits(rng, double)
-    size = fft.next_fast_len(force.size + round(4 * FS), real=True)
-    f = fft.rfftfreq(size, 1.0 / FS)
+    """Return force (N,) [N] and rotation (N,) [rad] at fs [Hz], a hit every 2 s; double: which bounce."""
+    force = _hits(rng, double, duration_s, fs)
+    size = fft.next_fast_len(force.size + round(4 * fs), real=True)
+    f = fft.rfftfreq(size, 1.0 / fs)
     H = np.zeros(f.size, dtype=complex)
     for m in modes:
         x = 1j * f / m.f_Hz
@@ -53,23 +61,23 @@ def hammer_record(
     return np.round(force / FORCE_STEP_N) * FORCE_STEP_N, np.round(angle / (span * LSB_OF_RANGE)) * span * LSB_OF_RANGE
 
 
-def _hits(rng: np.random.Generator, double: DoubleHits | None) -> Array:
+def _hits(rng: np.random.Generator, double: DoubleHits | None, duration_s: float, fs: float) -> Array:
     """Return (N,) half sines, seen through the analyser's filter: band-limited."""
-    n = round(DURATION_S * FS)
+    n = round(duration_s * fs)
     fine = np.zeros(n * FINE)
-    count = int((DURATION_S - FIRST_S) / EVERY_S)
+    count = int((duration_s - FIRST_S) / EVERY_S)
     forces, jitter = rng.uniform(*FORCE_N, count), rng.uniform(0.0, 5e-3, count)
     for k in range(count):
         at = FIRST_S + k * EVERY_S + jitter[k]
-        _add_hit(fine, at, forces[k])
-        if double is not None and k != count // 2:
-            _add_hit(fine, at + double.late_s, double.share * forces[k])
+        _add_hit(fine, at, forces[k], fs)
+        if double is not None and double.bounces(k, count):
+            _add_hit(fine, at + double.late_s, double.share * forces[k], fs)
     spectrum = fft.rfft(fine)[: n // 2 + 1] / FINE
-    spectrum *= 1.0 / np.sqrt(1.0 + (fft.rfftfreq(n, 1.0 / FS) / (0.4 * FS)) ** 16)
+    spectrum *= 1.0 / np.sqrt(1.0 + (fft.rfftfreq(n, 1.0 / fs) / (0.4 * fs)) ** 16)
     return np.asarray(fft.irfft(spectrum, n))
 
 
-def _add_hit(fine: Array, at: float, force_N: float) -> None:
-    width = round(WIDTH_S * FS * FINE)
-    start = round(at * FS * FINE)
+def _add_hit(fine: Array, at: float, force_N: float, fs: float) -> None:
+    width = round(WIDTH_S * fs * FINE)
+    start = round(at * fs * FINE)
     fine[start : start + width] += force_N * np.sin(np.pi * (np.arange(width) + 0.5) / width)

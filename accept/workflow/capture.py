@@ -11,6 +11,7 @@ from accept.base.home import home
 from accept.capture.operator_actions import OperatorActions
 from accept.capture.reading_loop import Journal, ReadingLoop, Say
 from accept.capture.recipes import RECIPES
+from accept.capture.recorded import RECORDED, Recording
 from accept.capture.setup import CaptureResult, CaptureSetup
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
 from accept.store import Store
@@ -18,7 +19,7 @@ from accept.store.payloads import ReadingFailed
 from accept.units import toml_edit, unit_folder
 from accept.units.unit_entry import UnitSection
 from accept.workflow.entry.parse_entry import EntryError
-from accept.workflow.instruments.hardware import BenchInstrument
+from accept.workflow.instruments.hardware import BenchInstrument, BenchRecorder
 from accept.workflow.session import Session
 from checks.declare import CsvTable, Series
 from hw.errors import InstrumentError
@@ -29,7 +30,7 @@ MOST_LINES = 12_000  # in an event: a stroke, the longest run that is not follow
 def capture(
     session: Session,
     step: str,
-    instrument: BenchInstrument,
+    instrument: BenchInstrument | BenchRecorder,
     actions: OperatorActions,
     say: Say,
     *,
@@ -43,8 +44,11 @@ def capture(
     journal_in: folder of the journal, by default the attempt's. known: values that need not be asked for. A run that
     fails stores why, and leaves its journal. Raises InstrumentError, EntryError, RecordError, StoreError, OSError.
     """
-    if step not in RECIPES or step not in {one.name for one in session.steps}:
+    recipes = RECORDED if isinstance(instrument, BenchRecorder) else RECIPES
+    if step not in recipes or step not in {one.name for one in session.steps}:
         raise EntryError(f"spec {session.spec.name} asks for no '{step}' that an instrument measures here")
+    if isinstance(instrument, BenchRecorder):
+        return _record(session, step, instrument, actions, say, stopped or threading.Event())
     given = {name: one.value for name, one in _typed(session, step).items()} | dict(known or {})
     driver = instrument.driver
     with Journal(journal_in or session.folder, step) as journal:
@@ -64,6 +68,27 @@ def capture(
     return captured
 
 
+def _record(
+    session: Session,
+    step: str,
+    instrument: BenchRecorder,
+    actions: OperatorActions,
+    say: Say,
+    stopped: threading.Event,
+) -> CaptureResult:
+    """Take the records of a step with a recorder and store them. Raises as `capture`, ExcitationError."""
+    recording = Recording(instrument.recorder, actions, say, session.step(step).asked, stopped.is_set)
+    try:
+        with instrument.mutex:
+            instrument.recorder.connect()
+            captured = RECORDED[step](recording)
+    except InstrumentError as e:
+        session.append(ReadingFailed(step, "", str(e), instrument.name, instrument.evidence()))
+        raise
+    _store(session, step, instrument.name, captured, {**instrument.evidence(), "notes": list(captured.notes)})
+    return captured
+
+
 def _typed(session: Session, step: str) -> dict[str, Any]:
     """Return the values that the step has already, by input."""
     state = session.state(step)
@@ -73,7 +98,7 @@ def _typed(session: Session, step: str) -> dict[str, Any]:
 
 def _store(session: Session, step: str, source: str, captured: CaptureResult, kept: Mapping[str, Any]) -> None:
     inputs = session.step(step).check.inputs
-    brief = {key: kept[key] for key in ("instrument", "journal")}
+    brief = {key: kept[key] for key in ("instrument", "journal") if key in kept}
     evidence = iter([kept])
     for name, measured in captured.typed.items():
         session.take(step, inputs[name], measured, text=f"{measured.value:.9g}")
@@ -104,7 +129,7 @@ def _evidence(instrument: BenchInstrument, journal: Journal, notes: tuple[str, .
 def measure_folder(
     folder: Path,
     step: str,
-    instrument: BenchInstrument,
+    instrument: BenchInstrument | BenchRecorder,
     actions: OperatorActions,
     store: Store,
     operator: str,
@@ -124,7 +149,7 @@ def measure_folder(
         )
     finally:
         session.close()
-        instrument.driver.close()
+        instrument.close()
     for file in captured.files.values():
         write_atomic(folder / file.name, file.content)
     toml_edit.enter(folder, step, captured.to_toml())

@@ -16,6 +16,7 @@ from checks.signals.impact.hammer import HammerTest, ImpactFrf, analyse
 from checks.signals.impact.impact_response import fates
 from checks.signals.impact.impacts import ImpactRules, tally
 from checks.signals.impact.modal_fit import Mode, amplitude_at, find_modes
+from checks.signals.impact.progress import HitsSoFar, hits_so_far
 from specs.spec import CheckSpec
 
 RECORDS = ("x_bending", "y_bending", "torsion_left", "torsion_top")
@@ -69,6 +70,14 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         values, tested, {k: f.modes for k, f in found.items() if isinstance(f, HammerResponse)}, rules.band_Hz
     )
     return Outcome(tuple(quantities), (*_notes(values, tested, found, chosen), *remarks(values, spec)), panels)
+
+
+def progress(record: Record, spec: CheckSpec, wanted: int = IMPACTS_MIN) -> HitsSoFar:
+    """Return the hits of a record that is still running, judged by the same rules. wanted: good hits, at least as many
+    as the spec needs."""
+    rules = _rules(spec)
+    needed, band = max(wanted, rules.impacts_min), _band(record, rules)
+    return hits_so_far(record["Track1"], record["Track2"], record.fs, rules.impacts, needed, band)
 
 
 def _rules(spec: CheckSpec) -> SpuriousModesSettings:

@@ -33,12 +33,13 @@ class BenchSetup:
 @dataclass(frozen=True)
 class Stage:
     """The technician's setup: probe on which point (from 1), leads on "sensor" or "actuator", voltage [V] on
-    "one_stack" or "two_stacks". None: not connected."""
+    "one_stack" or "two_stacks", the hammer at which record's place. None: not connected, no hammer."""
 
     probe: int | None = None
     leads: str | None = None
     stacks: str | None = None
     V: float = START_V
+    hit: str | None = None
 
 
 class StageFile:

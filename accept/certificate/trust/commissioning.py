@@ -62,7 +62,8 @@ def bench_statement(
 def commissioned(bench: BenchFile, home: Path) -> dict[str, str]:
     """Return instrument on a wire -> statement on its commissioning: by whom and when, or why it is unproven."""
     wired = {name: entry for name, entry in bench.instruments.items() if entry.driver not in WITHOUT_WIRE}
-    return {name: _words(place(bench, name), entry, home) for name, entry in wired.items()}
+    recorders = dict.fromkeys(bench.recorders, "unproven: a recorder, which no commissioning covers yet")
+    return {name: _words(place(bench, name), entry, home) for name, entry in wired.items()} | recorders
 
 
 def _words(path: Path, entry: InstrumentEntry, home: Path) -> str:

@@ -18,16 +18,17 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.capture.operator_actions import OperatorActions, Person, Player, Staged
 from accept.capture.recipes import RECIPES
+from accept.capture.recorded import RECORDED
 from accept.capture.watch_folder import STABLE_S, Watched, declared_file, pick_up
 from accept.store import open_store
 from accept.units import toml_edit
 from accept.units.unit_folder import UNIT_FILE
 from accept.workflow.capture import measure_folder
-from accept.workflow.instruments.hardware import BenchInstrument
+from accept.workflow.instruments.hardware import BenchInstrument, BenchRecorder, open_bench_recorder
 from checks.errors import RecordError
 from hw.errors import InstrumentError, SettingsError
 from hw.instruments import Reading, open_instrument
-from specs.bench import NO_CHANNELS, OFFLINE, BenchFile, InstrumentEntry, RecordPattern, load_bench
+from specs.bench import NO_CHANNELS, OFFLINE, BenchFile, InstrumentEntry, RecorderEntry, RecordPattern, load_bench
 from specs.strict import SpecError
 
 BENCH_FILE = "bench.toml"
@@ -64,26 +65,33 @@ def show_list(bench: Bench = None) -> Exit:
             name, entry.driver, ", ".join(entry.measures), entry.model or "-", entry.serial or "-", _port(entry),
             _calibrated(entry),
         )  # fmt: skip
+    for name, recorder in file.recorders.items():
+        table.add_row(
+            name, recorder.driver, ", ".join(recorder.measures), recorder.model or "-", recorder.serial or "-",
+            f"{len(recorder.channels)} channels", _calibrated(recorder),
+        )  # fmt: skip
     stdout.print(table)
     ports = [f"{port.device} ({port.description})" for port in comports()]
     say(f"serial ports: {', '.join(ports) or 'none'}")
-    problems = [problem for name, entry in file.instruments.items() if (problem := entry_problem(name, entry))]
+    problems = [problem for name, entry in file.equipment.items() if (problem := entry_problem(name, entry))]
     for words in problems:
         say(f"accept: {file.path}: {words}")
     return Exit.BAD_INPUT if problems else Exit.ACCEPTED
 
 
-def entry_problem(name: str, entry: InstrumentEntry) -> str:
+def entry_problem(name: str, entry: InstrumentEntry | RecorderEntry) -> str:
     """Return why no driver takes an entry of the bench file, "" if one does; nothing is opened."""
     try:
-        if entry.driver != OFFLINE:
+        if isinstance(entry, RecorderEntry):
+            open_bench_recorder(name, entry).close()
+        elif entry.driver != OFFLINE:
             open_instrument(name, entry, ask_at_terminal).close()
     except SettingsError as e:
         return str(e)
     return ""
 
 
-def _calibrated(entry: InstrumentEntry) -> str:
+def _calibrated(entry: InstrumentEntry | RecorderEntry) -> str:
     """Return the last day of the calibration, marked if it is past or within a month."""
     if entry.calibration is None:
         return "unknown"
@@ -112,13 +120,13 @@ def ask(
 ) -> Exit:
     """Ask every instrument for one reading. Exit 5 if one does not answer as it should, 6 for a fault of the file."""
     file = load_bench(bench_path(bench))
-    unknown = [name for name in names or () if name not in file.instruments]
+    unknown = [name for name in names or () if name not in file.equipment]
     if unknown:
-        say(f"accept: {file.path} has no instrument {', '.join(unknown)} (it has: {', '.join(file.instruments)})")
+        say(f"accept: {file.path} has no instrument {', '.join(unknown)} (it has: {', '.join(file.equipment)})")
         return Exit.BAD_INPUT
     chosen = {
         name: entry
-        for name, entry in file.instruments.items()
+        for name, entry in file.equipment.items()
         if (not names or name in names) and entry.driver not in (OFFLINE, "manual")
     }
     problems = [problem for name, entry in chosen.items() if (problem := entry_problem(name, entry))]
@@ -139,11 +147,16 @@ def ask(
     return Exit.INSTRUMENT if failed else Exit.ACCEPTED
 
 
-def _tried(name: str, entry: InstrumentEntry) -> tuple[tuple[str, str, str, str], str | None]:
+def _tried(name: str, entry: InstrumentEntry | RecorderEntry) -> tuple[tuple[str, str, str, str], str | None]:
     """Return the cells of the table, and the reason if it failed."""
     connect_s = reading_s = "-"
     said = answered = "no"
     try:
+        if isinstance(entry, RecorderEntry):
+            with closing(open_bench_recorder(name, entry)) as recorder:
+                identity, connect_s = _timed(recorder.connect)
+            said = " ".join(word for word in (identity.model, identity.serial) if word)
+            return (said, "(a recorder)", connect_s, "-"), None
         with closing(open_instrument(name, entry, ask_at_terminal)) as instrument:
             identity, connect_s = _timed(instrument.connect)
             said = (
@@ -169,7 +182,7 @@ def _shown(reading: Reading) -> str:
 @clear_errors
 def measure(
     unit: Annotated[Path, typer.Argument(help="Unit folder.")],
-    section: Annotated[str, typer.Argument(help="flatness, capacitance, stroke or stiffness.")],
+    section: Annotated[str, typer.Argument(help="As in unit.toml: flatness, capacitance, stroke, stiffness, frf...")],
     bench: Bench = None,
     begin: Annotated[str | None, typer.Option(help="Serial of a new APA: makes its folder.")] = None,
     dwell: Annotated[
@@ -178,13 +191,13 @@ def measure(
     operator: Measurer = None,
 ) -> Exit:
     """Measure a section of a unit with its instrument."""
-    if section not in RECIPES:
-        say(f"accept: '{section}' is not measured by an instrument here (known: {', '.join(RECIPES)})")
+    known = list(dict.fromkeys([*RECIPES, *RECORDED]))
+    if section not in known:
+        say(f"accept: '{section}' is not measured by an instrument here (known: {', '.join(known)})")
         return Exit.BAD_INPUT
     file = load_bench(bench_path(bench))
     try:
-        name, entry = _serving(file, section)
-        driver = open_instrument(name, entry, ask_at_terminal)
+        instrument = _serving(file, section)
     except SettingsError as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
@@ -193,7 +206,6 @@ def measure(
     actions = _actions(file, dwell)
     try:
         with open_store() as store:
-            instrument = BenchInstrument(name, driver, entry)
             captured = measure_folder(unit, section, instrument, actions, store, operator_name(operator), say)
     except InstrumentError as e:
         say(f"accept: {e}")
@@ -204,12 +216,19 @@ def measure(
     return Exit.ACCEPTED
 
 
-def _serving(bench: BenchFile, section: str) -> tuple[str, InstrumentEntry]:
-    found = [(n, e) for n, e in bench.instruments.items() if section in e.measures and e.driver != OFFLINE]
-    if len(found) != 1:
-        names = ", ".join(n for n, _ in found) or "none"
+def _serving(bench: BenchFile, section: str) -> BenchInstrument | BenchRecorder:
+    """Return the one recorder or instrument that measures a section. Raises SettingsError."""
+    recorders = [n for n, e in bench.recorders.items() if section in e.measures]
+    found = [n for n, e in bench.instruments.items() if section in e.measures and e.driver != OFFLINE]
+    chosen = recorders or (found if section in RECIPES else [])
+    if len(chosen) != 1:
+        names = ", ".join(recorders + found) or "none"
         raise SettingsError(f"{bench.path}: instruments that measure {section}: {names}; expected one")
-    return found[0]
+    (name,) = chosen
+    if recorders:
+        return BenchRecorder(name, open_bench_recorder(name, bench.recorders[name]))
+    entry = bench.instruments[name]
+    return BenchInstrument(name, open_instrument(name, entry, ask_at_terminal), entry)
 
 
 def _actions(bench: BenchFile, dwell_s: float | None) -> OperatorActions:

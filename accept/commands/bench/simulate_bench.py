@@ -1,23 +1,30 @@
 """`accept simulate bench`."""
 
+import json
 import signal
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from types import FrameType
 from typing import Annotated
 
+import tomlkit
 import typer
 
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.simulate.bench_truth import world_of
-from accept.simulate.unit_request import UnitRequestError
+from accept.simulate.recorder import INPUTS, MODEL, SERIAL
+from accept.simulate.unit import TRUTH_FILE
+from accept.simulate.unit_request import SHORT_S, UnitRequestError
+from accept.units import unit_folder as units
 from hw.simulated import FaultKind, LineFault, Server, SimulatedBench
 from hw.simulated.server import swap
+from specs.bench import SIMULATED
 
 BYTE_S = 0.0002  # about 38400 baud
 NAMES = ("gauge", "lcr", "probe")
@@ -65,6 +72,9 @@ def run(
     out: Annotated[Path | None, typer.Option(help="Folder for ports and bench.toml; else a temporary one.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
     seconds: Annotated[float | None, typer.Option(min=0.0, help="End by itself after so long [s].")] = None,
+    recorder: Annotated[
+        bool, typer.Option("--recorder", help="Also a recorder, which plays a simulated unit of the same kind.")
+    ] = False,
     fault: Annotated[
         list[str] | None, typer.Option(help="As gauge:menu_open, lcr:half_line:3 (replies later), gauge:swapped:probe.")
     ] = None,
@@ -81,6 +91,9 @@ def run(
         tempfile.TemporaryDirectory(prefix="accept-bench-") as temporary,
         SimulatedBench(world, out or Path(temporary), seed=seed, byte_s=BYTE_S) as bench,
     ):
+        if recorder:
+            with bench.bench_file.open("a", encoding="utf-8") as file:
+                file.write(recorder_entry(unit, bench.stage.path, seed))
         for each in struck:
             each.strike(bench.servers)
         for name, server in bench.servers.items():
@@ -89,6 +102,27 @@ def run(
         say(f"simulated bench of {world.serial}: accept hw test --bench {bench.bench_file}; stop with Ctrl-C")
         stop.wait(seconds)
     return Exit.ACCEPTED
+
+
+def recorder_entry(unit: Path, stage: Path, seed: int, pace: float = 1.0) -> str:
+    """Return the simulated recorder's part of a bench file. The unit that it plays is of the same kind, and of the seed
+    that its truth names, if that is at hand."""
+    kind, truth = units.read(unit).kind, unit / TRUTH_FILE
+    if truth.exists():
+        seed = int(json.loads(truth.read_text(encoding="utf-8"))["seed"])
+    settings = {"kind": kind, "seed": seed, "stage": str(stage), "pace": pace, "bouncing": [2]}
+    entry = {
+        "driver": SIMULATED,
+        "measures": ["frf", "hysteresis"] + (["stroke", "spurious_modes"] if kind == "apa" else []),
+        "model": MODEL,
+        "serial": SERIAL,
+        "response_s": SHORT_S,
+        "settings": settings,
+        "calibration": {"certificate": "SIM-5", "due": date(2099, 12, 31)},
+        "drive": {"physical": "out"},
+        "channels": {name: {"physical": name, "unit": unit} for name, unit in INPUTS.items()},
+    }
+    return "\n" + tomlkit.dumps({"recorders": {"recorder": entry}})
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from typing import Any
 
 from accept.capture.operator_actions import Staged
 from accept.capture.recipes import GROUPS, POINTS_MM, RECIPES
+from accept.capture.recorded import RECORDED
 from accept.workflow.instruments.port import InstrumentPort, NoInstruments
 from checks.acceptance import CHECKS
 from checks.declare import Check, Series
@@ -16,7 +17,8 @@ from hw.errors import SettingsError
 from hw.instruments import Instrument as Driver
 from hw.instruments import open_instrument
 from hw.link import Traffic
-from specs.bench import OFFLINE, BenchFile, InstrumentEntry
+from hw.recorders import RECORDERS, Recorder, open_recorder
+from specs.bench import OFFLINE, SIMULATED, BenchFile, InstrumentEntry, RecorderEntry
 
 BY_HAND = (OFFLINE, "manual")  # what a person reads is typed into its field anyway
 MOST_TRAFFIC = 400  # entries beside one reading: some ten looks; what was only looked at for longer counts no more
@@ -49,14 +51,11 @@ class BenchInstrument:
         """Return model, serial number, calibration, and at most `most` entries of the traffic since the last call."""
         with self.mutex:
             traffic = [] if self.driver.link is None else self.driver.link.take_transcript()
-        calibration = self.entry.calibration
         return {
             "instrument": self.key,
             "model": self.entry.model,
             "serial": self.entry.serial,
-            "calibration": None
-            if calibration is None
-            else {"certificate": calibration.certificate, "due": calibration.due.isoformat()},
+            "calibration": _calibration(self.entry),
             "settings": dict(self.driver.asked),
             "transcript": [t.to_json() for t in bounded(traffic, most)],
         }
@@ -64,12 +63,49 @@ class BenchInstrument:
     def uncertainty(self, value: float) -> float | None:
         return self.entry.accuracy.at(value) if self.entry.accuracy else None
 
+    def close(self) -> None:
+        self.driver.close()
+
+
+@dataclass(frozen=True)
+class BenchRecorder:
+    """A recorder; mutex: one record at a time. key: its name in the bench file."""
+
+    key: str
+    recorder: Recorder
+    mutex: threading.Lock = field(default_factory=threading.Lock)
+
+    @property
+    def name(self) -> str:
+        """Return the name with model and serial number, by which `accept recall` finds it."""
+        entry = self.recorder.entry
+        return " ".join(word for word in (self.key, entry.model, entry.serial) if word)
+
+    def evidence(self) -> Mapping[str, Any]:
+        """Return model, serial number, calibrations, and how the inputs were set."""
+        entry = self.recorder.entry
+        channels = {name: at.model_dump(mode="json", exclude_defaults=True) for name, at in entry.channels.items()}
+        return {
+            "instrument": self.key,
+            "model": entry.model,
+            "serial": entry.serial,
+            "calibration": _calibration(entry),
+            "settings": {**entry.settings, "channels": channels},
+            "transcript": [],
+        }
+
+    def close(self) -> None:
+        self.recorder.close()
+
 
 class BenchInstruments(NoInstruments):
     """Drivers by name; each opens its line when it is first read and stays open."""
 
     def __init__(self, bench: BenchFile) -> None:
         """Raise SettingsError for an entry that no driver can take."""
+        self._recorders = {
+            name: BenchRecorder(name, open_bench_recorder(name, entry)) for name, entry in bench.recorders.items()
+        }
         self._entries = {name: e for name, e in bench.instruments.items() if e.driver not in BY_HAND}
         self._drivers = {name: open_instrument(name, entry, _no_operator) for name, entry in self._entries.items()}
         self._mutexes = {name: threading.Lock() for name in self._entries}
@@ -86,8 +122,12 @@ class BenchInstruments(NoInstruments):
         set_up = partial(self._set_up, name, index)
         return BenchInstrument(found, self._drivers[found], self._entries[found], set_up, self._mutexes[found])
 
-    def recording(self, check: str) -> "BenchInstrument | None":
-        """Return the first instrument that measures a check as a whole, by a recipe."""
+    def recording(self, check: str) -> BenchInstrument | BenchRecorder | None:
+        """Return the recorder that takes the records of a check, else the first instrument that measures it as a whole,
+        by a recipe."""
+        recorder = next((r for r in self._recorders.values() if check in r.recorder.entry.measures), None)
+        if recorder is not None and check in RECORDED:
+            return recorder
         found = next((n for n, e in self._entries.items() if check in e.measures), None)
         if found is None or check not in RECIPES:
             return None
@@ -101,6 +141,8 @@ class BenchInstruments(NoInstruments):
     def close(self) -> None:
         for driver in self._drivers.values():
             driver.close()
+        for recorder in self._recorders.values():
+            recorder.close()
 
     def _set_up(self, name: str, index: int | None) -> None:
         """Set up a simulated bench as a technician would set up a real one: its stage holds where the probe stands."""
@@ -110,6 +152,25 @@ class BenchInstruments(NoInstruments):
             self._hands.probe(index + 1, *POINTS_MM[index])
         elif name in GROUPS:
             self._hands.leads(GROUPS[name])
+
+
+def open_bench_recorder(name: str, entry: RecorderEntry) -> Recorder:
+    """Return the recorder of an entry, real or simulated. Raises SettingsError, also for a check that no recorder
+    takes."""
+    if unknown := [check for check in entry.measures if check not in RECORDED]:
+        raise SettingsError(f"{name}: no recorder measures {', '.join(unknown)} (known: {', '.join(RECORDED)})")
+    if entry.driver == SIMULATED:
+        from accept.simulate.recorder import open_simulated  # the models load slowly: only when wanted
+
+        return open_simulated(name, entry)
+    if entry.driver not in RECORDERS:
+        raise SettingsError(f"{name}: unknown recorder {entry.driver!r} (known: {', '.join(RECORDERS)}, {SIMULATED})")
+    return open_recorder(name, entry)
+
+
+def _calibration(entry: InstrumentEntry | RecorderEntry) -> Mapping[str, str] | None:
+    stated = entry.calibration
+    return None if stated is None else {"certificate": stated.certificate, "due": stated.due.isoformat()}
 
 
 def bounded(traffic: Sequence[Traffic], most: int = MOST_TRAFFIC) -> list[Traffic]:

@@ -154,6 +154,17 @@ def sines(rig: Rig, f_Hz: float, amplitudes_V: Sequence[float], cycles: int = 3)
     return _play(rig, core, f"sines of {f_Hz:g} Hz, {cycles} periods each at {listed} V")
 
 
+def full_range(rig: Rig, f_Hz: float, cycles: int = 2) -> Excitation:
+    """Return slow cosines over the whole range of the stacks, from its lower end and back to it, for the stroke ([STB]
+    2.3). Raises ExcitationError."""
+    _positive(f_Hz=f_Hz, cycles=cycles)
+    _usable(rig, f_Hz)
+    lo, hi = (V / rig.gain for V in rig.stack_V)
+    n = _samples(rig, cycles / f_Hz)
+    core = 0.5 * (hi - lo) * (1.0 - np.cos(2 * np.pi * f_Hz * np.arange(n + 1) / rig.fs))
+    return _play(replace(rig, mean_V=lo), core, f"{cycles} cycles of {f_Hz:g} Hz from {rig.stack_V[0]:g} V")
+
+
 def multisine(
     rig: Rig,
     f_start_Hz: float,

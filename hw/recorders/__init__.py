@@ -1,0 +1,50 @@
+"""Recorders: each file of this folder with a `RECORDER`. Other packages bring theirs as `accept.recorders`."""
+
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any
+
+from hw.errors import SettingsError
+from hw.recorders.recorder import Converter, Recorder, RecorderDriver, settings_of
+from specs import plugins
+from specs.bench import RecorderEntry
+
+__all__ = [
+    "RECORDERS",
+    "Converter",
+    "Recorder",
+    "RecorderDriver",
+    "find_recorders",
+    "open_recorder",
+    "settings_of",
+]
+
+RECORDERS: dict[str, RecorderDriver] = {}  # by each of its names in a bench file
+
+
+def find_recorders() -> None:
+    """Put the back ends of this folder into `RECORDERS`, then those of other packages, which can add but never
+    replace."""
+    for module in iter_modules(__path__):
+        driver = getattr(import_module(f"{__name__}.{module.name}"), "RECORDER", None)
+        if driver is not None:
+            RECORDERS.update(dict.fromkeys(driver.names, driver))
+    for driver in plugins.plugins(plugins.RECORDERS, recorder_problem, RECORDERS).values():
+        RECORDERS.update({name: driver for name in driver.names if name not in RECORDERS})
+
+
+def recorder_problem(driver: Any) -> str:
+    """Return what is wrong with a recorder of another package, "" if it is valid."""
+    if not isinstance(driver, RecorderDriver):
+        return f"is a {type(driver).__name__}, expected a RecorderDriver"
+    return "" if driver.names and all(driver.names) else f"a recorder cannot be called {driver.names}"
+
+
+def open_recorder(name: str, entry: RecorderEntry) -> Recorder:
+    """Return the recorder of an entry; its device is opened by the first record. Raises SettingsError."""
+    if entry.driver not in RECORDERS:
+        raise SettingsError(f"{name}: unknown recorder {entry.driver!r} (known: {', '.join(RECORDERS)})")
+    return Recorder(name, entry, RECORDERS[entry.driver].open(name, entry))
+
+
+find_recorders()
