@@ -98,7 +98,8 @@ class Effect:
     changes (it is then found before any search, on its channel); `factor`, (values, s (F,)) -> (F,) by which its
     channels are multiplied. None of these: responses do not show it. slow: how it is seen in slow records. How the
     drive is simulated in time, if it is not a parameter of the model: bends, (values, amplitude [V]) -> what the drive
-    (N,) [V] becomes; path, values -> the filter that it passes first."""
+    (N,) [V] becomes; path, values -> the filter that it passes first. resembles: other causes whose responses are the
+    same, in words: a model file can hold such an effect, and no search names it."""
 
     name: str
     title: str
@@ -110,6 +111,7 @@ class Effect:
     below: str = ""
     sources: tuple[str, ...]
     experiment: Experiment
+    resembles: str = ""
     turns: tuple[str, ...] = ()
     factor: Callable[[Values, Complex], Complex] | None = None
     slow: SlowRecord = field(default_factory=SlowRecord)
@@ -144,7 +146,7 @@ class Effect:
 
     def fits(self, model: Model) -> bool:
         """Return whether a search of responses can look for it in this model."""
-        if not self.parameters:
+        if not self.parameters or self.resembles:
             return False
         return self.factor is not None or all(p.targets(model) for p in self.parameters)
 

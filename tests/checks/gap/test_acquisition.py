@@ -97,6 +97,6 @@ def test_two_close_modes_of_the_bench() -> None:
     more = np.column_stack([two if c != "Vs" else np.zeros_like(f) for c in given.A.channels])
     A, B = (replace(d, H=d.H + more) for d in (given.A, given.B))
     found = run(replace(given, A=A, B=B), lambda _: None)
-    assert {n.effect for n in found.named} <= {"bench_mode", "support_mode"}
+    assert {n.effect for n in found.named} <= {"bench_mode"}
     if found.named:
         assert max(found.gap_after.channels[c].G for c in ("de", "da")) < 1.5

@@ -37,10 +37,6 @@ HEAVY = (
     ("encoder_bracket_mode", {"f_Hz": 900.0, "damping_ratio": 0.02}),
     ("amplifier_second_order", {"f_Hz": 2500.0, "damping_ratio": 0.4}),
     ("charge_highpass", {"f_Hz": 20.0, "damping_ratio": 0.5}),
-    (
-        "support_mode",
-        {"f_Hz": 120.0, "ratio_Vs": -0.01, "ratio_de": 0.03, "ratio_da": 0.05, "damping_ratio": 0.015},
-    ),
 )
 
 

@@ -1,6 +1,10 @@
 """The payload's guide or the support of the strut gives way: a resonance that each channel sees in its own part
 ([EWINS00] 3.2: a support that is not rigid adds its own resonance; [STB] 3.2.3). The mode of the bench that de
-and da see alike, and Vs does not, is `bench_mode`."""
+and da see alike, and Vs does not, is `bench_mode`.
+
+With a residue of its own in each channel it is what any small oscillator beside the strut does: a mass on a spring that
+hangs on the head, a cable, a payload that tilts. Blind units with such a mass were called a support, and what was left
+a misalignment. So it is not searched for: what it explains is shown as a pole without a name."""
 
 from checks.gap.modelling.effect import Effect, Parameter, spread
 from checks.gap.modelling.experiment import Experiment
@@ -52,4 +56,5 @@ EFFECT = Effect(
     "to de and {ratio_da} to da, in parts of each one's static response.",
     sources=("[EWINS00] 3.2", "[STB] 3.2.3"),
     experiment=Experiment.TURN,
+    resembles="any small oscillator on the strut: a mass on a spring, a cable, a payload that tilts",
 )
