@@ -26,7 +26,7 @@ from accept.certificate.certify import sign_into
 from accept.certificate.contents.content import canonical
 from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.provenance import provenance
+from accept.certificate.trust.provenance import numbers_of, provenance
 from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
 from accept.judging.calibration import Statement
@@ -175,7 +175,11 @@ class Pipeline:
             if self.credential is None:
                 write_atomic(job.certificate, page)
             else:
-                sign_into(job.certificate, page, self.credential, store, result.serial, self.operator, result.spec)
+                number = str((job.provenance or {}).get("number", ""))
+                sign_into(
+                    job.certificate, page, self.credential, store, result.serial, self.operator, result.spec,
+                    number=number,
+                )  # fmt: skip
         return StoredJudgement(result, seq, tuple(self.weaken_others(unit.serial, result.copies)))
 
     def weaken_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -217,7 +221,8 @@ class Pipeline:
     def _provenance(self, spec: Spec, serial: str, before: UnitState | None) -> dict[str, Any]:
         if self._head is None:
             self._head = self.store.signed_head()
-        return provenance(spec, serial, before, self._head, self.home, self.credential)
+        taken = numbers_of(self.store.events(serial))
+        return provenance(spec, serial, before, self._head, self.home, self.credential, taken=taken)
 
     def _lacks_only_certificate(self, unit: UnitFolder, before: UnitState | None) -> bool:
         """Return whether the last judgement was made by the same person of the same inputs, spec and code, and has no

@@ -20,9 +20,10 @@ def sign_into(
     who: str,
     spec: str = "",
     disposition: Disposition | None = None,
+    number: str = "",
 ) -> Event:
     """Sign a document in the credential's role, write it to `path`, and store that it was signed, with the disposition
-    of a unit that was not accepted.
+    of a unit that was not accepted and the number of the certificate, if it has one.
 
     Raises SigningRefused, OSError, StoreError."""
     from accept.certificate.signature.signing import sign  # loads pyhanko: only when wanted
@@ -41,4 +42,5 @@ def sign_into(
         disposition=disposition,
         of=document,
         signer=signer,
+        number=number,
     )

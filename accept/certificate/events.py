@@ -24,6 +24,7 @@ def signed(
     spec: str = "",
     disposition: Disposition | None = None,
     signer: Signer | None = None,
+    number: str = "",
 ) -> Event:
     """Store that a certificate was signed in a role and written to `path`. of: the document before a countersignature.
     disposition: of a unit that was not accepted, which `signer` signs for the store too. Raises StoreError."""
@@ -36,6 +37,11 @@ def signed(
                 decision, signed=sign_decision(DISPOSITION, content_of(serial, decision, before), signer)
             )
     event = CertificateSigned(
-        str(path.resolve()), hashlib.sha256(content).hexdigest(), role, disposition=decision, before=before
+        str(path.resolve()),
+        hashlib.sha256(content).hexdigest(),
+        role,
+        disposition=decision,
+        before=before,
+        number=number,
     )
     return store.write(event, serial, who=who, spec=spec)

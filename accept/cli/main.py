@@ -39,6 +39,7 @@ COMMANDS: dict[str, Command | Group] = {
             "list": Command("units.spec:show_list", "List the specs that come with the program."),
             "show": Command("units.spec:show", "Show every limit of a spec with its rule and source."),
             "validate": Command("units.spec:validate", "Check specs."),
+            "check": Command("units.spec:check", "Check specs, and what their certificates state."),
             "checks": Command("units.spec:checks", "List every check that a spec may ask for."),
             "copy": Command("units.spec:copy", "Write a built-in spec as TOML, to change it."),
             "approve": Command("trust.approve_spec:run", "Approve a spec with the key of quality assurance."),

@@ -1,7 +1,7 @@
 """Attempts that quality assurance declared void: a wrong lead, a typing error, another unit on the bench.
 
 A void judgement stays in the store and in the history. It counts in no yield, chart or set, no certificate of it is
-valid, and it makes no earlier judgement valid again: the unit is judged anew.
+valid, and it makes no earlier judgement valid again: the unit is judged once more.
 """
 
 from dataclasses import dataclass, replace

@@ -115,6 +115,7 @@ class CertificateSigned(Payload, what="certificate_signed"):
     role: Annotated[str, "`technician` or `qa`"]
     disposition: Annotated[Decision | None, only_if(), "QA's decision about a unit that was not accepted"] = None
     before: Annotated[str | None, only_if(), "sha256 of the certificate that was countersigned"] = None
+    number: Annotated[str, only_if(bool), "of the certificate, by the scheme of `laboratory.toml`"] = ""
 
 
 @dataclass(frozen=True)

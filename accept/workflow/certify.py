@@ -12,7 +12,7 @@ from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import provenance
+from accept.certificate.trust.provenance import numbers_of, provenance
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, verify_file
 from accept.certificate.verify.verification import Verification
@@ -42,12 +42,14 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     number = session.attempt.number
     before = fold(session.before_attempt()).units.get(session.serial)
     stated = provenance(
-        session.spec, session.serial, before, session.store.signed_head(), session.home, credential, number
-    )
+        session.spec, session.serial, before, session.store.signed_head(), session.home, credential, number,
+        numbers_of(session.store.events(session.serial)),
+    )  # fmt: skip
     page = drawn(content_of(result, session.spec, session.folder, credential.person, provenance=stated))
     path = session.home / "certificates" / certificate_name(session.serial, number)
     _keep_older(path)
-    sign_into(path, page, credential, session.store, session.serial, credential.person, result.spec)
+    own = str(stated.get("number", ""))
+    sign_into(path, page, credential, session.store, session.serial, credential.person, result.spec, number=own)
     return _verified(session, path, credential)
 
 

@@ -196,8 +196,8 @@ CHECK = Check(
         ),
     ),
     quantities={
-        "flatness_um": "Flatness",
-        "flatness_pv_um": "Flatness, peak to valley",
+        "flatness_um": "Flatness, half of the zone",
+        "flatness_pv_um": "Flatness, whole zone (ISO 12781)",
         "flatness_ls_pv_um": "Flatness, about the least-squares plane",
         "interface_tilt_urad": "Tilt between the interfaces",
     },

@@ -1,5 +1,6 @@
 """The sentences that page and `accept verify` show beside the result, made from what the certificate states."""
 
+import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,22 +11,63 @@ from cryptography.x509.oid import NameOID
 from accept.certificate.contents.content import CertificateContent
 from accept.judging.folder_name import CONFIRMED, NAME
 from accept.models.evidence import hashes
+from accept.pictures.labels import label_of
+from checks.rounding import with_U
 
 NOT_STATED = "not stated"
+SIGNIFICANT = 1.0  # of both U together: the two results disagree ([ISO13528] 9.7, E_n)
 
 
 def statements(contents: CertificateContent) -> dict[str, str]:
     """Return name -> sentence, in the order in which page and `accept verify` show them."""
+    laboratory = contents.provenance.get("laboratory") or {}
     return {
+        "Laboratory": laboratory_words(laboratory),
+        "Number": str(contents.provenance.get("number") or ""),
+        "Customer": "" if (contents.result.get("origin") or {}).get("customer") else laboratory.get("customer", ""),
+        "Methods": methods_words(laboratory.get("methods") or {}),
+        "Sampling": laboratory.get("sampling", ""),
         "Spec": f"{contents.spec_name}, sha256 {contents.spec_sha256}{_approved(contents.provenance.get('approval'))}",
         "Models": _models(contents),
         "Attempt": _attempt(contents.provenance),
+        "Changed": changes_words(contents),
         "Calibration": _calibration(contents.result.get("calibration")),
         "Folder": _folder(contents.result.get("folder") or {}),
         "Copies": _copies(contents.result.get("copies") or []),
         "Store": _head(contents.provenance.get("head")),
         "Bench": _bench(contents.provenance),
     }
+
+
+def laboratory_words(stated: Mapping[str, str]) -> str:
+    """Return name, address, place of measuring and accreditation in one line ([ISO17025] 7.8.2.1 b, c)."""
+    site = f"measured at {stated['site']}" if "site" in stated else ""
+    parts = (stated.get("name", ""), stated.get("address", ""), site, stated.get("accreditation", ""))
+    return "; ".join(part for part in parts if part)
+
+
+def methods_words(methods: Mapping[str, str]) -> str:
+    """Return the methods with the checks that are measured by each ([ISO17025] 7.8.2.1 f)."""
+    by: dict[str, list[str]] = {}
+    for check, method in sorted(methods.items()):  # an attachment has them in this order
+        by.setdefault(method, []).append(check)
+    return "; ".join(f"{method} ({', '.join(checks)})" for method, checks in by.items())
+
+
+def changes_words(contents: CertificateContent) -> str:
+    """Return which quantities differ from the judgement that is replaced by more than both uncertainties explain."""
+    before, out = contents.provenance.get("before") or {}, []
+    for finding in contents.result["findings"]:
+        was = before.get(finding["quantity"])
+        if was is None or finding["value"] is None or finding["U"] is None:
+            continue
+        U = math.hypot(was["U"], finding["U"])
+        change = finding["value"] - was["value"]
+        if abs(change) > SIGNIFICANT * U:
+            unit = "" if finding["unit"] == "1" else f" {finding['unit']}"
+            now, then = with_U(finding["value"], finding["U"]), with_U(was["value"], was["U"])
+            out.append(f"{label_of(finding['quantity'])} from {then} to {now}{unit}, more than both U explain")
+    return "; ".join(out)
 
 
 def _approved(approval: Mapping[str, Any] | None) -> str:

@@ -9,7 +9,7 @@ from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.statements import statements
-from accept.certificate.page.clauses import days_words, environment_words, item_words, rule_words
+from accept.certificate.page.clauses import days_words, entered_words, environment_words, item_words, rule_words
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
@@ -32,6 +32,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
         ("Item", item_words(contents.result)),
         ("Measured", days_words(contents.result)),
         ("Environment", environment_words(contents.result)),
+        ("Entered", entered_words(contents)),
         ("Record", f"{attached} of {len(contents.inputs)} input files attached; the hash of each in manifest.json"),
     ]
     cells = [[words(name, page_style.TABLE_HEAD), words(text, page_style.SMALL)] for name, text in rows if text]

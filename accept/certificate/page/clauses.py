@@ -4,6 +4,11 @@ known."""
 from collections.abc import Mapping
 from typing import Any
 
+from accept.certificate.contents.content import CertificateContent
+from accept.units.unit_folder import UNIT_FILE
+from checks.acceptance import CHECKS
+from specs.strict import toml_of
+
 RULES = {
     "simple": "simple: the value alone is compared with the limits; near a limit the risk of a wrong decision is 50 %",
     "guarded": "guarded (ISO 14253-1): the value passes only if value ± U lies within the limits",
@@ -27,6 +32,20 @@ def days_words(result: Mapping[str, Any]) -> str:
 def item_words(result: Mapping[str, Any]) -> str:
     """Return the stated origin, condition and customer of the item, "" if none is stated (7.8.2.1 e, g, h)."""
     return ", ".join(f"{name} {value}" for name, value in (result.get("origin") or {}).items())
+
+
+def entered_words(contents: CertificateContent) -> str:
+    """Return the checks whose values were entered without a recording, "" if there are none (7.8.2.2)."""
+    if UNIT_FILE not in contents.files:
+        return ""
+    sections = toml_of(contents.files[UNIT_FILE])
+    entered = []
+    for check in dict.fromkeys(f["check"] for f in contents.result["findings"] if f["value"] is not None):
+        section = sections.get(CHECKS[check].reads if check in CHECKS else check, {})
+        texts = [text for value in section.values() for text in (value if isinstance(value, list) else [value])]
+        if section and not any(text in contents.inputs for text in texts if isinstance(text, str)):
+            entered.append(check)
+    return f"values of {', '.join(entered)} were entered without a recording" if entered else ""
 
 
 def environment_words(result: Mapping[str, Any]) -> str:

@@ -58,8 +58,9 @@ def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) 
     _rule(canvas, y + 9)
     canvas.setFillColor(page_style.GREY_COLOUR)
     right = f"page {page} of {pages}"
+    named = contents.provenance.get("number") or contents.serial
     left = (
-        f"{contents.serial} · spec {contents.spec_name} {contents.spec_sha256[:12]}"
+        f"{named} · spec {contents.spec_name} {contents.spec_sha256[:12]}"
         f" · record {contents.record_sha256[:12]}"
         f" · accept {contents.accept_version} ({contents.code_sha256[:12]}) · check with: accept verify FILE.pdf"
     )
@@ -75,6 +76,9 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
     canvas.setFont(BOLD, 8)
     demo = contents.provenance.get("demo")
     title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if demo else "ACCEPTANCE CERTIFICATE"
+    number = contents.provenance.get("number")
+    title = f"{title} {number}" if number else title
+    canvas.setFont(BOLD, fitted(title, BOLD, 8, width))
     canvas.drawString(page_style.MARGIN, _TOP - 8, title)
     canvas.setFillColor(page_style.INK_COLOUR)
     canvas.setFont(BOLD, fitted(contents.serial, BOLD, 30, width))

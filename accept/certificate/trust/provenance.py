@@ -1,18 +1,21 @@
 """The provenance that a certificate states beside its result: its attempt, what it replaces, the head of the bench's
 store, the approval of the spec, and whether a demo made it."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.certificate.contents.content import canonical
+from accept.certificate.contents.laboratory import laboratory_of, number_of, statement_of
 from accept.certificate.trust import keys, revocation
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.spec_approval import approval_of
-from accept.store import SignedHead, UnitState
+from accept.store import Event, SignedHead, UnitState
 from accept.store.opening import BENCH_KEY
+from accept.store.payloads import CertificateSigned
 from accept.store.seal import own_key
 from specs.spec import Spec
 
@@ -27,23 +30,28 @@ def provenance(
     home: Path,
     credential: Credential | None,
     attempt: int | None = None,
+    taken: Collection[str] = (),
 ) -> dict[str, Any]:
     """Return what the certificate of a unit states beside its result, signed by the bench.
 
     before: what the store knows of the unit's last judgement; attempt: its number, if it is not one more than that;
-    head: of the store when the unit was judged.
+    head: of the store when the unit was judged; taken: numbers that other certificates of the unit have.
 
     replaces: verdict, time and certificate of the last judgement, None for a first one; if that had no certificate, the
-    last one that there was, of which attempt. approval: of the spec, as it is attached. crl: the authority's list of
-    revoked keys as it is now, PEM, for a verification after the authority is gone. authority: only if its key lies at
-    the bench. bench: the bench's certificate, PEM; signature: of all this and the serial by the bench's key. Raises
-    RevocationError, KeysError."""
+    last one that there was, of which attempt; before: its values, so that a significant change is seen. approval: of
+    the spec, as it is attached. crl: the authority's list of revoked keys as it is now, PEM, for a verification after
+    the authority is gone. authority: only if its key lies at the bench. laboratory, number: by `laboratory.toml` of the
+    bench. bench: the bench's certificate, PEM; signature: of all this and the serial by the bench's key. Raises
+    RevocationError, KeysError, SpecError."""
     listed = keys.folder(home) / revocation.FILE
     ca = credential.ca if credential else None
     demo = credential is not None and credential.demo
     gone = () if ca is None or demo else revocation.revoked_in(listed, ca)
+    number = attempt or (before.attempts + 1 if before else 1)
+    laboratory = laboratory_of(home)
+    scheme = laboratory.certificate_number if laboratory else None
     stated: dict[str, Any] = {
-        "attempt": attempt or (before.attempts + 1 if before else 1),
+        "attempt": number,
         "replaces": replaced_by(before),
         "approval": approval_of(spec, home, ca, gone),
     }
@@ -53,6 +61,9 @@ def provenance(
         "crl": revocation.kept(listed),
         "demo": demo or None,
         "authority": AT_THE_BENCH if keys.authority_here(home) and not demo else None,
+        "before": values_before(before),
+        "laboratory": statement_of(laboratory, spec.checks) if laboratory else None,
+        "number": scheme and number_of(scheme, serial, number, datetime.now(UTC).year, taken),
         "bench": bench and bench.public_bytes(Encoding.PEM).decode("ascii"),
     }
     stated |= {key: value for key, value in more.items() if value is not None}
@@ -65,6 +76,21 @@ def signed_text(serial: str, stated: Mapping[str, Any]) -> bytes:
     """Return the bytes that a bench signs: the serial and all that is stated but for the signature itself."""
     rest = {key: value for key, value in stated.items() if key != "signature"}
     return canonical({"serial": serial, "provenance": rest})
+
+
+def values_before(before: UnitState | None) -> dict[str, Any] | None:
+    """Return value and U of each quantity of the judgement that the next one replaces; None without such a judgement,
+    or if it was declared void."""
+    if before is None or before.voided:
+        return None
+    known = (f for f in before.result.findings if f.value is not None and f.U is not None)
+    return {f.quantity: {"value": f.value, "U": f.U} for f in known} or None
+
+
+def numbers_of(events: Iterable[Event]) -> set[str]:
+    """Return the numbers of the certificates that these events state."""
+    signed = (CertificateSigned.of(event) for event in events if event.what == CertificateSigned.KIND)
+    return {each.number for each in signed if each.number}
 
 
 def replaced_by(before: UnitState | None) -> dict[str, Any] | None:

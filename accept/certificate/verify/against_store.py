@@ -14,7 +14,7 @@ from accept.base.home import home
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
 from accept.certificate.contents.step import Step
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import replaced_by
+from accept.certificate.trust.provenance import replaced_by, values_before
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.judging.copies import Copy, copies_of
 from accept.judging.nonconformance import open_nonconformances
@@ -25,6 +25,7 @@ from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
 from accept.store.chain import START
 from accept.store.indexes import JUDGED
 from accept.store.opening import BENCH_KEY
+from accept.store.payloads import CertificateSigned
 from accept.store.seal import bench_of
 
 _ATTEMPT = re.compile(r"attempt-(\d+)")  # the folder of an attempt in the workflow
@@ -91,6 +92,13 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
     own = next((e for e in reversed(before) if canonical(e.data["result"]) == result), None)
     if own is None:
         return [Step("this bench's store holds no judgement with this result", complete=False)]
+    if number := contents.provenance.get("number"):
+        signed = [CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND]
+        if (bearing := sum(each.number == number for each in signed)) != 1:
+            words = (
+                f"this bench's store knows {bearing} certificates of the unit with the number {number}, expected one"
+            )
+            return [Step(words, complete=False)]
     wrong = [name for name, same in _comparisons(events, own, contents).items() if not same]
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
     if (void := voids(store, own.subject).get(own.seq)) is not None:
@@ -109,16 +117,18 @@ def _comparisons(events: Sequence[Event], own: Event, contents: CertificateConte
     started = [e for e in counted if e.what == _STARTED]
     before = fold(counted).units.get(own.subject)
     numbers = {1 if before is None else before.attempts + 1}
-    replaced: list[Any] = [replaced_by(before)]
+    replaced: list[Any] = [(replaced_by(before), values_before(before))]
     if (folder := _ATTEMPT.fullmatch(PurePath(str(own.data["path"])).name)) and started:
         numbers.add(int(folder[1]))  # in the workflow an attempt may be judged more than once
-        replaced.append(replaced_by(fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject)))
+        earlier = fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject)
+        replaced.append((replaced_by(earlier), values_before(earlier)))
     return {
         "operator": same_person(own.who, contents.operator),
         "spec": own.spec == f"{contents.spec_name}@{contents.spec_sha256}",
         "code": own.data["code_sha256"] == contents.code_sha256,
         "attempt": given.get("attempt") in numbers,
-        "replaced judgement": given.get("replaces") in replaced,
+        "replaced judgement": given.get("replaces") in [judgement for judgement, _ in replaced],
+        "values before": "before" not in given or (given["replaces"], given["before"]) in replaced,
     }
 
 

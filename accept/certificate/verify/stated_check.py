@@ -3,6 +3,7 @@
 `accept.certificate.verify.statements` lists every statement and how it is checked.
 """
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
@@ -13,6 +14,7 @@ from cryptography import x509
 from accept.base import version
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.laboratory import STATED
 from accept.certificate.contents.step import Step
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import Revoked
@@ -116,6 +118,7 @@ def _check_form(given: Mapping[str, Any]) -> None:
         form = _REPLACED | (_EARLIER if isinstance(replaced, Mapping) and "earlier_attempt" in replaced else {})
         _check_keys("replaces", replaced, form)
         _time_of(replaced["time"])
+    _check_laboratory(given)
     if "demo" in given and given["demo"] is not True:
         raise InvalidCertificate(f"provenance.demo is {given['demo']!r}, expected true or no such key")
     if given.get("head") is not None:
@@ -124,6 +127,24 @@ def _check_form(given: Mapping[str, Any]) -> None:
             raise InvalidCertificate("provenance.head is not in lower-case hexadecimal digits")
         if problem := head_problem(given["head"]):
             raise InvalidCertificate(f"the stated head of its store does not hold: {problem}")
+
+
+def _check_laboratory(given: Mapping[str, Any]) -> None:
+    """Raise InvalidCertificate if what is stated of laboratory, number and values before does not have its form."""
+    if "number" in given and (not isinstance(given["number"], str) or not given["number"]):
+        raise InvalidCertificate(f"provenance.number is {given['number']!r}, expected text")
+    laboratory = dict(given["laboratory"]) if "laboratory" in given else {}
+    methods = laboratory.pop("methods", {})
+    for name, text in [*laboratory.items(), *methods.items()]:
+        if not isinstance(text, str) or not text or (name not in STATED and name not in methods):
+            raise InvalidCertificate(f"provenance.laboratory.{name} is {text!r}, which this program does not write")
+    for quantity, was in dict(given.get("before") or {}).items():
+        if not isinstance(was, Mapping) or set(was) != {"value", "U"} or not all(map(_is_number, was.values())):
+            raise InvalidCertificate(f"provenance.before.{quantity} is {was!r}, expected a value and its U")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _check_keys(name: str, given: Any, form: Mapping[str, Any]) -> None:

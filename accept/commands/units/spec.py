@@ -9,7 +9,8 @@ from rich.table import Table
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from specs.spec import Limit, builtin, load
+from accept.base.home import home
+from specs.spec import Limit, Spec, builtin, load
 from specs.strict import SpecError
 
 
@@ -61,19 +62,51 @@ def _source(limit: Limit) -> str:
 @clear_errors
 def validate(names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")]) -> Exit:
     """Check specs. One report lists every problem with its file and key path."""
+    found = [_valid(name) for name in names]  # all of them, so that one report lists every problem
+    return Exit.BAD_INPUT if None in found else Exit.ACCEPTED
+
+
+@clear_errors
+def check(
+    names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")],
+    iso17025: Annotated[
+        bool, typer.Option("--iso17025", help="Name what their certificates lack of ISO/IEC 17025 7.8; exit 4.")
+    ] = False,
+    unit: Annotated[Path | None, typer.Option(help="With --iso17025: a unit folder that is looked at too.")] = None,
+) -> Exit:
+    """Check specs, and what their certificates state. As `validate`, and on demand clause by clause."""
+    found = [_valid(name) for name in names]
+    lacking = [iso17025 and _lacking(spec, unit) for spec in found if spec is not None]
+    return Exit.BAD_INPUT if None in found else Exit.INCOMPLETE if any(lacking) else Exit.ACCEPTED
+
+
+def _valid(name: str) -> Spec | None:
+    """Print whether a spec is valid and return it, None if it is not."""
     from accept.judging.judge_unit import load_spec, spec_warnings
 
-    worst = Exit.ACCEPTED
-    for name in names:
-        try:
-            spec = load_spec(name)
-            stdout.print(f"{name}: valid, {spec.kind}, sha256 {spec.sha256}")
-            for warning in spec_warnings(spec):
-                say(f"warning: {name}: {warning}")
-        except SpecError as e:
-            say(str(e))
-            worst = Exit.BAD_INPUT
-    return worst
+    try:
+        spec = load_spec(name)
+    except SpecError as e:
+        say(str(e))
+        return None
+    stdout.print(f"{name}: valid, {spec.kind}, sha256 {spec.sha256}")
+    for warning in spec_warnings(spec):
+        say(f"warning: {name}: {warning}")
+    return spec
+
+
+def _lacking(spec: Spec, folder: Path | None) -> bool:
+    """Print what certificates of a spec would lack; return whether they lack anything. Raises SpecError, UnitError."""
+    from accept.certificate.contents.iso17025 import missing
+    from accept.certificate.contents.laboratory import laboratory_of
+    from accept.units import unit_folder
+
+    found = missing(laboratory_of(home()), spec, unit_folder.read(folder) if folder else None)
+    for each in found:
+        stdout.print(f"{spec.name}: {each.words}", soft_wrap=True)
+    if not found:
+        stdout.print(f"{spec.name}: everything that ISO/IEC 17025 7.8 asks a laboratory to state is stated")
+    return bool(found)
 
 
 @clear_errors

@@ -1,0 +1,96 @@
+"""`laboratory.toml` of a bench: what each of its certificates states of the laboratory ([ISO17025] 7.8.2.1).
+
+The file lies in the folder of the bench (`ACCEPT_HOME`). Every key may be absent: what is not stated is left out of the
+certificate, and `accept spec check --iso17025` names it.
+"""
+
+import re
+from collections.abc import Collection, Iterable
+from pathlib import Path
+from string import Formatter
+from typing import Annotated, Any
+
+from pydantic import Field, field_validator
+
+from checks.acceptance import CHECKS
+from specs.strict import Strict, Words, file_bytes, parse_as
+
+FILE = "laboratory.toml"
+OTHERS = "others"  # method of the checks that have none of their own
+
+
+class LaboratoryFile(Strict):
+    """The keys of `laboratory.toml`."""
+
+    name: Words | None = None
+    address: Words | None = None
+    site: Words | None = None
+    accreditation: Words | None = None
+    customer: Words | None = None
+    sampling: Words | None = None
+    certificate_number: Words | None = None
+    methods: Annotated[dict[str, Words], Field(default_factory=dict)]
+
+    @field_validator("certificate_number")
+    @classmethod
+    def _unique(cls, scheme: str | None) -> str | None:
+        if scheme is None:
+            return None
+        try:
+            fields = [name for _, name, _, _ in Formatter().parse(scheme) if name is not None]
+            scheme.format(serial="A", attempt=1, year=2026)
+        except (KeyError, IndexError, ValueError) as e:
+            raise ValueError(f"'{scheme}': expected text with {{serial}}, {{attempt}} and, if wanted, {{year}}") from e
+        between = re.search(r"\{serial\}(.*)\{attempt\}|\{attempt\}(.*)\{serial\}", scheme)
+        if len(set(fields)) < len(fields) or between is None or not re.search(r"[^A-Za-z0-9._{}-]", between.group(0)):
+            raise ValueError(
+                f"'{scheme}': two certificates would have one number; expected {{serial}} and {{attempt}}, and between "
+                "them a character that no serial has, such as {serial}/{attempt}"
+            )
+        return scheme
+
+    @field_validator("methods")
+    @classmethod
+    def _of_checks(cls, methods: dict[str, str]) -> dict[str, str]:
+        if unknown := [name for name in methods if name not in CHECKS and name != OTHERS]:
+            raise ValueError(f"{unknown[0]}: expected a check ({', '.join(CHECKS)}) or {OTHERS}")
+        return methods
+
+
+class Laboratory(LaboratoryFile):
+    """A `laboratory.toml` that was read."""
+
+    sha256: str
+    text: str
+    path: str
+
+
+STATED = ("name", "address", "site", "accreditation", "customer", "sampling")  # in the certificate as in the file
+
+
+def laboratory_of(home: Path) -> Laboratory | None:
+    """Return what a bench's `laboratory.toml` says, None without that file. Raises SpecError."""
+    path = home / FILE
+    if not path.exists():
+        return None
+    return parse_as(Laboratory, LaboratoryFile, file_bytes(path), str(path), path=str(path))
+
+
+def statement_of(laboratory: Laboratory, checks: Iterable[str]) -> dict[str, Any]:
+    """Return what a certificate states of the laboratory: the texts that are given, and the method of each check."""
+    stated: dict[str, Any] = {name: text for name in STATED if (text := getattr(laboratory, name)) is not None}
+    methods = {name: method for name in checks if (method := method_of(laboratory, name)) is not None}
+    return stated | ({"methods": methods} if methods else {})
+
+
+def method_of(laboratory: Laboratory, check: str) -> str | None:
+    """Return the method by which a check is measured, with its revision; None if it is not stated."""
+    return laboratory.methods.get(check, laboratory.methods.get(OTHERS))
+
+
+def number_of(scheme: str, serial: str, attempt: int, year: int, taken: Collection[str]) -> str:
+    """Return the number of a certificate by a scheme. A second certificate of the same attempt, as after it was judged
+    again, has the next number that is not taken."""
+    number = scheme.format(serial=serial, attempt=attempt, year=year)
+    again = (f"{number}-{n}" for n in range(2, len(taken) + 3))
+    return number if number not in taken else next(other for other in again if other not in taken)
