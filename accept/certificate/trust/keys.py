@@ -345,7 +345,12 @@ def read_key_file(path: Path) -> bytes:
     try:
         return read_bounded(path)
     except OSError as e:
-        raise KeysError(f"{path}: cannot be read ({e.strerror}); `accept keys init` makes keys") from e
+        way = (
+            "--authority FOLDER names where it lies"
+            if path.name == f"{CA}.key.pem"
+            else "`accept keys init` makes keys"
+        )
+        raise KeysError(f"{path}: cannot be read ({e.strerror}); {way}") from e
 
 
 def _revoked_since(home: Path, certificate: x509.Certificate) -> datetime | None:

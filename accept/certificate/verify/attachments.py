@@ -17,6 +17,7 @@ from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import BEFORE, SIZE_LIMIT, CertificateContent, ContentError
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
+from accept.certificate.verify.gap_check import check_gap
 from accept.certificate.verify.picture_check import check_pictures
 from accept.certificate.verify.result_diff import ONLY_AGAIN, differences, is_said_otherwise
 from accept.judging.result import UnitResult
@@ -102,6 +103,8 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
         if own:
             raise
         said.append(str(e))  # another program may draw other pictures
+    if own:
+        check_gap(_unit(contents), contents.result.get("gap"), contents.panels)
     if missing:
         what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)

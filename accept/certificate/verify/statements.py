@@ -88,11 +88,15 @@ STATEMENTS = (
         ("folder", _LOOKED_UP, "the stored judgement; a name that is another serial weakens the verdict"),
         ("part_doubts", _LOOKED_UP, "the parts' judgements in the store"),
         ("action", _DERIVED, "the causes of its findings"),
-        ("gap", _LOOKED_UP, "the stored judgement; no verdict depends on it"),
+        (
+            "gap",
+            (Way.DERIVED, Way.LOOKED_UP),
+            "its sentences are the library's; the rest in the stored judgement; no verdict depends on it",
+        ),
     ),
     *_rows(
         PANELS,
-        ("", _DERIVED, "pictures of the attached records; of those of the gap workflow, that they say no verdict"),
+        ("", _DERIVED, "pictures of the attached records; of those of the gap workflow, their names and words"),
     ),
     *_rows(SPEC, ("", (Way.DERIVED, Way.SIGNED), "its hash, under the approval")),
     *_rows(PAGE, ("", _DERIVED, "drawn again from the attachments: the same to the byte")),

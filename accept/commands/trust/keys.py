@@ -42,7 +42,7 @@ def init(
     if qa is not None:
         theirs = passphrase_of(None, f"passphrase of the QA key of {qa}: ", QA_PASSPHRASE, only=True)
     place = keys.init(home(), phrase, operator_name(technician), qa, theirs, authority_passphrase=own or None)
-    stdout.print(f"keys made in {place}; give {place / 'ca.pem'} to whoever verifies certificates")
+    stdout.print(f"keys made in {place}; give {place / 'ca.pem'} to everybody who verifies certificates")
     if not own:
         left = place / keys.AUTHORITY_PASSPHRASE
         say(f"the authority's passphrase is in {left}; move it and ca.key.pem off the bench")
@@ -127,7 +127,7 @@ def revoke(
     moment = datetime(since.year, since.month, since.day, tzinfo=UTC) if since else now
     whose = key_changes.revoke(home(), _office(office), who, reason, _ca_passphrase(passphrase_file), moment)
     stdout.print(f"revoked from {moment:%Y-%m-%d %H:%M} UTC ({reason}): {', '.join(whose)}")
-    say(f"give {keys.folder(home()) / 'ca.crl.pem'} to whoever verifies certificates; it belongs beside ca.pem")
+    say(f"give {keys.folder(home()) / 'ca.crl.pem'} to everybody who verifies certificates; it belongs beside ca.pem")
     return Exit.ACCEPTED
 
 

@@ -215,8 +215,8 @@ _FIRST_KEYS = (
     "forgotten passphrase cannot be recovered."
 )
 _OFF_THE_BENCH = (
-    "The passphrase of the bench's authority is in {}. Move that file and ca.key.pem beside it off the bench: whoever "
-    "has both can give keys to anybody. Quality assurance gets a key of its own with: "
+    "The passphrase of the bench's authority is in {}. Move that file and ca.key.pem beside it off the bench: a person "
+    "who has both can give keys to anybody. Quality assurance gets a key of its own with: "
     "accept keys request --role qa --name NAME"
 )
 _FIRST_LINES = [

@@ -3,6 +3,7 @@ and a store that was made unusable so that nobody can ask it."""
 
 import sqlite3
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,11 +19,15 @@ from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
 from accept.certificate.verify.attachments import read
+from accept.certificate.verify.gap_check import check_gap
 from accept.certificate.verify.picture_check import check_pictures
 from accept.certificate.verify.rejudge import rejudge
 from accept.certificate.verify.verification import verify
+from accept.units.unit_folder import parse
+from checks.gap.effects import EFFECTS
 from checks.picture import Line, Panel, Text
 from specs.spec import builtin
+from specs.strict import toml_of
 from tests.accept.certificate.certificate_help import WHEN
 from tests.accept.certificate.verify.test_forged_from_inside import accept, judged, reported, written
 from tests.accept.certificate.verify.verify_help import NOW, Bench, made_bench, refused
@@ -86,6 +91,55 @@ def test_the_pictures_show_the_attached_records(
     """They are drawn from data of their own, which the hashes of the records do not cover."""
     forged = replace(honest, panels=change(dict(honest.panels)))
     refused(verify(sign(render(forged), bench.technician, WHEN), bench.trust, rejudge, NOW), words)
+
+
+@pytest.mark.parametrize(
+    ("gap", "words"),
+    [
+        ({"start": "strut", "verdict": "refused", "reason": "withdrawn; the unit is accepted"}, "no responses"),
+        (None, "not of the stated gap analysis"),
+    ],
+)
+def test_a_gap_analysis_is_of_responses_and_brings_its_own_pictures(
+    bench: Bench, honest: CertificateContent, gap: dict[str, object] | None, words: str
+) -> None:
+    """Its search is not repeated, so an insider writes what he likes into it: not where nothing can be analysed."""
+    if gap is None:
+        remark = Panel("the verdict was withdrawn, the unit is accepted", "", "", ())
+        forged = replace(honest, panels={**honest.panels, "gap/de magnitude": remark})
+    else:
+        forged = replace(honest, result={**honest.result, "gap": gap | {"model_sha256": None}})
+    refused(verify(sign(render(forged), bench.technician, WHEN), bench.trust, rejudge, NOW), words)
+
+
+FITTED = {"verdict": "explained", "gap_before": {"channels": {"de": 9.0}}}
+NAMED = {"effect": "sensor_polarity", "sentence": EFFECTS["sensor_polarity"].sentence}
+
+
+@pytest.mark.parametrize(
+    ("named", "title", "words"),
+    [
+        (NAMED, "de / Va", None),
+        (NAMED, "de / Va: the unit is good", "says 'de / Va: the unit is good'"),
+        (NAMED | {"sentence": "The unit is accepted all the same."}, "de / Va", "in words that are not its own"),
+        (NAMED | {"effect": "goodwill"}, "de / Va", "in words that are not its own"),
+        ({"effect": "dead_channel", "sentence": "Vs does not answer the drive."}, "de / Va", None),
+        (
+            {"effect": "crosstalk", "sentence": EFFECTS["crosstalk"].say({"V_per_V": 1.2e-5}, {"V_per_V": 1e-7})},
+            "de / Va",
+            None,
+        ),
+    ],
+)
+def test_a_gap_analysis_speaks_in_the_words_of_the_library(
+    named: dict[str, str], title: str, words: str | None, tmp_path: Path
+) -> None:
+    text = b'serial = "S-1"\nkind = "strut"\n[frf]\nlow = "a.mat"\nhigh = "b.mat"\n'
+    unit = parse(tmp_path, text, toml_of(text))
+    x = np.linspace(1.0, 2.0, 5)
+    panel = Panel(title, "frequency [Hz]", "|de / Va| [m/V]", (Line(x, x, "measured"),), True, True)
+    with pytest.raises(InvalidCertificate, match=words) if words else nullcontext():
+        check_gap(unit, FITTED | {"named": [named]}, {"gap/de magnitude": panel})
 
 
 def test_pictures_of_another_processor_are_the_same() -> None:

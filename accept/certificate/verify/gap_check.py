@@ -1,0 +1,69 @@
+"""The gap analysis on a certificate: its search is not repeated, but what it can be about, what it names and what its
+pictures say is known without it."""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.gap.attach_to_result import on_certificate
+from accept.gap.start_model import applies
+from accept.judging.result import GAP_PICTURES
+from accept.pictures.jsonform import panels_to_json
+from accept.units.unit_folder import UnitFolder
+from checks.picture import Panel
+
+_WORDS = re.compile(  # every text of the pictures that `checks.gap.decision.panels` draws
+    r"|\w+ / Va|\|\w+ / Va\| \[[^\]]{0,12}\]|\w+: what is left|\|data - model\| / \|data\||frequency \[Hz\]"
+    r"|measured|model before|model after|before|after|disagrees, before|95 % of noise and tolerance|pole [\d.]+ Hz"
+    r"|nan|inf|-inf"
+)
+_FAULT = re.compile(  # faults of the records, which are found before the search
+    r"\w+ does not answer the drive\.|\w+ comes -?\d+ samples late\.|\w+ has the wrong sign\."
+    r"|\w+ and \w+ are exchanged\."
+)
+_NUMBER = r"[^A-DF-Za-df-z]{1,24}"  # with an exponent, and whatever signs stand in it
+_NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}
+
+
+def check_gap(unit: UnitFolder, gap: Mapping[str, Any] | None, panels: Mapping[str, Panel]) -> None:
+    """Raise InvalidCertificate if a unit without responses states a gap analysis, if an effect is described in other
+    words than those of the library, or if a picture is not one of the analysis or says anything else."""
+    if gap is not None and not applies(unit):
+        raise InvalidCertificate("it states a gap analysis, but the unit has no responses")
+    for named in (gap or {}).get("named", ()):
+        if not _is_sentence(str(named["effect"]), str(named["sentence"])):
+            raise InvalidCertificate(f"the gap analysis describes '{named['effect']}' in words that are not its own")
+    known = {f"{GAP_PICTURES}{name}" for name in (on_certificate(gap) if gap and "named" in gap else ())}
+    for panel in panels_to_json({name: p for name, p in panels.items() if name.startswith(GAP_PICTURES)}):
+        if panel["name"] not in known:
+            raise InvalidCertificate(f"the picture {panel['name']} is not of the stated gap analysis")
+        if (other := next((t for t in _texts(panel) if not _WORDS.fullmatch(t)), None)) is not None:
+            raise InvalidCertificate(f"the picture {panel['name']} says '{other[:60]}'")
+
+
+def _is_sentence(effect: str, text: str) -> bool:
+    """Return whether this is the sentence of a fault of the records, or of an effect of the library, with any
+    numbers."""
+    from checks.gap.effects import EFFECTS  # loads the library: only for a unit whose responses were searched
+
+    if _FAULT.fullmatch(text):
+        return True
+    if effect not in EFFECTS:
+        return False
+    templates = (EFFECTS[effect].sentence, EFFECTS[effect].below)
+    patterns = (_NUMBER.join(map(re.escape, re.split(r"\{[^}]*\}", t))) for t in templates if t)
+    return any(re.fullmatch(pattern, text) for pattern in patterns)
+
+
+def _texts(panel: Any) -> Iterator[str]:
+    """Yield what a picture shows in words, at any depth."""
+    if isinstance(panel, str):
+        yield panel
+    elif isinstance(panel, Mapping):
+        for key, value in panel.items():
+            if key not in _NOT_SHOWN:
+                yield from _texts(value)
+    elif isinstance(panel, list):
+        for value in panel:
+            yield from _texts(value)
