@@ -11,6 +11,7 @@ from pathlib import Path
 from accept.analysis.given_responses import Given
 from accept.analysis.given_responses import dataset as dataset
 from accept.analysis.hammer import ImpactResponse, hammer_responses
+from accept.analysis.imported_response import ImportedResponse, import_response
 from accept.analysis.misalignment import estimate_unit
 from accept.analysis.model_fit import FittedModel, fit_unit, pictures
 from accept.analysis.record_responses import (
@@ -159,6 +160,42 @@ def hammer_response(
         window_decay=window_decay,
     )
     return hammer_responses(read, input, estimator, f_lo, f_hi, rules)
+
+
+def read_response(
+    file: str | Path,
+    input: str = "",
+    *,
+    channels: Mapping[str, str] | None = None,
+    averages: float | None = None,
+    noise: float | None = None,
+) -> ImportedResponse:
+    """Return the frequency response in a file of an analyser or of another program.
+
+    Universal files (data set 58, function type 4, with coherence of type 6), MATLAB (a struct with the fields of an frd
+    object; complex vectors beside one of frequencies; H1_2 with C1_2), tables with columns `de_re [m/V]` and `de_im
+    [m/V]`,
+    and what this program writes itself.
+
+    Parameters
+    ----------
+    file : .uff, .mat, .csv or .json.
+    input : name of the input; by default that of the file, else Va.
+    channels : name here -> name in the file, {"de": "H1_2"}; "f" for the frequencies.
+    averages : how many averages are behind the coherence that the file states.
+    noise : relative standard deviation of the response, if the file states neither variance nor averages.
+
+    Returns
+    -------
+    A response as of `frequency_response`, for `fit_model`, `estimate_misalignment`, `plot` and `save`. What the file
+    does not state stays unknown: without noise it is not fitted, and there is no second realisation to judge with.
+    Raises RecordError, which says what the file holds.
+
+    Example
+    -------
+    >>> theirs = accept.read_response("analyser.uff", averages=20)  # doctest: +SKIP
+    """
+    return import_response(_file(file), input, channels, averages, noise)
 
 
 def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Responses:

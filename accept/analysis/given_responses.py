@@ -64,9 +64,13 @@ def responses_given(
         if given.frf.input != "Va" or wrong:
             what = f"{wrong[0]} is in {given.units[wrong[0]]}" if wrong else f"the input is {given.frf.input}"
             raise RecordError(f"{given.title}: {what}; a model answers to Va [V] with Vs [V], de and da [m]")
-        inputs = {record.name: record.sha256 for record in given.records}
+        if np.isnan(given.frf.var).all():
+            raise RecordError(
+                f"{given.title}: states no noise, and a fit needs it: name the averages beside the coherence "
+                "(averages=20, --averages 20), or a relative noise (noise=0.005, --noise 0.005)"
+            )
         first = _part(dataset_of(given.frf, name=given.title), tolerance, f_lo, f_hi, channels)
-        return Responses(given.title, "strut", first, None, 0.0, inputs=inputs)
+        return Responses(given.title, "strut", first, None, 0.0, inputs=given.inputs)
     return Responses(given.name, "strut", _part(given, tolerance, f_lo, f_hi, channels), None, 0.0)
 
 

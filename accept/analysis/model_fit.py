@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from accept.analysis.given_responses import Given, responses_given
+from accept.analysis.imported_response import import_response
 from accept.base.console import say
 from accept.gap.responses import Responses, responses
 from accept.models.model_file import DEFAULT_MODEL, Opened, opened, write_model
@@ -76,6 +77,8 @@ def fit_unit(
 ) -> FittedModel:
     """Fit a model to the first realisation of a unit, or to responses, and compare it with the second if there are two.
 
+    given: a unit's folder, a file of responses (`import_response`), or what a script has.
+
     model: the built-in one of the unit's kind (of a strut for responses) if None, for a strut with uncertain modes, as
     for its misalignment, so that the two agree. f_lo, f_hi: band that is fitted [Hz]. starts: of the search. Raises
     UnitError, RecordError, SpecError, ModelError."""
@@ -83,6 +86,8 @@ def fit_unit(
     frequencies([f_lo, f_hi])
     if starts < 1:
         raise ModelError(f"starts = {starts}: expected one or more")
+    if isinstance(given, Path) and given.is_file():
+        given = import_response(given)
     unit = given if isinstance(given, Given) else loaded(given)
     kind = unit.folder.kind if isinstance(unit, LoadedUnit) else unit.kind if isinstance(unit, Responses) else "strut"
     base = opened(model or DEFAULT_MODEL[kind])

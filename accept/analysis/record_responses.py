@@ -1,6 +1,8 @@
 """Responses of record files, with coherence, variance and resonances: `accept frf` and `accept.frequency_response`."""
 
+import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -16,7 +18,7 @@ from checks.cause import together
 from checks.declare import Series
 from checks.errors import RecordError
 from checks.record import Record
-from checks.signals.spectral.frf import Frf, h1_record
+from checks.signals.spectral.frf import Frf, Mask, h1_record
 from checks.signals.spectral.lpm import lpm_record
 from checks.signals.spectral.merge import merge
 from checks.signals.spectral.periodic import detect, periodic_frf
@@ -25,6 +27,7 @@ from checks.signals.spectral.resonance import Resonance, find
 from checks.signals.transient import concentration, is_transient
 from hw.records import list_channels, read
 from hw.records.foreign_record import TIMES, Unreadable, foreign_record
+from hw.records.response_writers import frd_mat, response_csv
 from hw.records.uff import frf_bytes
 from specs.bench import NO_CHANNELS, ChannelSource, channel_map
 
@@ -67,7 +70,11 @@ class EstimatorSettings:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredResponse:
-    """A response and the records behind it; units of its channels, and the input's under its name."""
+    """A response and the records behind it; units of its channels, and the input's under its name.
+
+    frf: f (F,) [Hz], H (F, C) complex, coherence (F, C), var (F, C); resonances: the largest of each channel, with
+    f_Hz, damping_ratio and their standard uncertainties. `accept.plot` draws it; `to_pandas`, `to_xarray`, `to_control`
+    hand it on; `save` writes .csv, .mat, .uff or .json."""
 
     records: tuple[Record, ...]
     frf: Frf
@@ -77,7 +84,12 @@ class MeasuredResponse:
     @property
     def title(self) -> str:
         """Names of the records."""
-        return " + ".join(r.name for r in self.records)
+        return " + ".join(self.inputs)
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        """Return the hash of each file by its name."""
+        return {r.name: r.sha256 for r in self.records}
 
     @property
     def ratios(self) -> dict[str, str]:
@@ -113,6 +125,28 @@ class MeasuredResponse:
             },
             attrs={"input": frf.input, "estimator": frf.estimator, "records": self.title},
         )
+
+    def to_control(self) -> Any:
+        """Return a `control.FrequencyResponseData` over the usable bins [rad/s]: one input, an output per channel, with
+        their names. Raises RecordError if the package control is not installed."""
+        frf, good = self.frf, known(self.frf)
+        return control_package().FrequencyResponseData(
+            frf.H[good].T[:, None, :],
+            2.0 * np.pi * frf.f[good],
+            inputs=[frf.input],
+            outputs=list(frf.channels),
+            name=re.sub(r"\W", "_", self.title),
+        )
+
+    def save(self, file: str | Path) -> Path:
+        """Write the response: .csv with real and imaginary parts, .mat with the fields of a MATLAB frd object, .uff
+        (data set 58) or .json; `read_response` reads each of them. Raises RecordError for another ending."""
+        place = Path(file)
+        writers = {".csv": table_file, ".mat": matlab_file, ".uff": universal_file, ".json": json_file}
+        if place.suffix.lower() not in writers:
+            raise RecordError(f"{place}: a response is written as {', '.join(writers)}")
+        place.write_bytes(writers[place.suffix.lower()](self))
+        return place
 
     def __repr__(self) -> str:
         f, seen = self.frf.f, ", ".join(f"{c} {mode.f_Hz:.2f} Hz" for c, mode in self.resonances.items())
@@ -253,22 +287,23 @@ def to_json(response: MeasuredResponse) -> dict[str, Any]:
 
     {"files": [names], "sha256": [hashes], "input", "estimator", "segments", "notes", "units": {channel: unit},
     "f_Hz": [F], "nu": [F], "correlation": [of neighbouring bins' errors], "H": {channel: {"re": [F], "im": [F]}},
-    "coherence": {channel: [F]}, "var": {channel: [F]} (total complex variance of H, null if the input had no power),
+    "coherence": {channel: [F]}, "var": {channel: [F]} (total complex variance of H, null if the input had no power or
+    the file that was read states none),
     "resonances": [{"channel", "f_Hz", "U_Hz", "damping_ratio", "U_damping"}]}."""
     frf, columns = response.frf, list(enumerate(response.frf.channels))
     return {
-        "files": [r.name for r in response.records],
-        "sha256": [r.sha256 for r in response.records],
+        "files": list(response.inputs),
+        "sha256": list(response.inputs.values()),
         "input": frf.input,
         "estimator": frf.estimator,
         "segments": frf.segments,
         "notes": list(frf.notes),
         "units": response.units,
         "f_Hz": frf.f.tolist(),
-        "nu": frf.nu.tolist(),
+        "nu": _finite(frf.nu),
         "correlation": list(frf.correlation),
         "H": {c: {"re": frf.H[:, i].real.tolist(), "im": frf.H[:, i].imag.tolist()} for i, c in columns},
-        "coherence": {c: frf.coherence[:, i].tolist() for i, c in columns},
+        "coherence": {c: _finite(frf.coherence[:, i]) for i, c in columns},
         "var": {c: _finite(frf.var[:, i]) for i, c in columns},
         "resonances": [_resonance_json(c, mode) for c, mode in response.resonances.items()],
     }
@@ -290,8 +325,43 @@ def _finite(values: Array) -> list[float | None]:
 
 def universal_file(response: MeasuredResponse) -> bytes:
     """Return the response as a universal file, data set 58. Raises RecordError if it has no usable bin."""
-    frf, good = response.frf, response.frf.usable
+    frf, good = response.frf, known(response.frf)
     try:
         return frf_bytes(frf.f[good], frf.H[good], frf.channels, frf.input, response.units)
     except ValueError as e:
         raise RecordError(f"{response.title}: {e}") from e
+
+
+def table_file(response: MeasuredResponse) -> bytes:
+    """Return the response as CSV: f, real and imaginary part of each channel, coherence and variance where they are
+    known."""
+    frf, good = response.frf, known(response.frf)
+    more = {"coherence": frf.coherence[good], "var": frf.var[good]}
+    return response_csv(frf.f[good], frf.H[good], frf.channels, response.ratios, more)
+
+
+def matlab_file(response: MeasuredResponse) -> bytes:
+    """Return the response as a MATLAB file with a struct `response` of the fields of an frd object."""
+    frf, good = response.frf, known(response.frf)
+    more = {"Coherence": frf.coherence[good].T, "Variance": frf.var[good].T, "Notes": " ".join(frf.notes)}
+    averages = {} if not np.isfinite(frf.nu).all() else {"Averages": float(np.min(frf.nu)) + 1.0}
+    return frd_mat(frf.f[good], frf.H[good], frf.channels, frf.input, response.units, {**more, **averages})
+
+
+def json_file(response: MeasuredResponse) -> bytes:
+    """Return the response as the JSON that `accept frf --json` writes."""
+    return json.dumps({"responses": [to_json(response)]}, allow_nan=False).encode()
+
+
+def known(frf: Frf) -> Mask:
+    """Return the bins (F,) that hold a response: driven, or of a file that states no variance."""
+    return np.asarray(~np.isinf(frf.var).any(axis=1))
+
+
+def control_package() -> Any:
+    """Return python-control. Raises RecordError if it is not installed."""
+    try:
+        import control
+    except ImportError as e:
+        raise RecordError("to_control needs the package control: pip install control") from e
+    return control

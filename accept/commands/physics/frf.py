@@ -4,7 +4,8 @@ The JSON is {"responses": [...]}, each as `accept.analysis.record_responses.to_j
 `accept.analysis.hammer.hammer_json` returns.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from json import dumps
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,24 +15,28 @@ import typer
 from rich.table import Table
 
 from accept.analysis.hammer import ImpactResponse, U_of, hammer_json, hammer_responses
+from accept.analysis.imported_response import ImportedResponse, ResponseDifference, differences, import_response
 from accept.analysis.record_responses import (
     OF_RECORDS,
     Estimator,
     EstimatorSettings,
     MeasuredResponse,
     U_Hz,
+    cut,
+    matlab_file,
     read_any,
     responses_of,
+    table_file,
     to_json,
     universal_file,
 )
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.physics.frf_options import FrfOutputs, HammerOptions, SourceOptions
+from accept.commands.physics.frf_options import FrfOutputs, HammerOptions, ResponseOptions, SourceOptions
 from accept.pictures.formats import format_of
 from checks.errors import RecordError
-from checks.picture import Panel
+from checks.picture import Line, Panel
 from checks.record import Record
 from checks.rounding import fixed, rounded, rounded_U
 from checks.signals.impact.impacts import ImpactRules
@@ -41,14 +46,19 @@ from specs.bench import ChannelSource, load_bench
 
 COHERENT = 0.9  # above it the random error of a response stays below 24 % / sqrt(segments)
 FORCE = "Track1"  # of a hammer, as the analyser of the bench stores it
+WRITERS = {".csv": table_file, ".mat": matlab_file, ".uff": universal_file}
 LEAST_U = 1e-4  # smaller ones are said to be below it
 
 
 @clear_errors
 def run(
-    records: Annotated[list[Path], typer.Argument(help="Record files (.mat, .csv, .txt, .uff, .tdms).")],
+    records: Annotated[
+        list[Path],
+        typer.Argument(help="Record files (.mat, .csv, .txt, .uff, .tdms), or files of responses (.json too)."),
+    ],
     sources: SourceOptions,
     hits: HammerOptions,
+    others: ResponseOptions,
     outputs: FrfOutputs,
     estimator: Annotated[
         Estimator,
@@ -64,43 +74,69 @@ def run(
     ] = None,
 ) -> Exit:
     """Compute frequency responses of records. With coherence, variance and resonances; with --hammer of hits."""
-    json, plot, uff, html = outputs.json, outputs.plot, outputs.uff, outputs.html
-    check_places(json, plot, uff, html)  # said before the work, not after
-    format = None if plot is None else format_of(plot)
+    single = {".csv": outputs.csv, ".mat": outputs.mat, ".uff": outputs.uff}
+    check_places(outputs.json, outputs.plot, outputs.html, *single.values())  # said before the work, not after
+    format = None if outputs.plot is None else format_of(outputs.plot)
     input = sources.input or (FORCE if hits.hammer else "Va")
-    read = _read(records, sources, input)
-    if hits.hammer:
-        responses: list[MeasuredResponse] = [_of_hits(read, input, estimator, f_lo, f_hi, merge_Hz, hits)]
-    elif estimator not in OF_RECORDS:
+    read = [_read(path, sources, others, input) for path in records]
+    imported = [replace(r, frf=cut(r.frf, f_lo, f_hi)) for r in read if isinstance(r, ImportedResponse)]
+    taken = [r for r in read if isinstance(r, Record)]
+    responses: list[MeasuredResponse] = [*imported]
+    if estimator not in OF_RECORDS and not hits.hammer:
         raise RecordError(f"--estimator {estimator}: averages over hits; add --hammer, or use h1 or lpm")
-    else:
-        responses = responses_of(read, EstimatorSettings(estimator, segment_s, f_lo, f_hi, input, merge_Hz))
-    if uff is not None and len(responses) > 1:
-        raise RecordError(f"{uff}: a universal file takes one response, not {len(responses)}; merge them or name one")
+    if imported and (hits.hammer or merge_Hz is not None):
+        raise RecordError(f"{imported[0].title}: holds a response; --hammer and --merge-Hz are for records")
+    if hits.hammer:
+        responses = [_of_hits(taken, input, estimator, f_lo, f_hi, merge_Hz, hits)]
+    elif taken:
+        settings = EstimatorSettings(estimator, segment_s, f_lo, f_hi, input, merge_Hz)
+        responses = [*responses_of(taken, settings), *imported]
+    if len(responses) > 1 and (place := next((p for p in single.values() if p is not None), None)):
+        kind = "a universal file" if place == outputs.uff else "this file"
+        raise RecordError(f"{place}: {kind} takes one response, not {len(responses)}; merge them or name one")
+    against = None if others.against is None else _import(others.against, sources, others)
+    compared = {} if against is None else {r.title: differences(r, against) for r in responses}
     for response in responses:
         stdout.print(hammer_summary(response) if isinstance(response, ImpactResponse) else summary(response))
         for note in response.frf.notes:
             say(f"{response.title}: {note}")
-    if json is not None:
-        write_atomic(json, dumps({"responses": [_json(r) for r in responses]}, allow_nan=False).encode())
-    if uff is not None:
-        write_atomic(uff, universal_file(responses[0]))
-    if plot is not None and format is not None:
-        write_atomic(plot, _drawn(responses, merge_Hz, format))
-    if html is not None:
+    if against is not None:
+        stdout.print(_comparison(compared, against))
+    if outputs.json is not None:
+        more = {"differences": [asdict(d) for found in compared.values() for d in found]} if compared else {}
+        document = {"responses": [_json(r) for r in responses], **more}
+        write_atomic(outputs.json, dumps(document, allow_nan=False).encode())
+    for ending, place in single.items():
+        if place is not None:
+            write_atomic(place, WRITERS[ending](responses[0]))
+    if outputs.plot is not None and format is not None:
+        write_atomic(outputs.plot, _drawn(responses, merge_Hz, format, against))
+    if outputs.html is not None:
         from accept.pictures.interactive import page
 
-        write_atomic(html, page(_panels(responses, merge_Hz), "Frequency responses"))
+        write_atomic(outputs.html, page(_panels(responses, merge_Hz, against), "Frequency responses"))
     return Exit.ACCEPTED
 
 
-def _read(records: Sequence[Path], sources: SourceOptions, input: str) -> list[Record]:
-    """Read records with the channels of the bench file and of the command line, the latter first."""
+def _read(path: Path, sources: SourceOptions, others: ResponseOptions, input: str) -> Record | ImportedResponse:
+    """Read a record with the channels of the bench file and of the command line, the latter first; else a response."""
     rig = None if sources.bench is None else load_bench(sources.bench).rig
     if sources.bench is not None and rig is None:
         raise RecordError(f"{sources.bench}: has no [rig]")
     channels: dict[str, str | ChannelSource] = {**(rig.channels if rig else {}), **_mapping(sources.map or ())}
-    return [read_any(path, input, channels, sources.ts, rig is not None) for path in records]
+    try:
+        return read_any(path, input, channels, sources.ts, rig is not None)
+    except RecordError as e:
+        first = e
+    try:
+        return _import(path, sources, others)
+    except RecordError as e:
+        raise first from e
+
+
+def _import(path: Path, sources: SourceOptions, others: ResponseOptions) -> ImportedResponse:
+    names = _mapping(sources.map or ())
+    return import_response(path, sources.input or "", names, others.averages, others.noise)
 
 
 def _of_hits(
@@ -148,9 +184,8 @@ def summary(response: MeasuredResponse) -> Table:
     table.title_justify = "left"
     for c in frf.channels:
         mode = response.resonances.get(c)
-        cells = (
-            ("none seen", "") if mode is None else (with_U(mode.f_Hz, U_Hz(mode)), f"{100 * mode.damping_ratio:.3g}")
-        )
+        none = "not searched" if isinstance(response, ImportedResponse) else "none seen"
+        cells = (none, "") if mode is None else (with_U(mode.f_Hz, U_Hz(mode)), f"{100 * mode.damping_ratio:.3g}")
         table.add_row(f"{c} / {frf.input}", _coherent(frf, c), *cells)
     return table
 
@@ -181,36 +216,68 @@ def with_U(value: float, U: float) -> str:
 
 def _coherent(frf: Frf, channel: str) -> str:
     """Return first and last frequency with a coherence above COHERENT, and how much of what is between has it."""
-    good = frf.coherence[:, frf.index(channel)] >= COHERENT
+    coherence = frf.coherence[:, frf.index(channel)]
+    if np.isnan(coherence).all():
+        return "not stated"
+    good = coherence >= COHERENT
     if not good.any():
         return "nowhere"
     at = np.flatnonzero(good)
     return f"{frf.f[at[0]]:.4g} to {frf.f[at[-1]]:.4g} ({100 * good[at[0] : at[-1] + 1].mean():.0f} % of it)"
 
 
-def _drawn(responses: Sequence[MeasuredResponse], merge_Hz: float | None, format: str) -> bytes:
+def _comparison(compared: Mapping[str, Sequence[ResponseDifference]], against: ImportedResponse) -> Table:
+    """Return a row per channel: how far it lies from the other response."""
+    titles = ("response", "channel", "bins", "median", "largest", "at [Hz]", "within both 95 % regions")
+    table = Table(*titles, title=f"apart from {against.title}, relative to it")
+    table.title_justify = "left"
+    for title, found in compared.items():
+        for d in found:
+            agreeing = "noise not stated" if d.agreeing is None else f"{100 * d.agreeing:.0f} %"
+            sizes = (f"{100 * d.median:.3g} %", f"{100 * d.largest:.3g} %", f"{d.at_Hz:.5g}")
+            table.add_row(title, d.channel, str(d.bins), *sizes, agreeing)
+    return table
+
+
+def _drawn(
+    responses: Sequence[MeasuredResponse], merge_Hz: float | None, format: str, against: ImportedResponse | None
+) -> bytes:
     from accept.pictures.draw import picture  # loads matplotlib: only when wanted
 
     panels: list[Panel] = []
     for response in responses:
-        drawn = _panels_of(response, merge_Hz)
+        drawn = _panels_of(response, merge_Hz, against)
         of = response.frf.channels
         panels += [drawn[f"{c} {part}"] for part in ("magnitude", "phase") for c in of]
-        panels += [drawn["coherence"]] * (len(responses) == 1)
+        panels += [drawn["coherence"]] if len(responses) == 1 and "coherence" in drawn else []
         panels += [panel for name, panel in drawn.items() if name.startswith("impacts of ")]
     columns = len(responses[0].frf.channels)
     alike = all(len(r.frf.channels) == columns for r in responses)
     return picture(panels, format, columns=columns if alike and columns <= 4 else 2)
 
 
-def _panels(responses: Sequence[MeasuredResponse], merge_Hz: float | None) -> dict[str, Panel]:
+def _panels(
+    responses: Sequence[MeasuredResponse], merge_Hz: float | None, against: ImportedResponse | None
+) -> dict[str, Panel]:
     """Return the panels of all responses, by names that do not collide."""
     many = len(responses) > 1
-    drawn = [(r.title, _panels_of(r, merge_Hz)) for r in responses]
+    drawn = [(r.title, _panels_of(r, merge_Hz, against)) for r in responses]
     return {f"{title}: {name}" if many else name: panel for title, found in drawn for name, panel in found.items()}
 
 
-def _panels_of(response: MeasuredResponse, merge_Hz: float | None) -> dict[str, Panel]:
-    if isinstance(response, ImpactResponse):
-        return response.panels
-    return bode(response.frf, response.ratios, merge_Hz=merge_Hz)
+def _panels_of(
+    response: MeasuredResponse, merge_Hz: float | None, against: ImportedResponse | None
+) -> dict[str, Panel]:
+    panels = response.panels if isinstance(response, ImpactResponse) else None
+    panels = panels or bode(response.frf, response.ratios, merge_Hz=merge_Hz)
+    if against is None:
+        return panels
+    beside = bode(against.frf, against.ratios)
+    for name, panel in panels.items():
+        other = beside.get(name)
+        if other is not None and name != "coherence":
+            lines = [i for i in other.items if isinstance(i, Line) and i.role == "data"]
+            panels[name] = replace(
+                panel, items=(*panel.items, *(replace(i, role="model", label=against.title) for i in lines))
+            )
+    return panels

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from accept.commands.options import Json, Plot
+from accept.commands.options import Csv, Json, Plot
 
 
 @dataclass(frozen=True)
@@ -52,10 +52,27 @@ class HammerOptions:
 
 
 @dataclass(frozen=True)
+class ResponseOptions:
+    """What a file of responses does not state, and a response to compare with."""
+
+    averages: Annotated[
+        float | None, typer.Option(help="Averages behind the coherence that a file of responses states.")
+    ] = None
+    noise: Annotated[float | None, typer.Option(help="Relative noise of a response whose file states none: 0.005.")] = (
+        None
+    )
+    against: Annotated[
+        Path | None, typer.Option(help="File of responses to compare with: .uff, .mat, .csv or .json.")
+    ] = None
+
+
+@dataclass(frozen=True)
 class FrfOutputs:
     """What to write."""
 
     json: Json = None
+    csv: Csv = None
+    mat: Annotated[Path | None, typer.Option(help="MATLAB file to write, with the fields of an frd object.")] = None
     plot: Plot = None
     uff: Annotated[Path | None, typer.Option(help="Universal file (data set 58) to write.")] = None
     html: Annotated[Path | None, typer.Option(help="Interactive plot, one page (extra `site`).")] = None

@@ -30,6 +30,11 @@ from checks.errors import ModelError, RecordError
 from checks.gap.effects import EFFECTS
 from checks.gap.workflow import GapRefused
 
+FILE_TOO_LITTLE = (
+    "is a file; the gap analysis compares with a second realisation that was not fitted and asks the records "
+    "themselves, so it needs a unit folder. `accept model fit` and `accept misalign` take a file of responses"
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Answer:
@@ -85,6 +90,9 @@ def run(
 
 def _units(paths: Sequence[Path]) -> list[UnitFolder]:
     """Return units at or below the paths. Raises UnitError, for a serial that two of them have too."""
+    for path in paths:
+        if path.is_file() and path.name != UNIT_FILE:
+            raise RecordError(f"{path}: {FILE_TOO_LITTLE}")
     units = {folder.resolve(): read(folder) for path in paths for folder in find(path)}
     by_serial: dict[str, Path] = {}
     for unit in units.values():

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from accept.analysis.imported_response import ImportedResponse, import_response
 from accept.analysis.misalignment import as_document, estimate_or_reason
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, tell
@@ -14,7 +15,7 @@ from accept.base.progress import busy
 from accept.commands.options import Json, Plot
 from accept.commands.physics.model import draw_to
 from accept.pictures.formats import format_of
-from accept.units.unit_folder import UNIT_FILE, UnitError, read
+from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, read
 from checks.cause import Reason
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import panels
@@ -22,7 +23,7 @@ from checks.misalignment.panels import panels
 
 @clear_errors
 def run(
-    unit: Annotated[Path, typer.Argument(help="Folder of a strut with a section [frf].")],
+    unit: Annotated[Path, typer.Argument(help="Folder of a strut with a section [frf], or a file of its responses.")],
     model: Annotated[str | None, typer.Option("--model", help="Built-in model or file; else strut-as-built.")] = None,
     json: Json = None,
     plot: Plot = None,
@@ -31,20 +32,29 @@ def run(
     check_places(json, plot)  # said before the search, not after
     if plot is not None:
         format_of(plot)
-    folder = read(unit)
-    if folder.kind != "strut":
-        raise UnitError(unit / UNIT_FILE, [f"kind = '{folder.kind}': only a strut has joints to be misaligned from"])
-    with busy(f"{folder.serial}: misalignment"):
-        found = estimate_or_reason(folder, model)
-    document = as_document(folder.serial, found)
+    given, serial = _opened(unit)
+    with busy(f"{serial}: misalignment"):
+        found = estimate_or_reason(given, model)
+    document = as_document(serial, found)
     if json is not None:
         write_atomic(json, dumps(document.to_json(), indent=1, allow_nan=False).encode() + b"\n")
     if plot is not None and isinstance(found, MisalignmentEstimate):
         draw_to(plot, list(panels(found).values()), 1)
-    tell(*words(folder.serial, found))
+    tell(*words(serial, found))
     if isinstance(found, MisalignmentEstimate) and found.reason is None:
         say("\n".join([f"dx, dy: {found.meaning}", *found.notes]))
     return Exit.ACCEPTED if document.reason is None else Exit.INCOMPLETE
+
+
+def _opened(path: Path) -> tuple[UnitFolder | ImportedResponse, str]:
+    """Return a unit, or the response of a file, with its name. Raises UnitError for an APA, RecordError."""
+    if path.is_file() and path.name != UNIT_FILE:
+        response = import_response(path)
+        return response, response.title
+    folder = read(path)
+    if folder.kind != "strut":
+        raise UnitError(path / UNIT_FILE, [f"kind = '{folder.kind}': only a strut has joints to be misaligned from"])
+    return folder, folder.serial
 
 
 def words(serial: str, found: MisalignmentEstimate | Reason) -> list[str]:

@@ -24,7 +24,9 @@ COLUMNS = 3  # a row of panels per channel
 
 @clear_errors
 def run(
-    unit: Annotated[Path, typer.Argument(help="Unit folder with a section [frf].")],
+    unit: Annotated[
+        Path, typer.Argument(help="Unit folder with a section [frf], or a file of responses (.uff, .mat, .csv, .json).")
+    ],
     wanted: FitOptions,
     outputs: FitOutputs,
 ) -> Exit:

@@ -24,20 +24,22 @@ def bode(
     """Return the panels "<channel> magnitude" and "<channel> phase" of every channel, and "coherence" of all of them.
 
     units : unit of each channel (per unit of the input: "m/V"). merge_Hz is marked in every panel. model (F, C): drawn
-    beside the data. The bands hold the true value with probability p each. Bins without a finite variance are left out,
-    and so is the phase if the region holds 0. Logarithmic frequency axis: 0 Hz is left out."""
+    beside the data. The bands hold the true value with probability p each; a variance of NaN is not known and has no
+    band. Bins of infinite variance are left out, and so is the phase if the region holds 0. Logarithmic frequency axis:
+    0 Hz is left out."""
     marks = () if merge_Hz is None else (Mark(merge_Hz, "x", f"merged at {merge_Hz:g} Hz", "quiet"),)
     panels: dict[str, Panel] = {}
     for c, name in enumerate(frf.channels):
         unit = (units or {}).get(name, "")
         title = f"{name} / {frf.input}"
-        good = np.isfinite(frf.var[:, c]) & (np.abs(frf.H[:, c]) > 0) & (frf.f > 0)
+        good = ~np.isinf(frf.var[:, c]) & (np.abs(frf.H[:, c]) > 0) & (frf.f > 0)
         at = thinned(frf.f, good)
         f, H, r = frf.f[at], frf.H[at, c], frf.radius(p)[at, c]
         overlay = None if model is None else model[at, c]
         panels[f"{name} magnitude"] = _magnitude(title, unit, f, H, r, overlay, marks, p)
         panels[f"{name} phase"] = _phase(title, f, H, r, overlay, marks, p)
-    panels["coherence"] = _coherence(frf, marks)
+    if np.isfinite(frf.coherence).any():
+        panels["coherence"] = _coherence(frf, marks)
     above = frf.f[frf.f > 0]
     ends = (float(above[0]), float(above[-1])) if above.size > 1 else None
     return {name: replace(panel, x_range=ends) for name, panel in panels.items()}  # one axis for all of them
@@ -49,10 +51,9 @@ def _magnitude(
     size = np.abs(H)
     # A region that holds 0, or a bin of infinite variance, would stretch a logarithmic axis without end.
     lo, hi = np.maximum(size - r, 0.1 * size), np.minimum(size + r, 10.0 * size)
-    items: list[Item] = [
-        Band(f, lo, hi, f"{100 * p:g} % region"),
-        Line(f, size, "measured", role="data"),
-    ]
+    items: list[Item] = [Line(f, size, "measured", role="data")]
+    if np.isfinite(r).any():
+        items.insert(0, Band(f, lo, hi, f"{100 * p:g} % region"))
     if model is not None:
         items.append(Line(f, np.abs(model), "model", role="model"))
     label = f"magnitude [{unit}]" if unit else "magnitude"
@@ -62,14 +63,13 @@ def _magnitude(
 def _phase(
     title: str, f: Array, H: Complex, r: Array, model: Complex | None, marks: tuple[Mark, ...], p: float
 ) -> Panel:
-    known = r < np.abs(H)
+    known = ~(r >= np.abs(H))
     x, angle = f[known], np.degrees(np.angle(H[known]))
-    spread = np.degrees(np.arcsin(r[known] / np.abs(H[known])))
-    items: list[Item] = [
-        Line(x, angle, "measured", "points", "data"),
-        Line(x, angle - spread, f"{100 * p:g} % region", "points", "quiet"),
-        Line(x, angle + spread, "", "points", "quiet"),
-    ]
+    items: list[Item] = [Line(x, angle, "measured", "points", "data")]
+    if np.isfinite(r).any():
+        spread = np.degrees(np.arcsin(r[known] / np.abs(H[known])))
+        items.append(Line(x, angle - spread, f"{100 * p:g} % region", "points", "quiet"))
+        items.append(Line(x, angle + spread, "", "points", "quiet"))
     if model is not None:
         items.append(Line(f, np.degrees(np.angle(model)), "model", "points", "model"))
     return Panel(
@@ -85,7 +85,8 @@ def _phase(
 
 def _coherence(frf: Frf, marks: tuple[Mark, ...]) -> Panel:
     at = thinned(frf.f, frf.f > 0)
-    lines = tuple(Line(frf.f[at], frf.coherence[at, c], name) for c, name in enumerate(frf.channels))
+    stated = [c for c in range(len(frf.channels)) if np.isfinite(frf.coherence[:, c]).any()]
+    lines = tuple(Line(frf.f[at], frf.coherence[at, c], frf.channels[c]) for c in stated)
     return Panel(
         f"coherence with {frf.input}",
         "frequency [Hz]",
