@@ -38,7 +38,10 @@ if TYPE_CHECKING:
         read_response,
         read_unit,
         responses,
+        save_ss,
         simulate_unit,
+        to_control,
+        to_ss,
     )
 
 __all__ = [
@@ -58,7 +61,10 @@ __all__ = [
     "read_response",
     "read_unit",
     "responses",
+    "save_ss",
     "simulate_unit",
+    "to_control",
+    "to_ss",
 ]
 
 

@@ -7,12 +7,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from accept.analysis.given_responses import Given
 from accept.analysis.given_responses import dataset as dataset
 from accept.analysis.hammer import ImpactResponse, hammer_responses
 from accept.analysis.imported_response import ImportedResponse, import_response
 from accept.analysis.misalignment import estimate_unit
+from accept.analysis.model_export import save_state_space
+from accept.analysis.model_export import to_control as as_control
 from accept.analysis.model_fit import FittedModel, fit_unit, pictures
 from accept.analysis.record_responses import (
     OF_RECORDS,
@@ -44,6 +47,7 @@ from checks.gap.decision.panels import disagreement
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import panels as misalignment_panels
 from checks.model.model import Model
+from checks.model.time.state_space import StateSpace, state_space
 from checks.picture import Panel
 from checks.record import Record
 from checks.signals.impact.impacts import ImpactRules
@@ -211,6 +215,41 @@ def open_model(name: str | Path = "strut") -> Model:
 
     `model.frf(f)` (F, C) complex, `model.with_values({...})`. Raises SpecError, ModelError."""
     return _open_model(name)
+
+
+def to_ss(model: Model | str | Path) -> StateSpace:
+    """Return the state space of a model from Va at the DAC [V] to Vs [V], de and da [m].
+
+    Parameters
+    ----------
+    model : what `open_model` returned, or its name or file.
+
+    Returns
+    -------
+    `found.A` (n, n), `.B` (n, 1), `.C` (p, n), `.D` (p, 1), names under `.outputs`, and `.delay_s` (p,) [s], which no
+    matrix holds; `found.frf(f)` is the model's response. What a learned bench adds is left out. Raises ModelError.
+
+    `accept.to_control(found)` makes an object of python-control, `accept.save_ss(found, "F.mat")` a MATLAB struct.
+    """
+    return state_space(model if isinstance(model, Model) else open_model(model))
+
+
+def to_control(found: StateSpace, pade: int | None = None) -> Any:
+    """Return a state space as an object of python-control, with its names.
+
+    pade: order of the approximation of the delays; without it a state space with delays raises ModelError. Raises
+    RecordError if python-control is not installed."""
+    if not isinstance(found, StateSpace):
+        raise ArgumentError(f"to_control takes what to_ss returned, not a {type(found).__name__}")
+    return as_control(found, pade)
+
+
+def save_ss(found: StateSpace, file: str | Path) -> Path:
+    """Write a state space as a MATLAB file that one line opens as `ss`. Raises ModelError for another ending than
+    .mat."""
+    if not isinstance(found, StateSpace):
+        raise ArgumentError(f"save_ss takes what to_ss returned, not a {type(found).__name__}")
+    return save_state_space(found, _file(file))
 
 
 def fit_model(

@@ -10,6 +10,7 @@ import numpy as np
 import typer
 from rich.table import Column, Table
 
+from accept.analysis.model_export import save_state_space
 from accept.analysis.model_fit import grid
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout, tell
@@ -23,7 +24,10 @@ from checks.errors import ModelError
 from checks.fitting.fit_panels import UNITS, frf_panels
 from checks.model.model import Model, frequency_and_damping
 from checks.model.parameter_sweep import PUBLISHED_SWEEPS, panels, sweep, table
+from checks.model.time.state_space import state_space
 from checks.picture import Panel
+from hw.records.response_writers import frd_mat
+from hw.records.uff import frf_bytes
 from hw.records.writers import csv_bytes
 from specs.model import builtin_models
 from specs.units import unit_of
@@ -89,6 +93,13 @@ def frf(wanted: FrfOptions) -> Exit:
     if wanted.csv is not None:
         write_atomic(wanted.csv, csv_bytes(_columns(f, H, model.channels)))
         say(f"{wanted.csv}: written")
+    units = {"Va": "V", "Vs": "V", "de": "m", "da": "m"}
+    if wanted.mat is not None:
+        write_atomic(wanted.mat, frd_mat(f, H, model.channels, "Va", units, {"Notes": model.name}))
+        say(f"{wanted.mat}: written")
+    if wanted.uff is not None:
+        write_atomic(wanted.uff, frf_bytes(f, H, model.channels, "Va", units))
+        say(f"{wanted.uff}: written")
     if wanted.plot is not None:
         draw_to(wanted.plot, list(frf_panels(f, H, model.channels).values()), columns=2)  # magnitude beside phase
     document = {
@@ -101,8 +112,21 @@ def frf(wanted: FrfOptions) -> Exit:
     }
     if wanted.json is not None:
         _write_json(wanted.json, document)
-    elif wanted.csv is None and wanted.plot is None:
+    elif not any((wanted.csv, wanted.mat, wanted.uff, wanted.plot)):
         tell(json.dumps(document))
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def export(
+    out: Annotated[Path, typer.Option(help="MATLAB file to write: A, B, C, D with names and units.")],
+    model: ModelName = "strut",
+) -> Exit:
+    """Write the state space from Va to the channels as a MATLAB file."""
+    found = state_space(opened(model).model)
+    save_state_space(found, out)
+    tell(repr(found))
+    say(f"{out}: written")
     return Exit.ACCEPTED
 
 

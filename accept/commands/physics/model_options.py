@@ -32,6 +32,8 @@ class FrfOptions:
     points: Annotated[int, typer.Option(help="Frequencies, evenly over log f.")] = 1000
     json: Json = None
     csv: Csv = None
+    mat: Annotated[Path | None, typer.Option(help="MATLAB file to write, with the fields of an frd object.")] = None
+    uff: Annotated[Path | None, typer.Option(help="Universal file (data set 58) to write.")] = None
     plot: Plot = None
 
 
