@@ -169,7 +169,7 @@ def from_spectra(spectra: Spectra, channels: tuple[str, ...], input: str) -> Frf
 def quantile(p: float, nu: Array) -> Array:
     """Return the quantile of F(2, 2 nu), whose distribution is 1 - (1 + x/nu)^-nu, for every nu (F,)."""
     finite = np.where(np.isinf(nu), 1.0, nu)
-    return np.where(np.isinf(nu), -np.log1p(-p), finite * np.expm1(-np.log1p(-p) / finite))
+    return np.asarray(np.where(np.isinf(nu), -np.log1p(-p), finite * np.expm1(-np.log1p(-p) / finite)))
 
 
 def power_floor(power: Array) -> float:
