@@ -38,6 +38,38 @@ def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
     return tuple(n for s, n in ranked if s > COUNTS * ranked[0][0])
 
 
+def any_lag_explains(full: Candidate, effect: Effect) -> bool:
+    """Return whether a delay with a droop does as well in the place of a lag: exp(c1 s + c2 s^2 ...) with real c, as
+    many as the effect has parameters. Then its order or its damping is not seen, because its corner lies too far above
+    the band: a hold, a filter and a slow amplifier are one thing. Of a lag with one parameter that is the question
+    whether it is a delay, which the search asks."""
+    number = len(effect.parameters)
+    if not effect.lags or number < 2:
+        return False
+    data, response = full.unseen, full.response
+    H = response.frf(data.f, full.at, data.channels)
+    factor = H / (H - change_by(effect, response, full.at, data))
+    log = np.log(np.abs(factor)) + 1j * np.unwrap(np.angle(factor), axis=0)
+    s = 2j * np.pi * data.f[:, None] / (2.0 * np.pi * data.f[-1])
+    acts = np.array([c in effect.channels for c in data.channels])
+    terms = np.array([H * s**n * acts for n in range(1, number + 1)])
+    free = [p for p in response.free(full.at) if p.name in full.at]
+    own = [p.name for p in free if p.name.split(".")[0] == effect.name]
+    rest = [p for p in free if p.name not in own]
+    J = response.jacobian(data.f, [p.name for p in rest], full.at, data.channels)
+    priors = np.diag([1.0 / p.sd if np.isfinite(p.sd) else 0.0 for p in rest])
+
+    def left(residual: Complex, columns: Complex) -> float:
+        rows = data.whitener(np.concatenate([J, columns])).T
+        rows = np.vstack([rows, np.hstack([priors, np.zeros((len(rest), len(columns)))])])
+        _, over = shares(rows, np.concatenate([data.whitener(residual), np.zeros(len(rest))]))
+        return float(over @ over)
+
+    residual = data.H - H
+    itself = left(residual, response.jacobian(data.f, own, full.at, data.channels))
+    return left(residual + H * log * acts, terms) - itself < full.table.two_delta_lnL
+
+
 def by_its_size(effect: Effect, model: Model, response: Response, at: Values, data: Dataset) -> Complex | None:
     """Return the change (F, C) of a response by an effect in it: its derivatives times its size, because an exact
     imitation turns with the parameters. None if its size is unknown."""

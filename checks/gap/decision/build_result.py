@@ -18,7 +18,7 @@ from checks.gap.decision.next_experiment import choose_experiments
 from checks.gap.decision.resolve_by_experiments import FinalExplanation, resolve_by_experiments
 from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Result, StepShown, Tried
 from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
-from checks.gap.decision.verdict import imitable, indistinguishable, named_effects, verdict_of
+from checks.gap.decision.verdict import imitable, indistinguishable, lags_alike, named_effects, verdict_of
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.preparation.inputs import Problem
 from checks.gap.search.candidate import Candidate
@@ -143,7 +143,7 @@ def _with_rivals(decision: FinalExplanation, result: SearchResult) -> FinalExpla
     beside = tuple(a for a in decision.rivals if any(c.effect.name in a.effects for c in good))
     if result.steps:
         full = replace(full, unseen=with_disagreement(full.unseen, _residual(full)))
-    rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good))
+    rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good), *lags_alike(full, good))
     return replace(decision, rivals=rivals)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from checks.fitting.fit import Fit
-from checks.gap.decision.aliases import imitation
+from checks.gap.decision.aliases import any_lag_explains, imitation
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import (
     AMBIGUOUS,
@@ -16,7 +16,7 @@ from checks.gap.decision.result import (
     NamedValue,
     Nameless,
 )
-from checks.gap.effects import effect_named
+from checks.gap.effects import EFFECTS, effect_named
 from checks.gap.modelling.effect import Effect, SlowFinding
 from checks.gap.modelling.experiment import sharpest
 from checks.gap.modelling.thresholds import Thresholds
@@ -74,6 +74,16 @@ def imitable(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
     for effect in (c.effect for c in claims):
         if parameters := imitation(full, effect):
             out.append(Ambiguous((effect.name, f"other values of {', '.join(parameters)}"), effect.experiment.value))
+    return tuple(out)
+
+
+def lags_alike(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
+    """Return the named lags whose form the band does not show, with the others of their channels."""
+    out = []
+    for effect in (c.effect for c in claims):
+        alike = sorted(e.name for e in EFFECTS.values() if e.lags and e.channels == effect.channels)
+        if any_lag_explains(full, effect):
+            out.append(Ambiguous(tuple(alike), effect.experiment.value))
     return tuple(out)
 
 

@@ -99,7 +99,8 @@ class Effect:
     channels are multiplied. None of these: responses do not show it. slow: how it is seen in slow records. How the
     drive is simulated in time, if it is not a parameter of the model: bends, (values, amplitude [V]) -> what the drive
     (N,) [V] becomes; path, values -> the filter that it passes first. resembles: other causes whose responses are the
-    same, in words: a model file can hold such an effect, and no search names it."""
+    same, in words: a model file can hold such an effect, and no search names it. lags: it is a delay of its channels if
+    its corner lies far above the band."""
 
     name: str
     title: str
@@ -112,6 +113,7 @@ class Effect:
     sources: tuple[str, ...]
     experiment: Experiment
     resembles: str = ""
+    lags: bool = False
     turns: tuple[str, ...] = ()
     factor: Callable[[Values, Complex], Complex] | None = None
     slow: SlowRecord = field(default_factory=SlowRecord)

@@ -25,4 +25,5 @@ EFFECT = Effect(
     sentence="The amplifier is a first-order lag of {f_Hz} Hz.",
     sources=("[FL14] ch. 14", "[STB] 2.2"),
     experiment=Experiment.DUMMY,
+    lags=True,
 )

@@ -36,4 +36,5 @@ EFFECT = Effect(
     sentence="The amplifier is a second-order lag of {f_Hz} Hz (damping ratio {damping_ratio}).",
     sources=("[FL14] ch. 14",),
     experiment=Experiment.DUMMY,
+    lags=True,
 )

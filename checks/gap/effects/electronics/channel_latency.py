@@ -30,6 +30,7 @@ def _of_channel(channel: str) -> Effect:
         below=f"{channel} is sampled {{tau_us}} us earlier than the model says.",
         sources=("[FPW98] 4.3", "[HEIDENHAIN-LIN]"),
         experiment=Experiment.LOOP_BACK,
+        lags=True,
     )
 
 

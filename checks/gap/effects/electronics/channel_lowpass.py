@@ -39,6 +39,7 @@ def _of_channel(channel: str) -> Effect:
         sentence=f"{channel} runs through a low-pass of {{f_Hz}} Hz, order {{order}}.",
         sources=("[OPPENHEIM10] 7.2",),
         experiment=Experiment.LOOP_BACK,
+        lags=True,
     )
 
 

@@ -26,4 +26,5 @@ EFFECT = Effect(
     below="Every channel comes {tau_us} us earlier than the model says.",
     sources=("[STB] 6.1.2", "[FPW98] 4.3"),
     experiment=Experiment.DUMMY,
+    lags=True,
 )
