@@ -40,7 +40,9 @@ def plugins(group: str, problem: Callable[[Any], str], taken: Collection[str]) -
     for entry in _entries(group):
         try:
             value = entry.load()
-            words = problem(value) or _clash(value.name, (*taken, *found))
+            words = problem(value)
+            if not words and value.name in (*taken, *found):
+                words = f"the name '{value.name}' is taken"
         except Exception as e:  # noqa: BLE001 - whatever a stranger's code does, the program goes on without it
             words = f"{type(e).__name__}: {e}"
         if words:
@@ -76,10 +78,6 @@ def _entries(group: str) -> list[EntryPoint]:
     here = None if Path.cwd() in named else Path.cwd()
     found = sorted(entry_points(group=group), key=lambda e: (e.name, e.value))
     return [e for e in found if not e.dist or Path(str(e.dist.locate_file(""))).resolve() != here]
-
-
-def _clash(name: str, taken: Collection[str]) -> str:
-    return f"the name '{name}' is taken" if name in taken else ""
 
 
 def _origin(entry: EntryPoint) -> str:

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import accept
 from accept.models.model_file import open_model
 from accept.pictures.draw import picture
-from accept.pictures.reduce import reduced
+from accept.pictures.reduce import reduce_panel
 from accept.simulate import UnitRequest, simulate, write
 from checks.picture import Line, Panel, PanelKind
 
@@ -33,7 +33,7 @@ def main() -> None:
         for name, panels in figures(Path(place)):
             width, height = SIZE_MM
             content = picture(
-                [reduced(p) for p in panels], "png", (width * len(panels), height), columns=len(panels), dots=DOTS
+                [reduce_panel(p) for p in panels], "png", (width * len(panels), height), columns=len(panels), dots=DOTS
             )
             (out / f"physics-{name}.png").write_bytes(content)
             print(out / f"physics-{name}.png", len(content))

@@ -19,7 +19,7 @@ from accept.fleet.population.bench import latencies
 from accept.fleet.population.learn import learn_population, measured_units
 from accept.fleet.population.report import document, write_population
 from accept.gap.analyse_unit import run_gap
-from accept.models.model_file import opened
+from accept.models.model_file import open_model_file
 from accept.units.unit_folder import read
 from validation.model_files import write_model
 from validation.sets import SETS
@@ -32,7 +32,7 @@ def learned_without(data: Path, serial: str, out: Path) -> tuple[Path, dict[str,
     place, said = out / serial / "population.toml", out / serial / "learned.json"
     if not said.exists():
         mates = sorted(p for p in data.glob(f"{serial[0]}-*") if p.name != serial)
-        given = opened(write_model(SETS["scatter-1"], out / "start"))
+        given = open_model_file(write_model(SETS["scatter-1"], out / "start"))
         begun = time.process_time()
         found = learn_population(measured_units(mates, given), given, lambda _: None)
         place.parent.mkdir(parents=True, exist_ok=True)

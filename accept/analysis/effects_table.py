@@ -21,7 +21,7 @@ def table() -> str:
     return HEAD + "".join(rows)
 
 
-def renewed(page: str) -> str:
+def update_table(page: str) -> str:
     """Return the page with the table as it is now."""
     before, _, rest = page.partition(HEAD)
     lines = rest.splitlines(keepends=True)
@@ -30,4 +30,4 @@ def renewed(page: str) -> str:
 
 
 if __name__ == "__main__":
-    write_atomic(PAGE, renewed(PAGE.read_text(encoding="utf-8")).encode())
+    write_atomic(PAGE, update_table(PAGE.read_text(encoding="utf-8")).encode())

@@ -7,7 +7,7 @@ from accept.base.console import say
 from accept.base.documents.misalignment import MisalignmentDocument, Offset
 from accept.gap.responses import Responses, responses
 from accept.models.lookup_cache import table_for
-from accept.models.model_file import AS_BUILT, as_weighed, opened
+from accept.models.model_file import AS_BUILT, as_weighed, open_model_file
 from accept.units.unit_folder import UnitFolder
 from checks.cause import NoResult, Reason
 from checks.errors import RecordError
@@ -32,7 +32,10 @@ def estimate_or_reason(
 ) -> MisalignmentEstimate | Reason:
     """Estimate the misalignment of a strut, or return why the data cannot tell. workers: processes that build the table
     of a model that has none yet, as many as there are cores if None. Raises UnitError, RecordError, ModelError."""
-    given, measured = opened(model or AS_BUILT), _measured(folder)  # records are refused before a table is built
+    given, measured = (
+        open_model_file(model or AS_BUILT),
+        _measured(folder),
+    )  # records are refused before a table is built
     for words in measured.remarks:
         say(words)
     table = table_for(given.model, say, workers=workers)

@@ -12,7 +12,7 @@ from accept.analysis.given_responses import Given, responses_given
 from accept.analysis.imported_response import import_response
 from accept.base.console import say
 from accept.gap.responses import Responses, responses
-from accept.models.model_file import DEFAULT_MODEL, Opened, opened, write_model
+from accept.models.model_file import DEFAULT_MODEL, OpenedModel, open_model_file, write_model
 from accept.units.loaded_unit import LoadedUnit, loaded
 from checks.arrays import Array
 from checks.errors import ModelError
@@ -20,7 +20,7 @@ from checks.fitting.agreement import all_priors, outside_priors
 from checks.fitting.calibrate import Calibration, calibrate
 from checks.fitting.constants import Constant, fit_constants, seed_constants
 from checks.fitting.dataset import F_HI, F_LO, Dataset
-from checks.fitting.fit import Fit, free_of, own_cost, unfitted
+from checks.fitting.fit import Fit, free_of, own_cost, start_as_fit
 from checks.fitting.fit_panels import fit_panels
 from checks.fitting.goodness import Gap, gaps
 from checks.model.model import Model, frequencies
@@ -37,7 +37,7 @@ class FittedModel:
     held_out: G of the fitted model on the second realisation, empty without one. doubt: why the fitted model is not to
     be taken for the unit although its responses may agree, or None."""
 
-    base: Opened
+    base: OpenedModel
     start: Model
     model: Model
     fit: Fit
@@ -90,7 +90,7 @@ def fit_unit(
         given = import_response(given)
     unit = given if isinstance(given, Given) else loaded(given)
     kind = unit.folder.kind if isinstance(unit, LoadedUnit) else unit.kind if isinstance(unit, Responses) else "strut"
-    base = opened(model or DEFAULT_MODEL[kind])
+    base = open_model_file(model or DEFAULT_MODEL[kind])
     if base.model.up_to_Hz < f_hi:
         f_hi = base.model.up_to_Hz
         say(f"fitted to {f_hi:.0f} Hz only: {base.spec.name} is valid up to there")
@@ -108,7 +108,7 @@ def fit_unit(
         raise ModelError(f"{base.spec.name}: no value has an sd, so nothing is uncertain and nothing is fitted")
     say(f"{measured.serial}: fitting {len(start.sds)} parameters of {start.name} at {measured.first.f.size} bins")
     found = calibrate(start, measured.first, free_of(start), unseen=measured.second, starts=starts)
-    found = _no_worse(found, start, measured.first)
+    found = _or_start(found, start, measured.first)
     at = found.model.with_values(found.fit.at)
     return FittedModel(
         base=base,
@@ -117,16 +117,16 @@ def fit_unit(
         fit=found.fit,
         measured=measured,
         before=_gaps(start, measured.first),
-        after=_gaps(at, measured.first, found.fit.told if found.fit.converged else 0.0),
+        after=_gaps(at, measured.first, found.fit.effective_parameters if found.fit.converged else 0.0),
         held_out={} if measured.second is None else _gaps(at, measured.second),
         doubt=_doubt(found.fit),
         **_constants(at, measured.first),
     )
 
 
-def _no_worse(found: Calibration, start: Model, data: Dataset) -> Calibration:
+def _or_start(found: Calibration, start: Model, data: Dataset) -> Calibration:
     """Return the calibration, or the state before it if the search ended farther from the data than it began."""
-    before = unfitted(start, data, found.fit, "the search ended farther from the data than it began")
+    before = start_as_fit(start, data, found.fit, "the search ended farther from the data than it began")
     own = replace(found.fit, datasets=tuple(replace(s, tolerance=data.tolerance) for s in found.fit.datasets))
     return found if own_cost(own) <= own_cost(before) else Calibration(start, start, before)
 

@@ -153,7 +153,7 @@ def _put(back: Returned, out: Path) -> None:
     for name, content in back.files.items():
         path = inside(out, name)
         if path.suffix == ".toml":
-            from accept.models.model_file import moved  # loads what builds models: only when one came
+            from accept.models.model_file import with_moved_paths  # loads what builds models: only when one came
 
-            content = moved(content, (back.place / name).parent, path.parent)
+            content = with_moved_paths(content, (back.place / name).parent, path.parent)
         write_atomic(path, content)

@@ -69,9 +69,9 @@ class UnitJob:
         held = loaded(self.unit)
         result = judge_unit(held, self.spec, self.stated)
         if self.start is not None and applies(self.unit):
-            from accept.gap.attach_to_result import explained  # loads the search for what is missing
+            from accept.gap.attach_to_result import explain_result  # loads the search for what is missing
 
-            result = explained(result, held, self.start, say, self.out)
+            result = explain_result(result, held, self.start, say, self.out)
         if self.certificate is None:
             return Judgement(replace(result, panels={}))
         if not self.draws:

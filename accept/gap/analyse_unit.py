@@ -22,13 +22,13 @@ from accept.base.documents.gap import (
     NamedEffect,
     UnnamedEffect,
 )
-from accept.gap.empirical import Added, write_with_elements
+from accept.gap.empirical import AddedElement, write_with_elements
 from accept.gap.improved_model import write_improved
 from accept.gap.realisations import F_LO, realisations, trials_of
-from accept.gap.reasons import considered
+from accept.gap.reasons import considered_explanations
 from accept.gap.responses import Responses, responses
 from accept.gap.text import summary
-from accept.models.model_file import Opened, as_weighed, opened
+from accept.models.model_file import OpenedModel, as_weighed, open_model_file
 from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.unit_folder import UnitFolder
 from checks.errors import NotHeld, RecordError
@@ -39,7 +39,7 @@ from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.model import Model
 from checks.record import Record
 from checks.signals.disturbances import hum
-from checks.signals.interpolation import said_of
+from checks.signals.interpolation import error_notes
 
 SLOW_SINES = "hysteresis"  # section of unit.toml with the record of slow sines
 NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
@@ -51,7 +51,7 @@ class GapAnalysis:
 
     result: Result
     measured: Responses
-    model: Opened
+    model: OpenedModel
     inputs: Inputs
 
     def __repr__(self) -> str:
@@ -85,9 +85,9 @@ def analyse(
 ) -> GapAnalysis:
     """Run the workflow on a unit."""
     held = loaded(unit)
-    given = opened(model)
+    given = open_model_file(model)
     say("reading the records")
-    measured, notes = _read(held, given.model)
+    measured, notes = _read_responses(held, given.model)
     for words in measured.remarks:
         say(words)
     given = as_weighed(given, measured.serial, measured.payload_kg)
@@ -105,7 +105,7 @@ def analyse(
         merge_Hz=measured.merge_Hz,
         slow=_slow(held),
         without=frozenset(without),
-        notes=(*notes, *more, *_quality(A), *_hum(low), *said_of(measured.first.taken_out), *lost),
+        notes=(*notes, *more, *_quality(A), *_hum(low), *error_notes(measured.first.taken_out), *lost),
         trials=trials,
     )
     try:
@@ -115,13 +115,13 @@ def analyse(
         raise GapRefused(f"{CONTRADICTION}; {e}") from e
 
 
-def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = False) -> tuple[Added, ...]:
+def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = False) -> tuple[AddedElement, ...]:
     """Write gap.json, gap.pdf and model.toml into a folder and return the elements added without a name. empirical: add
     these to the model; html: write gap.html as well. Raises PictureError if plotly is not installed."""
     from accept.gap.report_pdf import render  # loads reportlab and matplotlib: only when wanted
 
     model = out / "model.toml"
-    added: tuple[Added, ...] = ()
+    added: tuple[AddedElement, ...] = ()
     if empirical:
         added = write_with_elements(model, done.model, done.measured, done.result, done.inputs)
     else:
@@ -136,7 +136,7 @@ def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = Fa
     return added
 
 
-def _read(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:
+def _read_responses(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:
     """Return the responses of the available channels, up to the model's highest frequency, and notes on missing
     channels."""
     tolerance, f_hi = model.tolerance, min(F_HI, model.up_to_Hz)
@@ -217,7 +217,7 @@ def to_json(serial: str, r: Result) -> dict[str, Any]:
             for u in r.unnamed
         ),
         candidates=tuple(
-            CandidateEffect(", ".join(t.names), _finite(t.delta_lnL), t.p, why) for t, why in considered(r)
+            CandidateEffect(", ".join(t.names), _finite(t.delta_lnL), t.p, why) for t, why in considered_explanations(r)
         ),
         steps=tuple(GapStep(s.effect, s.channels) for s in r.steps),
         detection_limits=r.detection_limits,

@@ -27,12 +27,12 @@ MODELS = "models"  # folder of improved models, in that of the results
 NO_ANSWER = (GapRefused, ModelError, RecordError, SpecError, UnitError, OSError)
 
 
-def explained(result: UnitResult, unit: LoadedUnit, start: StartModel, say: Say, out: Path | None) -> UnitResult:
+def explain_result(result: UnitResult, unit: LoadedUnit, start: StartModel, say: Say, out: Path | None) -> UnitResult:
     """Return the result with its key `gap`: gap.json with the start model, or the reason why there is no analysis. out:
     folder of the results; the improved model goes there."""
     try:
-        done = _analysed(unit, start, say)
-        improved = _improved(done, out)
+        done = _analyse(unit, start, say)
+        improved = _write_improved(done, out)
     except NO_ANSWER as e:
         return replace(result, gap=start.refused(str(e)))
     document = start.answer(done.document) | {"improved": improved}
@@ -55,7 +55,7 @@ def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:
     return f"{worst} magnitude", f"{worst} residual"
 
 
-def _improved(done: analyse_unit.GapAnalysis, out: Path | None) -> str | None:
+def _write_improved(done: analyse_unit.GapAnalysis, out: Path | None) -> str | None:
     """Write the improved model if an effect was named and return its name within `out`. Raises OSError."""
     if out is None or not done.result.named:
         return None
@@ -64,7 +64,7 @@ def _improved(done: analyse_unit.GapAnalysis, out: Path | None) -> str | None:
     return name
 
 
-def _analysed(unit: LoadedUnit, start: StartModel, say: Say) -> analyse_unit.GapAnalysis:
+def _analyse(unit: LoadedUnit, start: StartModel, say: Say) -> analyse_unit.GapAnalysis:
     """Run the workflow. Raises one of NO_ANSWER, also for an error of the workflow itself, so that the unit is still
     judged."""
     try:

@@ -8,7 +8,7 @@ from typing import Any
 
 from accept.gap.improved_model import write_improved
 from accept.gap.responses import Responses
-from accept.models.model_file import Opened, open_model
+from accept.models.model_file import OpenedModel, open_model
 from checks.fitting.dataset import Dataset
 from checks.fitting.goodness import gaps
 from checks.gap.decision.result import Result
@@ -21,7 +21,7 @@ AGREES = 1.0  # G of a channel up to which there is nothing to add
 
 
 @dataclass(frozen=True, eq=False)
-class Added:
+class AddedElement:
     """One channel: its element, or None with the reason; before, after: G on unseen records."""
 
     channel: str
@@ -41,8 +41,8 @@ class Added:
 
 
 def write_with_elements(
-    path: Path, given: Opened, measured: Responses, result: Result, inputs: Inputs
-) -> tuple[Added, ...]:
+    path: Path, given: OpenedModel, measured: Responses, result: Result, inputs: Inputs
+) -> tuple[AddedElement, ...]:
     """Write the improved model, first without unidentified elements, then again with every element that helps, and
     return those."""
     write_improved(path, given, measured, result)
@@ -50,7 +50,7 @@ def write_with_elements(
     A, B = (d.select(result.after.data.channels) for d in (inputs.A, inputs.B))
     if any(e.parameters or e.exchanges for e in result.early):
         reason = "the records themselves have faults, which no model holds"
-        return tuple(Added(c, None, G, G, reason) for c, G in _G(model, B).items())
+        return tuple(AddedElement(c, None, G, G, reason) for c, G in _G(model, B).items())
     before, found = _G(model, B), {}
     for channel, G in before.items():
         if G > AGREES:
@@ -65,7 +65,9 @@ def write_with_elements(
         elements = {c: f for c, f in elements.items() if c not in worse}
         write_improved(path, given, measured, result, tuple(elements.values()))
         after = _G(open_model(path), B)
-    return tuple(Added(c, elements.get(c), before[c], after[c], _reason(c, before[c], found, worse)) for c in before)
+    return tuple(
+        AddedElement(c, elements.get(c), before[c], after[c], _reason(c, before[c], found, worse)) for c in before
+    )
 
 
 def _reason(channel: str, before: float, found: dict[str, FittedElement | None], worse: list[str]) -> str:
@@ -81,12 +83,12 @@ def _G(model: Model, data: Dataset) -> dict[str, float]:
     return {c: g.G for c, g in gaps([data.around(H)], [data.H - H]).items()}
 
 
-def elements_of(added: Sequence[Added]) -> dict[str, Element]:
+def elements_of(added: Sequence[AddedElement]) -> dict[str, Element]:
     """Return the added elements by channel."""
     return {a.channel: a.fitted.element for a in added if a.fitted is not None}
 
 
-def lines(added: tuple[Added, ...]) -> list[str]:
+def lines(added: tuple[AddedElement, ...]) -> list[str]:
     """Return the added elements as text for a terminal."""
     out = []
     for a in added:

@@ -37,7 +37,10 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     """Return the effects as text, a line for each."""
     out = [f"fleet of {len(found['units'])}: {', '.join(found['units'])}"]
     for row in found["common"]:
-        values = ", ".join(_value(row["effect"], k, p) for k, p in row["parameters"].items())
+        values = ", ".join(
+            f"{value_words(row['effect'], k, p['value'])} [{number(p['lo'])}, {number(p['hi'])}]"
+            for k, p in row["parameters"].items()
+        )
         out.append(f"  of the bench: {words_of(row['effect'])} {values} (in {', '.join(row['serials'])})")
         if row["undecided"]:
             out.append(f"    not told for {', '.join(row['undecided'])}, which other things keep unexplained")
@@ -45,10 +48,6 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         differ = ", values differ" if row["without"] == [] and len(row["serials"]) > 1 else ""
         out.append(f"  of single struts: {words_of(row['effect'])} (in {', '.join(row['serials'])}{differ})")
     return out if len(out) > 1 else [*out, "  no effect was named"]
-
-
-def _value(effect: str, name: str, p: Mapping[str, float]) -> str:
-    return f"{value_words(effect, name, p['value'])} [{number(p['lo'])}, {number(p['hi'])}]"
 
 
 def _of_the_bench(row: Mapping[str, Any], documents: Sequence[Document]) -> bool:

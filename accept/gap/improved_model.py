@@ -1,10 +1,10 @@
 """The improved model as a file: fitted values, the effects that were named, covariance, and where they came from."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from accept.gap.responses import Responses
-from accept.models.model_file import Opened, write_model
+from accept.models.model_file import OpenedModel, write_model
 from checks.gap.decision.result import Result
 from checks.gap.effects import EFFECTS
 from checks.gap.empirical import FittedElement
@@ -14,7 +14,7 @@ PAYLOAD = "bench.payload_kg"
 
 
 def write_improved(
-    path: Path, given: Opened, measured: Responses, result: Result, unidentified: Sequence[FittedElement] = ()
+    path: Path, given: OpenedModel, measured: Responses, result: Result, unidentified: Sequence[FittedElement] = ()
 ) -> None:
     """Write model.toml; unidentified: elements that are added without a name. Faults that were found before the search
     belong to the records, not to the model, and are left out; only a reversed sensor is an effect that a model can
@@ -35,7 +35,7 @@ def write_improved(
     weighed = {n: given.model.values[n] for n in (PAYLOAD,) if n in given.model.values}  # as the unit's folder says
     values = weighed | {n: fit.at[n] for n in own}
     sds = {n: fit.sds[n] for n in own}
-    effects = [(n.effect, _values(result, n.effect)) for n in result.named if n.effect in EFFECTS]
+    effects = [(n.effect, {k: v.value for k, v in n.parameters.items()}) for n in result.named if n.effect in EFFECTS]
     name = spec.name if spec.name.endswith(measured.serial) else f"{spec.name}-{measured.serial}"
     write_model(
         path,
@@ -48,8 +48,3 @@ def write_improved(
         record=record,
         name=name,
     )
-
-
-def _values(result: Result, effect: str) -> Mapping[str, float]:
-    named = next(n for n in result.named if n.effect == effect)
-    return {k: v.value for k, v in named.parameters.items()}

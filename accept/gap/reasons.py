@@ -17,7 +17,7 @@ FAR = 2.0  # of a prior's sd: a value that moved so far is worth a second look
 
 
 @dataclass(frozen=True)
-class Moved:
+class MovedParameter:
     """A fitted value: prior and sd of the model's file, value and sd after the fit; shift in sd of the prior."""
 
     name: str
@@ -30,15 +30,16 @@ class Moved:
 
 def candidates(result: Result) -> Iterator[tuple[str, str, str, str]]:
     """Yield every explanation with its gain in ln L, p of the rest, and why it was named or not; the best first."""
-    for tried, why in considered(result):
+    for tried, why in considered_explanations(result):
         words = ", ".join(map(words_of, tried.names)) or "none"
-        yield words, _gain(tried), chance(tried.p), why
+        gain = f"{tried.delta_lnL:.0f}" if math.isfinite(tried.delta_lnL) else "-"
+        yield words, gain, chance(tried.p), why
 
 
-def considered(result: Result) -> list[tuple[Tried, str]]:
+def considered_explanations(result: Result) -> list[tuple[Tried, str]]:
     """Return the effects that were tried, the best first, each with the reason why it was named or not."""
     named = {n.effect for n in result.named}
-    chosen = next((t for t in result.tried if named and set(t.names) == named), None) or _chosen(result)
+    chosen = next((t for t in result.tried if named and set(t.names) == named), None) or _named_explanation(result)
     shown = result.tried[:SHOWN]
     if chosen is not None and chosen not in shown:
         shown = (chosen, *shown)
@@ -47,7 +48,7 @@ def considered(result: Result) -> list[tuple[Tried, str]]:
     ]
 
 
-def _chosen(result: Result) -> Tried | None:
+def _named_explanation(result: Result) -> Tried | None:
     """Return a note on the named effects if the explanation first held others that proved to be unnecessary."""
     if not result.named or result.verdict != EXPLAINED:
         return None
@@ -79,15 +80,11 @@ def _why(tried: Tried, chosen: Tried | None, named: set[str], result: Result) ->
     return "not named: explains no more than what was named"
 
 
-def _gain(tried: Tried) -> str:
-    return f"{tried.delta_lnL:.0f}" if math.isfinite(tried.delta_lnL) else "-"
-
-
-def moved(result: Result) -> list[Moved]:
+def moved_parameters(result: Result) -> list[MovedParameter]:
     """Return the values of the model with a prior, those that the fit moved furthest first."""
     fit, sds = result.fit, result.fit.sds
     found = [
-        Moved(
+        MovedParameter(
             free.name,
             free.prior,
             free.sd,
@@ -101,6 +98,6 @@ def moved(result: Result) -> list[Moved]:
     return sorted(found, key=lambda one: -abs(one.shift))
 
 
-def shift_words(one: Moved) -> str:
+def shift_words(one: MovedParameter) -> str:
     """Return the shift of a value in its prior's sd, and a warning if that is far."""
     return f"{one.shift:+.1f} sd" + (", far from the model's file" if abs(one.shift) > FAR else "")

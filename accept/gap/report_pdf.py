@@ -17,14 +17,14 @@ from reportlab.platypus import (
     TableStyle,
 )
 
-from accept.gap.empirical import Added, elements_of
+from accept.gap.empirical import AddedElement, elements_of
 from accept.gap.report_tables import tables
 from accept.gap.text import (
     chance,
     experiment_line,
     gap_number,
     headline_of,
-    named_line,
+    parameter_line,
     poles_of,
     value_words,
     words_of,
@@ -35,7 +35,7 @@ from accept.pictures.pdf.assemble import assemble
 from accept.pictures.pdf.figure_row import FigureRow, FigureStack
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted, register
 from accept.pictures.pdf.page_style import words
-from accept.pictures.reduce import reduced
+from accept.pictures.reduce import reduce_panel
 from checks.gap.decision.bode_panels import bode_panels
 from checks.gap.decision.panels import disagreement
 from checks.gap.decision.result import NO_MISSING, Result
@@ -53,7 +53,7 @@ BANDS = (
 )
 
 
-def render(serial: str, result: Result, added: Sequence[Added] = ()) -> bytes:
+def render(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> bytes:
     """Return the report as a PDF. added: elements that were added to the improved model without a name."""
     register()
     shown = tables(result, added)
@@ -61,7 +61,7 @@ def render(serial: str, result: Result, added: Sequence[Added] = ()) -> bytes:
         *_found(result),
         words("Where model and data disagree", page_style.HEADING),
         words(BEFORE, page_style.QUIET),
-        FigureRow([reduced(disagreement(result))], 40.0),
+        FigureRow([reduce_panel(disagreement(result))], 40.0),
         *_table(shown.get("gap"), (24, 24, 24, 28, 24, 30, 28)),
         *_table(shown.get("steps"), (82, 34, 34, 34)),
         *_remarks(result),
@@ -115,7 +115,7 @@ def _found(result: Result) -> list[Flowable]:
     for n in result.named:
         story += [
             words(n.sentence, page_style.STRONG),
-            words(f"{named_line(n)}; p {chance(n.p)}", page_style.SMALL),
+            words(f"{parameter_line(n)}; p {chance(n.p)}", page_style.SMALL),
         ]
     if result.verdict == NO_MISSING:
         story.append(
@@ -137,13 +137,13 @@ def _found(result: Result) -> list[Flowable]:
     return story
 
 
-def _bode(result: Result, added: Sequence[Added]) -> list[Flowable]:
+def _bode(result: Result, added: Sequence[AddedElement]) -> list[Flowable]:
     """Return the magnitude, phase and residual of every channel, on one frequency axis each."""
     channels = result.before.data.channels
     drawn = bode_panels(result, elements_of(added))
     heights = [h * min(3.0 / len(channels), 1.6) for h in BODE]
     kinds = ("magnitude", "phase", "deviation")
-    return [FigureStack([reduced(drawn[f"{c} {kind}"]) for kind in kinds], heights) for c in channels]
+    return [FigureStack([reduce_panel(drawn[f"{c} {kind}"]) for kind in kinds], heights) for c in channels]
 
 
 def _limits(result: Result) -> list[Flowable]:

@@ -3,8 +3,8 @@ added. gap.pdf and gap.html show the same."""
 
 from collections.abc import Sequence
 
-from accept.gap.empirical import Added
-from accept.gap.reasons import candidates, moved, shift_words
+from accept.gap.empirical import AddedElement
+from accept.gap.reasons import candidates, moved_parameters, shift_words
 from accept.gap.text import TWO, gap_number, number, words_of
 from accept.pictures.interactive import PageTable
 from checks.gap.decision.panels import errors
@@ -15,12 +15,12 @@ from specs.labels import model_label, with_unit
 PARAMETERS = 16  # of the fitted values: those that moved furthest
 
 
-def tables(result: Result, added: Sequence[Added] = ()) -> dict[str, PageTable]:
+def tables(result: Result, added: Sequence[AddedElement] = ()) -> dict[str, PageTable]:
     """Return the tables that have rows by subject, in order: "gap", "steps", "reasons", "added", "fitted"."""
     found = {
         "gap": _gap(result),
         "steps": _steps(result),
-        "reasons": _reasons(result),
+        "reasons": _candidates(result),
         "added": _added(added),
         "fitted": _fitted(result),
     }
@@ -37,13 +37,13 @@ def _gap(result: Result) -> PageTable:
     note = (
         "G: squared residual over noise variance plus squared tolerance, per degree of freedom; 1 or less is "
         "agreement. G before: the lowest that the model reaches without the named effects, fitted again. "
-        f"Level and phase: rms of what is left over{_taken_away(result)}."
+        f"Level and phase: rms of what is left over{_before_note(result)}."
     )
     head = ("Channel", "G before", "G after", "level before", "after", "phase before", "after")
     return PageTable("The gap by channel", note, head, tuple(rows))
 
 
-def _taken_away(result: Result) -> str:
+def _before_note(result: Result) -> str:
     """Return a note on the values behind the map and the curves before, if these are not the values behind G before."""
     alike = bool(result.before.names) or not result.named
     return "" if alike else ". Their before, as on the map: the named effects removed, all other values unchanged"
@@ -64,13 +64,13 @@ def _steps(result: Result) -> PageTable:
     return PageTable("The gap, step by step", note, ("With", *(f"G {c}" for c in channels)), rows)
 
 
-def _reasons(result: Result) -> PageTable:
+def _candidates(result: Result) -> PageTable:
     note = "On records that were not fitted. p of the rest: the chance that noise and tolerance leave as much over."
     head = ("Explanation tried", "gain in ln L", "p of the rest", "decision")
     return PageTable("Why this cause, and why not another", note, head, tuple(candidates(result)))
 
 
-def _added(added: Sequence[Added]) -> PageTable:
+def _added(added: Sequence[AddedElement]) -> PageTable:
     rows = []
     for one in added:
         gain, poles, zeros = "", f"nothing added: {one.reason}", ""
@@ -87,7 +87,7 @@ def _added(added: Sequence[Added]) -> PageTable:
 
 
 def _fitted(result: Result) -> PageTable:
-    found = moved(result)
+    found = moved_parameters(result)
     rows = tuple(
         (
             model_label(one.name),

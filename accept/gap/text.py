@@ -51,7 +51,7 @@ def words_of(effect: str) -> str:
     return effect.replace("_", " ")
 
 
-def named_line(n: Named) -> str:
+def parameter_line(n: Named) -> str:
     """Return an effect's name, then every parameter with its interval."""
     values = parameters(n.effect, ((name, v.value, v.lo, v.hi) for name, v in n.parameters.items()))
     return f"{words_of(n.effect)}: {values}" if values else words_of(n.effect)
@@ -69,15 +69,15 @@ def parameters(effect: str, values: Iterable[Value], form: str = "{} = {} [{}, {
 
 def symbol(effect: str, parameter: str) -> str:
     """Return a parameter's name for readers: dx for `dx_um`, mass for `kg`, "damping ratio" for `damping_ratio`."""
-    return _declared(effect, parameter).symbol
+    return _parameter(effect, parameter).symbol
 
 
 def unit(effect: str, parameter: str) -> str:
     """Return the unit of a parameter, "" for a pure number."""
-    return _declared(effect, parameter).unit
+    return _parameter(effect, parameter).unit
 
 
-def _declared(effect: str, parameter: str) -> "Parameter":
+def _parameter(effect: str, parameter: str) -> "Parameter":
     """Return the parameter as its effect declares it; for an effect that is not installed here, by its name."""
     from checks.gap.effects import EFFECTS, Parameter  # loads slowly: only when an effect is told
 
@@ -93,17 +93,17 @@ def summary(serial: str, r: Result) -> list[str]:
     gaps = ["  gap on unseen records, before -> after:"]
     for c, before in r.gap_before.channels.items():
         gaps.append(f"    {c}: G {gap_number(before.G)} -> {gap_number(r.gap_after.channels[c].G)}")
-    more = [line for words, indent in told(r) for line in _wrapped(words, indent)]
+    more = [line for words, indent in result_lines(r) for line in _wrapped(words, indent)]
     room = LINES - len(lines) - len(gaps)
     cut = [] if len(more) <= room else ["  ... for the rest see gap.json and gap.pdf"]
     return [*lines, *more[: room - len(cut)], *cut, *gaps]
 
 
-def told(r: Result) -> Iterator[tuple[str, str]]:
+def result_lines(r: Result) -> Iterator[tuple[str, str]]:
     """Yield the statements besides the gap, the most important first, each with its indent."""
     for n in r.named:
         yield n.sentence, "  "
-        yield f"{named_line(n)}  {_unbroken(f'p {chance(n.p)}')}", "    "
+        yield f"{parameter_line(n)}  p{_TIED}{chance(n.p).replace(' ', _TIED)}", "    "
     for a in r.ambiguous:
         yield f"cannot be distinguished: {', '.join(map(words_of, a.effects))}; next experiment: {a.experiment}", "  "
     if len(r.steps) > TWO:
@@ -121,7 +121,11 @@ def told(r: Result) -> Iterator[tuple[str, str]]:
         yield f"note: {note}", "  "
     if r.detection_limits:
         yield "smallest effects that would have been detected (90 % power):", "  "
-        yield ", ".join(_limit(k, v) for k, v in r.detection_limits.items()), "    "
+        limits = (
+            f"{words_of(effect)} {value_words(effect, *list(values.items())[-1])}"
+            for effect, values in r.detection_limits.items()
+        )
+        yield ", ".join(limits), "    "
 
 
 def step_line(effect: str | None, G: Mapping[str, float]) -> str:
@@ -150,11 +154,6 @@ def experiment_line(t: Tested) -> str:
     return f"experiment, {t.words}: {'holds' if t.holds else f'does not hold: {t.against}'} (G {G}){level}"
 
 
-def _limit(effect: str, values: Mapping[str, float]) -> str:
-    """Return the effect and its values, such as `loop delay tau 1.9 us`."""
-    return f"{words_of(effect)} {value_words(effect, *list(values.items())[-1])}"
-
-
 def value_words(effect: str, name: str, value: float) -> str:
     """Return a parameter and its value, such as `dx 53.5 um`."""
     return f"{symbol(effect, name)} {number(value)} {unit(effect, name)}".rstrip()
@@ -167,11 +166,6 @@ def _wrapped(words: str, indent: str) -> list[str]:
     return [line.replace(_TIED, " ") for line in lines]
 
 
-def _unbroken(words: str) -> str:
-    """Return the words joined so that they stay on one line."""
-    return words.replace(" ", _TIED)
-
-
 def one_line(document: Mapping[str, Any]) -> str:
     """Return a judged unit's key `gap` in a line: what is missing, and the gap before and after in the worst
     channel."""
@@ -180,12 +174,12 @@ def one_line(document: Mapping[str, Any]) -> str:
     if document["verdict"] == NO_MISSING:
         worst = max(document["gap_after"]["channels"].values())
         return f"agrees with model {document['model']} (largest G {worst:.2g})"
-    parts = [_named(n) for n in document["named"]]
+    parts = [_effect_with_values(n) for n in document["named"]]
     parts += [f"{' or '.join(map(words_of, a['effects']))} (cannot be distinguished)" for a in document["ambiguous"]]
-    parts += [f"unidentified effect on {u['channel']}{_pole(u)}" for u in document["unnamed"]]
-    told = document["named"] or document["ambiguous"]
-    head = f"{HEADLINE[document['verdict']].lower()}: " if told else ""
-    left = f"G of {gap_of(document)}" if told else f"remaining G of {_left(document)}"
+    parts += [f"unidentified effect on {u['channel']}{_pole_words(u)}" for u in document["unnamed"]]
+    explained = document["named"] or document["ambiguous"]
+    head = f"{HEADLINE[document['verdict']].lower()}: " if explained else ""
+    left = f"G of {gap_of(document)}" if explained else f"remaining G of {_worst_channel(document)}"
     return f"does not fit model {document['model']}; {head}{'; '.join(parts)}; {left}"
 
 
@@ -196,14 +190,14 @@ def gap_of(document: Mapping[str, Any]) -> str:
     return f"{worst} {gap_number(before[worst])} -> {gap_number(after[worst])}"
 
 
-def _left(document: Mapping[str, Any]) -> str:
+def _worst_channel(document: Mapping[str, Any]) -> str:
     """Return the channel that is explained worst in the end and its G: `Vs 5.7`."""
     after = document["gap_after"]["channels"]
     worst = max(after, key=lambda c: after[c])
     return f"{worst} {gap_number(after[worst])}"
 
 
-def _named(n: Mapping[str, Any]) -> str:
+def _effect_with_values(n: Mapping[str, Any]) -> str:
     rounded_values = {k: float(f"{n['parameters'][k]['value']:.3g}") for k in in_order(n)}
     values = ", ".join(value_words(n["effect"], k, value) for k, value in rounded_values.items())
     return f"{words_of(n['effect'])} ({values})" if values else words_of(n["effect"])
@@ -229,7 +223,7 @@ def alternatives(a: Mapping[str, Any]) -> str:
     return f"Cannot be distinguished: {', '.join(map(words_of, a['effects']))}. Next experiment: {a['experiment']}."
 
 
-def without_a_name(u: Mapping[str, Any]) -> str:
+def unidentified_words(u: Mapping[str, Any]) -> str:
     """Return the channel, poles and zeros of an entry of `unnamed`, and the effects that were tried for it."""
     zeros = ", ".join(f"{f:.1f} Hz" for f in u["zeros_Hz"]) or "none"
     poles = poles_of(u["poles_Hz"], u.get("poles_ci95", ()), u.get("at_edge", False))
@@ -237,5 +231,5 @@ def without_a_name(u: Mapping[str, Any]) -> str:
     return f"{u['channel']}, poles {poles}, zeros {zeros}{level}. {u.get('words', '')}".strip()
 
 
-def _pole(u: Mapping[str, Any]) -> str:
+def _pole_words(u: Mapping[str, Any]) -> str:
     return f" ({u['poles_Hz'][0]:.1f} Hz)" if u["poles_Hz"] else ""

@@ -21,7 +21,7 @@ from accept.units.samples import samples_of
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.acceptance import CHECKS
 from checks.cause import Cause, NoResult, Reason, because
-from checks.consistency.contradictions import held_together
+from checks.consistency.contradictions import check_consistency
 from checks.declare import Check
 from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
@@ -86,7 +86,7 @@ def judge_unit(
     models = models or Models()
     outcomes = {name: _outcome(held, CHECKS[name], asked, models) for name, asked in spec.checks.items()}
     quantities = [(name, quantity) for name, outcome in outcomes.items() for quantity in outcome.quantities]
-    findings = held_together(
+    findings = check_consistency(
         [finding for name, asked in spec.checks.items() for finding in _judged(name, asked, outcomes[name])],
         {q.name: q for _, q in quantities if q.reason is None and math.isfinite(q.value)},
     )

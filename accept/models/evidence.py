@@ -19,7 +19,7 @@ from specs.spec import CheckSpec, Spec
 from specs.strict import SpecError
 
 if TYPE_CHECKING:
-    from accept.models.model_file import Opened
+    from accept.models.model_file import OpenedModel
     from checks.model.model import Model
     from checks.model.structure.superelement import Superelement
 
@@ -37,7 +37,7 @@ class Models:
 
     given: Mapping[str, ModelFiles] | None = None
     place: Path = Path()
-    _opened: "dict[str, Opened]" = field(default_factory=dict, init=False, repr=False)
+    _opened: "dict[str, OpenedModel]" = field(default_factory=dict, init=False, repr=False)
 
     def hashes(self, spec: Spec) -> dict[str, dict[str, str]]:
         """Return name -> file name -> sha256 of every model file that a spec names."""
@@ -53,24 +53,24 @@ class Models:
         """Return the bench that a model learned; None if it learned none. Raise SpecError, ModelError, OSError."""
         return self._of(name).spec.learned_bench
 
-    def _of(self, name: str) -> "Opened":
+    def _of(self, name: str) -> "OpenedModel":
         if name not in self._opened:
             self._opened[name] = self._open(name)
         return self._opened[name]
 
-    def _open(self, name: str) -> "Opened":
-        from accept.models.model_file import opened_of
+    def _open(self, name: str) -> "OpenedModel":
+        from accept.models.model_file import model_of_spec
 
         if name in builtin_models() or self.given is None:
-            return opened_of(load_model(name))
+            return model_of_spec(load_model(name))
         if not self.given.get(name):
             raise SpecError(name, ["is a model file of the spec, but is not attached"])
         folder = self.place / str(sorted(self.given).index(name))
         file, content = next(iter(self.given[name].items()))
-        return opened_of(parse_model(content, file, folder), partial(_matrices_in, folder))
+        return model_of_spec(parse_model(content, file, folder), partial(_matrices_beside, folder))
 
 
-def _matrices_in(folder: Path, spec: ModelSpec) -> "Superelement | None":
+def _matrices_beside(folder: Path, spec: ModelSpec) -> "Superelement | None":
     """Return matrices lie beside the TOML there, wherever it says that they are."""
     if spec.apa_file is None:
         return None

@@ -27,7 +27,7 @@ from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.home import home
 from accept.base.progress import steps
 from checks.arrays import Array
-from checks.fitting.calibrate import of_damping
+from checks.fitting.calibrate import with_damping
 from checks.misalignment.table import MisalignmentTable, check_tabulated, grid, ratios, table_frequencies
 from checks.model.model import Model
 from specs.errors import AcceptError
@@ -60,7 +60,7 @@ class Plan:
         """Return a model whose modes are uncertain has more of them, so it is tabulated with real modes, which is near
         enough. Raises ModelError for a grid that is too small or a model without encoder or joints."""
         check_tabulated(model)
-        quick = of_damping(model, "modal") if model.scatters else None
+        quick = with_damping(model, "modal") if model.scatters else None
         return cls(quick or model, *grid(nx, ny), table_frequencies())
 
     @property

@@ -35,7 +35,7 @@ _NO_VALUES: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)
-class Opened:
+class OpenedModel:
     """A model with its description. left_out: its effects that a frequency response does not show."""
 
     spec: ModelSpec
@@ -43,39 +43,39 @@ class Opened:
     left_out: tuple[str, ...] = ()
 
 
-_OPENED: dict[tuple[str, str], Opened] = {}
+_OPENED: dict[tuple[str, str], OpenedModel] = {}
 
 
 def open_model(name: str | Path) -> Model:
     """Return model by built-in name or TOML file, its [[effects]] built in. Raises SpecError or ModelError."""
-    return opened(name).model
+    return open_model_file(name).model
 
 
-def opened(name: str | Path) -> Opened:
+def open_model_file(name: str | Path) -> OpenedModel:
     """Return the same with its description. A model that its one file describes whole is built once for the same bytes,
     however often it is asked for: for its hash, by checks, by the gap workflow, by the next unit."""
     spec = load_model(name)
     if spec.apa_file is not None:
-        return opened_of(spec)
+        return model_of_spec(spec)
     key = (spec.name, spec.sha256)
     if key not in _OPENED:
         while len(_OPENED) >= KEPT_MODELS:
             _OPENED.pop(next(iter(_OPENED)))
-        _OPENED[key] = opened_of(spec)
+        _OPENED[key] = model_of_spec(spec)
     return _OPENED[key]
 
 
-def opened_of(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement | None] = matrices_of) -> Opened:
+def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement | None] = matrices_of) -> OpenedModel:
     """Return the model of a description. matrices: reads the superelement that it names, from elsewhere where need
     be."""
     effects = effects_of(spec)
     held = [each for each in effects if effect_named(each[0]).in_model]
     left_out = tuple(name for name, _ in effects if not effect_named(name).in_model)
     model = with_effects(build(spec, matrices(spec)), held)
-    return Opened(spec, with_elements(model, elements_of(spec)), left_out)
+    return OpenedModel(spec, with_elements(model, elements_of(spec)), left_out)
 
 
-def as_weighed(given: Opened, serial: str, payload_kg: float | None) -> Opened:
+def as_weighed(given: OpenedModel, serial: str, payload_kg: float | None) -> OpenedModel:
     """Return the model with the payload that a unit's folder states, if it does; as it is where it was fitted to this
     very unit, because then it knows better."""
     fitted_to = given.spec.fit.serial if given.spec.fit else None
@@ -239,7 +239,7 @@ def _add_effect(document: TOMLDocument, name: str, parameters: Mapping[str, Any]
     document["effects"].append(entry)
 
 
-def moved(text: bytes, old: Path, new: Path) -> bytes:
+def with_moved_paths(text: bytes, old: Path, new: Path) -> bytes:
     """Return a model file for another folder: what it names beside itself is named from there."""
     document = tomlkit.parse(text.decode())
     file = document.get("apa", {}).get("file")

@@ -62,7 +62,7 @@ def page(panels: Mapping[str, Panel], title: str, words: Sequence[str] = (), tab
     allowed = " ".join(f"'sha256-{_hash(s)}'" for s in scripts)
     policy = f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:"
     body = f"<h1>{escape(title)}</h1>{''.join(f'<p>{escape(w)}</p>' for w in words)}{places}"
-    body += "".join(map(_table, tables))
+    body += "".join(map(_table_html, tables))
     head = (
         "<!doctype html><html lang='en'><head><meta charset='utf-8'>"
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
@@ -94,7 +94,7 @@ def _hash(script: str) -> str:
     return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
-def _table(table: PageTable) -> str:
+def _table_html(table: PageTable) -> str:
     head = "".join(f"<th>{escape(pretty(h))}</th>" for h in table.head)
     rows = "".join(f"<tr>{''.join(f'<td>{escape(pretty(v))}</td>' for v in row)}</tr>" for row in table.rows)
     return (

@@ -110,17 +110,11 @@ def _band(axes: Axes, item: Band, series: _Series) -> None:
 
 def _span(axes: Axes, item: Span, series: _Series) -> None:
     shade = axes.axvspan if item.axis == "x" else axes.axhspan
-    low, high = _clipped(axes, item)
-    tint = series.colour(item.role)
-    shade(low, high, color=tint, alpha=0.28, linewidth=0, label=pretty(item.label) or None, zorder=0.5)
-
-
-def _clipped(axes: Axes, item: Span) -> tuple[float, float]:
-    """Return a one-sided zone reaches to the edge of what is drawn so far."""
-    edge = axes.get_xlim() if item.axis == "x" else axes.get_ylim()
+    edge = axes.get_xlim() if item.axis == "x" else axes.get_ylim()  # a one-sided zone ends where the drawing ends
     low = item.lo if np.isfinite(item.lo) else min(edge)
     high = item.hi if np.isfinite(item.hi) else max(edge)
-    return low, high
+    tint = series.colour(item.role)
+    shade(low, high, color=tint, alpha=0.28, linewidth=0, label=pretty(item.label) or None, zorder=0.5)
 
 
 def _mark(axes: Axes, item: Mark, series: _Series) -> None:

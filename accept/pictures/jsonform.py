@@ -24,11 +24,11 @@ def panels_from_json(data: Sequence[Mapping[str, Any]]) -> dict[str, Panel]:
 
 def _panel(panel: Panel) -> dict[str, Any]:
     plain = {f.name: _plain(getattr(panel, f.name)) for f in fields(panel) if f.name != "items"}
-    return plain | {"items": [_item(item) for item in panel.items]}
-
-
-def _item(item: Item) -> dict[str, Any]:
-    return {"type": type(item).__name__} | {f.name: _plain(getattr(item, f.name)) for f in fields(item)}
+    items = (
+        {"type": type(item).__name__} | {f.name: _plain(getattr(item, f.name)) for f in fields(item)}
+        for item in panel.items
+    )
+    return plain | {"items": list(items)}
 
 
 def _plain(value: Any) -> Any:

@@ -14,7 +14,7 @@ _DIGITS = 7  # of a number in a picture: more than print resolves
 _PIXELS = 200  # at most, along each side of a map
 
 
-def reduced(panel: Panel) -> Panel:
+def reduce_panel(panel: Panel) -> Panel:
     """Return the panel with at most POINTS points a curve and 7 digits a number. Reducing twice is reducing once."""
     return replace(panel, items=tuple(_item(item) for item in panel.items))
 

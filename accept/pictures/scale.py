@@ -81,16 +81,14 @@ def _words(values: Sequence[float], step: float) -> list[str]:
     if largest >= 10.0 * _TEN_THOUSAND or 0.0 < largest < 1e-3:
         told_apart = max(6, 2 + math.ceil(math.log10(largest / step))) if step else 6
         return [
-            "0" if abs(v) < step / 2 else ("−" if v < 0 else "") + number(abs(_round(v, step)), told_apart)
+            "0"
+            if abs(v) < step / 2
+            else ("−" if v < 0 else "") + number(abs(round(v / step) * step if step else v), told_apart)
             for v in values
         ]
     digits = max(0, math.ceil(-math.log10(step) - 1e-9))
     digits += abs(round(step, digits) - step) > 1e-6 * step  # 2.5 of a power of ten
     return [f"{0.0 if abs(v) < step / 2 else v:.{digits}f}".replace("-", "−") for v in values]
-
-
-def _round(value: float, step: float) -> float:
-    return round(value / step) * step if step else value
 
 
 def scales(panel: Panel, wide: float, tall: float) -> tuple[Scale, Scale]:

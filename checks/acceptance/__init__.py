@@ -45,14 +45,10 @@ class Checks(Mapping[str, Check]):
 
     def __getitem__(self, name: str) -> Check:
         if name not in self._loaded:
-            self._loaded[name] = self._own(name)
+            if name not in _OWN:
+                raise KeyError(name)
+            self._loaded[name] = import_module(f"checks.acceptance.{name}").CHECK
         return self._loaded[name]
-
-    def _own(self, name: str) -> Check:
-        if name not in _OWN:
-            raise KeyError(name)
-        found: Check = import_module(f"checks.acceptance.{name}").CHECK
-        return found
 
     def __iter__(self) -> Iterator[str]:
         return iter(sorted(_OWN | self._loaded.keys()))

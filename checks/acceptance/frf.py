@@ -11,7 +11,7 @@ import numpy as np
 from checks.acceptance.common.sampling_rate import remarks, vet_rates
 from checks.acceptance.responses import gains as gains
 from checks.acceptance.responses import panels as draw
-from checks.acceptance.responses.consistency import held_against_gain, vet_bands, vet_copies, vet_pole, vet_repeat
+from checks.acceptance.responses.consistency import check_against_gain, vet_bands, vet_copies, vet_pole, vet_repeat
 from checks.acceptance.responses.modes import (
     SPURIOUS,
     axial,
@@ -25,7 +25,7 @@ from checks.acceptance.responses.modes import (
     vs_zero,
     zero_quantity,
 )
-from checks.acceptance.responses.notes import BARE, beside, first_record
+from checks.acceptance.responses.notes import BARE, difference_without_encoder, first_record
 from checks.acceptance.responses.rules import (
     OUTPUTS,
     SETTINGS,
@@ -84,28 +84,31 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     vet_rates(records, spec)
     vet_records(records, rules)
     vet_copies(records)
-    curves = _curves(records["low"], records["high"], _merge_Hz(values), rules)
+    given: Measured | None = values.get("merge_Hz")
+    merge_Hz = MERGE_HZ if given is None else given.value
+    low, high = (_estimate(records[band], OUTPUTS, rules) for band in ("low", "high"))
+    curves = Curves(low, high, _merge(low, high, merge_Hz), merge_Hz)
     try:
-        return _judged(values, spec, rules, records, curves)
+        return _evaluate(values, spec, rules, records, curves)
     except NoResult as e:
         e.panels = draw.curves(curves.whole, curves.merge_Hz)
         raise
 
 
-def _judged(
+def _evaluate(
     values: Values, spec: CheckSpec, rules: ResponseSettings, records: Mapping[str, Record], curves: Curves
 ) -> Outcome:
     """Return the quantities of responses that pass the gates for dead, reversed, late and offset channels."""
     delays = _vet_curves(records, curves, rules)
     _vet_repeats(records, curves, rules)
-    found = _found(records, curves, rules)
+    found = _fit_responses(records, curves, rules)
     resonance_Hz = found.axial.f_Hz
     vet_pole(curves.low, resonance_Hz)
     zero_Hz = found.zero.f_Hz if isinstance(found.zero, Zero) else dip_Hz(curves.low, rules)
-    allowed = gains.excused(resonance_Hz, zero_Hz)
+    allowed = gains.excused_bands(resonance_Hz, zero_Hz)
     vet_coherence(curves.whole, allowed, rules)
-    resonance = gains.held_against_payload(
-        held_against_gain(axial_resonance(found.axial, found.repeat, spec), curves.low, rules),
+    resonance = gains.check_against_payload(
+        check_against_gain(axial_resonance(found.axial, found.repeat, spec), curves.low, rules),
         values.get("payload_kg"),
         rules,
         spec,
@@ -117,13 +120,17 @@ def _judged(
     quantities += gains.mass_line(curves.whole, resonance_Hz, mass, spec)
     quantities += gains.coherence_quantities(curves.whole, allowed, rules)
     quantities += gains.constants(curves.whole, mass, rules, spec)
-    without = _without(records, curves, rules)
+    without = _without_encoder(records, curves, rules)
     panels = draw.curves(curves.whole, curves.merge_Hz) | draw.zoom(records["low"], found.axial, found.beside)
     if isinstance(found.zero, Zero):
         panels |= draw.zero(records["low"], found.zero)
     if isinstance(without, Frf):
-        panels |= draw.beside(curves.whole, without)
-    notes = [*_late(delays), *_notes(values, found, curves, without), *remarks(records, spec)]
+        panels |= draw.without_encoder(curves.whole, without)
+    notes = [
+        *(d.words for d in delays if abs(d.samples) > 0.5),
+        *_notes(values, found, curves, without),
+        *remarks(records, spec),
+    ]
     return Outcome(tuple(quantities), tuple(notes), panels)
 
 
@@ -136,11 +143,6 @@ def _records(values: Values) -> dict[str, Record]:
     return records
 
 
-def _merge_Hz(values: Values) -> float:
-    given: Measured | None = values.get("merge_Hz")
-    return MERGE_HZ if given is None else given.value
-
-
 def _estimate(record: Record, outputs: tuple[str, ...], rules: ResponseSettings) -> Frf:
     try:
         return h1_record(record, "Va", outputs, rules.segment_s)
@@ -148,17 +150,11 @@ def _estimate(record: Record, outputs: tuple[str, ...], rules: ResponseSettings)
         raise NoResult(Cause.CANNOT_ESTIMATE, file=record.name, detail=str(e)) from e
 
 
-def _merged(low: Frf, high: Frf, merge_Hz: float) -> Frf:
+def _merge(low: Frf, high: Frf, merge_Hz: float) -> Frf:
     try:
         return merge(low, high, merge_Hz)
     except ValueError as e:
         raise NoResult(Cause.CANNOT_ESTIMATE, record="low and high", detail=str(e)) from e
-
-
-def _curves(low: Record, high: Record, merge_Hz: float, rules: ResponseSettings) -> Curves:
-    """Return the H1 responses of both records, and merged."""
-    below, above = (_estimate(record, OUTPUTS, rules) for record in (low, high))
-    return Curves(below, above, _merged(below, above, merge_Hz), merge_Hz)
 
 
 def _vet_curves(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> Sequence[ChannelDelay]:
@@ -181,7 +177,8 @@ def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: ResponseS
             vet_repeat(key, first, _estimate(records[key], OUTPUTS, rules), rules)
 
 
-def _found(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> ResponseFits:
+def _fit_responses(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> ResponseFits:
+    """Return the local fits of the resonances and of the zero of Vs."""
     low = Transforms.of(records["low"], "Va", OUTPUTS)
     near_Hz = peak_Hz(curves.low, "de", *rules.resonance_Hz)
     first, beside = axial(low, near_Hz, rules)
@@ -239,7 +236,7 @@ def _modal_quantities(found: ResponseFits, spec: CheckSpec) -> list[Quantity]:
     return quantities
 
 
-def _without(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> Frf | str | None:
+def _without_encoder(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> Frf | str | None:
     """Return Vs and da without the encoder, merged in the same way; or why they are not used; None if they were not
     recorded."""
     keys = [f"without_encoder_{band}" for band in ("low", "high")]
@@ -248,13 +245,9 @@ def _without(records: Mapping[str, Record], curves: Curves, rules: ResponseSetti
         return f"only {given[0]} was recorded: nothing to compare" if given else None
     try:
         low, high = (_estimate(records[key], BARE, rules) for key in keys)
-        return _merged(low, high, curves.merge_Hz)
+        return _merge(low, high, curves.merge_Hz)
     except (NoResult, RecordError) as e:
         return f"without encoder: {e}"
-
-
-def _late(delays: Sequence[ChannelDelay]) -> list[str]:
-    return [d.words for d in delays if abs(d.samples) > 0.5]
 
 
 def _notes(values: Values, found: ResponseFits, curves: Curves, without: Frf | str | None) -> list[str]:
@@ -269,7 +262,7 @@ def _notes(values: Values, found: ResponseFits, curves: Curves, without: Frf | s
     if isinstance(without, str):
         notes.append(without)
     if isinstance(without, Frf):
-        notes.append(beside(curves.whole, without))
+        notes.append(difference_without_encoder(curves.whole, without))
     return notes
 
 

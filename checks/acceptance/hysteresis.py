@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.acceptance.common.piezo_lag import vet_lag, vet_noise
-from checks.acceptance.common.typed_value import stated
+from checks.acceptance.common.typed_value import stated_contribution
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, because
 from checks.declare import Check, Form, Guide, Series, Setting, Values
@@ -58,11 +58,18 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     notes = [f"loops at {levels} V about {centre:.3g} V of Va"]
     _check_order(loops[-1])
     _check_actuator(loops[-1], spec)
-    if _falls(loops[-1]):
+    if float(loops[-1].drive @ loops[-1].response) < 0.0:
         notes.append("de falls while Va rises: the encoder counts the other way")
     width = _check_gain(_width("hysteresis_percent", loops[-1], spec), loops[-1], spec)
-    notes += _unseen(width)
-    quantities = [width, _small(loops, spec), _amplitude(loops), _gain(loops[-1])]
+    notes += _note_of_no_loop(width)
+    largest = loops[-1]
+    gain = float(np.ptp(largest.response)) / (2 * largest.amplitude) / UM  # tip to tip
+    quantities = [
+        width,
+        _small_signal_width(loops, spec),
+        Quantity("hysteresis_amplitude_V", largest.amplitude),
+        Quantity("hysteresis_gain_um_per_V", gain),  # as accurate as the encoder, which this check does not state
+    ]
     panels = _panels("displacement", "displacement [um]", 1 / UM, loops)
     if "Vs" in record.channels:
         sensor = _loops(record, "Vs", cycles)
@@ -108,10 +115,6 @@ def _check_gain(width: Quantity, loop: Loop, spec: CheckSpec) -> Quantity:
     lo, hi = (float(g) for g in spec.settings.get("gain_um_per_V", GAIN_UM_PER_V))
     gain = float(np.ptp(loop.response)) / (2 * loop.amplitude) / UM
     return width if lo <= gain <= hi else width.doubted(Cause.WRONG_GAIN, channel="de", gain=gain, lo=lo, hi=hi)
-
-
-def _falls(loop: Loop) -> bool:
-    return float(loop.drive @ loop.response) < 0.0
 
 
 def _check_moving(record: Record, channel: str, cycle: Cycle) -> None:
@@ -169,12 +172,12 @@ def _width(name: str, loop: Loop, spec: CheckSpec) -> Quantity:
     budget = [
         Contribution("scatter of the record", 100 * loop.width.u, "A"),
         Contribution("de stored up to one sample beside Va", 100 * loop.one_sample / math.sqrt(3.0)),
-        stated(spec, percent, "hysteresis_percent"),
+        stated_contribution(spec, percent, "hysteresis_percent"),
     ]
     return Quantity.of(name, percent, *(c for c in budget if c is not None))
 
 
-def _unseen(width: Quantity) -> list[str]:
+def _note_of_no_loop(width: Quantity) -> list[str]:
     """Return a note if no loop is seen: a width of 0.0004 percent is not a property of a piezo actuator."""
     if width.U is None or not width.value < width.U < USUAL_PERCENT:
         return []
@@ -184,21 +187,11 @@ def _unseen(width: Quantity) -> list[str]:
     ]
 
 
-def _small(loops: list[Loop], spec: CheckSpec) -> Quantity:
+def _small_signal_width(loops: list[Loop], spec: CheckSpec) -> Quantity:
     name = "hysteresis_small_signal_percent"
     if len(loops) < 2:
         return Quantity.missing(name, Cause.ONE_AMPLITUDE)
     return _width(name, loops[0], spec)
-
-
-def _amplitude(loops: list[Loop]) -> Quantity:
-    return Quantity("hysteresis_amplitude_V", loops[-1].amplitude)
-
-
-def _gain(loop: Loop) -> Quantity:
-    """Return the slope from tip to tip of the largest loop; its accuracy is the encoder's, which this check does not
-    state."""
-    return Quantity("hysteresis_gain_um_per_V", float(np.ptp(loop.response)) / (2 * loop.amplitude) / UM)
 
 
 def _sensor(loops: list[Loop]) -> Quantity:

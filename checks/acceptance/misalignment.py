@@ -12,7 +12,7 @@ from checks.acceptance.responses.rules import unusable
 from checks.cause import Cause, NoResult, together
 from checks.declare import Check, Guide, Measured, Setting, Values
 from checks.errors import ModelError, RecordError
-from checks.fitting.calibrate import of_damping
+from checks.fitting.calibrate import with_damping
 from checks.fitting.dataset import Dataset, dataset_from_records
 from checks.misalignment.estimate import RATIO, WITH_SENSOR, estimate, with_payload
 from checks.misalignment.estimate_types import MisalignmentEstimate
@@ -21,7 +21,7 @@ from checks.misalignment.table import MisalignmentTable, grid, ratios, table_fre
 from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
-from checks.signals.interpolation import said_of
+from checks.signals.interpolation import error_notes
 from specs.spec import CheckSpec
 
 BANDS = ("low", "high", "low_repeat", "high_repeat")
@@ -44,7 +44,7 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
         raise NoResult(Cause.NOT_MEASURED, record=" and ".join(k for k in ("low", "high") if k not in values))
     try:
         found = estimate(
-            _at_the_payload(model, values), data, _scan(model), _dataset(values, "low_repeat", "high_repeat")
+            _with_payload(model, values), data, _coarse_table(model), _dataset(values, "low_repeat", "high_repeat")
         )
     except ModelError as e:
         raise NoResult(Cause.MODEL_UNUSABLE, model=model.name, detail=str(e)) from e
@@ -52,7 +52,8 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
     return Outcome(quantities, tuple(_notes(found)), panels(found))
 
 
-def _at_the_payload(model: Model, values: Values) -> Model:
+def _with_payload(model: Model, values: Values) -> Model:
+    """Return the model with the payload that was weighed, if it was."""
     given: Measured | None = values.get("payload_kg")
     if given is None:
         return model
@@ -72,10 +73,10 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
         return dataset_from_records(below, above, merge_Hz, channels=RATIO, name=name)
 
 
-def _scan(model: Model) -> MisalignmentTable:
+def _coarse_table(model: Model) -> MisalignmentTable:
     """Return a small table of the model, with real modes if it has them: this takes a third of the time and is close
     enough for a start."""
-    quick = of_damping(model, "modal") or model
+    quick = with_damping(model, "modal") or model
     f, (dx, dy) = table_frequencies(), grid(*PLACES)
     return MisalignmentTable(dx, dy, f, np.array([ratios(quick, float(x), dy, f) for x in dx]), model.name)
 
@@ -93,7 +94,7 @@ def _notes(found: MisalignmentEstimate) -> list[str]:
     notes = [] if found.reason is not None else [f"dx, dy: {found.meaning}"]
     if found.repeat is None:
         notes.append("one realisation only: the model was judged on the data that it was fitted to")
-    return [*notes, *found.notes, *said_of(found.data.taken_out)]
+    return [*notes, *found.notes, *error_notes(found.data.taken_out)]
 
 
 CHECK = Check(

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
-from checks.acceptance.common.typed_value import stated
+from checks.acceptance.common.typed_value import stated_contribution
 from checks.acceptance.responses.rules import LOOKS
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, because, together
@@ -71,7 +71,7 @@ def _corner(fitted: HighPass, spec: CheckSpec) -> Quantity:
     if fitted.at_edge or not u <= MAX_RELATIVE_U * f:
         raise NoResult(Cause.NO_CORNER, record="with_resistor", f_Hz=f, u_Hz=u)
     scatter = Contribution("scatter of the record", u, "A")
-    clock = stated(spec, f, "sensor_highpass_Hz")
+    clock = stated_contribution(spec, f, "sensor_highpass_Hz")
     return Quantity.of("sensor_highpass_Hz", f, *([scatter, clock] if clock else [scatter]))
 
 
@@ -109,7 +109,7 @@ def _capacitance(corner: Quantity, without: Quantity, values: Values, spec: Chec
     budget = [Contribution("corner", C * u_f / f, "A")]
     if R.U is not None:
         budget.append(Contribution("resistor, stated with it", C * R.U / COVERAGE_FACTOR / R.value))
-    elif (tolerance := stated(spec, R.value, "resistor_ohm")) is not None:
+    elif (tolerance := stated_contribution(spec, R.value, "resistor_ohm")) is not None:
         budget.append(Contribution(tolerance.source, C * tolerance.u / R.value))
     else:
         return Quantity(name, C, None, tuple(budget), note="tolerance of the resistor not stated")

@@ -7,7 +7,7 @@ import numpy as np
 
 from checks.acceptance.common import spurious_modes_panels
 from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
-from checks.acceptance.common.typed_value import stated
+from checks.acceptance.common.typed_value import stated_contribution
 from checks.cause import Cause, Reason, because, record_label, together
 from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.quantity import Contribution, Outcome, Quantity
@@ -60,7 +60,10 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     rules = _rules(spec)
     analysed = {key: _analyse(key, values[key], rules) for key in RECORDS if key in values}
     found = {key: _modes_of(key, values, analysed, rules) for key in RECORDS}
-    chosen = {key: _strongest(found[key]) for key in ("x_bending", "y_bending")}
+    chosen: dict[str, Mode | Reason] = {}
+    for key in ("x_bending", "y_bending"):
+        response = found[key]
+        chosen[key] = response if isinstance(response, Reason) else max(response.modes, key=lambda m: m.peak)
     chosen["z_torsion"] = _torsion(found, rules)
     quantities = [q for name, mode in chosen.items() for q in _quantities(name, mode, spec)]
     for name, orders in HARMONICS.items():
@@ -133,10 +136,6 @@ def _modes_of(
     return HammerResponse(key, values[key], test, test.frf, modes)
 
 
-def _strongest(found: HammerResponse | Reason) -> Mode | Reason:
-    return found if isinstance(found, Reason) else max(found.modes, key=lambda m: m.peak)
-
-
 def _torsion(found: dict[str, HammerResponse | Reason], rules: SpuriousModesSettings) -> Mode | Reason:
     """Return the lowest mode that the left impact shows and the top impact leaves out, or the reason why none is found.
 
@@ -150,7 +149,7 @@ def _torsion(found: dict[str, HammerResponse | Reason], rules: SpuriousModesSett
         return together([top, because(Cause.TORSION_WITHOUT_TOP, modes=seen)])
     if len(left.modes) < 2:
         return because(Cause.TORSION_ONE_MODE, record=left.key, modes=seen)
-    if not any(_same(m, other) for m in left.modes for other in top.modes):
+    if not any(abs(m.f_Hz / other.f_Hz - 1) <= SAME_MODE for m in left.modes for other in top.modes):
         others = ", ".join(f"{m.f_Hz:.4g}" for m in top.modes)
         return because(Cause.TORSION_OTHER_UNIT, record=top.key, others=others, modes=seen)
     ratios = np.array([_seen_by_top(top.frf, m) / m.peak for m in left.modes])
@@ -158,10 +157,6 @@ def _torsion(found: dict[str, HammerResponse | Reason], rules: SpuriousModesSett
     if not gone:
         return because(Cause.TORSION_NO_CONTRAST, record=top.key, modes=seen, needed=rules.torsion_contrast)
     return gone[0]
-
-
-def _same(a: Mode, b: Mode) -> bool:
-    return abs(a.f_Hz / b.f_Hz - 1) <= SAME_MODE
 
 
 def _seen_by_top(frf: ImpactFrf, mode: Mode) -> float:
@@ -182,7 +177,7 @@ def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec
     budget = [Contribution("scatter between impacts (half the 95 % t-interval)", u, "A")]
     if u_model > 0:
         budget.append(Contribution("neighbouring modes in the local fit", u_model))
-    instrument = stated(spec, value, name)
+    instrument = stated_contribution(spec, value, name)
     if instrument is not None:
         budget.append(instrument)
     return Quantity.of(name, value, *budget)

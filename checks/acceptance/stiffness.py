@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from checks.acceptance.common.typed_value import stated, typed_quantity
+from checks.acceptance.common.typed_value import stated_contribution, typed_quantity
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because, record_label
 from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Setting, Values
@@ -69,10 +69,10 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         _stiffness("k_closed_N_per_um", closed, values["mass_kg"], spec),
         _stiffness("k_open_N_per_um", opened, values["mass_kg"], spec),
         ratio,
-        _windowed("k_closed_windowed_N_per_um", closed, values["mass_kg"], spec),
+        _windowed_stiffness("k_closed_windowed_N_per_um", closed, values["mass_kg"], spec),
         _creep_rate("creep_per_decade_percent", closed),
     )
-    return Outcome(quantities, tuple(_notes(good)), panels)
+    return Outcome(quantities, tuple(_direction_notes(good)), panels)
 
 
 def _from_value(values: Values, spec: CheckSpec) -> Outcome:
@@ -101,7 +101,8 @@ def deflection_of(record: Record) -> Deflection:
     creep = fit_creep(t, de, steps)
     first, second = (float(d) for d in creep.deflections)
     mean = ScalarEstimate(abs(first - second) / 2, creep.u_of((0.5, -0.5)))
-    _check_fit(creep, mean.value)
+    if creep.fit.scatter > MAX_MISFIT * mean.value:
+        raise NoResult(Cause.CREEP_MISFIT, percent=100 * creep.fit.scatter / mean.value)
     # The two steps are all the repeats there are: if they differ by more than their scatter, that is the scatter.
     difference, expected = abs(first + second) / 2, creep.u_of((0.5, 0.5))
     if difference > MAX_DISAGREEMENT / 2 * mean.value:
@@ -126,11 +127,6 @@ def _two_steps(t: Array, steps: list[SignalStep]) -> tuple[SignalStep, SignalSte
         if s.quiet_from - s.t > 1.4 * REACH_S:
             raise NoResult(Cause.STEP_NOT_SETTLED, channel="de", at=s.t, needed=REACH_S)
     return first, second
-
-
-def _check_fit(creep: CreepFit, deflection: float) -> None:
-    if creep.fit.scatter > MAX_MISFIT * deflection:
-        raise NoResult(Cause.CREEP_MISFIT, percent=100 * creep.fit.scatter / deflection)
 
 
 def _windowed_deflection(t: Array, de: Array, steps: tuple[SignalStep, SignalStep]) -> ScalarEstimate | Reason:
@@ -160,7 +156,7 @@ def _stiffness(name: str, found: Deflection | Reason, mass: Measured, spec: Chec
     return _load_over(name, found.value, [moment], mass, spec)
 
 
-def _windowed(name: str, found: Deflection | Reason, mass: Measured, spec: CheckSpec) -> Quantity:
+def _windowed_stiffness(name: str, found: Deflection | Reason, mass: Measured, spec: CheckSpec) -> Quantity:
     windowed = found if isinstance(found, Reason) else found.windowed
     if isinstance(windowed, Reason):
         return Quantity.missing(name, windowed)
@@ -189,14 +185,14 @@ def _systematic(k: float, deflection: float, mass: Measured, spec: CheckSpec) ->
     if mass.U is not None:
         weight: Contribution | None = Contribution("added mass, stated with it", mass.U / COVERAGE_FACTOR)
     else:
-        weight = stated(spec, mass.value, "mass_kg")
-    encoder = stated(spec, deflection / UM, "de_um")
+        weight = stated_contribution(spec, mass.value, "mass_kg")
+    encoder = stated_contribution(spec, deflection / UM, "de_um")
     if weight is not None and encoder is not None:
         return [
             Contribution(weight.source, k * weight.u / mass.value),
             Contribution(encoder.source, k * encoder.u * UM / deflection),
         ]
-    whole = stated(spec, k, "k_N_per_um")
+    whole = stated_contribution(spec, k, "k_N_per_um")
     return [] if whole is None else [whole]
 
 
@@ -223,7 +219,7 @@ def _creep_rate(name: str, found: Deflection | Reason) -> Quantity:
     weights = np.zeros(creep.fit.x.size)
     weights[3::2] = 0.5 / creep.deflections
     # A load that comes down within 50 ms has no one moment: anywhere in its passage is as good.
-    u_t = [math.hypot(s.u_t, _passage_s(found, s) / math.sqrt(12.0)) for s in found.steps]
+    u_t = [math.hypot(s.u_t, _step_duration(found, s) / math.sqrt(12.0)) for s in found.steps]
     moments = 0.5 * creep.gamma_per_moment.sum(axis=0) * u_t
     settling = creep.gamma.mean() - creep.later.mean()
     apart = 0.5 * abs(creep.gamma[0] - creep.gamma[1])  # two repeats are all there are
@@ -236,7 +232,7 @@ def _creep_rate(name: str, found: Deflection | Reason) -> Quantity:
     return Quantity.of(name, 100 * float(creep.gamma.mean()), *(c for c in budget if np.isfinite(c.u)))
 
 
-def _passage_s(found: Deflection, step: SignalStep) -> float:
+def _step_duration(found: Deflection, step: SignalStep) -> float:
     """Return the duration [s] of a step from a tenth to nine tenths of its height."""
     t, near = found.t, np.abs(found.t - step.t) < 0.3
     before = found.de[(t > step.t - 0.6) & (t < step.t - 0.1)]
@@ -258,7 +254,7 @@ def _slower(creep: CreepFit, t: Array) -> float:
     return math.sqrt(max(1.0, over / colour(residual)))
 
 
-def _notes(found: dict[str, Deflection]) -> list[str]:
+def _direction_notes(found: dict[str, Deflection]) -> list[str]:
     return [
         f"{record_label(key)}: de rises at the first step; either the mass was removed first or the encoder counts the "
         "other way"

@@ -7,7 +7,7 @@ import numpy as np
 
 from checks.acceptance.common import stroke_ends as ends
 from checks.acceptance.common.piezo_lag import vet_bend, vet_lag
-from checks.acceptance.common.typed_value import stated, typed_quantity, with_stated
+from checks.acceptance.common.typed_value import stated_contribution, typed_quantity, with_stated_accuracy
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Check, Form, Guide, Scalar, Series, Setting, Values
@@ -108,19 +108,15 @@ def _try_record(values: Values, key: str, wanted: Range) -> Stroke | Reason:
         return because(Cause.NOT_MEASURED, record=key)
     try:
         found = stroke_of(values[key], wanted)
-        _check_plausible(found.stroke.value, SHARE[key], wanted)
+        stroke, share = found.stroke.value, SHARE[key]
+        if stroke > share * wanted.stroke_max:  # no stack makes so much
+            total, most = stroke / share / UM, wanted.stroke_max / UM
+            raise NoResult(Cause.STROKE_IMPLAUSIBLE, channel="d", value=stroke / UM, total=total, most=most)
         return found
     except (NoResult, RecordError) as e:
         return e.reason.within(key)
     except ValueError as e:
         return because(Cause.CANNOT_ESTIMATE, record=key, detail=str(e))
-
-
-def _check_plausible(stroke: float, share: float, wanted: Range) -> None:
-    """Raise NoResult if this share of three equal stacks cannot make a stroke [m]."""
-    if stroke > share * wanted.stroke_max:
-        total, most = stroke / share / UM, wanted.stroke_max / UM
-        raise NoResult(Cause.STROKE_IMPLAUSIBLE, channel="d", value=stroke / UM, total=total, most=most)
 
 
 def stroke_of(record: Record, wanted: Range) -> Stroke:
@@ -190,7 +186,7 @@ def _stroke_quantity(name: str, found: Stroke | Reason, spec: CheckSpec) -> Quan
         scatter.append(Contribution("voltage off its range", found.short / UM))
     if found.drift > 0:
         scatter.append(Contribution("drift of the gauge", found.drift / UM / math.sqrt(3)))
-    return with_stated(name, value, scatter, stated(spec, value, "d_um", "stroke_um"))
+    return with_stated_accuracy(name, value, scatter, stated_contribution(spec, value, "d_um", "stroke_um"))
 
 
 def _sum(parts: list[Quantity]) -> Quantity:
@@ -203,7 +199,7 @@ def _sum(parts: list[Quantity]) -> Quantity:
     own: dict[str, list[Contribution]] = {}
     for c in (c for q in parts for c in q.budget):
         own.setdefault(c.source, []).append(c)
-    budget = tuple(Contribution(source, _joint(cs), cs[0].kind) for source, cs in own.items())
+    budget = tuple(Contribution(source, _sum_of_shares(cs), cs[0].kind) for source, cs in own.items())
     if any(q.U is None for q in parts):
         return Quantity("stroke_um", value, None, budget, note=parts[0].note)
     return Quantity.of("stroke_um", value, *budget)
@@ -218,7 +214,8 @@ def _check_stacks(total: Quantity, parts: list[Quantity], within: float) -> Quan
     return total.doubted(Cause.STACKS_DIFFER, one=one, other_um=two / 2)
 
 
-def _joint(shares: list[Contribution]) -> float:
+def _sum_of_shares(shares: list[Contribution]) -> float:
+    """Return the sum of contributions of one source: of scatter in square, of a stated error linearly."""
     return math.hypot(*(c.u for c in shares)) if shares[0].kind == "A" else sum(c.u for c in shares)
 
 

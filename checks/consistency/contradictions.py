@@ -13,26 +13,27 @@ from checks.verdict import Finding, Verdict
 from specs.labels import with_unit
 
 
-def held_together(findings: Sequence[Finding], known: Known) -> list[Finding]:
+def check_consistency(findings: Sequence[Finding], known: Known) -> list[Finding]:
     """Return the findings; those of measurements that contradict each other have no result."""
-    found = list(findings)
+    checked = list(findings)
     for relation in RELATIONS:
-        if relation.contradicted(known):
+        if relation.is_contradicted(known):
             reason = _reason(relation, known)
-            found = [_without(f, reason) if _concerned(f, relation) else f for f in found]
-    return found
+            checked = [_without_result(f, reason) if _comes_from(f, relation) else f for f in checked]
+    return checked
 
 
-def _concerned(finding: Finding, relation: Relation) -> bool:
+def _comes_from(finding: Finding, relation: Relation) -> bool:
     return CHECKS[finding.check].reads in relation.sections and finding.quantity not in relation.spared
 
 
-def _without(finding: Finding, reason: Reason) -> Finding:
+def _without_result(finding: Finding, reason: Reason) -> Finding:
+    """Return the finding without a value, or, if it fails by its own limits, with the contradiction as a cause."""
     cause = reason if finding.cause is None else together([finding.cause, reason])
-    told = replace(finding, cause=cause, reason=str(cause))
+    explained = replace(finding, cause=cause, reason=str(cause))
     if finding.verdict is Verdict.FAIL:
-        return told
-    bare = replace(told, value=None, U=None, p_false_accept=None, budget=(), note=None)
+        return explained
+    bare = replace(explained, value=None, U=None, p_false_accept=None, budget=(), note=None)
     return replace(bare, verdict=Verdict.NO_RESULT)
 
 

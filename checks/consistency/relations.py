@@ -44,7 +44,7 @@ class Relation:
         value = one.value / other.value * self.scale(known)
         return value, abs(value) * math.hypot(*(_relative_U(q) for q in (one, other)))
 
-    def contradicted(self, known: Known) -> bool:
+    def is_contradicted(self, known: Known) -> bool:
         """Return whether the two cannot both be right."""
         found = self.ratio(known)
         return found is not None and not self.lo - found[1] <= found[0] <= self.hi + found[1]

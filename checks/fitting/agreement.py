@@ -35,14 +35,14 @@ def contradiction(response: Response, found: Fit, unseen: Dataset | None = None)
     not explain it either. unseen: data that were not fitted, judged instead of the fitted ones, at the fit's
     tolerance."""
     if unseen is None:
-        return _worst(found.datasets, found.residuals, found.told)
+        return _worst(found.datasets, found.residuals, found.effective_parameters)
     data = replace(unseen, tolerance=found.datasets[0].tolerance)
     H = response.frf(data.f, found.at, data.channels)
-    expected = replace(data.around(H), cov=data.cov + predicted(response, found, data))
+    expected = replace(data.around(H), cov=data.cov + predict(response, found, data))
     return _worst((expected,), (data.H - H,), 0.0)
 
 
-def predicted(response: Response, found: Fit, data: Dataset) -> Complex:
+def predict(response: Response, found: Fit, data: Dataset) -> Complex:
     """Return the covariance (F, C, C) of the prediction after the fit."""
     J = response.jacobian(data.f, found.names, found.at, data.channels)
     p, F, C = J.shape
@@ -75,8 +75,8 @@ def all_priors(found: Fit) -> Iterator[Reason]:
     """Yield the contradiction that all parameters together lie further from their priors than is likely for the number
     that the data determine."""
     chi2 = 2.0 * found.prior_cost
-    if stats.chi2.sf(chi2, max(found.told, 1.0)) < FALSE_ALARM:
-        yield because(Cause.PRIORS_EXCEEDED, chi2=chi2, told=found.told)
+    if stats.chi2.sf(chi2, max(found.effective_parameters, 1.0)) < FALSE_ALARM:
+        yield because(Cause.PRIORS_EXCEEDED, chi2=chi2, told=found.effective_parameters)
 
 
 def _worst(sets: Sequence[Dataset], residuals: Sequence[Complex], told: float) -> Contradiction | None:

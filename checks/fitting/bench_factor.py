@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array, Complex
-from checks.fitting.whitener import without_dips
+from checks.fitting.whitener import fill_dips
 from checks.model.learned_bench import LearnedBench
 
 SCALES_OCTAVES = (2.0, 0.5, 0.12, 0.03, 0.008)  # half-widths of what is averaged, from the widest on
@@ -46,10 +46,10 @@ def learn_factor(f: Array, ratios: Complex, noise: Array, sizes: Array, channels
 
     ratios (n, F, C): H / H_model - 1 of each unit; noise (n, F, C): their variance from noise; sizes (n, F, C): the
     model's |H|. Three units or more: of two that differ neither is the one that is right."""
-    filled = np.array([without_dips(f, s) for s in sizes])
+    filled = np.array([fill_dips(f, s) for s in sizes])
     dip = filled / sizes
     variance = noise + np.where(dip > 1.0, (BESIDE_ZEROS * dip) ** 2, 0.0)
-    weights = like_the_others(f, ratios, variance)
+    weights = unit_weights(f, ratios, variance)
     trust = weights / (variance + LEAST**2)
     total = trust.sum(axis=0)
     mean = (trust * ratios).sum(axis=0) / total
@@ -57,9 +57,9 @@ def learn_factor(f: Array, ratios: Complex, noise: Array, sizes: Array, channels
     counted = weights.sum(axis=0)
     n_like = np.maximum(counted**2 / (weights**2).sum(axis=0), 1.5)
     mean = mean - np.outer(f, latency(f, mean, of_noise)) * LATE
-    d, d_noise = smoothed(f, mean, of_noise)
+    d, d_noise = smooth(f, mean, of_noise)
     left = (np.abs(ratios - d) ** 2 - noise) / dip**2
-    scatter = np.clip(averaged(f, (weights * left).mean(axis=0), NARROW), 0.0, None)
+    scatter = np.clip(local_mean(f, (weights * left).mean(axis=0), NARROW), 0.0, None)
     scatter *= n_like / (n_like - 1.0)
     # Few units know their scatter badly: the interval of one more is that of a t distribution.
     tolerance = np.sqrt(scatter * (n_like + 1.0) / (n_like - 0.5))
@@ -75,7 +75,7 @@ def resonant(f: Array, d: Complex, variance: Array) -> Array:
     wide = kernel(f, RESONANCE_OCTAVES)
     sharp = np.abs(d - (wide / wide.sum(axis=1, keepdims=True)) @ d)
     sharp = np.where(sharp**2 > 9.0 * variance, sharp, 0.0)
-    around = averaged(f, sharp, 2.0 * NARROW)
+    around = local_mean(f, sharp, 2.0 * NARROW)
     return np.where(around > RESONANCE, COUPLED * around, 0.0)
 
 
@@ -91,7 +91,7 @@ def latency(f: Array, mean: Complex, variance: Array) -> Array:
     return tau
 
 
-def like_the_others(f: Array, ratios: Complex, variance: Array) -> Array:
+def unit_weights(f: Array, ratios: Complex, variance: Array) -> Array:
     """Return the weight of each unit (n, F, C): about 1 if it is as close to the median of all as most units are
     ([LLT89])."""
     middle = np.median(ratios.real, axis=0) + 1j * np.median(ratios.imag, axis=0)
@@ -110,7 +110,7 @@ def like_the_others(f: Array, ratios: Complex, variance: Array) -> Array:
     return found
 
 
-def smoothed(f: Array, mean: Complex, variance: Array) -> tuple[Complex, Array]:
+def smooth(f: Array, mean: Complex, variance: Array) -> tuple[Complex, Array]:
     """Return a mean (F, C) smoothed as its noise (F, C) requires, and the variance of the noise that is left."""
     d, d_variance = np.zeros_like(mean), np.zeros_like(variance)
     for width in SCALES_OCTAVES:
@@ -129,7 +129,7 @@ def smoothed(f: Array, mean: Complex, variance: Array) -> tuple[Complex, Array]:
     return d, d_variance
 
 
-def averaged(f: Array, values: Array, width: float) -> Array:
+def local_mean(f: Array, values: Array, width: float) -> Array:
     """Return the values (F, C) averaged over so large a part of f."""
     K = kernel(f, float(np.log2(1.0 + width)))
     return np.asarray((K / K.sum(axis=1, keepdims=True)) @ values)

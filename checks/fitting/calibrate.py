@@ -58,37 +58,37 @@ def calibrate(
     wrap: makes the fitted response from the model; unseen: another realisation, to judge a tolerance by. Raises
     ModelError as `fit` does."""
     free = free_of(model) if free is None else free
-    quick = of_damping(model, "modal") if model.scatters else None
+    quick = with_damping(model, "modal") if model.scatters else None
     first = quick or model
     found = Calibration(first, wrap(first), fit(wrap(first), datasets, free, joint=model.joint, starts=starts))
-    return refined(found, wrap, unseen)
+    return refine(found, wrap, unseen)
 
 
-def refined(found: Calibration, wrap: Wrap = itself, unseen: Dataset | None = None) -> Calibration:
+def refine(found: Calibration, wrap: Wrap = itself, unseen: Dataset | None = None) -> Calibration:
     """Return a calibration with the form of damping that is more likely beyond doubt and, for a model that scatters,
     with the finest tolerance that the data bear."""
-    best = better_damped(found, wrap)
+    best = with_likelier_damping(found, wrap)
     own = best.fit.datasets[0].tolerance
     for tolerance in (t for t in FINER if found.model.scatters and found.model.least <= t < own):
         sets = [replace(s, tolerance=tolerance) for s in best.fit.datasets]
         finer = replace(best, fit=resume(best.response, best.fit, sets))
         if contradiction(finer.response, finer.fit, unseen) is not None:
-            finer = better_damped(finer, wrap)
+            finer = with_likelier_damping(finer, wrap)
             if contradiction(finer.response, finer.fit, unseen) is not None:
                 break
         best = finer
-    return better_damped(best, wrap)
+    return with_likelier_damping(best, wrap)
 
 
-def better_damped(found: Calibration, wrap: Wrap = itself) -> Calibration:
+def with_likelier_damping(found: Calibration, wrap: Wrap = itself) -> Calibration:
     """Return the calibration with the other form of damping if that is more likely beyond doubt."""
-    other = of_damping(found.model, OTHER[found.model.damping])
+    other = with_damping(found.model, OTHER[found.model.damping])
     if other is None:
         return found
     response, now = wrap(other), found.fit
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            x, cost = _stepped(found, response)
+            x, cost = _few_steps(found, response)
     except ModelError:  # a step reached values at which the strut is not held
         return found
     if not cost < now.cost:
@@ -100,7 +100,7 @@ def better_damped(found: Calibration, wrap: Wrap = itself) -> Calibration:
     return Calibration(other, response, changed) if now.cost - cost > BEYOND_DOUBT else found
 
 
-def _stepped(found: Calibration, other: Response) -> tuple[Array, float]:
+def _few_steps(found: Calibration, other: Response) -> tuple[Array, float]:
     """Return the best of some Gauss-Newton steps for the other form of damping with the derivatives of this one, which
     differ by little: values (p,) and cost. If no step helps, the search for the other form is skipped."""
     now, x = found.fit, found.fit.values
@@ -123,7 +123,7 @@ def _stepped(found: Calibration, other: Response) -> tuple[Array, float]:
 
 
 @lru_cache(maxsize=8)
-def of_damping(model: Model, damping: str) -> Model | None:
+def with_damping(model: Model, damping: str) -> Model | None:
     """Return the model with another form of damping, or None if it cannot have it. Cached, because the solutions of a
     model are cached with it."""
     other = model if model.damping == damping else replace(model, damping=damping)

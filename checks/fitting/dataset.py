@@ -15,11 +15,11 @@ from scipy.fft import rfft
 
 from checks.arrays import Array, Complex
 from checks.errors import RecordError
-from checks.fitting.noise_pooling import shared_noise
+from checks.fitting.noise_pooling import pool_noise
 from checks.fitting.whitener import Whitener, whitener
 from checks.model.learned_bench import LearnedBench
 from checks.record import Record
-from checks.signals.interpolation import Errors, interpolation_errors, of_another_record, without_errors
+from checks.signals.interpolation import Errors, errors_of_other_record, interpolation_errors, remove_errors
 from checks.signals.spectral.frf import Frf
 from checks.signals.spectral.lpm import HALF, lpm_record
 
@@ -147,7 +147,8 @@ def dataset_from_records(
     Raises RecordError for a channel that is missing, no merge frequency, or a band without drive."""
     called = name or low.name
     errors = interpolation_errors(low, drive=input) if "de" in channels else ()
-    low, high = without_errors(low, errors), _as_low(high, errors, input)
+    low = remove_errors(low, errors)
+    high = high and remove_errors(high, errors_of_other_record(errors, high, drive=input))
     if high is None:
         return replace(_of_record(low, tolerance, channels, input, f_lo, f_hi, called), taken_out=errors)
     if merge_Hz is None or not f_lo < merge_Hz < f_hi:
@@ -155,11 +156,6 @@ def dataset_from_records(
     below = _of_record(low, tolerance, channels, input, f_lo, merge_Hz, called)
     above = _of_record(high, tolerance, channels, input, merge_Hz, f_hi, called)
     return replace(joined(below, above.at(above.f > below.f[-1])), taken_out=errors)
-
-
-def _as_low(high: Record | None, errors: Errors, drive: str) -> Record | None:
-    """Return the high record without the errors of the encoder's interpolation that the low one shows."""
-    return high and without_errors(high, of_another_record(errors, high, drive=drive))
 
 
 def joined(below: Dataset, above: Dataset) -> Dataset:
@@ -192,7 +188,7 @@ def _of_record(
     except ValueError as e:
         raise RecordError(f"{record.name}: {e}") from e
     data = dataset_of(frf, tolerance, name)
-    cov, nu = shared_noise(frf, _input_power(record, input, frf.f))
+    cov, nu = pool_noise(frf, _input_power(record, input, frf.f))
     return replace(data, cov=cov, nu=nu)
 
 

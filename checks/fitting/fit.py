@@ -74,14 +74,14 @@ class Fit:
     @property
     def gaps(self) -> dict[str, Gap]:
         """Return G of every channel, all datasets together."""
-        return gaps(self.datasets, self.residuals, self.told)
+        return gaps(self.datasets, self.residuals, self.effective_parameters)
 
     def gaps_at(self, tolerance: float) -> dict[str, Gap]:
         """Return the same with another tolerance: that of the model's file, if the fit went below it."""
-        return gaps([replace(s, tolerance=tolerance) for s in self.datasets], self.residuals, self.told)
+        return gaps([replace(s, tolerance=tolerance) for s in self.datasets], self.residuals, self.effective_parameters)
 
     @property
-    def told(self) -> float:
+    def effective_parameters(self) -> float:
         """Return the number of parameters that the data determined; one with a prior counts by the share that the data
         contribute."""
         W = prior_rows(self.free, self.joint)
@@ -156,15 +156,18 @@ def coarse_fits(
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
     few = tuple(s.thinned(coarse_bins) for s in sets)
-    blurred = [_FitProblem(response, s, free, joint) for s in _blurred(few)]
-    ways = blurred[-1:] if close else [_Rough(response, few, free, joint), *blurred]
-    with _upright(response, sets, free):
-        tried = [_down(ways, x) for x in _starts(free, starts + drawn, seed)[int(drawn) :]]
+    problems = [_FitProblem(response, s, free, joint) for s in _at_wider_tolerances(few)]
+    ways = problems[-1:] if close else [_LogRatioProblem(response, few, free, joint), *problems]
+    draws = SPREAD * np.random.default_rng(seed).standard_normal((max(starts + drawn - 1, 0), len(free)))
+    with _explaining_not_held(response, sets, free):
+        ends = [_descend_through(ways, x) for x in [np.zeros(len(free)), *draws][int(drawn) :]]
     size = sum(s.H.size for s in few)
-    return [
-        FitPoint(_from(free, ways[-1].coordinates.values(d.x)), d.cost, work_of(d.steps, len(free), size))
-        for d in sorted(tried, key=lambda d: d.cost)
-    ]
+    points = []
+    for end in sorted(ends, key=lambda end: end.cost):
+        values = ways[-1].coordinates.values(end.x)
+        at = tuple(replace(p, start=float(v)) for p, v in zip(free, values, strict=True))
+        points.append(FitPoint(at, end.cost, work_of(end.steps, len(free), size)))
+    return points
 
 
 def work_of(steps: int, parameters: int, values: int) -> float:
@@ -182,7 +185,7 @@ def finish(
 ) -> Fit:
     """Return the fit on all bins, started from the end of a search on few. Raises ModelError."""
     sets = _sets(datasets)
-    with _upright(response, sets, point.free):
+    with _explaining_not_held(response, sets, point.free):
         final = tuple(s.around(response.frf(s.f, point.at, s.channels)) for s in sets)
         problem = _FitProblem(response, final, point.free, joint)
         x = problem.coordinates.x(np.array([p.begin for p in point.free]))
@@ -190,7 +193,7 @@ def finish(
 
 
 @contextmanager
-def _upright(response: Response, sets: Sequence[Dataset], free: Sequence[Free]) -> Iterator[None]:
+def _explaining_not_held(response: Response, sets: Sequence[Dataset], free: Sequence[Free]) -> Iterator[None]:
     """Raise ModelError naming what to look for in the records if a search reaches values at which the strut is not
     held."""
     try:
@@ -204,25 +207,20 @@ def _sets(datasets: Dataset | Sequence[Dataset]) -> tuple[Dataset, ...]:
     return (datasets,) if isinstance(datasets, Dataset) else tuple(datasets)
 
 
-def _from(free: Sequence[Free], values: Array) -> tuple[Free, ...]:
-    return tuple(replace(p, start=float(v)) for p, v in zip(free, values, strict=True))
-
-
-def _blurred(sets: tuple[Dataset, ...]) -> list[tuple[Dataset, ...]]:
+def _at_wider_tolerances(sets: tuple[Dataset, ...]) -> list[tuple[Dataset, ...]]:
     """Return the datasets at tolerances that shrink towards their own."""
     own = max(s.tolerance for s in sets)
     wider = [t for t in TOLERANCES if t > own] or [own]
     return [tuple(replace(s, tolerance=max(s.tolerance, t)) for s in sets) for t in wider]
 
 
-def _down(ways: "Sequence[_FitProblem]", x: Array) -> Descent:
+def _descend_through(ways: "Sequence[_FitProblem]", x: Array) -> Descent:
     """Descend from x through one problem after the other."""
-    found = descend(ways[0], x, FEW_STEPS, LOOSE)
+    end, steps = descend(ways[0], x, FEW_STEPS, LOOSE), 0
     for problem in ways[1:]:
-        before = found.steps
-        found = descend(problem, found.x, FEW_STEPS, LOOSE)
-        found = replace(found, steps=before + found.steps)
-    return found
+        steps += end.steps
+        end = descend(problem, end.x, FEW_STEPS, LOOSE)
+    return replace(end, steps=steps + end.steps)
 
 
 def resume(response: Response, found: Fit, datasets: Sequence[Dataset]) -> Fit:
@@ -235,7 +233,7 @@ def resume(response: Response, found: Fit, datasets: Sequence[Dataset]) -> Fit:
     return _result(problem, end, found.starts)
 
 
-def unfitted(response: Response, datasets: Dataset | Sequence[Dataset], found: Fit, message: str) -> Fit:
+def start_as_fit(response: Response, datasets: Dataset | Sequence[Dataset], found: Fit, message: str) -> Fit:
     """Return the start of a fit as a fit of the same free parameters, for a search that ended no better."""
     at = {p.name: p.prior for p in found.free}
     sets = tuple(s.around(response.frf(s.f, at, s.channels)) for s in _sets(datasets))
@@ -307,7 +305,7 @@ class _FitProblem:
         return self.coordinates.bounds()
 
 
-class _Rough(_FitProblem):
+class _LogRatioProblem(_FitProblem):
     """Ratios instead of differences: a peak that is not where it should be then pulls from afar, and misses by what its
     height is in decades, not by its height."""
 
@@ -336,11 +334,6 @@ class _Rough(_FitProblem):
 
 def _not_zero(H: Complex) -> Complex:
     return np.where(H == 0.0, 1e-300, H)
-
-
-def _starts(free: Sequence[Free], starts: int, seed: int) -> list[Array]:
-    rng = np.random.default_rng(seed)
-    return [np.zeros(len(free)), *(SPREAD * rng.standard_normal((max(starts - 1, 0), len(free))))]
 
 
 def _result(problem: _FitProblem, found: Descent, starts: tuple[float, ...], message: str = "") -> Fit:

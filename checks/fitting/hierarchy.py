@@ -108,14 +108,14 @@ def learn(precision: Array, pull: Array, prior: Prior) -> Batch:
     sizes, converged = _Sizes(prior), False
     weights = np.ones_like(h)
     for _ in range(STEPS):
-        given = _Given(P, h, sizes.bias, weights / sizes.scatter**2)
+        given = _Likelihoods(P, h, sizes.bias, weights / sizes.scatter**2)
         square = given.square()
         weights = _weights(square / sizes.scatter**2, prior.nu)
         change = sizes.fit(weights * square, given)
         if change < SETTLED:
             converged = True
             break
-    end = _Given(P, h, sizes.bias, weights / sizes.scatter**2)
+    end = _Likelihoods(P, h, sizes.bias, weights / sizes.scatter**2)
     return Batch(
         mean=prior.mean + scale * end.mean,
         mean_cov=end.mean_cov * both,
@@ -142,7 +142,7 @@ class _Sizes:
         self.scatter = np.full(p, self.core)
         self.bias = self.stated
 
-    def fit(self, squares: Array, given: "_Given") -> float:
+    def fit(self, squares: Array, given: "_Likelihoods") -> float:
         """Take one step from the weighted squares (n, p) of the distances from the mean; return the largest relative
         change."""
         found = self._of_kind(squares.sum(axis=0)) + self.strength * self.core**2
@@ -158,7 +158,7 @@ class _Sizes:
         return np.asarray(np.bincount(self.kind, each)[self.kind])
 
 
-class _Given:
+class _Likelihoods:
     """Posterior of the mean and of every unit, scatter and weights given, in units of the prior's scatter, from its
     mean.
 
@@ -223,10 +223,12 @@ def _core(nu: float) -> float:
 
 def belonging(precision: Array, pull: Array, prior: Prior) -> list[Belonging]:
     """Compare each unit with the batch learned from the others."""
-    return [compare(P, h, b) for P, h, b in zip(precision, pull, without_each(precision, pull, prior), strict=True)]
+    return [
+        compare(P, h, b) for P, h, b in zip(precision, pull, learn_without_each(precision, pull, prior), strict=True)
+    ]
 
 
-def without_each(precision: Array, pull: Array, prior: Prior) -> list[Batch]:
+def learn_without_each(precision: Array, pull: Array, prior: Prior) -> list[Batch]:
     """Return for every unit the batch learned without it. Raises ValueError for a single unit."""
     n = len(pull)
     if n < 2:
@@ -257,7 +259,7 @@ def compare(precision: Array, pull: Array, batch: Batch) -> Belonging:
     return Belonging(z, float(stats.chi2.sf(d2, int(use.sum()))) if use.any() else 1.0, float(p_worst))
 
 
-def covered(belongings: Sequence[Belonging], level: float = 0.95) -> tuple[int, int]:
+def count_covered(belongings: Sequence[Belonging], level: float = 0.95) -> tuple[int, int]:
     """Return how many parameters of all units lie within the prediction from the other units, and how many were
     compared."""
     z = np.concatenate([np.zeros(0), *(b.z[np.isfinite(b.z)] for b in belongings)])
@@ -265,7 +267,7 @@ def covered(belongings: Sequence[Belonging], level: float = 0.95) -> tuple[int, 
 
 
 @dataclass(frozen=True, eq=False)
-class Learned:
+class LearnedShares:
     """What a batch can tell. left (p,): share of the prior's standard deviation of the mean that is left; 1: nothing
     was learned. together: pairs that the batch knows better together than one by one, with their correlation."""
 
@@ -273,7 +275,7 @@ class Learned:
     together: tuple[tuple[int, int, float], ...]
 
 
-def told_apart(batch: Batch, prior: Prior, correlated: float = 0.9) -> Learned:
+def determined_parameters(batch: Batch, prior: Prior, correlated: float = 0.9) -> LearnedShares:
     """Return the parameters whose means the batch determines, and the pairs that it determines only together: those
     that correlate beyond `correlated` although their priors do not."""
     sd, before = np.sqrt(np.diag(batch.mean_cov)), prior.mean_sd
@@ -281,4 +283,4 @@ def told_apart(batch: Batch, prior: Prior, correlated: float = 0.9) -> Learned:
     i, j = np.triu_indices(sd.size, 1)
     tied = np.abs(rho[i, j]) > correlated
     pairs = [(int(a), int(b), float(rho[a, b])) for a, b in zip(i[tied], j[tied], strict=True)]
-    return Learned(sd / before, tuple(sorted(pairs, key=lambda pair: -abs(pair[2]))))
+    return LearnedShares(sd / before, tuple(sorted(pairs, key=lambda pair: -abs(pair[2]))))

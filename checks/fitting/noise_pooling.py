@@ -11,7 +11,7 @@ NEIGHBOURS = 2  # windows on either side that share one estimate
 ALONE = 1e-4  # chance that a window's noise exceeds that about it so much, if it is the same noise
 
 
-def shared_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
+def pool_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
     """Return the covariance cov (U, C, C) and the degrees of freedom nu (U,) of the usable bins of a local fit,
     averaged over neighbours.
 
@@ -23,7 +23,7 @@ def shared_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
     good = frf.usable
     own, power = frf.nu[good], (_power(frf) * input_power)[good]
     noise: Complex = frf.cov[good] * power[:, None, None]
-    alone = _alone(np.einsum("fcc->fc", noise).real, own)
+    alone = _is_outlier(np.einsum("fcc->fc", noise).real, own)
     lend = np.where(alone, 0.0, own)
     lent: Complex = noise * lend[:, None, None]
     total, nu = _moving(lent), _moving(lend.astype(np.complex128)).real
@@ -44,7 +44,7 @@ def _power(frf: Frf) -> Array:
     return np.where(known, ratio / np.where(known, var, 1.0), 1.0)
 
 
-def _alone(noise: Array, nu: Array) -> NDArray[np.bool_]:
+def _is_outlier(noise: Array, nu: Array) -> NDArray[np.bool_]:
     """Return whether each window (F,) is an outlier: its noise (F, C) in a channel exceeds the local median by more
     than chance allows."""
     wide = 2 * NEIGHBOURS + 1

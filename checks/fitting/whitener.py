@@ -82,7 +82,7 @@ def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float | A
     C = H.shape[1]
     independent: Complex = cov * _unsure(nu, C)[:, None, None]
     d = np.arange(C)
-    size = tolerance * np.sqrt(SHARE) * without_dips(f, np.abs(H))
+    size = tolerance * np.sqrt(SHARE) * fill_dips(f, np.abs(H))
     independent[:, d, d] += _bins_of_one_error(f)[:, None] * size**2
     inverse = np.asarray(np.linalg.inv(np.linalg.cholesky(independent)), dtype=np.complex128)
     if not np.any(tolerance):
@@ -108,7 +108,7 @@ def _bins_of_one_error(f: Array) -> Array:
     return np.maximum(1.0, NARROW * f / np.gradient(f))
 
 
-def without_dips(f: Array, size: Array) -> Array:
+def fill_dips(f: Array, size: Array) -> Array:
     """Return the size (F, C) with every dip narrower than a narrow error filled up to its lower shoulder. At a zero
     large motions cancel: a small part of each of them is a large part of what is left."""
     below = np.searchsorted(f, f * (1.0 - NARROW))

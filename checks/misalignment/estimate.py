@@ -17,14 +17,14 @@ from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because
 from checks.errors import ModelError
 from checks.fitting.agreement import contradiction
-from checks.fitting.calibrate import Calibration, better_damped, of_damping, refined
+from checks.fitting.calibrate import Calibration, refine, with_damping, with_likelier_damping
 from checks.fitting.common_drive import DRIVE, SKEW_OF_DE, SKEWED, SKEWS, Driven, mechanics
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT, Fit, FitPoint, coarse_fits, finish, free_of
 from checks.fitting.goodness import gaps
 from checks.fitting.misplaced_modes import misplaced_modes, peaks
-from checks.misalignment.estimate_types import DX, DY, LOPSIDED, Along, MisalignmentEstimate
+from checks.misalignment.estimate_types import DX, DY, LOPSIDED, AxisOffset, MisalignmentEstimate
 from checks.misalignment.gates import TO_HZ, data_reasons, reason, sensor_tells, unobservable
 from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM, MisalignmentTable
 from checks.model.model import Model
@@ -61,14 +61,14 @@ def estimate(
     encoder, RecordError if a channel is missing."""
     if "de" not in model.channels:
         raise ModelError(f"model {model.name} has no encoder, so no channel 'de' to compare with")
-    whole = _of_band(model, data, table, repeat, OffsetSearch())
+    whole = _estimate_band(model, data, table, repeat, OffsetSearch())
     why = whole if isinstance(whole, Reason) else whole.reason
     if why is not None and why.cause in LESS_MAY_TELL:
-        part = _of_band(model, data, table, repeat, OffsetSearch(f_hi=BELOW_HZ, skewed=True))
+        part = _estimate_band(model, data, table, repeat, OffsetSearch(f_hi=BELOW_HZ, skewed=True))
         if isinstance(part, MisalignmentEstimate) and part.reason is None:
-            return replace(part, notes=(_left_out(part, why),))
+            return replace(part, notes=(_note_of_upper_band(part, why),))
     if why is not None and (isinstance(whole, MisalignmentEstimate) or why.cause is Cause.SEARCH_FAILED):
-        whole = _of_band(model, data, table, repeat, OffsetSearch(thorough=True))
+        whole = _estimate_band(model, data, table, repeat, OffsetSearch(thorough=True))
     if isinstance(whole, Reason):
         raise NoResult(whole)
     return whole
@@ -84,32 +84,32 @@ class OffsetSearch:
     thorough: bool = False
 
 
-def _of_band(
+def _estimate_band(
     model: Model, data: Dataset, table: MisalignmentTable, repeat: Dataset | None, search: OffsetSearch
 ) -> MisalignmentEstimate | Reason:
     """Return the estimate from a band of the data, or the reason why they do not determine it."""
-    first = _prepared(data, model, RATIO, search.f_hi)
-    second = None if repeat is None else _prepared(repeat, model, RATIO, search.f_hi)
+    first = _prepare(data, model, RATIO, search.f_hi)
+    second = None if repeat is None else _prepare(repeat, model, RATIO, search.f_hi)
     for why in data_reasons(model, min(TO_HZ, BELOW_TOP * search.f_hi), first, second):
         return why
     starts = table.query(first).minima()
     if model.scatters and all(sensor_tells(d, model) for d in (data, repeat) if d is not None):
-        unseen = None if repeat is None else _prepared(repeat, model, WITH_SENSOR, search.f_hi)
-        found = _found(model, starts, _prepared(data, model, WITH_SENSOR, search.f_hi), unseen, search)
+        unseen = None if repeat is None else _prepare(repeat, model, WITH_SENSOR, search.f_hi)
+        found = _best_fit(model, starts, _prepare(data, model, WITH_SENSOR, search.f_hi), unseen, search)
         if found is not None and found.reason is None:
             return found
-    found = _found(model, starts, first, second, search)
+    found = _best_fit(model, starts, first, second, search)
     return because(Cause.SEARCH_FAILED, record=data.name, model=model.name) if found is None else found
 
 
-def _left_out(part: MisalignmentEstimate, why: Reason) -> str:
+def _note_of_upper_band(part: MisalignmentEstimate, why: Reason) -> str:
     """Return notes on the effects that an estimate neglects."""
     at, sds = part.fit.at, part.fit.sds
     skew = f"encoder de is {at[SKEW_OF_DE]:.1f} ± {COVERAGE * sds[SKEW_OF_DE]:.1f} us behind interferometer da"
     return f"responses above {BELOW_HZ:g} Hz are left out, so U is wider: {why}; {skew}"
 
 
-def _prepared(data: Dataset, model: Model, channels: tuple[str, ...], f_hi: float = F_HI) -> Dataset:
+def _prepare(data: Dataset, model: Model, channels: tuple[str, ...], f_hi: float = F_HI) -> Dataset:
     band = data.select(channels).band(F_LO, min(f_hi, model.up_to_Hz))
     return replace(band, tolerance=model.tolerance).on_bench(model.learned)
 
@@ -143,24 +143,24 @@ def free_parameters(
     ]
 
 
-def _found(
+def _best_fit(
     model: Model, starts: Sequence[tuple[float, float]], first: Dataset, second: Dataset | None, search: OffsetSearch
 ) -> MisalignmentEstimate | None:
     """Return the estimate from these channels; None if every search breaks off."""
-    real = of_damping(model, "modal") or model
+    real = with_damping(model, "modal") or model
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         found = _fits(real, first, starts, search)
         if not found:
             return None
         alike = [c for c in found if c.fit.cost - found[0].fit.cost < BEYOND_DOUBT]
-        refits = [refined(c, Driven, second) for c in alike]
+        refits = [refine(c, Driven, second) for c in alike]
     best = min(refits, key=lambda c: (c.fit.datasets[0].tolerance, c.fit.cost))
     result = MisalignmentEstimate(
         dx=_along(model, best.fit, DX),
         dy=_along(model, best.fit, DY),
         model=best.model,
         fit=best.fit,
-        others=_others(best.fit, [c.fit for c in refits if c is not best]),
+        others=_other_places(best.fit, [c.fit for c in refits if c is not best]),
         data=first,
         repeat=second,
         meaning=OF_THE_METAL if any(n in model.sds for n in LOPSIDED) else OF_THE_LINE,
@@ -176,16 +176,16 @@ def _fits(
     data require. If no fit explains the strut's own modes, one mode may have been taken for another: the search is then
     repeated with a mode in another place, and from random draws of the parameters."""
     free = [free_parameters(model, dx, dy, data.channels, search.skewed) for dx, dy in starts]
-    found = _all_finished(model, data, _places(_coarse_fits(model, data, free)))
-    if search.thorough and not any(_another_bench(c.fit) for c in found):
+    found = _finish_all(model, data, _distinct_places(_coarse_fits(model, data, free)))
+    if search.thorough and not any(_is_another_bench(c.fit) for c in found):
         if not any(_explains(c) for c in found):
-            found += _all_finished(model, data, _rearranged(found, data))
+            found += _finish_all(model, data, _fits_with_moved_modes(found, data))
         if not any(_explains(c) for c in found):
-            found += _all_finished(model, data, _coarse_fits(model, data, free[:1], DRAWS)[:1])
+            found += _finish_all(model, data, _coarse_fits(model, data, free[:1], DRAWS)[:1])
     return sorted(found, key=lambda c: c.fit.cost)
 
 
-def _rearranged(found: Sequence[Calibration], data: Dataset) -> list[FitPoint]:
+def _fits_with_moved_modes(found: Sequence[Calibration], data: Dataset) -> list[FitPoint]:
     """Return the best few ends of searches that begin with a mode of the best fit in another place, where the residual
     is largest."""
     if not found:
@@ -215,19 +215,19 @@ def _coarse_fits(
     return sorted(found, key=lambda point: point.cost)
 
 
-def _all_finished(model: Model, data: Dataset, points: Sequence[FitPoint]) -> list[Calibration]:
+def _finish_all(model: Model, data: Dataset, points: Sequence[FitPoint]) -> list[Calibration]:
     """Return the fits that searches lead to, without those that come to values with which the assembly falls over."""
     response, found = Driven(model), []
     for point in points:
         try:
             fitted = Calibration(model, response, finish(response, data, point, joint=model.joint))
-            found.append(better_damped(fitted, Driven))
+            found.append(with_likelier_damping(fitted, Driven))
         except ValueError:  # as in `_coarse_fits`
             continue
     return found
 
 
-def _places(points: Sequence[FitPoint]) -> list[FitPoint]:
+def _distinct_places(points: Sequence[FitPoint]) -> list[FitPoint]:
     """Return the distinct ends of searches whose cost is not hopeless."""
     kept: list[FitPoint] = []
     for point in points:
@@ -241,21 +241,21 @@ def _explains(found: Calibration) -> bool:
     return found.fit.converged and contradiction(found.response, found.fit) is None
 
 
-def _another_bench(found: Fit) -> bool:
+def _is_another_bench(found: Fit) -> bool:
     """Return whether a search that ended somewhere does not explain the payload's resonance: no other start helps
     then."""
     low = found.datasets[0].f < PAYLOAD_HZ
     return found.converged and gaps([found.datasets[0].at(low)], [found.residuals[0][low]])["da"].G > LOST
 
 
-def _along(model: Model, found: Fit, name: str) -> Along:
+def _along(model: Model, found: Fit, name: str) -> AxisOffset:
     """Return the misalignment along one axis. The APA's own asymmetry cannot be distinguished from its position, so its
     variance adds."""
     own = model.sds.get(LOPSIDED[(DX, DY).index(name)], 0.0)
-    return Along(found.at[name], COVERAGE * float(np.hypot(found.sds[name], own)))
+    return AxisOffset(found.at[name], COVERAGE * float(np.hypot(found.sds[name], own)))
 
 
-def _others(best: Fit, rest: Sequence[Fit]) -> tuple[tuple[float, float], ...]:
+def _other_places(best: Fit, rest: Sequence[Fit]) -> tuple[tuple[float, float], ...]:
     """Return the places of other fits that are not significantly worse than the best and lie elsewhere."""
     i = [best.names.index(n) for n in (DX, DY)]
     inverse = np.linalg.inv(best.cov[np.ix_(i, i)])

@@ -14,7 +14,7 @@ LOPSIDED = ("apa.lopsided_x_um", "apa.lopsided_y_um")  # along x, along y
 
 
 @dataclass(frozen=True)
-class Along:
+class AxisOffset:
     """Misalignment along one axis with its expanded uncertainty (k = 2), both in um."""
 
     value: float
@@ -29,8 +29,8 @@ class MisalignmentEstimate:
     and dy are, in words; notes: the effects that the estimate neglects; unknown: "dx" or "dy" and why the data do not
     determine it, if they determine the other one."""
 
-    dx: Along
-    dy: Along
+    dx: AxisOffset
+    dy: AxisOffset
     model: Model
     fit: Fit
     others: tuple[tuple[float, float], ...]
@@ -46,7 +46,7 @@ class MisalignmentEstimate:
         """Return the reason why dx or dy is missing, None if both are known."""
         return self.reason or next(iter(self.unknown.values()), None)
 
-    def answer(self, axis: str) -> Along | None:
+    def answer(self, axis: str) -> AxisOffset | None:
         """Return the misalignment along "dx" or "dy", None if it is unknown."""
         return None if self.reason is not None or axis in self.unknown else getattr(self, axis)
 

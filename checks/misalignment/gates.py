@@ -36,13 +36,14 @@ def reason(found: MisalignmentEstimate) -> Reason | None:
 
 
 def _reasons(found: MisalignmentEstimate) -> Iterator[Reason]:
-    yield from _inadequate(found)
+    yield from _misfit(found)
     yield from outside_priors(found.fit)
-    yield from _softer(found)
+    yield from _stiffness_off_prior(found)
     yield from all_priors(found.fit)
     if not found.fit.converged:
         yield because(Cause.NOT_CONVERGED, detail=found.fit.message)
-    yield from _at_the_edge(found)
+    # An axis that the data do not determine at all has no edge, unless they determine neither.
+    yield from (reason for axis, reason in list(_edges(found)) if axis not in found.unknown)
     for dx, dy in found.others:
         one, other = f"dx {found.dx.value:.0f}, dy {found.dy.value:.0f} um", f"dx {dx:.0f}, dy {dy:.0f} um"
         yield because(Cause.TWO_PLACES, places=f"{one} and {other}")
@@ -80,11 +81,11 @@ def _turned(data: Dataset, model: Model) -> Iterator[Reason]:
     low = data.band(*SIGNS_HZ)
     if not low.f.size:
         return
-    if _apart(low.H[:, 0], low.H[:, 1]):
+    if _is_opposed(low.H[:, 0], low.H[:, 1]):
         yield because(
             Cause.CHANNEL_REVERSED, record=data.name, channel="de", reference="da", found="against", expected="with"
         )
-    elif _apart(low.H[:, 1], model.frf(low.f, channels=("da",))[:, 0]):
+    elif _is_opposed(low.H[:, 1], model.frf(low.f, channels=("da",))[:, 0]):
         yield because(Cause.DRIVE_REVERSED, record=data.name)
 
 
@@ -96,14 +97,14 @@ def sensor_tells(data: Dataset, model: Model) -> bool:
     low = data.select(("Vs",)).band(*SENSOR_HZ)
     measured, modelled = low.H[:, 0], model.frf(low.f, channels=("Vs",))[:, 0]
     alive = bool(low.f.size) and float(np.median(np.abs(measured))) > float(np.median(np.abs(modelled))) / DEAD
-    return alive and not _apart(measured, modelled)
+    return alive and not _is_opposed(measured, modelled)
 
 
-def _apart(one: Complex, other: Complex) -> bool:
+def _is_opposed(one: Complex, other: Complex) -> bool:
     return float(np.median((one * other.conj()).real)) < 0.0
 
 
-def _inadequate(found: MisalignmentEstimate) -> Iterator[Reason]:
+def _misfit(found: MisalignmentEstimate) -> Iterator[Reason]:
     """Yield the worst band of a channel that noise, tolerance and the uncertainty of the fit do not explain."""
     worst = contradiction(Driven(found.model), found.fit, found.repeat)
     if worst is not None:
@@ -113,7 +114,7 @@ def _inadequate(found: MisalignmentEstimate) -> Iterator[Reason]:
         yield because(Cause.MODEL_MISFIT, **at, data=what, chance=chance)
 
 
-def _softer(found: MisalignmentEstimate) -> Iterator[Reason]:
+def _stiffness_off_prior(found: MisalignmentEstimate) -> Iterator[Reason]:
     """Yield a reason if the compliance of the APA along its axis is further off its prior than chance explains: an APA
     of uncertain modes can be softened until it rings with any payload at the measured frequency."""
     apa = found.model.apa
@@ -142,13 +143,6 @@ def _compliance_slope(apa: ModalApa, found: Fit, names: Sequence[str]) -> Array:
     stretch = (body.top - body.bottom)[2, ELASTIC_FROM:] ** 2 / np.diag(body.K)[ELASTIC_FROM:]
     share = dict(zip(mode_names(apa.modes)[0], stretch / stretch.sum(), strict=True))
     return np.array([-share[n] / found.at[n] ** 2 for n in names])
-
-
-def _at_the_edge(found: MisalignmentEstimate) -> Iterator[Reason]:
-    """Yield a reason for each axis along which the answer reaches the edge of the table, except for an axis that the
-    data do not determine at all, unless they determine neither."""
-    edges = list(_edges(found))
-    yield from (reason for axis, reason in edges if axis not in found.unknown)
 
 
 def unobservable(found: MisalignmentEstimate) -> dict[str, Reason]:

@@ -20,7 +20,8 @@ def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
     known = ratio_noise(data) < 1.0
     f, R = data.f[known], data.H[known, 0] / data.H[known, 1]
     H = Driven(found.model).frf(f, found.fit.at, data.channels)
-    straight = found.model.frf(f, _aligned(found), data.channels)
+    own = {n: v for n, v in found.fit.at.items() if n in found.model.values}
+    straight = found.model.frf(f, {**own, DX: 0.0, DY: 0.0}, data.channels)
     # the measured curve comes last, on top of the others
     curves = {"without misalignment": straight[:, 0] / straight[:, 1], "model": H[:, 0] / H[:, 1], "measured": R}
     roles = {"measured": "data", "model": "model", "without misalignment": "before"}
@@ -45,15 +46,10 @@ def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
     return drawn if found.reason is not None else {**drawn, "map": _map(found)}
 
 
-def _aligned(found: MisalignmentEstimate) -> dict[str, float]:
-    own = {n: v for n, v in found.fit.at.items() if n in found.model.values}
-    return {**own, DX: 0.0, DY: 0.0}
-
-
 def _map(found: MisalignmentEstimate) -> Panel:
     """Return the likelihood of each place relative to the answer, everything else fitted again for it (the profile of
     the likelihood, to second order about the answer), and the region that holds the truth."""
-    at, C = np.array([found.dx.value, found.dy.value]), _covariance(found)
+    at, C = np.array([found.dx.value, found.dy.value]), _covariance_of_U(found)
     sd = np.sqrt(np.diag(C))
     x, y = (np.linspace(v - REACH * s, v + REACH * s, PLACES) for v, s in zip(at, sd, strict=True))
     away = np.stack(np.meshgrid(x - at[0], y - at[1]), axis=-1)
@@ -66,7 +62,7 @@ def _map(found: MisalignmentEstimate) -> Panel:
     return Panel("profile of the likelihood about the answer", "dx [um]", "dy [um]", (image, *marks, region))
 
 
-def _covariance(found: MisalignmentEstimate) -> Array:
+def _covariance_of_U(found: MisalignmentEstimate) -> Array:
     """Return the covariance (2, 2) [um2] of the fit, scaled up to U."""
     i = [found.fit.names.index(n) for n in (DX, DY)]
     C = found.fit.cov[np.ix_(i, i)]

@@ -133,7 +133,7 @@ def interpolation_errors(record: Record, channel: str = "de", drive: str = "Va")
     return tuple(sorted(found, key=lambda e: -e.amplitude_m))
 
 
-def of_another_record(errors: Errors, record: Record, channel: str = "de", drive: str = "Va") -> Errors:
+def errors_of_other_record(errors: Errors, record: Record, channel: str = "de", drive: str = "Va") -> Errors:
     """Return the errors of the same encoder in another record: unchanged, unless errors fitted there explain far more
     (the counter was set to zero in between). A motion of few periods cannot show this."""
     left = _Left.of(record, channel, drive) if errors else None
@@ -143,7 +143,7 @@ def of_another_record(errors: Errors, record: Record, channel: str = "de", drive
     return own if left.cost(own) + ZEROED < left.cost(errors) else errors
 
 
-def said_of(errors: Errors) -> tuple[str, ...]:
+def error_notes(errors: Errors) -> tuple[str, ...]:
     """Return remarks on the errors, for the reader of an answer from which they were removed; empty without errors."""
     if not errors:
         return ()
@@ -151,7 +151,7 @@ def said_of(errors: Errors) -> tuple[str, ...]:
     return (f"the encoder's interpolation has an error of {' and '.join(each)}; it was taken out of de",)
 
 
-def without_errors(record: Record, errors: Errors, channel: str = "de") -> Record:
+def remove_errors(record: Record, errors: Errors, channel: str = "de") -> Record:
     """Return the record as an encoder without them would have read it."""
     if not errors:
         return record

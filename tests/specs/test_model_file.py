@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from accept.models.model_file import open_model, opened
+from accept.models.model_file import open_model, open_model_file
 from checks.errors import ModelError
 from checks.model.build import build, file_nodes
 from checks.model.structure.superelement import Nodes
@@ -206,9 +206,9 @@ def test_an_opened_model_is_kept_for_the_same_bytes_only(tmp_path: Path) -> None
     path = tmp_path / "one.toml"
     text = load_model("strut-2dof").text
     path.write_text(text)
-    first = opened(path)
-    assert opened(path) is first
+    first = open_model_file(path)
+    assert open_model_file(path) is first
     path.write_text(text.replace("payload_kg = { value = 5.7,", "payload_kg = { value = 6.7,"))
-    assert opened(path).model.values["bench.payload_kg"] == 6.7
+    assert open_model_file(path).model.values["bench.payload_kg"] == 6.7
     path.write_text(text)
-    assert opened(path) is first
+    assert open_model_file(path) is first

@@ -15,7 +15,7 @@ from accept.base.documents.manifest import AttachedSpec, InputFile, JudgingProgr
 from accept.judging.result import UnitResult
 from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json
-from accept.pictures.reduce import reduced
+from accept.pictures.reduce import reduce_panel
 from accept.units.unit_entry import MODEL_FOLDER
 from accept.units.unit_folder import UNIT_FILE
 from checks.picture import Panel
@@ -81,7 +81,7 @@ class CertificateContent:
     @cached_property
     def pictures(self) -> dict[str, Panel]:
         """Return the panels, reduced to what print can show."""
-        return {name: reduced(panel) for name, panel in self.panels.items()}
+        return {name: reduce_panel(panel) for name, panel in self.panels.items()}
 
     @property
     def serial(self) -> str:

@@ -14,8 +14,8 @@ from accept.gap.text import (
     gap_number,
     headline_of,
     parameters,
+    unidentified_words,
     values_of,
-    without_a_name,
     words_of,
 )
 from accept.pictures.labels import label_of
@@ -64,7 +64,7 @@ def _missing(found: Mapping[str, Any]) -> list[Flowable]:
     for a in found["ambiguous"]:
         story.append(words(alternatives(a), page_style.BODY))
     for u in found["unnamed"]:
-        story.append(words(f"Unidentified effect: {without_a_name(u)}", page_style.BODY))
+        story.append(words(f"Unidentified effect: {unidentified_words(u)}", page_style.BODY))
     return story
 
 

@@ -12,7 +12,7 @@ from accept.certificate.verify.page_check import VERDICT_WORDS
 from accept.certificate.verify.result_diff import same_words
 from accept.judging.result import GAP_PICTURES
 from accept.pictures.jsonform import panels_to_json
-from accept.pictures.reduce import reduced
+from accept.pictures.reduce import reduce_panel
 from checks.picture import Panel
 
 SEEN = 5e-3  # of what a curve spans: a difference below it is not seen; another processor's sums differ by 1e-6
@@ -27,7 +27,7 @@ def check_pictures(attached: Mapping[str, Panel], again: Mapping[str, Panel]) ->
     not run again, must not name a verdict. Raises InvalidCertificate.
     """
     there = {panel["name"]: panel for panel in panels_to_json(attached)}
-    here = {panel["name"]: panel for panel in panels_to_json({name: reduced(p) for name, p in again.items()})}
+    here = {panel["name"]: panel for panel in panels_to_json({name: reduce_panel(p) for name, p in again.items()})}
     for name, panel in there.items():
         if name.startswith(GAP_PICTURES):
             if said := VERDICT_WORDS.findall(" ".join(_texts(panel))):

@@ -9,7 +9,7 @@ from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
 from accept.commands.bench.simulate_options import SimulateOptions
-from accept.models.model_file import SIMULATED_MODEL, effects_of, opened
+from accept.models.model_file import SIMULATED_MODEL, effects_of, open_model_file
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate.unit_request import ExperimentRequest, drawn, on_bench
 from checks.model.model import Model
@@ -74,7 +74,7 @@ def request_of(wanted: SimulateOptions) -> UnitRequest:
 
 def _model(wanted: SimulateOptions) -> tuple[Model, list[Effect]]:
     """Return the model before any effect is added, and those of its file that are no parameter of it."""
-    it = opened(wanted.model or SIMULATED_MODEL[wanted.kind])
+    it = open_model_file(wanted.model or SIMULATED_MODEL[wanted.kind])
     model = it.model
     model = on_bench(model, wanted.kind) if wanted.model is None else model
     model = drawn(model, wanted.seed) if wanted.draw else model

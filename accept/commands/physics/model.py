@@ -17,7 +17,7 @@ from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.commands.options import ModelName
 from accept.commands.physics.model_options import FrfOptions, ModesOptions, ParameterSweepOptions
-from accept.models.model_file import opened
+from accept.models.model_file import open_model_file
 from accept.pictures.draw import PictureError, picture
 from checks.arrays import Array
 from checks.errors import ModelError
@@ -45,7 +45,7 @@ def show_list() -> Exit:
 @clear_errors
 def show(model: ModelName = "strut") -> Exit:
     """Show every parameter with its value, unit and prior."""
-    it = opened(model)
+    it = open_model_file(model)
     built = it.model
     stdout.print(f"{built.name}: APA '{it.spec.apa.type}', damping {built.damping}, sha256 {it.spec.sha256}")
     if it.spec.apa_file is not None:
@@ -69,7 +69,7 @@ def modes(wanted: ModesOptions) -> Exit:
     f_max = wanted.f_max
     if not 0.0 < f_max < np.inf:
         raise ModelError(f"--f-max {f_max:g}: expected a frequency above 0 Hz")
-    model = opened(wanted.model).model
+    model = open_model_file(wanted.model).model
     model = model.clamped() if wanted.clamped else model
     found = {"poles": _roots(model.poles(), f_max)}
     for channel in () if wanted.clamped else model.channels:
@@ -87,7 +87,7 @@ def modes(wanted: ModesOptions) -> Exit:
 @clear_errors
 def frf(wanted: FrfOptions) -> Exit:
     """Compute responses of Vs, de and da to Va. JSON on stdout if no file is named."""
-    model = opened(wanted.model).model
+    model = open_model_file(wanted.model).model
     f = grid(wanted.f_lo, wanted.f_hi, wanted.points)
     H = model.frf(f)
     if wanted.csv is not None:
@@ -123,7 +123,7 @@ def export(
     model: ModelName = "strut",
 ) -> Exit:
     """Write the state space from Va to the channels as a MATLAB file."""
-    found = state_space(opened(model).model)
+    found = state_space(open_model_file(model).model)
     save_state_space(found, out)
     tell(repr(found))
     say(f"{out}: written")
@@ -136,7 +136,7 @@ def run_sweep(
     wanted: ParameterSweepOptions,
 ) -> Exit:
     """Compute poles and zeros over a row of values. Without --value the published ones."""
-    model = opened(wanted.model).model
+    model = open_model_file(wanted.model).model
     names, usual = PUBLISHED_SWEEPS.get(what, ((what,), ()))
     names = tuple(each for n in names for each in _both_joints(model, n))
     chosen = tuple(wanted.values or ()) or usual

@@ -136,6 +136,6 @@ def to_json(found: Fleet) -> dict[str, Any]:
 
 def _drawn(panels: Sequence[Panel], format: str) -> bytes:
     from accept.pictures.draw import picture  # loads matplotlib: only when wanted
-    from accept.pictures.reduce import reduced
+    from accept.pictures.reduce import reduce_panel
 
-    return picture([reduced(p) for p in panels], format, columns=2)
+    return picture([reduce_panel(p) for p in panels], format, columns=2)

@@ -28,7 +28,7 @@ from accept.fleet.population.learn import learn_population, measured_units
 from accept.fleet.population.report import lines, shifts, write_population
 from accept.gap.text import gap_of, in_order, one_line, symbol, unit, words_of
 from accept.judging.judge_unit import load_spec
-from accept.models.model_file import opened
+from accept.models.model_file import open_model_file
 from accept.simulate import published_units, write
 from accept.simulate.demo import MODEL, demo_strut, earlier_struts
 from accept.simulate.unit import TRUTH_FILE, SimulatedUnit
@@ -79,7 +79,7 @@ def _write(unit: SimulatedUnit, folder: Path) -> Path:
 
 def _learned(out: Path) -> Path:
     """Return the model file that struts made before the judged one, of the same batch, teach; says what it learned."""
-    given, path = opened(MODEL), out / LEARNED
+    given, path = open_model_file(MODEL), out / LEARNED
     earlier = [_write(strut, out / "batch") for strut in earlier_struts()]
     found = learn_population(measured_units(earlier, given), given, lambda _: None)
     write_population(path, found)

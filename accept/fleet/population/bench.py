@@ -100,7 +100,7 @@ def features(bench: LearnedBench) -> list[Feature]:
     return sorted((f for f in out if f.f_hi_Hz > f.f_lo_Hz), key=lambda f: -f.size)
 
 
-def explained(found: Population) -> dict[str, tuple[float, float]]:
+def bench_words(found: Population) -> dict[str, tuple[float, float]]:
     """Return channel -> median G of the units that belong, without the bench and as the others foretell it."""
     belong = [j for j in found.judged if j.belongs]
     channels = dict.fromkeys(c for j in belong for c in j.G_left_out)
@@ -139,7 +139,7 @@ def bench_lines(found: Population, changed: Sequence[str] = ()) -> list[str]:
             f"{f.channel} differs from the model by up to {percent(f.size)} ({f.at_Hz:.0f} Hz) from {band}, in every "
             f"unit alike. Its cause is unknown. This looks like {what}."
         )
-    for c, (before, after) in explained(found).items():
+    for c, (before, after) in bench_words(found).items():
         if before > 1.0:
             out.append(f"G of {c}, median of the units: {before:.3g} without what was learned, {after:.2g} with it.")
     return [*out, *changed]
@@ -162,7 +162,7 @@ def bench_document(found: Population, learned_on: str | None, changed: Sequence[
             }
             for f in (features(bench) if bench is not None else [])
         ],
-        "G": {c: {"without": before, "with": after} for c, (before, after) in explained(found).items()},
+        "G": {c: {"without": before, "with": after} for c, (before, after) in bench_words(found).items()},
         "changed": list(changed),
     }
 

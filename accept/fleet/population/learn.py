@@ -19,19 +19,19 @@ from accept.fleet.population.unit_fits import (
     LATENCIES,
     OFFSETS,
     UNLIKE,
-    Fitted,
+    FittedUnits,
     Gs,
     Say,
     UnitFit,
     fit_all,
-    foretold,
-    freed,
+    free_with_latencies,
+    predicted_gaps,
     with_latencies,
 )
 from accept.gap.responses import Responses, responses
-from accept.models.model_file import Opened
+from accept.models.model_file import OpenedModel
 from accept.units.unit_folder import UnitError
-from checks.arrays import Array, Complex
+from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.hierarchy import (
@@ -39,10 +39,10 @@ from checks.fitting.hierarchy import (
     Belonging,
     Prior,
     compare,
-    covered,
+    count_covered,
     information,
     learn,
-    without_each,
+    learn_without_each,
 )
 from checks.model.joint_prior import JointPrior
 from checks.model.learned_bench import LearnedBench
@@ -87,7 +87,7 @@ class Population:
     unit without a name."""
 
     names: tuple[str, ...]
-    given: Opened
+    given: OpenedModel
     damping: str
     prior: Prior
     batch: Batch
@@ -103,7 +103,7 @@ class Population:
         return self.batch.converged and belong >= max(FEWEST, HOLDS * len(self.judged))
 
 
-def measured_units(folders: Sequence[Path], given: Opened) -> list[Responses]:
+def measured_units(folders: Sequence[Path], given: OpenedModel) -> list[Responses]:
     """Responses of every unit. Raises UnitError, RecordError, ModelError: nothing is fitted before all can be read."""
     if len(folders) < FEWEST:
         raise ModelError(f"{len(folders)} units: a batch needs {FEWEST} or more")
@@ -113,7 +113,9 @@ def measured_units(folders: Sequence[Path], given: Opened) -> list[Responses]:
         if serials.count(serial) > 1:
             raise UnitError(folder, [f"serial '{serial}' is given twice; each unit counts once"])
     for (one, measured), (other, copied) in combinations(zip(folders, found, strict=True), 2):
-        if _same_recording(measured.first.H, copied.first.H):
+        H, other_H = measured.first.H, copied.first.H
+        # By whatever serial: noise alone makes any two recordings differ by more.
+        if H.shape == other_H.shape and np.allclose(H, other_H, rtol=SAME, atol=0.0):
             raise UnitError(other, [f"holds the recording of {measured.serial} ({one}); each unit counts once"])
     for folder, measured in zip(folders, found, strict=True):
         alone = np.abs(measured.first.H) ** 2 < measured.first.noise
@@ -125,12 +127,7 @@ def measured_units(folders: Sequence[Path], given: Opened) -> list[Responses]:
     return found
 
 
-def _same_recording(one: Complex, other: Complex) -> bool:
-    """Whether responses (F, C) are of one recording, by whatever serial: noise alone makes any two differ by more."""
-    return one.shape == other.shape and bool(np.allclose(one, other, rtol=SAME, atol=0.0))
-
-
-def learn_population(measured: Sequence[Responses], given: Opened, say: Say) -> Population:
+def learn_population(measured: Sequence[Responses], given: OpenedModel, say: Say) -> Population:
     """Fit every unit, learn bench and batch, judge each unit by the others. Raises ModelError where nothing is
     uncertain, NothingLearned where no unit can be fitted at all."""
     if not given.model.sds:
@@ -142,14 +139,14 @@ def learn_population(measured: Sequence[Responses], given: Opened, say: Say) -> 
             f"no values of {given.spec.name} come near the responses of any of {len(measured)} units: the model is of "
             "another kind of unit, or its priors are too narrow for these"
         )
-    return of_fits(fitted, alone)
+    return population_of_fits(fitted, alone)
 
 
-def of_fits(fitted: Fitted, given: Opened) -> Population:
+def population_of_fits(fitted: FittedUnits, given: OpenedModel) -> Population:
     """Make the batch of units that were fitted. A unit that does not belong is taken out, and the others are learned
     again."""
     fits = fitted.fits
-    free = freed(given.model)
+    free = free_with_latencies(given.model)
     names = tuple(p.name for p in free)
     precision, pull = _likelihoods(fits, free)
     prior = prior_of(given.model, free)
@@ -166,7 +163,7 @@ def of_fits(fitted: Fitted, given: Opened) -> Population:
     weights[belongs] = batch.weights.min(axis=1) if belongs.any() else 1.0
     kept = np.array([i for i, n in enumerate(names) if n not in OFFSETS])
     judged = tuple(
-        _judged(fit, names, one, bool(ok), _left_out(fit, fitted, names, kept, b), float(weight))
+        _judge(fit, names, one, bool(ok), _gaps_left_out(fit, fitted, names, kept, b), float(weight))
         for fit, one, ok, b, weight in zip(
             steps(fits, "units judged by the others"), found, belongs, batches, weights, strict=True
         )
@@ -174,17 +171,21 @@ def of_fits(fitted: Fitted, given: Opened) -> Population:
     return Population(
         names=tuple(names[i] for i in kept),
         given=given,
-        damping=_most([f.model.damping for f, ok in zip(fits, belongs, strict=True) if ok] or [given.model.damping]),
-        prior=_some(prior, kept),
-        batch=_some_of(batch, kept),
+        damping=_most_common(
+            [f.model.damping for f, ok in zip(fits, belongs, strict=True) if ok] or [given.model.damping]
+        ),
+        prior=replace(
+            prior, mean=prior.mean[kept], mean_sd=prior.mean_sd[kept], scatter=prior.scatter[kept], kinds=None
+        ),
+        batch=_selected_batch(batch, kept),
         judged=judged,
-        covered=covered([b for b, ok in zip(found, belongs, strict=True) if ok]),
+        covered=count_covered([b for b, ok in zip(found, belongs, strict=True) if ok]),
         inputs={f.serial: f.measured.inputs for f in fits},
         bench=fitted.bench,
     )
 
 
-def _left_out(fit: UnitFit, fitted: Fitted, names: Sequence[str], kept: Array, others: Batch) -> Gs:
+def _gaps_left_out(fit: UnitFit, fitted: FittedUnits, names: Sequence[str], kept: Array, others: Batch) -> Gs:
     """G of a unit as bench and batch of the others foretell it."""
     if not fit.G:
         return {}
@@ -193,7 +194,7 @@ def _left_out(fit: UnitFit, fitted: Fitted, names: Sequence[str], kept: Array, o
         bench = fitted.left.learned(without=fit.serial).learned
     both = np.ix_(kept, kept)
     prior = JointPrior(tuple(names[i] for i in kept), others.mean[kept], others.of_one_more[both])
-    return foretold(fit, prior, bench)
+    return predicted_gaps(fit, prior, bench)
 
 
 def _likelihoods(fits: Sequence[UnitFit], free: Sequence[Free]) -> tuple[Array, Array]:
@@ -234,14 +235,14 @@ def prior_of(model: Model, free: Sequence[Free]) -> Prior:
 def _batches(precision: Array, pull: Array, prior: Prior, belongs: Array) -> list[Batch]:
     """For every unit the batch of those that belong, without itself."""
     if belongs.sum() < FEWEST:
-        return without_each(precision, pull, prior)
-    inside = without_each(precision[belongs], pull[belongs], prior)
+        return learn_without_each(precision, pull, prior)
+    inside = learn_without_each(precision[belongs], pull[belongs], prior)
     whole = learn(precision[belongs], pull[belongs], prior)
     left = iter(inside)
     return [next(left) if ok else whole for ok in belongs]
 
 
-def _judged(fit: UnitFit, names: Sequence[str], one: Belonging, belongs: bool, G_left_out: Gs, weight: float) -> Judged:
+def _judge(fit: UnitFit, names: Sequence[str], one: Belonging, belongs: bool, G_left_out: Gs, weight: float) -> Judged:
     z = np.where(np.isfinite(one.z), np.abs(one.z), -1.0)
     k = int(np.argmax(z))
     worst = (names[k], float(one.z[k])) if z[k] >= 0 else None
@@ -270,15 +271,11 @@ def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belon
     return f"its values are not those of the batch, p = {min(one.p_all, one.p_worst):.1g}{where}"
 
 
-def _most(given: Sequence[str]) -> str:
+def _most_common(given: Sequence[str]) -> str:
     return max(sorted(set(given)), key=given.count)
 
 
-def _some(prior: Prior, kept: Array) -> Prior:
-    return replace(prior, mean=prior.mean[kept], mean_sd=prior.mean_sd[kept], scatter=prior.scatter[kept], kinds=None)
-
-
-def _some_of(batch: Batch, kept: Array) -> Batch:
+def _selected_batch(batch: Batch, kept: Array) -> Batch:
     """Of some parameters, whatever the others are."""
     both = np.ix_(kept, kept)
     return replace(

@@ -19,7 +19,7 @@ from accept.pictures.pdf.assemble import assemble
 from accept.pictures.pdf.figure_row import FigureRow
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted, register
 from accept.pictures.pdf.page_style import words
-from checks.fitting.hierarchy import told_apart
+from checks.fitting.hierarchy import determined_parameters
 from checks.picture import Band, Line, Mark, Panel
 from checks.rounding import with_U
 from specs.labels import with_unit
@@ -67,7 +67,7 @@ def _short(value: float) -> float:
 
 def document(found: Population, learned_on: str | None = None, changed: Sequence[str] = ()) -> dict[str, Any]:
     """Return what a script reads; changed: since an earlier bench."""
-    learned = told_apart(found.batch, found.prior)
+    learned = determined_parameters(found.batch, found.prior)
     inside, compared = found.covered
     return {
         "model": found.given.spec.name,
@@ -183,7 +183,7 @@ def render(found: Population, changed: Sequence[str] = ()) -> bytes:
     story: list[Flowable] = [
         *(words(line, page_style.STRONG) for line in said[:1]),
         *(words(line, page_style.BODY) for line in said[1:] if not line.startswith("  ")),
-        *_bench_drawn(found),
+        *_bench_figure(found),
         *_units_table(found),
         words("What the units have in common", page_style.HEADING),
         words(EXPLAINED, page_style.QUIET),
@@ -201,7 +201,7 @@ def render(found: Population, changed: Sequence[str] = ()) -> bytes:
     return assemble(buffer.getvalue(), {}, {}, f"Batch of {found.given.spec.name}")
 
 
-def _bench_drawn(found: Population) -> list[Flowable]:
+def _bench_figure(found: Population) -> list[Flowable]:
     if found.bench is None:
         return []
     title = words("What the bench adds to every unit", page_style.HEADING)
@@ -251,7 +251,7 @@ def _units_table(found: Population) -> list[Flowable]:
 
 def _parameters_table(found: Population) -> list[Flowable]:
     head = ("Parameter", "model file", "batch, U (k = 2)", "scatter, 1 sd", "shift / its u", "left of the prior")
-    left = told_apart(found.batch, found.prior).left
+    left = determined_parameters(found.batch, found.prior).left
     rows = []
     for i in _by_shift(found):
         p = _parameter(found, i, float(left[i]))
@@ -270,7 +270,7 @@ def _parameters_table(found: Population) -> list[Flowable]:
 
 
 def _untold(found: Population) -> list[Flowable]:
-    learned = told_apart(found.batch, found.prior)
+    learned = determined_parameters(found.batch, found.prior)
     names = [n for n, left in zip(found.names, learned.left, strict=True) if left > LEARNED]
     story: list[Flowable] = [words("What this batch cannot tell", page_style.HEADING)]
     if names:

@@ -8,11 +8,11 @@ import numpy as np
 
 from accept.base.progress import steps
 from accept.gap.responses import Responses
-from accept.models.model_file import Opened, as_weighed
+from accept.models.model_file import OpenedModel, as_weighed
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
-from checks.fitting.bench_factor import BenchFactor, averaged, learn_factor
-from checks.fitting.calibrate import Calibration, of_damping, refined
+from checks.fitting.bench_factor import BenchFactor, learn_factor, local_mean
+from checks.fitting.calibrate import Calibration, refine, with_damping
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import FitPoint, coarse_fits, finish, free_of
@@ -90,7 +90,7 @@ class UnitRatios:
         any units a batch."""
         i, octaves = self.serials.index(serial), np.gradient(np.log2(self.f))
         common = np.array([bench.at(self.f, c) for c in self.channels]).T - 1.0
-        off = averaged(self.f, np.abs(self.ratios[i] - common) ** 2 - self.noise[i], BAND) > FAR**2
+        off = local_mean(self.f, np.abs(self.ratios[i] - common) ** 2 - self.noise[i], BAND) > FAR**2
         return dict(zip(self.channels, (octaves @ off / octaves.sum()).tolist(), strict=True))
 
     def learned(self, without: str | None = None) -> BenchFactor:
@@ -100,7 +100,7 @@ class UnitRatios:
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class FittedUnits:
     """Every unit's fit beside the bench that all of them make, and what they leave without it; None where units have
     too little in common to learn a bench from."""
 
@@ -115,34 +115,36 @@ def with_latencies(model: Model) -> Model:
     return replace(model, sds={**model.sds, **unknown})
 
 
-def fit_all(measured: Sequence[Responses], given: Opened, say: Say) -> Fitted:
+def fit_all(measured: Sequence[Responses], given: OpenedModel, say: Say) -> FittedUnits:
     """Fit every unit for itself, beside what the bench adds to all of them, which is learned on the way.
 
     First each unit alone, what it cannot explain tolerated band by band; then in turns the bench from what the units
     leave, and the units beside the bench; at last every unit on all bins. A unit with an effect of its own counts for
     little in the bench where that shows."""
-    models = [_simplest(as_weighed(given, m.serial, m.payload_kg).model) for m in measured]
-    places = [_alone(model, r.first) for model, r in zip(models, steps(measured, "units fitted alone"), strict=True)]
+    models = [_with_modal_damping(as_weighed(given, m.serial, m.payload_kg).model) for m in measured]
+    places = [
+        _fit_alone(model, r.first) for model, r in zip(models, steps(measured, "units fitted alone"), strict=True)
+    ]
     bench: LearnedBench | None = None
     left: UnitRatios | None = None
     for turn in range(ROUNDS):
-        left = left_by(measured, models, places)
+        left = remaining_ratios(measured, models, places)
         if left is None:
             break
         found = left.learned()
         bench = found.learned
         say(f"bench learned from {len(left.serials)} units, turn {turn + 1} of {ROUNDS}")
         if turn + 1 < ROUNDS:
-            places = [_beside(m, r, at, found, left) for m, r, at in zip(models, measured, places, strict=True)]
+            places = [_fit_beside(m, r, at, found, left) for m, r, at in zip(models, measured, places, strict=True)]
     last = zip(models, steps(measured, "units fitted beside the bench"), places, strict=True)
-    fits = [_said(_last(model, r, at, bench), say) for model, r, at in last]
+    fits = [_report(_last_fit(model, r, at, bench), say) for model, r, at in last]
     if bench is not None and left is not None:
         known = left
         fits = [replace(f, unlike=known.unlike(bench, f.serial)) if f.serial in known.serials else f for f in fits]
-    return Fitted(tuple(fits), bench, left)
+    return FittedUnits(tuple(fits), bench, left)
 
 
-def left_by(
+def remaining_ratios(
     measured: Sequence[Responses], models: Sequence[Model], places: Sequence[Values | None]
 ) -> UnitRatios | None:
     """Return what fits at these places leave, on the bins of the unit with the fewest; None for fewer than three."""
@@ -174,27 +176,28 @@ def _on(f: Array, own: Array, values: Array) -> Array:
     return np.array([np.interp(f, own, column) for column in values.T]).T
 
 
-def _simplest(model: Model) -> Model:
-    """With modal damping derivatives take half the time; the last fit asks the data for the form."""
-    return of_damping(model, "modal") or model if model.scatters else model
+def _with_modal_damping(model: Model) -> Model:
+    """Return the model with modal damping, if it can have it: derivatives take half the time, and the last fit asks the
+    data for the form."""
+    return with_damping(model, "modal") or model if model.scatters else model
 
 
-def _alone(model: Model, data: Dataset) -> Values | None:
+def _fit_alone(model: Model, data: Dataset) -> Values | None:
     """Values of a unit whatever else it has: what a fit leaves in a band of a channel is tolerated there by the next
     one, so that the bands that the model explains decide. None if no search can make anything of it."""
-    few, free = data.thinned(FEW_BINS), freed(model)
+    few, free = data.thinned(FEW_BINS), free_with_latencies(model)
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             at = coarse_fits(model, few, free)[0].at
             for wider in WIDER:
                 H = model.frf(few.f, at, few.channels)
-                at = finish(model, replace(few, by_frequency=wider * misfit(few, H)), _from(free, at)).at
+                at = finish(model, replace(few, by_frequency=wider * misfit(few, H)), _start_at(free, at)).at
     except (ModelError, np.linalg.LinAlgError):
         return None
     return at
 
 
-def _beside(model: Model, r: Responses, at: Values | None, bench: BenchFactor, left: UnitRatios) -> Values | None:
+def _fit_beside(model: Model, r: Responses, at: Values | None, bench: BenchFactor, left: UnitRatios) -> Values | None:
     """Values of a unit beside a bench, from given ones on. In bands in which the unit is not like the others its own
     misfit is tolerated too."""
     if at is None:
@@ -210,19 +213,19 @@ def _beside(model: Model, r: Responses, at: Values | None, bench: BenchFactor, l
             tolerated[:, i] = np.where(unlike, np.maximum(tolerated[:, i], own[:, i]), tolerated[:, i])
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            return finish(model, replace(few, by_frequency=tolerated), _from(freed(model), at)).at
+            return finish(model, replace(few, by_frequency=tolerated), _start_at(free_with_latencies(model), at)).at
     except (ModelError, np.linalg.LinAlgError):
         return at
 
 
-def _from(free: Sequence[Free], at: Values) -> FitPoint:
+def _start_at(free: Sequence[Free], at: Values) -> FitPoint:
     return FitPoint(tuple(replace(p, start=at[p.name]) for p in free), np.inf)
 
 
-def _last(model: Model, r: Responses, at: Values | None, bench: LearnedBench | None) -> UnitFit:
+def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench | None) -> UnitFit:
     """Fit all bins, with the form of damping and the tolerance that the data ask for. A unit of which no search
     can make anything says nothing: its priors alone, and no G."""
-    free = freed(model)
+    free = free_with_latencies(model)
     prior, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
     nothing = UnitFit(r.serial, r, model, tuple(p.name for p in free), prior, np.diag(sds**2), {}, False, {})
     if at is None:
@@ -231,8 +234,8 @@ def _last(model: Model, r: Responses, at: Values | None, bench: LearnedBench | N
     unseen = on_bench.second or on_bench.first
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            fit = finish(own, on_bench.first, _from(free, at))
-            found = refined(Calibration(own, own, fit), unseen=on_bench.second)
+            fit = finish(own, on_bench.first, _start_at(free, at))
+            found = refine(Calibration(own, own, fit), unseen=on_bench.second)
             G = gaps_at(found.model, found.fit.at, unseen)
             in_file = {n: model.values[n] for n in LATENCIES.values() if n in found.fit.at}
             before = gaps_at(replace(found.model, learned=None), found.fit.at | in_file, r.second or r.first)
@@ -242,27 +245,30 @@ def _last(model: Model, r: Responses, at: Values | None, bench: LearnedBench | N
     return UnitFit(r.serial, r, found.model, fit.names, fit.values, fit.cov, G, fit.converged, before)
 
 
-def _said(fit: UnitFit, say: Say) -> UnitFit:
+def _report(fit: UnitFit, say: Say) -> UnitFit:
     known = ", ".join(f"{c} {G:.3g}" for c, G in fit.G.items())
     say(f"{fit.serial}: G {known}" if known else f"{fit.serial}: no values of the model come near its responses")
     return fit
 
 
-def foretold(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench | None) -> Gs:
+def predicted_gaps(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench | None) -> Gs:
     """Return G of a unit on a bench and with a batch for a prior that were learned without it: what its own data make
     of that, judged on records that were not fitted. Empty where it has no such values."""
     model, r = replace(fit.model, learned=bench), fit.measured.on_bench(bench)
     known = {} if prior is None else {n: (v, prior.sds[n]) for n, v in prior.values.items()}
-    free = [replace(p, prior=known[p.name][0], sd=known[p.name][1]) if p.name in known else p for p in freed(model)]
+    free = [
+        replace(p, prior=known[p.name][0], sd=known[p.name][1]) if p.name in known else p
+        for p in free_with_latencies(model)
+    ]
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            at = finish(model, r.first.thinned(FEW_BINS), _from(free, fit.at), joint=prior).at
+            at = finish(model, r.first.thinned(FEW_BINS), _start_at(free, fit.at), joint=prior).at
             return gaps_at(model, at, r.second or r.first)
     except (ModelError, np.linalg.LinAlgError):  # values that no strut has: far from what the others foretell
         return {}
 
 
-def freed(model: Model) -> list[Free]:
+def free_with_latencies(model: Model) -> list[Free]:
     """Return what is fitted of each unit: all that is uncertain, and where its APA sits."""
     strut = any(name.startswith("joint.") for name in model.values)
     offsets = [n for n in OFFSETS if strut and n in model.values and n not in model.sds]

@@ -14,8 +14,8 @@ from accept.gap.text import (
     gap_number,
     headline_of,
     parameters,
+    unidentified_words,
     values_of,
-    without_a_name,
     words_of,
 )
 from accept.pictures import signs
@@ -115,7 +115,7 @@ def answer(found: Mapping[str, Any]) -> Text:
     for rivals in found["ambiguous"]:
         text.append(f"  {alternatives(rivals)}\n", "yellow")
     for nameless in found["unnamed"]:
-        text.append(f"  Unidentified effect: {without_a_name(nameless)}\n", "magenta")
+        text.append(f"  Unidentified effect: {unidentified_words(nameless)}\n", "magenta")
     before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
     shrunk = "   ".join(f"{c} {gap_number(G)} → {gap_number(after[c])}" for c, G in before.items())
     text.append("  G before → after, on unseen records; 1 or less agrees:\n", "bold")

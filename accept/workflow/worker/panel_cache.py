@@ -6,13 +6,13 @@ from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
 from accept.pictures.jsonform import panels_from_json, panels_to_json
-from accept.pictures.reduce import reduced
+from accept.pictures.reduce import reduce_panel
 from checks.picture import Panel
 
 
 def save(folder: Path, name: str, upto: int, panels: Mapping[str, Panel]) -> None:
     """Keep the pictures of a step, judged by the entries up to `upto`. Raises OSError."""
-    small = {key: reduced(panel) for key, panel in panels.items()}
+    small = {key: reduce_panel(panel) for key, panel in panels.items()}
     write_atomic(_file(folder, name, upto), json.dumps(panels_to_json(small)).encode())
 
 

@@ -24,14 +24,10 @@ def panels(
     }
     for key, test in tests.items():
         if test.frf is not None:
-            out[f"{key}_frf"] = frf_panel(key, test.frf, modes.get(key, ()), band_Hz, _beside(key, tests))
+            # The mode that only the left impact has is torsion, so the top one's FRF is drawn with it.
+            top = tests["torsion_top"].frf if key == "torsion_left" and "torsion_top" in tests else None
+            out[f"{key}_frf"] = frf_panel(key, test.frf, modes.get(key, ()), band_Hz, top)
     return out
-
-
-def _beside(key: str, tests: Mapping[str, HammerTest]) -> ImpactFrf | None:
-    """Return the top impact's FRF for the panel of the left one, else None: the mode that only the left one has is
-    torsion."""
-    return tests["torsion_top"].frf if key == "torsion_left" and "torsion_top" in tests else None
 
 
 def frf_panel(

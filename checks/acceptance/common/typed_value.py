@@ -17,26 +17,26 @@ def typed_quantity(values: Values, spec: CheckSpec, entry: str, quantity: str | 
     given: Measured | None = values.get(entry)
     if given is None:
         return Quantity.missing(name, Cause.NOT_MEASURED)
-    stated = spec.uncertainty.get(entry)
-    floor = None if stated is None else stated.at(given.value)
+    limit = spec.uncertainty.get(entry)
+    floor = None if limit is None else limit.at(given.value)
     if given.U is not None and (floor is None or given.U >= floor):
         return Quantity.of(name, given.value, Contribution("stated with the value", given.U / COVERAGE_FACTOR))
-    if stated is None or floor is None:
+    if limit is None or floor is None:
         return Quantity(name, given.value)
     note = None
     if given.U is not None:
         note = f"the U typed beside it, {given.U:.3g}, is below the {floor:.3g} that the spec states, which stands"
-    return Quantity.of(name, given.value, Contribution(stated.source, floor / COVERAGE_FACTOR), note=note)
+    return Quantity.of(name, given.value, Contribution(limit.source, floor / COVERAGE_FACTOR), note=note)
 
 
-def stated(spec: CheckSpec, value: float, *names: str) -> Contribution | None:
+def stated_contribution(spec: CheckSpec, value: float, *names: str) -> Contribution | None:
     """Return the contribution, at this value, of the first of these names whose uncertainty the spec states; else
     None."""
     found = next((spec.uncertainty[name] for name in names if name in spec.uncertainty), None)
     return None if found is None else Contribution(found.source, found.at(value) / COVERAGE_FACTOR)
 
 
-def with_stated(
+def with_stated_accuracy(
     name: str, value: float, scatter: Sequence[Contribution], systematic: Contribution | None, note: str | None = None
 ) -> Quantity:
     """Return the quantity of a record. Scatter alone is not an uncertainty: U is unknown without a stated accuracy."""

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from checks.acceptance.common.piezo_lag import ALIKE
 from checks.acceptance.responses.rules import OUTPUTS, ResponseSettings
@@ -36,14 +35,10 @@ def vet_copies(records: Mapping[str, Record]) -> None:
         centred = np.array([record[c] - record[c].mean() for c in there])
         products = centred @ centred.T
         for a, b in combinations(range(len(there)), 2):
-            if _near(products, a, b) and _proportional(centred[a], centred[b]):
+            # Most pairs show by their products alone that they are not proportional within a hundredth.
+            near = products[a, b] ** 2 >= 0.99 * products[a, a] * products[b, b]
+            if near and _proportional(centred[a], centred[b]):
                 raise NoResult(Cause.CHANNEL_COPIED, record=key, file=record.name, channel=there[a], other=there[b])
-
-
-def _near(products: Array, a: int, b: int) -> bool:
-    """Return whether one channel is, within a hundredth, the other one multiplied by a number, as far as their products
-    show: so most pairs need not be compared sample by sample."""
-    return bool(products[a, b] ** 2 >= 0.99 * products[a, a] * products[b, b])
 
 
 def _proportional(x: Array, y: Array) -> bool:
@@ -55,7 +50,7 @@ def _proportional(x: Array, y: Array) -> bool:
     return float(left @ left) <= ALIKE**2 * size_y
 
 
-def held_against_gain(resonance: Quantity, frf: Frf, rules: ResponseSettings) -> Quantity:
+def check_against_gain(resonance: Quantity, frf: Frf, rules: ResponseSettings) -> Quantity:
     """Return the resonance, of unknown uncertainty if de or da moves by another amount per volt than two stacks behind
     the amplifier make it move, so that it cannot pass: a frequency does not show a stack that is dead or not connected,
     or an amplifier of another gain. A resonance outside its limits fails as before: a soft shell moves more."""
@@ -73,28 +68,26 @@ def vet_bands(low: Frf, high: Frf, merge_Hz: float, rules: ResponseSettings) -> 
     """Raise NoResult if the two bands, both coherent about the frequency at which they are merged, contradict each
     other there: records of two units, two payloads, two gains or two time bases."""
     span = merge_Hz / ABOUT_MERGE, merge_Hz * ABOUT_MERGE
-    _vet_same(low.band(*span), high.band(*span), "the high record", f"the low one about {merge_Hz:g} Hz", rules)
+    _vet_ratio(low.band(*span), high.band(*span), "the high record", f"the low one about {merge_Hz:g} Hz", rules)
 
 
 def vet_repeat(key: str, first: Frf, again: Frf, rules: ResponseSettings) -> None:
     """Raise NoResult if a second realisation contradicts the first one."""
-    _vet_same(first, again, key, "the first realisation", rules)
+    _vet_ratio(first, again, key, "the first realisation", rules)
 
 
-def _vet_same(a: Frf, b: Frf, this: str, that: str, rules: ResponseSettings) -> None:
+def _vet_ratio(a: Frf, b: Frf, this: str, that: str, rules: ResponseSettings) -> None:
+    """Raise NoResult if two responses differ by a factor in the bins that both have."""
     n = min(a.f.size, b.f.size)
+    same_bins = np.abs(a.f[:n] - b.f[:n]) <= 1e-3 * a.f[1] if n > 1 else np.zeros(n, dtype=bool)
     for c in OUTPUTS:
         i = a.index(c)
-        both = (a.coherence[:n, i] >= COHERENT) & (b.coherence[:n, i] >= COHERENT) & _same_bins(a.f[:n], b.f[:n])
+        both = (a.coherence[:n, i] >= COHERENT) & (b.coherence[:n, i] >= COHERENT) & same_bins
         if np.count_nonzero(both) < MIN_BINS:
             continue
         ratio = float(np.median(np.abs(b.H[:n, i][both] / a.H[:n, i][both])))
         if not 1 / (1 + rules.bands_within) <= ratio <= 1 + rules.bands_within:
             raise NoResult(Cause.RECORDS_DISAGREE, channel=c, ratio=ratio, this=this, that=that)
-
-
-def _same_bins(f: Array, g: Array) -> NDArray[np.bool_]:
-    return np.asarray(np.abs(f - g) <= 1e-3 * f[1] if f.size > 1 else np.zeros(f.shape, dtype=bool))
 
 
 def vet_pole(frf: Frf, resonance_Hz: float) -> None:

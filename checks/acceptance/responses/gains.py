@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from checks.acceptance.common.typed_value import stated, with_stated
+from checks.acceptance.common.typed_value import stated_contribution, with_stated_accuracy
 from checks.acceptance.responses.rules import (
     EXCUSED_POLE,
     EXCUSED_ZERO,
@@ -40,7 +40,7 @@ COHERENT = {f"coherent_{c}_Hz": c for c in OUTPUTS}
 CONSTANTS = ("ga_N_per_V", "gs_V_per_m")
 
 
-def excused(resonance_Hz: float, zero_Hz: float) -> dict[str, list[tuple[float, float]]]:
+def excused_bands(resonance_Hz: float, zero_Hz: float) -> dict[str, list[tuple[float, float]]]:
     """Return the intervals [Hz] of each channel in which coherence may drop: the resonance, and for Vs its zero ([STB]
     3.2.4)."""
     pole = (1 - EXCUSED_POLE) * resonance_Hz, (1 + EXCUSED_POLE) * resonance_Hz
@@ -83,7 +83,9 @@ def _gain(
     if found is None:
         return Quantity.missing(name, because(Cause.BAND_NOT_MEASURED, channel=channel, lo=band[0], hi=band[1]))
     value, u = (x / unit for x in found)
-    return with_stated(name, value, [Contribution("scatter of the response", u, "A")], stated(spec, value, name))
+    return with_stated_accuracy(
+        name, value, [Contribution("scatter of the response", u, "A")], stated_contribution(spec, value, name)
+    )
 
 
 def payload(given: Measured | None, rules: ResponseSettings, spec: CheckSpec) -> tuple[float, Contribution | None, str]:
@@ -91,10 +93,10 @@ def payload(given: Measured | None, rules: ResponseSettings, spec: CheckSpec) ->
     if given is not None and given.U is not None:
         return given.value, Contribution("payload, stated with it", given.U / COVERAGE_FACTOR), "stated with the unit"
     mass, words = (given.value, "stated with the unit") if given is not None else (rules.payload_kg, "as the spec says")
-    return mass, stated(spec, mass, "payload_kg"), words
+    return mass, stated_contribution(spec, mass, "payload_kg"), words
 
 
-def held_against_payload(
+def check_against_payload(
     resonance: Quantity, given: Measured | None, rules: ResponseSettings, spec: CheckSpec
 ) -> Quantity:
     """Return the resonance, of unknown uncertainty if the payload is far from that of the limits, or if the resonance
@@ -121,7 +123,7 @@ def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, wor
     k = mass * (2 * math.pi * resonance.value) ** 2 * 1e-6
     budget = [Contribution("resonance", 2 * k * math.hypot(*(c.u for c in resonance.budget)) / resonance.value, "A")]
     systematic = None if u_mass is None else Contribution(u_mass.source, k * u_mass.u / mass)
-    return with_stated(name, k, budget, systematic, note=f"payload {mass:g} kg, {words}")
+    return with_stated_accuracy(name, k, budget, systematic, note=f"payload {mass:g} kg, {words}")
 
 
 def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> list[Quantity]:
@@ -140,11 +142,11 @@ def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> li
     each = np.abs(part.H[good, 0]) * (part.f[good] ** 2 - resonance_Hz**2)
     line, scatter = float(np.median(each)), float(np.std(each)) / math.sqrt(each.size)
     value = line / MASS_LINE_AT_HZ**2 * 1e6
-    accuracy = stated(spec, value, names[0], "gain_da_um_per_V")
+    accuracy = stated_contribution(spec, value, names[0], "gain_da_um_per_V")
     budget = [Contribution("scatter along the line", value * scatter / line, "A")]
     implied = mass * static[0] * resonance_Hz**2 / line
     return [
-        with_stated(names[0], value, budget, accuracy),
+        with_stated_accuracy(names[0], value, budget, accuracy),
         Quantity.of(
             names[1],
             implied,
@@ -204,7 +206,7 @@ def _constant(name: str, found: Constant | None, model: Model, spec: CheckSpec) 
         Contribution(f"model {model.name}, as its tolerance says", abs(found.value) * model.tolerance),
         Contribution(f"uncertain parameters of model {model.name}", found.u_model),
     ]
-    instrument = stated(spec, found.value, name)
+    instrument = stated_contribution(spec, found.value, name)
     return Quantity.of(
         name, found.value, *budget, *([] if instrument is None else [instrument]), note=f"by {model.name}"
     )

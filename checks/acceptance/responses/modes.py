@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from checks.acceptance.common.typed_value import stated
+from checks.acceptance.common.typed_value import stated_contribution
 from checks.acceptance.responses.rules import ResponseSettings
 from checks.cause import Cause, NoResult, Reason, because
 from checks.quantity import Contribution, Quantity
@@ -62,7 +62,7 @@ def axial_damping(first: Resonance, again: Resonance | None, spec: CheckSpec) ->
     spread = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
     budget = _budget(100 * first.u_damping, 100 * first.u_damping_model, spread)
     value = 100 * first.damping_ratio
-    repeats = stated(spec, value, "axial_damping_percent")
+    repeats = stated_contribution(spec, value, "axial_damping_percent")
     return Quantity.of("axial_damping_percent", value, *budget, *([] if repeats is None else [repeats]))
 
 
@@ -76,7 +76,7 @@ def second_resonance(second: Resonance | None, spec: CheckSpec) -> Quantity:
 def resonance_quantity(name: str, found: Resonance, spec: CheckSpec, repeat: float | None = None) -> Quantity:
     """Return the frequency of a resonance with its budget."""
     budget = _budget(found.u_Hz, found.u_Hz_model, repeat)
-    instrument = stated(spec, found.f_Hz, name, "f_Hz")
+    instrument = stated_contribution(spec, found.f_Hz, name, "f_Hz")
     return Quantity.of(name, found.f_Hz, *budget, *([] if instrument is None else [instrument]))
 
 
@@ -99,7 +99,7 @@ def vs_zero(low: Transforms, near_Hz: float) -> Zero | Reason:
 
 def zero_quantity(found: Zero, spec: CheckSpec) -> Quantity:
     """Return vs_zero_Hz; the note says on which side of the imaginary axis it lies and the coherence there."""
-    instrument = stated(spec, found.f_Hz, "vs_zero_Hz", "f_Hz")
+    instrument = stated_contribution(spec, found.f_Hz, "vs_zero_Hz", "f_Hz")
     note = f"{found.side} (damping {100 * found.damping_ratio:.2g} percent), coherence there {found.coherence:.2f}"
     budget = [
         Contribution("scatter of the response", found.u_Hz, "A"),

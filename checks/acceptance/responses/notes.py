@@ -21,7 +21,7 @@ def first_record(record: Record, f_Hz: float) -> str:
     return f"first record: largest response at {at:.4g} Hz (bins of {frf.f[1]:.2g} Hz)"
 
 
-def beside(whole: Frf, without: Frf) -> str:
+def difference_without_encoder(whole: Frf, without: Frf) -> str:
     """Return the median difference of the responses with and without the encoder ([STB] 5.1: very close)."""
     words = []
     for channel in BARE:

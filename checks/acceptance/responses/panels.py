@@ -73,7 +73,7 @@ def zero(low: Record, found: Zero) -> dict[str, Panel]:
     }
 
 
-def beside(frf: Frf, without: Frf) -> dict[str, Panel]:
+def without_encoder(frf: Frf, without: Frf) -> dict[str, Panel]:
     """Return Vs and da with and without the encoder ([STB] 5.1)."""
     out = {}
     for channel in ("Vs", "da"):

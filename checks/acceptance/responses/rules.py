@@ -103,7 +103,7 @@ def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
 def _wrong_channels(record: Record) -> list[Reason]:
     """Return the reasons of the first kind of fault that a record shows: dead channels, sizes of another channel,
     faults of sampling."""
-    columns = _looked_at(record)
+    columns = _sampled_columns(record)
     still = [n for n, x in columns.items() if dead(n, x)]  # the whole channel is sorted only if a part stands still
     return (
         [reason for n in still for reason in dead(n, record[n])]
@@ -120,10 +120,11 @@ def unusable(record: Record) -> list[Reason]:
 
 def unusable_units(record: Record) -> list[Reason]:
     """Return a reason for each motion of a record that is plausible only in nm, um or mm."""
-    return [r for r in _wrong_sizes(_looked_at(record)) if r.cause is Cause.CHANNEL_UNIT]
+    return [r for r in _wrong_sizes(_sampled_columns(record)) if r.cause is Cause.CHANNEL_UNIT]
 
 
-def _looked_at(record: Record) -> dict[str, Array]:
+def _sampled_columns(record: Record) -> dict[str, Array]:
+    """Return some samples of every known channel, enough to judge its size."""
     return {n: record[n][::LOOKED_AT] for n in LOOKS if n in record.channels}
 
 

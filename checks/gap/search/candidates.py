@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import LinAlgWarning
 
 from checks.errors import ModelError
-from checks.fitting.calibrate import OTHER, of_damping
+from checks.fitting.calibrate import OTHER, with_damping
 from checks.fitting.dataset import Dataset
 from checks.fitting.descent import descend
 from checks.fitting.fit import BEYOND_DOUBT, FitPoint, coarse_fits, work_of
@@ -213,7 +213,7 @@ class Search:
     def with_other_damping(self, c: Candidate) -> Candidate | None:
         """Return a candidate with the model's other form of damping; None if the model cannot have it. Which form the
         strut has shows only when little else is missing."""
-        model = of_damping(c.response.model, OTHER[c.response.model.damping])
+        model = with_damping(c.response.model, OTHER[c.response.model.damping])
         if model is None:
             return None
         try:
@@ -332,7 +332,7 @@ def _is_same_place(a: FitPoint, b: FitPoint) -> bool:
 
 def quicker(model: Model) -> Model:
     """Return the model with modal damping if it can have it: the derivatives are quicker, and a start is as good."""
-    return of_damping(model, "modal") or model
+    return with_damping(model, "modal") or model
 
 
 def _stood_for(member: Member, response: Augmented) -> set[str]:

@@ -19,7 +19,7 @@ from scipy import linalg
 
 from checks.arrays import Array, Complex
 from checks.errors import ModelError, NotHeld
-from checks.model.dynamics.far_modes import far, summed
+from checks.model.dynamics.far_modes import is_far, sum_sections
 from checks.model.structure.matrix_builder import System
 
 FAST = 1e-9  # [s/rad] of 1/|pole|: faster than 100 MHz is at rest
@@ -39,11 +39,11 @@ class Sections:
 
     def at(self, w: Array) -> Complex:
         """Return the response (c, F) at w (F,) [rad/s]. A pair is one real section of second order."""
-        return summed(self._numerators, self._basis, self._swift(w), w)
+        return sum_sections(self._numerators, self._basis, self._swift(w), w)
 
     def _swift(self, w: Array) -> NDArray[np.bool_]:
         w2 = 1.0 / np.maximum(np.abs(self.mu), AT_REST) ** 2
-        return self.paired & far(w2, w2 * self._damping, w)
+        return self.paired & is_far(w2, w2 * self._damping, w)
 
     def _basis(self, which: NDArray[np.bool_], w: Array) -> Complex:
         """Return the products (2, p, F) of 1, then of s, over each section: over 1 - damping s + (s / w)^2."""

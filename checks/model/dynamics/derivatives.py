@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from checks.arrays import Array, Complex
 from checks.model.dynamics.complex_modes import Sections, eigen
-from checks.model.dynamics.far_modes import far, product, summed
+from checks.model.dynamics.far_modes import is_far, product, sum_sections
 from checks.model.dynamics.real_modes import real_modes
 from checks.model.dynamics.receptances import receptances
 from checks.model.structure.assemble import Fastened
@@ -185,7 +185,7 @@ def modal_derivatives(
         squares = -poles * poles
         return np.array([poles, squares, 1j * w * squares])
 
-    H = summed(A, basis, far(w2, rate, s.imag), s.imag)
+    H = sum_sections(A, basis, is_far(w2, rate, s.imag), s.imag)
     return H.reshape(len(A) // len(outputs), len(outputs), s.size).swapaxes(1, 2)
 
 

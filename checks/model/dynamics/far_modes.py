@@ -19,7 +19,7 @@ MANY = 3 * POINTS  # frequencies, below which nothing is saved
 Basis = Callable[[NDArray[np.bool_], Array], Complex]  # which modes, frequencies (S,) -> (k, n, S)
 
 
-def far(w2: Array, rate: Array, w: Array) -> NDArray[np.bool_]:
+def is_far(w2: Array, rate: Array, w: Array) -> NDArray[np.bool_]:
     """Return which of the modes (n,) 1 / (w2 + rate s + s^2) need only a few points of w (F,) [rad/s]. An overdamped
     one has a slow pole, wherever its w2 lies."""
     if w.size < MANY or not w.max() > 0.0:
@@ -27,7 +27,7 @@ def far(w2: Array, rate: Array, w: Array) -> NDArray[np.bool_]:
     return np.asarray((w2 > FAR * w.max() ** 2) & (rate**2 < 4.0 * w2))
 
 
-def summed(A: Array, basis: Basis, swift: NDArray[np.bool_], w: Array) -> Complex:
+def sum_sections(A: Array, basis: Basis, swift: NDArray[np.bool_], w: Array) -> Complex:
     """Return the sums (m, S) at w (S,) [rad/s] of A (m, k, n) times k functions of each of n modes, those of them that
     are `swift` summed at a few frequencies.
 

@@ -20,7 +20,7 @@ from scipy import linalg
 
 from checks.arrays import Array, Complex
 from checks.errors import NotHeld
-from checks.model.dynamics.far_modes import far, product, summed
+from checks.model.dynamics.far_modes import is_far, product, sum_sections
 from checks.model.structure.matrix_builder import Parts, System
 
 LOWEST = 2.0 * np.pi  # [rad/s]
@@ -102,7 +102,7 @@ def _receptance(parts: Parts, w: Array) -> Complex:
     def basis(which: NDArray[np.bool_], w: Array) -> Complex:
         return _each(parts, w, which)[None]
 
-    pairs = summed((rows[i] * rows[j])[:, None], basis, far(parts.w2, parts.rate, w), w)
+    pairs = sum_sections((rows[i] * rows[j])[:, None], basis, is_far(parts.w2, parts.rate, w), w)
     G = np.empty((w.size, len(rows), len(rows)), dtype=complex)
     G[:, i, j] = G[:, j, i] = pairs.T
     return G

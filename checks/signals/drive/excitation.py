@@ -195,7 +195,7 @@ def multisine(
     except ValueError as e:
         raise ExcitationError(str(e)) from e
     one = ms.random_phase(n, rig.fs, chosen, shape or Flat(), _rng(seed))
-    one = ms.from_zero(ms.compressed(one, crest_iterations))
+    one = ms.from_zero(ms.compress_crest(one, crest_iterations))
     core = np.tile(rms_V * one.x, periods + lead_in)
     meaning = (
         f"multisine {f_start_Hz:g} to {f_end_Hz:g} Hz, {chosen.size} {'odd ' if lines == 'odd' else ''}lines, "

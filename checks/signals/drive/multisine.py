@@ -45,7 +45,7 @@ def random_phase(n: int, fs: float, lines: NDArray[np.intp], shape: AmplitudeSha
     return _period(n, lines, amplitude * np.exp(2j * np.pi * rng.random(lines.size)))
 
 
-def compressed(period: MultisinePeriod, iterations: int) -> MultisinePeriod:
+def compress_crest(period: MultisinePeriod, iterations: int) -> MultisinePeriod:
     """Return the same amplitudes with phases of a lower crest factor, by clipping and taking back the amplitudes
     ([OSR88]). The best of all iterations; never worse than the start."""
     n, lines = period.x.size, period.lines

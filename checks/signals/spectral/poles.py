@@ -212,7 +212,7 @@ def _iterate(w: PoleWindow, q: Complex, order: int) -> tuple[Complex, _Eliminati
     return q, state
 
 
-def eliminated(w: PoleWindow, A: Complex) -> tuple[Complex, Complex, Complex, Complex]:
+def eliminate(w: PoleWindow, A: Complex) -> tuple[Complex, Complex, Complex, Complex]:
     """Return the weighted least squares of every channel on the same columns A (B, P): the weighted columns (C, B, P)
     and X (C, P, P) of `_to_orthonormal`, coefficients (C, P), residual (C, B)."""
     weight = 1.0 / w.sd.T
@@ -258,7 +258,7 @@ def _cholesky(gram: Complex) -> Complex | None:
 
 def _eliminate(w: PoleWindow, q: Complex, order: int) -> _Elimination:
     A = basis(w, q, order)
-    columns, X, coefficients, residual = eliminated(w, A)
+    columns, X, coefficients, residual = eliminate(w, A)
     K, half = q.size, coefficients.shape[1] // 2
     squared = A[:, half : half + K] ** 2  # the transient's terms of the poles stand there undriven
     by_pole = w.U[:, None] * coefficients[:, None, :K] + coefficients[:, None, half : half + K]

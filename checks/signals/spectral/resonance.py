@@ -11,7 +11,7 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.distributions import f as f_distribution
-from checks.signals.spectral.poles import PoleFit, PoleWindow, basis, eliminated, enough_bins, fit_poles, with_noise_of
+from checks.signals.spectral.poles import PoleFit, PoleWindow, basis, eliminate, enough_bins, fit_poles, with_noise_of
 
 CHANCE = 1e-3  # probability of a false pole, over the whole range that is searched
 ORDER = 4  # of the polynomials beside the poles
@@ -98,7 +98,7 @@ def candidate(w: PoleWindow, f_lo: float, f_hi: float, known: Complex, order: in
     A known pole may move: its derivative is among the columns."""
     w = w.thinned(CANDIDATE_BINS)
     A = np.concatenate([basis(w, known, order), _moves(w, known)], axis=1)
-    known_columns, X, _, residual = eliminated(w, A)
+    known_columns, X, _, residual = eliminate(w, A)
     poles = _grid(w, f_lo, f_hi)
     columns = 1.0 / (w.z[:, None] - poles)
     gain = np.zeros(poles.size)
@@ -141,7 +141,7 @@ def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
     Both fits use the residual noise of the smaller fit, so that the further pole does not profit from noise that it
     reduced itself."""
     order, w = fitted.order, _as_without(fitted, without)
-    smaller, larger = (float(np.sum(np.abs(eliminated(w, basis(w, q, order))[-1]) ** 2)) for q in (without, fitted.q))
+    smaller, larger = (float(np.sum(np.abs(eliminate(w, basis(w, q, order))[-1]) ** 2)) for q in (without, fitted.q))
     C, B = len(w.channels), w.f.size
     added = 4 * C + 2
     freedom = 2 * C * (B - 2 * (fitted.q.size + order + 1)) - 2 * fitted.q.size
@@ -154,7 +154,7 @@ def _as_without(fitted: PoleFit, without: Complex) -> PoleWindow:
     w = fitted.window
     even = replace(w, sd=np.ones(w.sd.shape))
     for _ in range(2):
-        residual = eliminated(even, basis(w, without, fitted.order))[-1].T * even.sd
+        residual = eliminate(even, basis(w, without, fitted.order))[-1].T * even.sd
         even = with_noise_of(even, residual)
     return even
 

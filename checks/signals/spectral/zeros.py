@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array, Complex
-from checks.signals.spectral.poles import PoleWindow, basis, eliminated, scatter, with_noise_of
+from checks.signals.spectral.poles import PoleWindow, basis, eliminate, scatter, with_noise_of
 
 ORDER = 4
 NEAR = 0.03  # of half the band: where the coherence of a zero is read
@@ -72,8 +72,8 @@ def find_zero(w: PoleWindow, order: int = ORDER) -> Zero | None:
 
 def _root(w: PoleWindow, order: int) -> _Root | None:
     A = basis(w, _NO_POLE, order)
-    w = with_noise_of(w, eliminated(w, A)[-1].T)
-    *_, coefficients, residual = eliminated(w, A)
+    w = with_noise_of(w, eliminate(w, A)[-1].T)
+    *_, coefficients, residual = eliminate(w, A)
     powers = np.arange(order + 1)
     c = coefficients[0, : order + 1]
     roots = np.roots(c[::-1])

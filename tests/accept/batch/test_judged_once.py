@@ -41,7 +41,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> Counter[tuple[str, str]]:
         return draw(contents, *given)
 
     monkeypatch.setattr(job, "judge_unit", judged)
-    monkeypatch.setattr(attach_to_result, "explained", searched)
+    monkeypatch.setattr(attach_to_result, "explain_result", searched)
     monkeypatch.setattr(document, "render", drawn)
     return count
 

@@ -16,7 +16,7 @@ from accept.cli.main import app
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.models.lookup_cache import table_for
-from accept.models.model_file import moved, open_model, opened
+from accept.models.model_file import open_model, open_model_file, with_moved_paths
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from tests.accept.units.units import GOOD, make_unit
@@ -138,7 +138,7 @@ class TestImprovedModel:
         np.testing.assert_allclose(again, after.response.frf(f, after.at, channels), rtol=1e-6)
 
     def test_where_it_comes_from(self, crossed: SimpleNamespace) -> None:
-        spec = opened(crossed.out / "model.toml").spec
+        spec = open_model_file(crossed.out / "model.toml").spec
         assert [e.name for e in spec.effects] == ["sensor_highpass"]
         assert spec.fit is not None
         assert spec.fit.serial == "X-1"
@@ -174,7 +174,9 @@ class TestImprovedModel:
     def test_no_effect_counts_twice(self, name: str, tmp_path: Path, crossed: SimpleNamespace) -> None:
         """A model written with any effect answers as the fit did, also where a calibrated value says the same thing."""
         effect = EFFECTS[name]
-        models = (opened(model) for model in ("strut", "strut-as-built"))  # the first that has what the effect changes
+        models = (
+            open_model_file(model) for model in ("strut", "strut-as-built")
+        )  # the first that has what the effect changes
         given = next(m for m in models if all(p.targets(m.model) for p in effect.parameters if p.sets or p.adds))
         response = Augmented(given.model, (effect,))
         at = {p.name: p.begin for p in response.free()}
@@ -242,12 +244,12 @@ def test_recorded_misalignment_on_the_improved_model(serial: str, model: object,
 def test_an_improved_model_names_its_matrices_from_where_it_finally_lies(tmp_path: Path) -> None:
     old, new = tmp_path / "worker", tmp_path / "far" / "away" / "out"
     text = b'name = "m"\n[apa]  # of the batch\ntype = "superelement"\nfile = "../matrices/A.mat"\n'
-    there = moved(text, old, new).decode()
+    there = with_moved_paths(text, old, new).decode()
     file = tomllib.loads(there)["apa"]["file"]
     assert (new / file).resolve() == (tmp_path / "matrices" / "A.mat").resolve()
     assert "# of the batch" in there  # nothing else is touched
     plain = b'[apa]\ntype = "frame"\n'
-    assert moved(plain, old, new) == plain
+    assert with_moved_paths(plain, old, new) == plain
 
 
 class TestRefused:

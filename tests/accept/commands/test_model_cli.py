@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from accept.analysis import model_fit
 from accept.cli.main import app
 from accept.gap.responses import responses
-from accept.models.model_file import AS_BUILT, open_model, opened, write_model
+from accept.models.model_file import AS_BUILT, open_model, open_model_file, write_model
 from accept.units.unit_folder import UnitError
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
@@ -150,7 +150,7 @@ def test_effects_are_built_in_and_written(tmp_path: Path) -> None:
     spec = load_model("strut")
     effects = [("misalignment", {"dx_um": 20.0, "dy_um": -170.0}), ("hysteresis", {"relative_width": 0.1})]
     write_model(tmp_path / "m.toml", spec, {"encoder.com_x_mm": 0.5}, effects=effects, damping="modal", name="mine")
-    again = opened(tmp_path / "m.toml")
+    again = open_model_file(tmp_path / "m.toml")
     assert again.model.values["misalignment.dy_um"] == -170.0
     assert again.model.values["encoder.com_x_mm"] == 0.5
     assert again.model.damping == "modal"

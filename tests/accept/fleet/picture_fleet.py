@@ -19,7 +19,7 @@ from accept.fleet.measurements import measurements
 from accept.fleet.site.page_data import document
 from accept.fleet.site.write_site import write_site
 from accept.pictures.draw import picture
-from accept.pictures.reduce import reduced
+from accept.pictures.reduce import reduce_panel
 from accept.store import Store, open_store
 from checks.picture import Panel
 from tests.accept.fleet.judgements import add, judgement
@@ -71,7 +71,7 @@ def main() -> None:
 
 
 def _written(path: Path, panels: list[Panel], wide_mm: float) -> None:
-    content = picture([reduced(p) for p in panels], "png", (wide_mm, HIGH_MM), columns=len(panels), dots=DOTS)
+    content = picture([reduce_panel(p) for p in panels], "png", (wide_mm, HIGH_MM), columns=len(panels), dots=DOTS)
     path.write_bytes(content)
     print(path, len(content))
 

@@ -9,7 +9,7 @@ import pytest
 
 from accept.gap.empirical import write_with_elements
 from accept.gap.responses import Responses
-from accept.models.model_file import open_model, opened
+from accept.models.model_file import open_model, open_model_file
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.gap.empirical import fitted
@@ -55,7 +55,7 @@ def test_nothing_is_added_to_noise() -> None:
 
 
 def test_written_reopened_and_never_worse(tmp_path: Path) -> None:
-    given = opened("strut")
+    given = open_model_file("strut")
     given = replace(given, model=replace(given.model, tolerance=TOLERANCE))
     factor = resonance(620.0, 0.01, 0.05, 1.0).frf(F)[0]
     A, B = (outside(recorded(given.model, s), "Vs", factor) for s in (1, 2))

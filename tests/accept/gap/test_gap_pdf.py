@@ -9,8 +9,8 @@ import pytest
 from pypdf import PdfReader
 
 from accept.gap import analyse_unit
-from accept.gap.empirical import Added
-from accept.gap.reasons import candidates, moved
+from accept.gap.empirical import AddedElement
+from accept.gap.reasons import candidates, moved_parameters
 from accept.gap.report_pdf import render
 from accept.gap.text import COLUMNS, LINES, gap_number, one_line, summary
 from checks.gap.decision.result import Ambiguous, Nameless, Result
@@ -46,7 +46,7 @@ def test_the_first_page_has_sentence_numbers_and_reasons_the_second_the_bode_plo
     text = pages[0]
     assert "fits worse, by" in text  # why another explanation was not named
     assert "Fitted values against their priors" in text
-    assert f"{moved(result)[0].shift:+.1f} sd" in text
+    assert f"{moved_parameters(result)[0].shift:+.1f} sd" in text
     for words in ("measured", "model before", "model after", "95 % of the measurement", "95 % of the model after"):
         assert pages[1].count(words) >= 3  # of every channel
     assert pages[1].count("frequency [Hz]") == 3  # one axis for magnitude, phase and what is left
@@ -66,8 +66,8 @@ def test_the_first_page_has_sentence_numbers_and_reasons_the_second_the_bode_plo
 def test_an_element_without_a_name_stands_in_the_report(result: Result) -> None:
     element = Element("Vs", 1.034, ((750.4, 0.01),), ((762.8, 0.0098),))
     added = (
-        Added("Vs", FittedElement(element, np.eye(5)), 329.0, 0.4),
-        Added("de", None, 0.17, 0.17, "agrees as it is"),
+        AddedElement("Vs", FittedElement(element, np.eye(5)), 329.0, 0.4),
+        AddedElement("de", None, 0.17, 0.17, "agrees as it is"),
     )
     text = text_of(render("X-1", result, added))
     assert "Unidentified elements in the improved model" in text

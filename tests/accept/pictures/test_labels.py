@@ -5,7 +5,7 @@ import pytest
 from accept.pictures.labels import label_and_name, label_of
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because, record_label
-from checks.consistency.contradictions import held_together
+from checks.consistency.contradictions import check_consistency
 from checks.consistency.relations import RELATIONS
 from checks.declare import Check, Series, Vector
 from checks.quantity import Quantity
@@ -63,9 +63,9 @@ def test_a_contradiction_names_both_quantities_by_their_labels_and_keeps_their_n
         "sensor_uF": Quantity("sensor_uF", 1.72, 0.01),
         "sensor_capacitance_implied_uF": Quantity("sensor_capacitance_implied_uF", 5.1, 0.02),
     }
-    assert relation.contradicted(found)
+    assert relation.is_contradicted(found)
     limit = Limit(lower=1.0, upper=5.5, unit="uF", rule="simple", source="test")
-    (finding,) = held_together([judge("capacitance", found["sensor_uF"], limit)], found)
+    (finding,) = check_consistency([judge("capacitance", found["sensor_uF"], limit)], found)
     assert finding.reason is not None
     assert "Sensor stack, from the corner = 5.1 uF and Sensor stack = 1.72 uF contradict" in finding.reason
     assert finding.cause is not None

@@ -19,7 +19,7 @@ from accept.pictures.colours import ROLES, SERIES
 from accept.pictures.draw import FORMATS, PictureError, draw, picture
 from accept.pictures.items import draw_panel
 from accept.pictures.jsonform import panels_from_json, panels_to_json
-from accept.pictures.reduce import POINTS, reduced
+from accept.pictures.reduce import POINTS, reduce_panel
 from accept.pictures.style import settings
 from accept.pictures.ticks import set_degree_ticks
 from accept.pictures.words import pretty
@@ -103,7 +103,7 @@ def test_reducing_keeps_every_peak_and_is_done_once() -> None:
     y[[77, 54_321]] = 50.0, -60.0
     y[1000:1010] = np.nan
     panel = Panel("", "", "", (Line(np.arange(1e5), y), Band(np.arange(1e5), y - 1, y + 1)))
-    small = reduced(panel)
+    small = reduce_panel(panel)
     line, band = small.items
     assert isinstance(line, Line)
     assert isinstance(band, Band)
@@ -113,17 +113,17 @@ def test_reducing_keeps_every_peak_and_is_done_once() -> None:
     assert np.nanmax(band.hi) == 51.0
     assert np.nanmin(band.lo) == -61.0
     assert (line.x[0], line.x[-1]) == (0.0, 99_999.0)
-    again = reduced(small)
+    again = reduce_panel(small)
     assert panels_to_json({"a": again}) == panels_to_json({"a": small})
 
 
 def test_panels_survive_json() -> None:
     panels = {"b": EVERYTHING, "a": MAPS, **certificate_help.panels()}
-    small = {name: reduced(panel) for name, panel in panels.items()}
+    small = {name: reduce_panel(panel) for name, panel in panels.items()}
     text = json.dumps(panels_to_json(small), allow_nan=False)
     back = panels_from_json(json.loads(text))
     assert list(back) == list(panels)
-    assert json.dumps(panels_to_json({name: reduced(panel) for name, panel in back.items()})) == text
+    assert json.dumps(panels_to_json({name: reduce_panel(panel) for name, panel in back.items()})) == text
     assert picture(list(back.values()), "svg") == picture(list(small.values()), "svg")
 
 

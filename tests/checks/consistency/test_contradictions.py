@@ -10,7 +10,7 @@ from accept.judging.judge_unit import judge_unit, load_spec
 from accept.judging.result import UnitResult
 from accept.units import unit_folder
 from checks.cause import Cause
-from checks.consistency.contradictions import held_together
+from checks.consistency.contradictions import check_consistency
 from checks.consistency.relations import RELATIONS, Relation
 from checks.quantity import Quantity
 from checks.verdict import UnitVerdict, Verdict, judge, unit_verdict
@@ -63,11 +63,11 @@ def test_recorded_units_do_not_contradict_themselves(unit: str) -> None:
 @pytest.mark.parametrize("column", [0, 1], ids=["recorded", "published"])
 @pytest.mark.parametrize("relation", RELATIONS, ids=lambda r: r.other)
 def test_sound_units_agree_and_a_factor_of_ten_does_not(relation: Relation, column: int) -> None:
-    assert not relation.contradicted(known(column))
+    assert not relation.is_contradicted(known(column))
     for name in (relation.one, relation.other):
         for factor in (10.0, 0.1):
             value = SOUND[name][column]
-            assert relation.contradicted(known(column, **{name: factor * value}))
+            assert relation.is_contradicted(known(column, **{name: factor * value}))
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,7 @@ def test_sound_units_agree_and_a_factor_of_ten_does_not(relation: Relation, colu
     ],
 )
 def test_records_of_other_units_and_exchanged_ones_contradict(wrong: dict[str, float], relation: str) -> None:
-    found = [r.other for r in RELATIONS if r.contradicted(known(**wrong))]
+    found = [r.other for r in RELATIONS if r.is_contradicted(known(**wrong))]
     assert relation in found
 
 
@@ -89,8 +89,8 @@ def test_within_the_band_and_the_uncertainties_nothing_is_said() -> None:
     """A hair beyond the band is within U; what was not measured is not compared."""
     stiffness = next(r for r in RELATIONS if r.other == "k_closed_N_per_um")
     one = known()["k_closed_N_per_um"].value
-    assert not stiffness.contradicted(known(k_resonance_N_per_um=one * (stiffness.hi + 0.01)))
-    assert stiffness.contradicted(known(k_resonance_N_per_um=one * (stiffness.hi + 0.05)))
+    assert not stiffness.is_contradicted(known(k_resonance_N_per_um=one * (stiffness.hi + 0.01)))
+    assert stiffness.is_contradicted(known(k_resonance_N_per_um=one * (stiffness.hi + 0.05)))
     assert stiffness.ratio({k: q for k, q in known().items() if k != "k_closed_N_per_um"}) is None
 
 
@@ -104,14 +104,14 @@ def test_both_findings_are_without_a_result_and_what_failed_fails() -> None:
         )
     ]  # fmt: skip
     assert unit_verdict(findings) is UnitVerdict.ACCEPTED
-    k, f, stroke = held_together(findings, there)
+    k, f, stroke = check_consistency(findings, there)
     assert [x.verdict for x in (k, f, stroke)] == [Verdict.NO_RESULT, Verdict.NO_RESULT, Verdict.PASS]
     assert k.reason == f.reason
     one = there["k_closed_N_per_um"].value
     stated = f"Stiffness, from the resonance = 2.3 N/um and Stiffness, closed circuit = {one:.4g} N/um contradict"
     assert str(k.reason).startswith(stated)
     failed = replace(findings[0], verdict=Verdict.FAIL, reason="x")
-    k, f, _ = held_together([failed, *findings[1:]], there)
+    k, f, _ = check_consistency([failed, *findings[1:]], there)
     assert (k.verdict, f.verdict) == (Verdict.FAIL, Verdict.NO_RESULT)
     assert unit_verdict([k, f]) is UnitVerdict.REJECTED
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from checks.arrays import Array
-from checks.fitting.hierarchy import Prior, belonging, compare, covered, information, learn, told_apart
+from checks.fitting.hierarchy import Prior, belonging, compare, count_covered, determined_parameters, information, learn
 
 FLAT = 1e6
 
@@ -84,7 +84,7 @@ def test_what_no_unit_tells_stays_as_it_was() -> None:
     assert both @ got.mean_cov @ both < 0.2**2
     assert apart @ got.mean_cov @ apart == pytest.approx(2.0**2, rel=1e-3)
     np.testing.assert_allclose(got.mean, [1.0, 1.0], atol=0.02)
-    (pair,) = told_apart(got, prior, correlated=0.9).together
+    (pair,) = determined_parameters(got, prior, correlated=0.9).together
     assert pair[:2] == (0, 1)
     assert pair[2] < -0.9
 
@@ -160,7 +160,7 @@ def test_units_of_one_batch_belong_to_it() -> None:
         _, _, precision, pull = drawn(rng, 8, 6, rng.standard_normal((5, 6)))
         found = belonging(precision, pull, normal(6, mean_sd=2.0, nu=4.0))
         strange += sum(min(b.p_all, b.p_worst) < 1e-3 for b in found)
-        inside, compared = covered(found)
+        inside, compared = count_covered(found)
         hits, n = hits + inside, n + compared
     assert strange <= 3
     assert 0.93 < hits / n < 0.99

@@ -9,11 +9,11 @@ import pytest
 from accept.analysis.misalignment import as_document
 from accept.gap.responses import responses
 from accept.models.lookup_cache import table_for
-from accept.models.model_file import AS_BUILT, as_weighed, opened
+from accept.models.model_file import AS_BUILT, as_weighed, open_model_file
 from checks.cause import Cause
 from checks.fitting.dataset import Dataset
 from checks.misalignment.estimate import estimate
-from checks.misalignment.estimate_types import Along, MisalignmentEstimate
+from checks.misalignment.estimate_types import AxisOffset, MisalignmentEstimate
 from checks.misalignment.gates import sensor_tells, unobservable
 from checks.misalignment.table import MisalignmentTable
 from checks.model.model import Model
@@ -30,13 +30,13 @@ UNITS = sorted(p.parent.name for p in BENCHES.glob("*/unit.toml")) if SOAK else 
 def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Model, MisalignmentTable]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ACCEPT_HOME", str(tmp_path_factory.mktemp("home")))
-        model = opened(AS_BUILT).model
+        model = open_model_file(AS_BUILT).model
         return model, table_for(model, lambda _: None, 11, 13, workers=1)
 
 
 def measured(folder: str, serial: str) -> tuple[Model, Dataset, Dataset | None]:
     found = responses(DATA / folder / serial)
-    return as_weighed(opened(AS_BUILT), found.serial, found.payload_kg).model, found.first, found.second
+    return as_weighed(open_model_file(AS_BUILT), found.serial, found.payload_kg).model, found.first, found.second
 
 
 @pytest.mark.parametrize("serial", UNITS)
@@ -88,14 +88,18 @@ def sound(built: tuple[Model, MisalignmentTable]) -> MisalignmentEstimate:
 @pytest.mark.parametrize(
     ("dx", "dy", "unknown"),
     [
-        (Along(-59.0, 285.0), Along(149.7, 0.7), {"dx"}),  # an actuator whose modes do not show dx
-        (Along(10.0, 20.0), Along(0.0, 700.0), {"dy"}),
-        (Along(-59.0, 285.0), Along(0.0, 700.0), set()),  # neither is known: no result at all
-        (Along(199.0, 30.0), Along(0.0, 4.0), set()),  # known, and perhaps beyond the table: what is fitted is doubtful
+        (AxisOffset(-59.0, 285.0), AxisOffset(149.7, 0.7), {"dx"}),  # an actuator whose modes do not show dx
+        (AxisOffset(10.0, 20.0), AxisOffset(0.0, 700.0), {"dy"}),
+        (AxisOffset(-59.0, 285.0), AxisOffset(0.0, 700.0), set()),  # neither is known: no result at all
+        (
+            AxisOffset(199.0, 30.0),
+            AxisOffset(0.0, 4.0),
+            set(),
+        ),  # known, and perhaps beyond the table: what is fitted is doubtful
     ],
 )
 def test_an_axis_that_the_data_do_not_show(
-    sound: MisalignmentEstimate, dx: Along, dy: Along, unknown: set[str]
+    sound: MisalignmentEstimate, dx: AxisOffset, dy: AxisOffset, unknown: set[str]
 ) -> None:
     found = replace(sound, dx=dx, dy=dy)
     found = replace(found, unknown=unobservable(found))

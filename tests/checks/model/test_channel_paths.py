@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from accept.models.model_file import open_model, opened, write_model
+from accept.models.model_file import open_model, open_model_file, write_model
 from checks.errors import ModelError
 from checks.model.channel_paths import lowpass
 from checks.model.time.partial_fractions import paths
@@ -83,12 +83,12 @@ def test_half_an_order_does_not_run_in_time() -> None:
 
 
 def test_a_file_names_them_by_channel(tmp_path: Path) -> None:
-    text = opened("strut").spec.text + (
+    text = open_model_file("strut").spec.text + (
         "\n[bench.latency_us]\nVs = { value = 3.0, sd = 10 }\n[bench.lowpass_Hz]\nde = 8000\n"
     )
     path = tmp_path / "model.toml"
     path.write_text(text)
-    given = opened(path)
+    given = open_model_file(path)
     assert given.model.values["bench.latency_Vs_us"] == 3.0
     assert given.model.sds["bench.latency_Vs_us"] == 10.0
     assert given.model.values["bench.lowpass_de_Hz"] == 8000.0
@@ -102,6 +102,6 @@ def test_a_file_names_them_by_channel(tmp_path: Path) -> None:
 
 def test_a_channel_that_is_none_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "model.toml"
-    path.write_text(opened("strut").spec.text + "\n[bench.latency_us]\nVd = 3.0\n")
+    path.write_text(open_model_file("strut").spec.text + "\n[bench.latency_us]\nVd = 3.0\n")
     with pytest.raises(SpecError, match=r"latency_us\.Vd"):
-        opened(path)
+        open_model_file(path)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from checks.model.dynamics.complex_modes import Sections
-from checks.model.dynamics.far_modes import FAR, MANY, far
+from checks.model.dynamics.far_modes import FAR, MANY, is_far
 
 BAND = 2.0 * np.pi * np.geomspace(10.0, 2000.0, 400)
 EXACT = 1e-11  # of the largest: 3e-13 of each far mode, which here all pull one way
@@ -31,7 +31,7 @@ def test_a_sum_over_far_modes_is_that_of_every_mode_at_every_frequency(ratio: fl
 
 def test_what_is_far() -> None:
     w2 = BAND[-1] ** 2 * np.array([0.5, 0.99 * FAR, 1.01 * FAR, 100.0])
-    assert far(w2, np.zeros(4), BAND).tolist() == [False, False, True, True]
-    assert not far(w2, 2.1 * np.sqrt(w2), BAND).any(), "overdamped: one of its two poles is slow"
-    assert not far(w2, np.zeros(4), BAND[: MANY - 1]).any(), "too few frequencies to save anything"
-    assert not far(w2, np.zeros(4), np.zeros(2 * MANY)).any(), "at rest alone"
+    assert is_far(w2, np.zeros(4), BAND).tolist() == [False, False, True, True]
+    assert not is_far(w2, 2.1 * np.sqrt(w2), BAND).any(), "overdamped: one of its two poles is slow"
+    assert not is_far(w2, np.zeros(4), BAND[: MANY - 1]).any(), "too few frequencies to save anything"
+    assert not is_far(w2, np.zeros(4), np.zeros(2 * MANY)).any(), "at rest alone"

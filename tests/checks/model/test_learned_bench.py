@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from accept.models.model_file import open_model, opened, write_model
+from accept.models.model_file import open_model, open_model_file, write_model
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.model.learned_bench import LearnedBench
@@ -23,7 +23,7 @@ def record(f_Hz: list[float]) -> LearnedBenchRecord:
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     place = tmp_path / "learned.toml"
-    write_model(place, opened("strut").spec, {}, bench=record(F.tolist()))
+    write_model(place, open_model_file("strut").spec, {}, bench=record(F.tolist()))
     return place
 
 
@@ -67,7 +67,7 @@ def test_a_file_with_too_few_numbers_is_refused(path: Path) -> None:
     text = path.read_text().replace("real = [0.0, 0.1, 0.2]", "real = [0.0, 0.1]")
     path.write_text(text)
     with pytest.raises(SpecError, match=r"de\.real"):
-        opened(path)
+        open_model_file(path)
 
 
 def test_numbers_that_are_none_make_no_bench() -> None:

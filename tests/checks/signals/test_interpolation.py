@@ -6,7 +6,7 @@ from scipy import signal
 
 from checks.fitting.dataset import dataset_from_records
 from checks.record import Record
-from checks.signals.interpolation import interpolation_errors, of_another_record, said_of, without_errors
+from checks.signals.interpolation import error_notes, errors_of_other_record, interpolation_errors, remove_errors
 from tests.soak import SOAK
 
 FS, SECONDS = 10_000.0, 12.0
@@ -56,7 +56,7 @@ def test_an_error_and_its_harmonic() -> None:
     found = interpolation_errors(record(drive, read(place, {2.0e-6: (0.0, 8e-9), 1.0e-6: (3e-9, 0.0)}, 1)))
     assert [e.period_m for e in found] == pytest.approx([2.0e-6, 1.0e-6], rel=2e-3)
     assert [e.amplitude_m for e in found] == pytest.approx([8e-9, 3e-9], rel=0.05)  # noise, and each bends the other
-    (words,) = said_of(found)
+    (words,) = error_notes(found)
     assert "8 nm that repeats every 2 um and 3 nm that repeats every 1 um" in words
 
 
@@ -93,8 +93,8 @@ def test_the_responses_are_those_of_the_place() -> None:
     assert [e.period_m for e in found.taken_out] == pytest.approx([1.0e-6], rel=2e-3)
     assert true.taken_out == ()
     errors = interpolation_errors(low)
-    assert of_another_record(errors, high) is errors
-    assert without_errors(high, ()) is high
+    assert errors_of_other_record(errors, high) is errors
+    assert remove_errors(high, ()) is high
 
 
 def test_a_counter_that_was_set_to_zero_in_between() -> None:
@@ -103,5 +103,5 @@ def test_a_counter_that_was_set_to_zero_in_between() -> None:
     error = {1.0e-6: (0.0, 8e-9)}
     errors = interpolation_errors(record(drive, read(place, error, 4)))
     zeroed = record(again, read(elsewhere + 0.25e-6, error, 5) - 0.25e-6, "high")
-    (own,) = of_another_record(errors, zeroed)
+    (own,) = errors_of_other_record(errors, zeroed)
     assert (own.cosine_m, own.sine_m) == pytest.approx((8e-9, 0.0), abs=0.5e-9)  # a quarter of the period on

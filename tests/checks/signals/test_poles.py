@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from checks.signals.spectral.poles import PoleWindow, basis, eliminated
+from checks.signals.spectral.poles import PoleWindow, basis, eliminate
 
 B, C, ORDER = 300, 3, 3
 RNG = np.random.default_rng(11)
@@ -24,7 +24,7 @@ def test_what_is_linear_is_least_squares_however_near_the_columns_are(apart: flo
     from sixteen digits; beyond, they are not used, and with 1e8 would leave none."""
     w = window()
     A = basis(w, np.array([0.1 + 0.02j, 0.1 + apart + 0.02j]), ORDER)
-    columns, X, coefficients, residual = eliminated(w, A)
+    columns, X, coefficients, residual = eliminate(w, A)
     Q = columns @ X
     for c in range(C):
         weighted, y = A / w.sd[:, c : c + 1], w.Y[:, c] / w.sd[:, c]

@@ -13,7 +13,7 @@ from accept.base.documents.gap import GapDocument
 from accept.base.documents.manifest import Manifest
 from accept.base.documents.misalignment import MisalignmentDocument
 from accept.base.documents.results import ListedUnit, ResultsDocument, UnitEntry
-from accept.models.model_file import effects_of, opened
+from accept.models.model_file import effects_of, open_model_file
 from accept.store import NewEvent, Store, StoreError, fold, open_store
 from accept.store.event import Event, sealed
 from accept.store.payloads import (
@@ -111,7 +111,7 @@ def test_a_document_is_written_again_as_it_was(name: str, kind: type[Document], 
 
 
 def test_the_improved_model_of_an_earlier_version_opens() -> None:
-    given = opened(GOLDEN / "model.toml")
+    given = open_model_file(GOLDEN / "model.toml")
     assert given.model.name == "strut-S-4"
     assert effects_of(given.spec) == [("loop_delay", {"tau_us": pytest.approx(60.044, abs=0.001)})]
 

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from accept.cli.main import app
 from accept.fleet.population.learn import measured_units
-from accept.models.model_file import open_model, opened
+from accept.models.model_file import open_model, open_model_file
 from checks.errors import ModelError
 from tests.accept.units.modelled_records import write_answers
 
@@ -93,7 +93,7 @@ def test_mean_and_scatter_of_a_batch_are_recovered(
 def test_what_was_learned_is_a_model(learned: tuple[Path, int, str, str]) -> None:
     """Its values are the batch's means, its prior the covariance of one more unit, correlations included."""
     path = learned[0] / "population.toml"
-    it, found = opened(path), document(learned[0])
+    it, found = open_model_file(path), document(learned[0])
     record = it.spec.population
     assert record is not None
     assert record.units == [f"B-{i}" for i in range(UNITS)]
@@ -252,4 +252,4 @@ def open_text(name: str) -> str:
 
 def test_units_are_read_before_any_is_fitted(batch: list[Path]) -> None:
     with pytest.raises(ModelError, match="3 or more"):
-        measured_units(batch[:1], opened(MODEL))
+        measured_units(batch[:1], open_model_file(MODEL))

@@ -10,7 +10,7 @@ import pytest
 from accept.fleet.population.learn import Population, learn_population, measured_units
 from accept.fleet.population.report import document, write_population
 from accept.gap.analyse_unit import run_gap
-from accept.models.model_file import opened
+from accept.models.model_file import open_model_file
 from validation.model_files import write_model
 from validation.sets import SETS
 from validation.shell import DATA
@@ -30,7 +30,7 @@ def truth(serial: str) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def learned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Population]:
     out = tmp_path_factory.mktemp("learned")
-    given = opened(
+    given = open_model_file(
         write_model(SETS["batch"], out)
     )  # the file of the recorded units, with scatter and a ruler of its own
     found = learn_population(measured_units([BATCH / s for s in LEARN], given), given, lambda words: None)

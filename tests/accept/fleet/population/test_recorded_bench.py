@@ -9,7 +9,7 @@ from accept.analysis.misalignment import estimate_unit
 from accept.fleet.population.bench import latencies
 from accept.fleet.population.learn import Population, learn_population, measured_units
 from accept.fleet.population.report import write_population
-from accept.models.model_file import opened
+from accept.models.model_file import open_model_file
 from accept.units.unit_folder import read
 from validation.model_files import write_model
 from validation.sets import SETS
@@ -27,7 +27,7 @@ pytestmark = [
 @pytest.fixture(scope="module")
 def learned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Population]:
     out = tmp_path_factory.mktemp("bench")
-    given = opened(write_model(SETS["scatter-1"], out))
+    given = open_model_file(write_model(SETS["scatter-1"], out))
     found = learn_population(measured_units([LABORATORY / s for s in MATES], given), given, lambda _: None)
     write_population(out / "population.toml", found)
     return out / "population.toml", found
