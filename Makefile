@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 DEV    := $(VENV)/.developer
 LOCK   := uv pip compile --universal --python-version 3.11 --generate-hashes --no-annotate --no-header
 
-.PHONY: demo test tests clone-tests quick docs test-python coverage soak bench challenge false-acceptance format lint lock clean setup pictures
+.PHONY: demo test tests changed clone-tests quick docs test-python coverage soak bench challenge false-acceptance format lint lock clean setup pictures
 
 demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
@@ -17,7 +17,7 @@ test: $(DEV)
 	$(MAKE) --no-print-directory --jobs 2 tests lint
 
 # Tests start hundreds of programs: what one of them has compiled, the others read, whatever the environment says.
-tests quick soak coverage: export PYTHONDONTWRITEBYTECODE :=
+tests quick soak changed coverage: export PYTHONDONTWRITEBYTECODE :=
 
 tests: $(DEV)
 	$(BIN)/python -m pytest -n 4 --dist worksteal
@@ -64,6 +64,11 @@ coverage: $(DEV)
 # The heavy proofs in full: every kill, every damaged file.
 soak: $(DEV)
 	ACCEPT_SOAK=1 $(BIN)/python -m pytest
+
+# The heavy proofs of what differs from a commit: make changed SINCE=HEAD~3
+SINCE ?= main
+changed: $(DEV)
+	ACCEPT_SINCE=$(SINCE) $(BIN)/python -m pytest -n 4 --dist worksteal -m soak
 
 # Speed as ratios measured in one run; numbers, not verdicts.
 bench: $(DEV)

@@ -12,14 +12,13 @@ from hypothesis import HealthCheck, settings
 
 from accept.certificate.trust import encrypted_key
 from tests.demo_run import demo_run
-from tests.soak import SOAK
+from tests.soak import is_heavy, runs, unknown
 
 __all__ = ["demo_run"]
 
 DATA = Path(__file__).parent.parent / "../shared/data"
 CHROMIUM = next((p for name in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(name))), None)
 NEEDS = {
-    "soak": (SOAK, "a heavy proof: make soak"),
     "needs_data": (DATA.is_dir(), "the recorded units (../shared/data) are not beside the repository"),
     "browser": (CHROMIUM is not None, "no Chromium (Debian: apt install chromium)"),
     "terminal": (shutil.which("tmux") is not None, "no tmux (Debian: apt install tmux)"),
@@ -36,14 +35,24 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What waits for programs comes first: it is never what is left at the end, when other processes have no more."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark the heavy proofs, and put first what waits for programs: it is never what is left at the end, when other
+    processes have no more."""
+    for item in items:
+        if is_heavy(item.nodeid):
+            item.add_marker("soak")
+    if not any("::" in argument for argument in config.args):
+        gone = unknown([item.nodeid for item in items])
+        if gone:
+            raise pytest.UsageError(f"tests/soak.py names tests that are not there: {', '.join(gone)}")
     waiting = {item.path for item in items if item.get_closest_marker("terminal") or item.get_closest_marker("browser")}
     items.sort(key=lambda item: item.path not in waiting)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip what cannot run here, in the words of what is missing."""
+    if item.get_closest_marker("soak") and not runs(item.nodeid):
+        pytest.skip("a heavy proof: make soak")
     for mark, (there, reason) in NEEDS.items():
         if not there and item.get_closest_marker(mark):
             pytest.skip(reason)

@@ -1,5 +1,223 @@
-"""Whether the heavy proofs run in full: `make soak` sets ACCEPT_SOAK=1."""
+"""The heavy lane: proofs that `make soak` runs in full, and `make changed` if what they prove was changed.
+
+Of each kind of proof one stays in `make test`; the table names what leaves it. A proof that is one test among many of
+its file stands here; one that is made smaller beside the heavy lane asks `SOAK` itself.
+"""
 
 import os
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
+SINCE = os.environ.get("ACCEPT_SINCE")  # a commit: heavy proofs of what was changed since then run too
+ROOT = Path(__file__).parents[1]
+
+
+@dataclass(frozen=True)
+class Heavy:
+    """Heavy tests of one file. proves: folders of the product, or files; tests: names, with the parameters in brackets
+    if only some leave `make test`; stays: what stays of their kind."""
+
+    proves: Sequence[str]
+    tests: Sequence[str]
+    stays: str
+
+
+HEAVY: Mapping[str, Heavy] = {
+    "tests/checks/gap/test_disagreement.py": Heavy(
+        ["checks/gap"],
+        [
+            "test_a_filter_of_fourth_order_is_no_delay",
+            "test_a_mode_of_one_channel_is_no_support",
+        ],
+        "a mode that every channel sees; the same filter where the library has it",
+    ),
+    "tests/checks/gap/test_never_worse.py": Heavy(
+        ["checks/gap"],
+        ["test_records_turned_without_need_are_taken_as_they_came"],
+        "the same resonance on Vs in records as they are",
+    ),
+    "tests/checks/gap/test_conditions.py": Heavy(
+        ["checks/gap"], ["test_the_mass_that_was_asked_for_names_the_payload"], "values that explain all"
+    ),
+    "tests/checks/gap/test_acquisition.py": Heavy(
+        ["checks/gap"],
+        [
+            "test_is_named_for_what_it_is[amplifier of second order, 1.8 kHz]",
+            "test_is_named_for_what_it_is[filter of second order, 3 kHz, on da]",
+            "test_is_named_for_what_it_is[filter of fourth order, 2.5 kHz, on Vs]",
+            "test_is_named_for_what_it_is[skew of 20 us on Vs]",
+        ],
+        "a high-pass, a skew of de",
+    ),
+    "tests/checks/gap/test_gap.py": Heavy(
+        ["checks/gap"],
+        ["test_recorded_unit[S-02]", "test_a_latency_is_not_told_from_a_filter_far_above_the_band"],
+        "recorded units S-01 and S-06; a short delay among the aliases of test_gap_robust.py",
+    ),
+    "tests/checks/gap/test_gap_contract.py": Heavy(
+        ["checks/gap"],
+        ["test_found_by_name_with_its_values[crosstalk]"],
+        "creep here, crosstalk in test_gap.py",
+    ),
+    "tests/accept/gap/test_gap_batch.py": Heavy(
+        ["accept/gap", "accept/batch"],
+        ["test_another_model_is_another_question", "test_the_unit_is_judged_all_the_same[error1]"],
+        "a batch that is stopped and goes on, a search that breaks",
+    ),
+    "tests/accept/gap/test_faulty_records.py": Heavy(
+        ["checks/signals", "accept/gap", "accept/judging"],
+        [
+            "test_judging_says_the_same[de held]",
+            "test_judging_says_the_same[block of all lost]",
+            "test_judging_says_the_same[block of de lost]",
+            "test_judging_says_the_same[jitter]",
+            "test_every_command_refuses_with_the_cause[fit]",
+            "test_every_command_refuses_with_the_cause[misalign]",
+            "test_the_api_refuses_too[estimate_misalignment]",
+            "test_the_api_refuses_too[analyse_gap]",
+        ],
+        "each fault at the reader, one of them judged, two commands and two calls",
+    ),
+    "tests/accept/gap/test_gap_fleet.py": Heavy(
+        ["accept/gap", "accept/fleet"],
+        ["test_fleet_of_simulated_struts"],
+        "the search of one strut, in test_gap_cli.py",
+    ),
+    "tests/accept/commands/test_gap_cli.py": Heavy(
+        ["accept/gap", "checks/misalignment"],
+        ["test_misalignment_is_estimated_again_on_the_improved_model[strut]"],
+        "the improved model is taken by every command",
+    ),
+    "tests/accept/fleet/population/test_recorded_bench.py": Heavy(
+        ["accept/fleet/population", "checks/fitting"],
+        [
+            "test_latencies_are_those_of_converters_amplifier_and_filter",
+            "test_a_misaligned_strut_is_measured_within_U",
+        ],
+        "models learned from simulated batches, in test_learn.py",
+    ),
+    "tests/accept/tui/test_tui_snapshots.py": Heavy(
+        ["accept/tui"],
+        ["test_the_screens_of_an_apa[140x40]", "test_the_screens_of_a_strut[140x40]"],
+        "both at 80 by 24",
+    ),
+    "tests/accept/tui/test_tui_training.py": Heavy(
+        ["accept/tui", "accept/workflow", "accept/simulate"],
+        ["test_a_training_unit_is_measured_judged_signed_and_revealed[apa]"],
+        "a strut in training",
+    ),
+    "tests/accept/tui/test_terminal_run.py": Heavy(
+        ["accept/tui", "accept/workflow", "hw"],
+        ["test_an_apa_from_its_serial_to_a_certificate_that_verifies[peers-80x24]"],
+        "a strut in a real terminal; an APA by keys in test_tui.py",
+    ),
+    "tests/accept/tui/test_terminal_kill.py": Heavy(
+        ["accept/tui", "accept/store", "accept/workflow"],
+        ["test_a_run_that_is_killed_again_and_again_loses_nothing[0]"],
+        "killed among its keys, in test_tui_kill.py",
+    ),
+    "tests/accept/tui/test_web_chromium.py": Heavy(
+        ["accept/tui"],
+        ["test_a_unit_in_training_by_keys_in_a_browser"],
+        "the page and its sockets without a browser, in test_tui_web.py",
+    ),
+    "tests/accept/store/test_store_kill.py": Heavy(
+        ["accept/store"],
+        [
+            "test_killed_at_every_point[new store]",
+            "test_killed_again_and_again_at_random_points",
+            "test_killed_at_random_moments",
+        ],
+        "killed at every point of an existing store",
+    ),
+    "tests/accept/store/test_store_postgres.py": Heavy(
+        ["accept/store"],
+        [
+            "test_a_server_that_is_killed_under_two_benches[1]",
+            "test_a_connection_that_drops_at_any_message_of_a_read[check]",
+            "test_a_connection_that_drops_at_any_message_of_a_read[last_of_each]",
+            "test_a_connection_that_drops_at_any_message_of_a_read[judgements_with]",
+            "test_a_connection_that_drops_at_any_message_of_an_append[cut before the bench hears]",
+        ],
+        "one chain of several benches, an append that the server never hears, a read of events",
+    ),
+    "tests/accept/store/test_store_parts.py": Heavy(
+        ["accept/store"], ["test_a_filling_that_is_killed_is_done_again"], "the filling itself, page by page"
+    ),
+    "tests/accept/batch/test_batch_kill.py": Heavy(
+        ["accept/batch", "accept/certificate", "accept/store"],
+        ["test_killed_at_every_write"],
+        "killed at random moments",
+    ),
+    "tests/accept/base/cluster/test_batch_on_cluster.py": Heavy(
+        ["accept/base/cluster", "accept/batch"],
+        ["test_the_scheduler_is_restarted"],
+        "a worker that is killed, and one with other code",
+    ),
+    "tests/accept/base/cluster/test_other_work.py": Heavy(
+        ["accept/base/cluster"], ["test_the_blind_test", "test_work_goes_on_when_every_worker_died"], "other work"
+    ),
+    "tests/accept/units/test_mass_steps.py": Heavy(
+        ["accept/capture", "hw"],
+        ["test_no_fault_gives_a_wrong_stiffness", "test_a_record_without_steps_is_said_at_once"],
+        "a record followed at the bench up to its certificate, and what ends one",
+    ),
+    "tests/validation/test_generator.py": Heavy(
+        ["validation"], ["test_weak_effects_are_weak_and_spread"], "what can be detected grows with the effect"
+    ),
+    "tests/validation/test_challenge.py": Heavy(
+        ["validation", "checks/gap"],
+        ["test_blind_units_get_no_false_name_and_no_false_alarm", "test_blind_units_get_their_right_name"],
+        "the runner of the blind test",
+    ),
+    "tests/test_docs.py": Heavy(
+        ["docs/how-to/gap.md", "accept/gap"],
+        ["test_examples_run[gap.md]"],
+        "the examples of the README and other pages",
+    ),
+}
+
+
+def is_heavy(nodeid: str) -> bool:
+    """Return whether a test stands in the table."""
+    file, names = _names(nodeid)
+    return file in HEAVY and not names.isdisjoint(HEAVY[file].tests)
+
+
+def unknown(nodeids: Sequence[str]) -> list[str]:
+    """Return the entries of the table that are none of these tests, of the files that these tests are from."""
+    there: dict[str, set[str]] = {}
+    for file, names in map(_names, nodeids):
+        there.setdefault(file, set()).update(names)
+    return [f"{f}::{test}" for f in HEAVY.keys() & there.keys() for test in HEAVY[f].tests if test not in there[f]]
+
+
+def _names(nodeid: str) -> tuple[str, set[str]]:
+    """Return the file of a test, and its name without and with its parameters."""
+    file, _, rest = nodeid.partition("::")
+    name, bracket, parameters = rest.partition("[")
+    test = name.rpartition("::")[2]
+    return file, {test, f"{test}{bracket}{parameters}"}
+
+
+def runs(nodeid: str) -> bool:
+    """Return whether a heavy proof runs: in the heavy lane, or because what it proves has changed."""
+    file = nodeid.partition("::")[0]
+    return SOAK or any(_has_changed(place) for place in (file, *(HEAVY[file].proves if file in HEAVY else ())))
+
+
+def _has_changed(place: str) -> bool:
+    return any(path == place or path.startswith(f"{place}/") for path in _changed())
+
+
+@cache
+def _changed() -> tuple[str, ...]:
+    """Return the files that differ from the commit ACCEPT_SINCE; none without it."""
+    if SINCE is None:
+        return ()
+    order = ["git", "diff", "--name-only", SINCE, "--"]
+    return tuple(subprocess.run(order, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines())
