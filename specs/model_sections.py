@@ -255,12 +255,14 @@ class Amplifier(ModelSection):
 
 
 class Sensor(ModelSection):
-    """The circuit of the sensor stack; charge_highpass: of second order, that of a charge amplifier."""
+    """The circuit of the sensor stack; charge_highpass: of second order, that of a charge amplifier; pickup: volts for
+    each volt per microsecond of the amplifier's output."""
 
     highpass_Hz: Number = _number(0.0)
     charge_highpass_Hz: Number = _number(0.0)
     charge_highpass_damping_ratio: Number = _number(0.7)
     crosstalk_V_per_V: Number = _number(0.0)
+    pickup_us: Number = _number(0.0)
 
 
 class Tolerance(Strict):

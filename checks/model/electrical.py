@@ -6,12 +6,15 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 
+PICKUP_TO_HZ = 100e3  # a derivative without an end has no path in time; far above every band
+
 
 @dataclass(frozen=True)
 class Electrical:
     """gain: volts on the stacks per volt of Va; ga [N/V] force pair on the actuator stacks per volt on them;
     gs [V/m] sensor voltage per elongation of the sensor stack; amplifier_Hz: its bandwidth, infinite for none;
-    highpass_Hz: of the sensor stack and its resistor; crosstalk [V/V] of the amplifier's output into Vs; tau [s] delay;
+    highpass_Hz: of the sensor stack and its resistor; crosstalk [V/V] of the amplifier's output into Vs, pickup [s] of
+    its derivative by the cables' capacitance; tau [s] delay;
     second_order, charge_highpass: corner [Hz] and damping ratio of an amplifier and of a charge amplifier's high-pass
     of second order, off at an infinite corner and at one of zero.
     """
@@ -22,9 +25,16 @@ class Electrical:
     amplifier_Hz: float = np.inf
     highpass_Hz: float = 0.0
     crosstalk: float = 0.0
+    pickup: float = 0.0
     tau: float = 0.0
     second_order: tuple[float, float] = (np.inf, 0.7)
     charge_highpass: tuple[float, float] = (0.0, 0.7)
+
+    def coupling(self, f: Array) -> Complex:
+        """Return the part (F,) of the amplifier's output that comes into Vs beside the stack: a constant one, and by
+        capacitance its derivative, up to `PICKUP_TO_HZ`."""
+        s = 2j * np.pi * f
+        return np.asarray(self.crosstalk + self.pickup * s / (1.0 + 1j * f / PICKUP_TO_HZ))
 
     def drive(self, f: Array) -> Complex:
         """Return the factor (F,) of delay and amplifier on every output: exp(-s tau) / (1 + s / w), and w^2 / (s^2 + 2

@@ -62,7 +62,7 @@ def output_gains(
             seen = seen * learned.at(f, channel)
         if channel == "Vs":
             gain[:, i] = per_volt * (e.gs * seen) * e.sensor(f)
-            alone[:, i] = drive * (e.crosstalk * e.gain * seen)
+            alone[:, i] = drive * (e.coupling(f) * e.gain * seen)
         else:
             gain[:, i] = per_volt * seen if channel == "da" else per_volt * seen * _optics(f, v)
             if v["bench.mode_ratio"] != 0.0:

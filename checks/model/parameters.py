@@ -58,6 +58,7 @@ _RULES = {
     "tau_us": Rule(lo=-1e4, hi=1e5, step=0.01),
     "highpass_Hz": Rule(lo=0.0, step=1e-4),
     "crosstalk_V_per_V": Rule(step=1e-6),
+    "pickup_us": Rule(step=1e-3),
     "mode_ratio": Rule(step=1e-5),
     "support_mode_damping_ratio": Rule(lo=0.0, hi=1.0),
     **{f"support_mode_ratio_{c}": Rule(step=1e-5) for c in ("Vs", "de", "da")},

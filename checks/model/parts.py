@@ -86,6 +86,7 @@ def electrical_of(values: Values) -> Electrical:
         amplifier_Hz=values.get("amplifier.f_Hz", math.inf),
         highpass_Hz=values["sensor.highpass_Hz"],
         crosstalk=values["sensor.crosstalk_V_per_V"],
+        pickup=1e-6 * values.get("sensor.pickup_us", 0.0),
         tau=si(values, "delay.tau_us"),
         second_order=(
             values.get("amplifier.second_order_Hz", math.inf),

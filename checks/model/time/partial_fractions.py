@@ -13,6 +13,7 @@ from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.model.channel_paths import lowpass_poles
 from checks.model.dynamics.complex_modes import FAST, Modal
+from checks.model.electrical import PICKUP_TO_HZ
 from checks.model.model import PRIOR_ONLY, Model, Values
 from checks.model.parts import electrical_of
 from checks.model.unidentified import Pair, element_of
@@ -157,7 +158,11 @@ def _sensor(own: Fractions, values: Values) -> Fractions:
         own = own.times(real_pole(2.0 * np.pi * e.highpass_Hz, highpass=True))
     if e.charge_highpass[0]:
         own = own.times(oscillator(*e.charge_highpass, highpass=True))
-    return Fractions(own.poles, own.residues, own.direct + e.crosstalk * e.gain)
+    own = Fractions(own.poles, own.residues, own.direct + e.crosstalk * e.gain)
+    if e.pickup:
+        end = 2.0 * np.pi * PICKUP_TO_HZ
+        own = own.plus(real_pole(end, highpass=True).scaled(e.pickup * e.gain * end))
+    return own
 
 
 def _optics(own: Fractions, values: Values) -> Fractions:

@@ -37,6 +37,7 @@ HEAVY = (
     ("encoder_bracket_mode", {"f_Hz": 900.0, "damping_ratio": 0.02}),
     ("amplifier_second_order", {"f_Hz": 2500.0, "damping_ratio": 0.4}),
     ("charge_highpass", {"f_Hz": 20.0, "damping_ratio": 0.5}),
+    ("sensor_pickup", {"tau_us": 4.0}),
 )
 
 

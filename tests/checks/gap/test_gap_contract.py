@@ -24,6 +24,7 @@ ELSEWHERE = (
     *(f"channel_{what}_{channel}" for what in ("latency", "lowpass") for channel in ("Vs", "de", "da")),
     "amplifier_second_order",
     "charge_highpass",
+    "sensor_pickup",
     "support_mode",
 )
 needs_data = pytest.mark.skipif(not MATRICES.exists(), reason="the matrices are not beside the repository")

@@ -19,6 +19,7 @@ CHANNELS = ("Vs", "de", "da")
 CASES = {
     "second order": {"amplifier.second_order_Hz": 1800.0, "amplifier.second_order_damping_ratio": 0.4},
     "charge": {"sensor.charge_highpass_Hz": 15.0, "sensor.charge_highpass_damping_ratio": 0.5},
+    "pickup": {"sensor.pickup_us": 4.0},
     "lowpass": {"bench.lowpass_de_Hz": 900.0, "bench.lowpass_de_order": 5.0},
     "support": {
         "bench.support_mode_Hz": 400.0,
@@ -50,6 +51,16 @@ def test_a_latency_is_a_delay_of_its_channel_alone() -> None:
     np.testing.assert_allclose(late[:, model.channels.index("de")], np.exp(-2j * np.pi * F * 30e-6), rtol=1e-12)
     others = [i for i, c in enumerate(model.channels) if c != "de"]
     np.testing.assert_allclose(late[:, others], 1.0, rtol=1e-12)
+
+
+def test_a_pickup_adds_the_derivative_of_the_amplifiers_output_to_vs() -> None:
+    model = open_model("strut")
+    gain = model.values["constants.amplifier_gain"]
+    more = model.frf(F, {"sensor.pickup_us": 4.0}) - model.frf(F)
+    expected = gain * 4e-6 * 2j * np.pi * F
+    i = model.channels.index("Vs")
+    np.testing.assert_allclose(more[:, i], expected, rtol=0.03)  # its end at 100 kHz turns 2 kHz by 0.02
+    np.testing.assert_allclose(np.delete(more, i, axis=1), 0.0, atol=1e-15)
 
 
 def test_an_amplifier_of_second_order_acts_on_every_channel() -> None:
