@@ -137,10 +137,10 @@ def _doubt(found: Fit) -> str | None:
     return None if reason is None or not found.converged else str(reason)
 
 
-def _gaps(model: Model, data: Dataset, told: float = 0.0) -> dict[str, Gap]:
-    """Return G of a model. told: how many of its parameters these data determined, 0 if they were not fitted."""
+def _gaps(model: Model, data: Dataset, fitted: float = 0.0) -> dict[str, Gap]:
+    """Return G of a model. fitted: how many of its parameters these data determined, 0 if they were not fitted."""
     H = model.frf(data.f, channels=data.channels)
-    return gaps([data.around(H)], [data.H - H], told)
+    return gaps([data.around(H)], [data.H - H], fitted)
 
 
 def _constants(model: Model, data: Dataset) -> dict[str, Any]:

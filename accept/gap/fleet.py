@@ -43,7 +43,7 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         )
         out.append(f"  of the bench: {words_of(row['effect'])} {values} (in {', '.join(row['serials'])})")
         if row["undecided"]:
-            out.append(f"    not told for {', '.join(row['undecided'])}, which other things keep unexplained")
+            out.append(f"    undecided for {', '.join(row['undecided'])}: other effects remain unexplained there")
     for row in found["single"]:
         differ = ", values differ" if row["without"] == [] and len(row["serials"]) > 1 else ""
         out.append(f"  of single struts: {words_of(row['effect'])} (in {', '.join(row['serials'])}{differ})")

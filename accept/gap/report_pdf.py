@@ -33,7 +33,7 @@ from accept.pictures.interactive import PageTable
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
 from accept.pictures.pdf.figure_row import FigureRow, FigureStack
-from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted, register
+from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 from accept.pictures.pdf.page_style import words
 from accept.pictures.reduce import reduce_panel
 from checks.gap.decision.bode_panels import bode_panels
@@ -91,7 +91,7 @@ def _head(canvas: Canvas, serial: str, result: Result) -> None:
     canvas.setFont(BOLD, 8)
     canvas.drawString(page_style.MARGIN, top - 8, "GAP ANALYSIS")
     canvas.setFillColor(page_style.INK_COLOUR)
-    canvas.setFont(BOLD, fitted(serial, BOLD, 24, 80 * mm))
+    canvas.setFont(BOLD, fitting_size(serial, BOLD, 24, 80 * mm))
     canvas.drawString(page_style.MARGIN, top - 34, serial)
     canvas.setFont(REGULAR, 7)
     canvas.drawString(page_style.MARGIN, top - 46, f"model {result.model}, damping {result.damping}")
@@ -102,7 +102,7 @@ def _head(canvas: Canvas, serial: str, result: Result) -> None:
     canvas.roundRect(left, top - height, width, height, 2 * mm, stroke=int(sign.fill == page_style.WHITE), fill=1)
     canvas.setFillColor(sign.ink)
     line = headline_of(result.verdict, [n.effect for n in result.named])
-    canvas.setFont(BOLD, fitted(line, BOLD, 15, width - 8 * mm))
+    canvas.setFont(BOLD, fitting_size(line, BOLD, 15, width - 8 * mm))
     canvas.drawCentredString(left + width / 2, top - height / 2 - 5, line)
     canvas.setFillColor(page_style.GREY_COLOUR)
     canvas.setFont(REGULAR, 6)

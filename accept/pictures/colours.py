@@ -1,4 +1,4 @@
-"""The few colours of the house (Okabe and Ito, 2008: safe for colour-blind eyes), also told apart in grey."""
+"""The few colours of the house (Okabe and Ito, 2008: safe for colour-blind eyes), also distinct in grey."""
 
 NAVY, BLUE, SKY = "#14213d", "#0072b2", "#56b4e9"
 VERMILION, GREEN, ORANGE = "#d55e00", "#009e73", "#e69f00"

@@ -55,7 +55,7 @@ def page(panels: Mapping[str, Panel], title: str, words: Sequence[str] = (), tab
         raise PictureError("there is nothing to draw: no panels")
     from plotly.offline import get_plotlyjs  # large: only when a page is wanted
 
-    figures = [_figure(group) for group in grouped(panels)]
+    figures = [_figure(group) for group in group_panels(panels)]
     places = "".join(f'<div id="plot-{n}" class="plotly-graph-div"></div>' for n in range(len(figures)))
     content = ",".join(f'"plot-{n}":{_safe(figure.to_json())}' for n, figure in enumerate(figures))
     scripts = [get_plotlyjs(), f"const FIGURES={{{content}}};{_DRAW}"]
@@ -72,7 +72,7 @@ def page(panels: Mapping[str, Panel], title: str, words: Sequence[str] = (), tab
     return f"{head}<body>{body}{run}</body></html>\n".encode()
 
 
-def grouped(panels: Mapping[str, Panel]) -> list[list[Panel]]:
+def group_panels(panels: Mapping[str, Panel]) -> list[list[Panel]]:
     """Return panels that share an axis: phase and what is left of a channel below its magnitude, by their names `de
     magnitude`, `de phase`, `de deviation`."""
     below = {
@@ -159,7 +159,12 @@ def _draw(figure: Any, item: object, nth: int, row: int) -> None:
             figure.add_scatter(x=_short(item.x), y=_short(item.y), showlegend=bool(named), **look, **named, **at)
         case Band():
             x, y = _outline(item)
-            look = {"mode": "none", "fill": "toself", "fillcolor": _tint(colour(item.role, nth)), "hoverinfo": "skip"}
+            look = {
+                "mode": "none",
+                "fill": "toself",
+                "fillcolor": _transparent(colour(item.role, nth)),
+                "hoverinfo": "skip",
+            }
             figure.add_scatter(x=_short(x), y=_short(y), showlegend=bool(named), **look, **named, **at)
         case Mark():
             add = figure.add_vline if item.axis == "x" else figure.add_hline
@@ -195,6 +200,6 @@ def _outline(band: Band) -> tuple[Array, Array]:
     return np.concatenate(x), np.concatenate(y)
 
 
-def _tint(ink: str) -> str:
+def _transparent(ink: str) -> str:
     r, g, b = (int(ink[k : k + 2], 16) for k in (1, 3, 5))
     return f"rgba({r},{g},{b},0.25)"

@@ -21,21 +21,25 @@ def reduce_panel(panel: Panel) -> Panel:
 
 def _item(item: Item) -> Item:
     if isinstance(item, Line):
-        keep = _kept(item.y, item.y)
-        return replace(item, x=_rounded(item.x[keep]), y=_rounded(item.y[keep]))
+        keep = _keep_extremes(item.y, item.y)
+        return replace(item, x=_round_values(item.x[keep]), y=_round_values(item.y[keep]))
     if isinstance(item, Band):
-        keep = _kept(item.lo, item.hi)
-        return replace(item, x=_rounded(item.x[keep]), lo=_rounded(item.lo[keep]), hi=_rounded(item.hi[keep]))
+        keep = _keep_extremes(item.lo, item.hi)
+        return replace(
+            item, x=_round_values(item.x[keep]), lo=_round_values(item.lo[keep]), hi=_round_values(item.hi[keep])
+        )
     if isinstance(item, Heights):
-        return replace(item, x=_rounded(item.x), y=_rounded(item.y), z=_rounded(item.z))
+        return replace(item, x=_round_values(item.x), y=_round_values(item.y), z=_round_values(item.z))
     if isinstance(item, Image):
         z = np.asarray(item.z)
         rows, columns = (slice(None, None, -(-n // _PIXELS)) for n in z.shape)
-        return replace(item, x=_rounded(item.x[columns]), y=_rounded(item.y[rows]), z=_rounded(z[rows, columns]))
+        return replace(
+            item, x=_round_values(item.x[columns]), y=_round_values(item.y[rows]), z=_round_values(z[rows, columns])
+        )
     return item
 
 
-def _kept(low: Array, high: Array) -> NDArray[np.int64]:
+def _keep_extremes(low: Array, high: Array) -> NDArray[np.int64]:
     """Return indices to keep: of each run of samples its ends, its lowest and its highest, so that no peak is lost."""
     n = len(low)
     if n <= POINTS:
@@ -48,6 +52,6 @@ def _kept(low: Array, high: Array) -> NDArray[np.int64]:
     return np.array(sorted(chosen), dtype=np.int64)
 
 
-def _rounded(values: Array) -> Array:
+def _round_values(values: Array) -> Array:
     flat = [float(f"{v:.{_DIGITS}g}") for v in np.asarray(values, float).ravel().tolist()]
     return np.array(flat, dtype=float).reshape(np.shape(values))

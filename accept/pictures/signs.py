@@ -1,4 +1,4 @@
-"""How a verdict looks, once for every medium: told apart by word, by mark and by colour, so also without colour."""
+"""How a verdict looks, once for every medium: distinguished by word, by mark and by colour, so also without colour."""
 
 from dataclasses import dataclass
 from enum import Enum

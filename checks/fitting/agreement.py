@@ -79,7 +79,7 @@ def all_priors(found: Fit) -> Iterator[Reason]:
         yield because(Cause.PRIORS_EXCEEDED, chi2=chi2, told=found.effective_parameters)
 
 
-def _worst(sets: Sequence[Dataset], residuals: Sequence[Complex], told: float) -> Contradiction | None:
+def _worst(sets: Sequence[Dataset], residuals: Sequence[Complex], fitted: float) -> Contradiction | None:
     bands = [(lo, hi) for lo, hi in pairwise(BANDS_HZ) if any(((s.f >= lo) & (s.f < hi)).any() for s in sets)]
     looked = sum(len(s.channels) for s in sets[:1]) * len(bands)
     worst = None
@@ -87,7 +87,7 @@ def _worst(sets: Sequence[Dataset], residuals: Sequence[Complex], told: float) -
         inside = [(s.f >= lo) & (s.f < hi) for s in sets]
         parts = [s.at(i) for s, i in zip(sets, inside, strict=True)]
         left = [r[i] for r, i in zip(residuals, inside, strict=True)]
-        for channel, gap in gaps(parts, left, told / len(bands)).items():
+        for channel, gap in gaps(parts, left, fitted / len(bands)).items():
             if not gap.p > (FALSE_ALARM / looked if worst is None else worst.p):
                 worst = Contradiction(channel, lo, hi, gap.G, gap.p)
     return worst

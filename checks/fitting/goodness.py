@@ -9,6 +9,10 @@ from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.fitting.dataset import Dataset
 
+BLOCKS_PER_OCTAVE = 4
+MEDIAN = float(np.log(2.0))  # of |e|^2 over its mean, for noise
+LEAST = 0.02  # relative: less is a matter of the values, and the next fit has to mend it
+
 
 @dataclass(frozen=True)
 class Gap:
@@ -59,3 +63,19 @@ def _gap(parts: Array, lost: float) -> Gap:
     G = float(total / expected)
     dof = float(2.0 * expected * expected / spread)  # of the scaled chi-square with this mean and variance
     return Gap(G, dof, float(stats.chi2.sf(G * dof, dof)))
+
+
+def misfit(data: Dataset, H: Complex) -> Array:
+    """Return the relative misfit (F, C) of a modelled response H (F, C) in each band, beyond noise; values below
+    `LEAST` are set to zero.
+
+    Tolerated in the next fit, it keeps what a model lacks in some band of a channel from biasing the values that the
+    other bands determine."""
+    energy, noise = np.abs(data.H / H - 1.0) ** 2, data.noise / np.abs(H) ** 2
+    block = np.floor(np.log2(data.f / data.f[0]) * BLOCKS_PER_OCTAVE).astype(int)
+    out = np.zeros(energy.shape)
+    for k in np.unique(block):
+        inside = block == k
+        left = np.median(energy[inside], axis=0) / MEDIAN - np.median(noise[inside], axis=0)
+        out[inside] = np.sqrt(np.clip(left, 0.0, None))
+    return np.where(out > LEAST, out, 0.0)

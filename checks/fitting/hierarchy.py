@@ -172,9 +172,9 @@ class _Likelihoods:
         self.alone = _inverses(inner)  # (n, p, p) covariance of each unit, were the mean known
         self.own = np.einsum("ijk,ik->ij", self.alone, h)
         self.follows = self.alone * tight[:, None, :]  # (n, p, p) how a unit goes with the mean
-        told = -np.einsum("ij,ijk->jk", tight, self.follows)
-        told[diagonal, diagonal] += tight.sum(axis=0) + 1.0 / bias**2
-        self.mean_cov = _inverses(told[None])[0]
+        curvature = -np.einsum("ij,ijk->jk", tight, self.follows)
+        curvature[diagonal, diagonal] += tight.sum(axis=0) + 1.0 / bias**2
+        self.mean_cov = _inverses(curvature[None])[0]
         self.mean = self.mean_cov @ np.sum(tight * self.own, axis=0)
 
     def square(self) -> Array:

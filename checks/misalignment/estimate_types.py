@@ -53,6 +53,8 @@ class MisalignmentEstimate:
     def __repr__(self) -> str:
         if self.reason is not None:
             return f"MisalignmentEstimate(no result: {self.reason})"
-        told = {axis: self.answer(axis) for axis in ("dx", "dy")}
-        shown = ", ".join(f"{n} unknown" if a is None else f"{n} = {with_U(a.value, a.U)} um" for n, a in told.items())
+        answers = {axis: self.answer(axis) for axis in ("dx", "dy")}
+        shown = ", ".join(
+            f"{n} unknown" if a is None else f"{n} = {with_U(a.value, a.U)} um" for n, a in answers.items()
+        )
         return f"MisalignmentEstimate({shown}; k = 2)"

@@ -139,7 +139,7 @@ class MisalignmentTable:
         return np.concatenate([upper.ravel(), -2.0 * p.real, -2.0 * p.imag, [rest]])
 
     @cached_property
-    def _shapes_of_ratio(self) -> Complex:
+    def _ratio_shapes(self) -> Complex:
         return self._basis * self._size
 
     def _shapes(self, f: Array) -> Complex:
@@ -147,7 +147,7 @@ class MisalignmentTable:
         place = np.log(f / self.f[0]) / STEP
         i = np.clip(place.astype(int), 0, self.f.size - 2)
         part = place - i
-        shapes = self._shapes_of_ratio
+        shapes = self._ratio_shapes
         between: Complex = shapes[:, i] * (1.0 - part) + shapes[:, i + 1] * part
         return between
 

@@ -31,7 +31,7 @@ DAMPED_HZ = 10e3
 
 
 @dataclass(frozen=True, eq=False)
-class Fixed:
+class FixedBody:
     """An APA whose matrices depend on no parameter; a class, not a closure, so that a model can be sent to other
     processes."""
 
@@ -51,8 +51,8 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
     in_range(values)
     apa, matrices = _apa(spec, superelement, reduced)
     sha256 = hashlib.sha256(spec.sha256.encode() + matrices).hexdigest()
-    apa, more, sds = _as_built(spec, apa)
-    joint = _of_its_batch(spec)
+    apa, more, sds = _with_mode_factors(spec, apa)
+    joint = _batch_prior(spec)
     values = {**values, **more, **({} if joint is None else joint.values)}
     known(() if joint is None else joint.names, {**spec.sds, **sds})
     in_range(values)
@@ -71,7 +71,7 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
     )
 
 
-def _of_its_batch(spec: ModelSpec) -> JointPrior | None:
+def _batch_prior(spec: ModelSpec) -> JointPrior | None:
     """Return what a unit's batch tells about the unit, if the file names one."""
     batch = spec.population
     if batch is None:
@@ -96,14 +96,14 @@ def _learned_bench(spec: ModelSpec) -> LearnedBench | None:
     return LearnedBench(np.array(record.f_Hz), tuple(record.channels), factor, sd, tolerance)
 
 
-def _as_built(
+def _with_mode_factors(
     spec: ModelSpec, apa: Callable[[Values], ApaBody]
 ) -> tuple[Callable[[Values], ApaBody], dict[str, float], dict[str, float]]:
     """Return the APA with factors on its free modes, if the file states that these differ from unit to unit: body,
     values and prior standard deviations of the factors. A stiffness goes with the square of a frequency; every one
     counts, because the modes make up the compliance, but how a mode far above the band is damped changes nothing
     within."""
-    if not isinstance(spec.apa, ApaOfModes) or spec.apa.mode_scatter is None or not isinstance(apa, Fixed):
+    if not isinstance(spec.apa, ApaOfModes) or spec.apa.mode_scatter is None or not isinstance(apa, FixedBody):
         return apa, {}, {}
     modal, scatter = modal_apa(apa.body), spec.apa.mode_scatter
     stiffness, damping = mode_names(modal.modes)
@@ -136,7 +136,7 @@ def _values(spec: ModelSpec) -> dict[str, float]:
 
 def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callable[[Values], ApaBody], bytes]:
     if isinstance(spec.apa, ApaFrame):
-        s = _frame(_replaced(FrameGeometry(), spec.apa.geometry, "apa.geometry"))
+        s = _frame(_replace_fields(FrameGeometry(), spec.apa.geometry, "apa.geometry"))
     elif not isinstance(spec.apa, ApaSuperelement):
         return _two_dof, b""
     if s is None:
@@ -144,7 +144,7 @@ def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callab
     body = superelement_body(check_superelement(s))
     keep_Hz = KEEP_HZ if spec.apa.mode_scatter is None else KEEP_ALL_HZ
     body = reduce_apa(body, keep_Hz) if reduced else body
-    return Fixed(body), s.K.tobytes() + s.M.tobytes()
+    return FixedBody(body), s.K.tobytes() + s.M.tobytes()
 
 
 def _frame(geometry: FrameGeometry) -> Superelement:
@@ -154,7 +154,7 @@ def _frame(geometry: FrameGeometry) -> Superelement:
     return Superelement(K, M, points, name="frame APA")
 
 
-def _replaced(part: Any, changes: Mapping[str, Any], path: str) -> Any:
+def _replace_fields(part: Any, changes: Mapping[str, Any], path: str) -> Any:
     """Return a frozen part with entries of the same names replaced, parts within parts too. Raises ModelError."""
     entries = {f.name for f in fields(part)}
     for key in changes:
@@ -165,7 +165,7 @@ def _replaced(part: Any, changes: Mapping[str, Any], path: str) -> Any:
 
 def _entry(old: Any, new: Any, path: str) -> Any:
     if is_dataclass(old) and isinstance(new, Mapping):
-        return _replaced(old, new, path)
+        return _replace_fields(old, new, path)
     if isinstance(old, tuple) and isinstance(new, list) and len(new) == len(old) and all(map(_is_number, new)):
         return tuple(float(v) for v in new)
     if isinstance(old, float) and _is_number(new):

@@ -64,19 +64,15 @@ def output_gains(
             gain[:, i] = per_volt * (e.gs * seen) * e.sensor(f)
             alone[:, i] = drive * (e.coupling(f) * e.gain * seen)
         else:
-            gain[:, i] = per_volt * seen if channel == "da" else per_volt * seen * _optics(f, v)
+            gain[:, i] = per_volt * seen if channel == "da" else per_volt * seen * _encoder_factor(f, v)
             if v["bench.mode_ratio"] != 0.0:
-                with_rest[:, i] = gain[:, i] * _bench_mode(f, v)
+                mode = suspension(f, 1.0, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"])
+                with_rest[:, i] = gain[:, i] * mode
         if v[ratio := f"bench.support_mode_ratio_{channel}"] != 0.0:
             mode = suspension(f, 1.0, v[ratio], v["bench.support_mode_Hz"], v["bench.support_mode_damping_ratio"])
             with_own_rest[:, i] = gain[:, i] * mode
     picked = tuple(_index(have, c) for c in wanted)
     return OutputGains(gain, with_rest, with_own_rest, alone, picked, _index(have, "da"))
-
-
-def _bench_mode(f: Array, v: Values) -> Complex:
-    """Return the contribution (F,) of the bench's own mode to both displacements, per motion at rest."""
-    return suspension(f, 1.0, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"])
 
 
 def _index(have: Channels, channel: str) -> int:
@@ -85,7 +81,7 @@ def _index(have: Channels, channel: str) -> int:
     return have.index(channel)
 
 
-def _optics(f: Array, v: Values) -> Complex:
+def _encoder_factor(f: Array, v: Values) -> Complex:
     """Return the factor (F,) on de of the encoder's scale and of its head's bracket."""
     if "encoder.scale" not in v:
         return np.ones(f.shape, dtype=complex)

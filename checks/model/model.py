@@ -57,7 +57,7 @@ Values = Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Calibrated:
+class CalibratedParameters:
     """The uncertain parameters: names (p,), prior values (p,) and standard deviations (p,) in the names' units."""
 
     names: tuple[str, ...]
@@ -108,9 +108,11 @@ class Model:
         return any(is_mode_factor(n) for n in self.sds)
 
     @property
-    def calibrated(self) -> Calibrated:
+    def calibrated(self) -> CalibratedParameters:
         names = tuple(self.sds)
-        return Calibrated(names, np.array([self.values[n] for n in names]), np.array([self.sds[n] for n in names]))
+        return CalibratedParameters(
+            names, np.array([self.values[n] for n in names]), np.array([self.sds[n] for n in names])
+        )
 
     def with_values(self, changes: Values) -> "Model":
         """Return the same model at other values. Raises ModelError for an unknown name or an impossible value."""
@@ -146,7 +148,7 @@ class Model:
         f = frequencies(f)
         system = self.system(changes)
         wanted = system.channels if channels is None else tuple(channels)
-        seen = self._seen(f, self._at(changes), system.channels, wanted)
+        seen = self._measure(f, self._at(changes), system.channels, wanted)
         return seen(direct_frf(system, f), modal(system).static())
 
     def jacobian(
@@ -157,23 +159,23 @@ class Model:
         memory the channels come before the frequencies."""
         f, v, names = frequencies(f), self._at(changes), tuple(names)
         known(names, v)
-        form = _answering(self, f, *self._solved(v))
+        form = _solver(self, f, *self._solved(v))
         wanted = form.channels if channels is None else tuple(channels)
         inside = [i for i, n in enumerate(names) if self._smooth(n)]
-        moved = self._moved(f, [names[i] for i in inside], changes)
-        converted = self._seen(f, v, form.channels, wanted).in_proportion(moved[:, 1:], moved[:, 0].real)
-        if len(inside) == len(names) and not any(_seen_otherwise(n, v) for n in names):
+        moved = self._motion_derivatives(f, [names[i] for i in inside], changes)
+        converted = self._measure(f, v, form.channels, wanted).in_proportion(moved[:, 1:], moved[:, 0].real)
+        if len(inside) == len(names) and not any(_changes_measurement(n, v) for n in names):
             return converted
         found = np.zeros((len(names), len(wanted), f.size), dtype=complex).swapaxes(1, 2)
         found[inside] = converted
         smooth = {names[i] for i in inside}
         H, static = form.frf(f), form.static()
         for i, name in enumerate(names):
-            if name in smooth and not _seen_otherwise(name, v):
+            if name in smooth and not _changes_measurement(name, v):
                 continue
             known_motion = name in smooth or not is_mechanical(name)
             above, below = (
-                self._seen(f, end, form.channels, wanted)(H, static) if known_motion else self._frf(f, end, wanted)
+                self._measure(f, end, form.channels, wanted)(H, static) if known_motion else self._frf(f, end, wanted)
                 for end in _ends(v, name)
             )
             found[i] += (above - below) / (2.0 * derivative_step(name, v[name]))
@@ -185,7 +187,7 @@ class Model:
         ModelError."""
         names = tuple(names)
         smooth = [n for n in names if self._smooth(n)]
-        system, changed, modes, order = self._changed(smooth, changes)
+        system, changed, modes, order = self._matrix_changes(smooth, changes)
         w2, slopes = square_slopes(system, changed, modes)
         found = dict(zip(order, slopes, strict=True))
         return w2, np.array([found.get(n, np.zeros_like(w2)) for n in names]).reshape(len(names), w2.size)
@@ -206,11 +208,11 @@ class Model:
 
     def _frf(self, f: Array, v: Values, channels: Iterable[str] | None) -> Complex:
         """Return the response at values that are not checked: a derivative may look just past a bound."""
-        form = _answering(self, f, *self._solved(v))
+        form = _solver(self, f, *self._solved(v))
         wanted = form.channels if channels is None else tuple(channels)
-        return self._seen(f, v, form.channels, wanted)(form.frf(f), form.static())
+        return self._measure(f, v, form.channels, wanted)(form.frf(f), form.static())
 
-    def _seen(self, f: Array, v: Values, have: tuple[str, ...], wanted: tuple[str, ...]) -> OutputGains:
+    def _measure(self, f: Array, v: Values, have: tuple[str, ...], wanted: tuple[str, ...]) -> OutputGains:
         """Return the channels measured from a motion of the channels `have`, through a learned bench if the model has
         one."""
         return output_gains(f, v, have, wanted, self.learned)
@@ -231,29 +233,31 @@ class Model:
     def _smooth(self, name: str) -> bool:
         """Return whether a parameter changes the matrices in coordinates that stay what they are: rigid directions are
         taken out of them, and if those turn, so do the coordinates."""
-        return is_mechanical(name) and not (self._tied and last(name) in TURNS_TIES)
+        return is_mechanical(name) and not (self._has_ties and last(name) in TURNS_TIES)
 
     @cached_property
-    def _tied(self) -> bool:
+    def _has_ties(self) -> bool:
         joints = joints_of(self.values)
         return self.held or joints is None or any(bool(np.isinf(j.k).any()) for j in joints)
 
-    def _moved(self, f: Array, names: Sequence[str], changes: Values) -> Complex:
+    def _motion_derivatives(self, f: Array, names: Sequence[str], changes: Values) -> Complex:
         """Return the changes (P, 1 + F, c) of the motion per newton, first at rest, then at f."""
-        system, changed, modes, order = self._changed(names, changes)
+        system, changed, modes, order = self._matrix_changes(names, changes)
         s = 2j * np.pi * np.concatenate([[0.0], f])
         place = {n: i for i, n in enumerate(order)}
         kept = [place[n] for n in names]
         return (modal_derivatives if self.damping == "modal" else derivatives)(system, changed, s, modes, kept)
 
-    def _changed(self, names: Sequence[str], changes: Values) -> tuple[System, list[Change], Modes, tuple[str, ...]]:
+    def _matrix_changes(
+        self, names: Sequence[str], changes: Values
+    ) -> tuple[System, list[Change], Modes, tuple[str, ...]]:
         """Return the system, its changes by some parameters, those by factors on the APA's modes apart, and the names
         that these belong to."""
         system = self.system(changes)
         factors = any(is_mode_factor(n) for n in names)
         others = [n for n in names if not is_mode_factor(n)]
         mattering = matters(changes)
-        changed = [_change(self, n, depends_on(n, mattering, self._tied)) for n in others]
+        changed = [_change(self, n, depends_on(n, mattering, self._has_ties)) for n in others]
         modes, of_modes = self._modes(system, changes) if factors else (NO_MODES, ())
         return system, changed, modes, (*others, *of_modes)
 
@@ -270,11 +274,11 @@ class Model:
 def _solved(model: Model, mechanical: tuple[float, ...]) -> tuple[System, Callable[[], Modal]]:
     """Return the matrices at these mechanical values and a function that solves their modes. Cached, because a search
     asks for the same ones again and again."""
-    system = _assembled(model, dict(zip(model.mechanical, mechanical, strict=True)))
+    system = _assemble_at(model, dict(zip(model.mechanical, mechanical, strict=True)))
     return system, lru_cache(maxsize=1)(lambda: real_modal(system) if model.damping == "modal" else modal(system))
 
 
-def _answering(model: Model, f: Array, system: System, solved: Callable[[], Modal]) -> Modal | Receptances:
+def _solver(model: Model, f: Array, system: System, solved: Callable[[], Modal]) -> Modal | Receptances:
     """Return the solver of the responses at f (F,) [Hz]: the parts if damping is of any form and they are known, else
     the modes."""
     return (receptances(system, 2.0 * np.pi * f) if model.damping == "full" else None) or solved()
@@ -287,17 +291,17 @@ def _change(model: Model, name: str, others: tuple[tuple[str, float], ...]) -> C
     above, below = _ends(values, name)
     h = derivative_step(name, values[name])
     if is_of_body(name):
-        return change_of_system(_assembled(model, above), _assembled(model, below), h)
+        return change_of_system(_assemble_at(model, above), _assemble_at(model, below), h)
     apa = model.apa(values)
-    return change_of_fastened(_fastened(model, apa, above), _fastened(model, apa, below), h, model.size)
+    return change_of_fastened(_fasten_at(model, apa, above), _fasten_at(model, apa, below), h, model.size)
 
 
-def _assembled(model: Model, v: Values) -> System:
+def _assemble_at(model: Model, v: Values) -> System:
     apa = model.apa(v)
-    return assemble(apa, v.get("apa.damping_ratio", 0.0), _fastened(model, apa, v))
+    return assemble(apa, v.get("apa.damping_ratio", 0.0), _fasten_at(model, apa, v))
 
 
-def _fastened(model: Model, apa: ApaBody, v: Values) -> Fastened:
+def _fasten_at(model: Model, apa: ApaBody, v: Values) -> Fastened:
     stiffening = v["apa.sensor_stiffening"] * apa.k_sensor, v["apa.actuator_stiffening"] * apa.k_actuator
     return fasten(joints_of(v), encoder_of(v), bench_of(v, model.held), offset_of(v), stiffening)
 
@@ -309,7 +313,7 @@ def _ends(values: Values, name: str) -> tuple[dict[str, float], dict[str, float]
     return above, below
 
 
-def _seen_otherwise(name: str, values: Values) -> bool:
+def _changes_measurement(name: str, values: Values) -> bool:
     """Return whether a parameter of the mechanics also changes the measurement of its motion (the sensor of a 2-DoF APA
     reads the force in one of its springs)."""
     return name == FORCE_SENSOR and "constants.gs_V_per_N" in values

@@ -45,7 +45,7 @@ Errors = tuple[PeriodicError, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class _Left:
+class _Residual:
     """Part of a reading that the drive does not explain. x (n,) reading [m]; drive: the part that it explains; E (B,
     BINS) the residual of the reading."""
 
@@ -54,7 +54,7 @@ class _Left:
     E: Complex
 
     @classmethod
-    def of(cls, record: Record, channel: str, drive: str) -> "_Left | None":
+    def of(cls, record: Record, channel: str, drive: str) -> "_Residual | None":
         """Return the part of a channel that the drive does not explain; None if the record has no such channel, is too
         short, or moves as no strut does."""
         if channel not in record.channels or drive not in record.channels:
@@ -78,7 +78,7 @@ class _Left:
         size = np.abs(scipy.fft.rfft(over, n))
         top = int(np.argmax(np.where(band, size, 0.0)))
         stands_out = size[top] > STANDS_OUT * float(np.median(size[band]))
-        return float(1.0 / (k[top] + _between(size, top) * k[1])) if stands_out else None
+        return float(1.0 / (k[top] + _parabola_offset(size, top) * k[1])) if stands_out else None
 
     def fitted(self, errors: Errors) -> Errors:
         """Return the errors with the periods, cosines and sines that explain most."""
@@ -93,10 +93,10 @@ class _Left:
             found = np.linalg.lstsq((np.conj(R) @ R.T).real, (np.conj(R) @ y).real, rcond=None)[0] / unit
             sizes, away = found[: 2 * len(errors)].reshape(-1, 2), found[2 * len(errors) :]
             errors = tuple(PeriodicError(e.period_m, *size) for e, size in zip(errors, sizes.tolist(), strict=True))
-            errors = self._moved(errors, away) if turn else errors
+            errors = self._with_moved_periods(errors, away) if turn else errors
         return errors
 
-    def _moved(self, errors: Errors, away: Array) -> Errors:
+    def _with_moved_periods(self, errors: Errors, away: Array) -> Errors:
         """Return the errors with each inverse period raised by the given amount (L,) [1/m], at most by the resolution
         of the motion."""
         most = 0.5 / np.ptp(self.x)
@@ -112,7 +112,7 @@ class _Left:
         return self.E - self.drive.off(blocks(_error(self.x, errors))) if errors else self.E
 
 
-def _between(size: Array, k: int) -> float:
+def _parabola_offset(size: Array, k: int) -> float:
     """Return the distance of the top of a parabola through a peak and its neighbours from the peak, in steps."""
     if not 0 < k < size.size - 1:
         return 0.0
@@ -123,7 +123,7 @@ def _between(size: Array, k: int) -> float:
 def interpolation_errors(record: Record, channel: str = "de", drive: str = "Va") -> Errors:
     """Return the periodic errors of an encoder, the largest first; empty if nothing repeats over position, or if the
     record is too short to determine them."""
-    left = _Left.of(record, channel, drive)
+    left = _Residual.of(record, channel, drive)
     found: Errors = ()
     while left is not None and len(found) < LINES:
         period = left.period(found)
@@ -136,7 +136,7 @@ def interpolation_errors(record: Record, channel: str = "de", drive: str = "Va")
 def errors_of_other_record(errors: Errors, record: Record, channel: str = "de", drive: str = "Va") -> Errors:
     """Return the errors of the same encoder in another record: unchanged, unless errors fitted there explain far more
     (the counter was set to zero in between). A motion of few periods cannot show this."""
-    left = _Left.of(record, channel, drive) if errors else None
+    left = _Residual.of(record, channel, drive) if errors else None
     if left is None or np.ptp(left.x) < WHOLE * max(e.period_m for e in errors):
         return errors
     own = left.fitted(errors)

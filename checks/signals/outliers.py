@@ -73,12 +73,12 @@ def _probabilities(x: Array, u: Array, median: float, only_high: bool) -> Array:
     sets = min(most, 2)  # several sets are tried, all of nearly the same values: by simulation, as if there were two
     for k in range(most, 0, -1):
         odd, rest = order[:k], order[k:]
-        one = _against(float(x[odd[-1]]), float(u[odd[-1]]), x[rest], only_high)
+        one = _chance_against(float(x[odd[-1]]), float(u[odd[-1]]), x[rest], only_high)
         p[odd] = np.minimum(p[odd], min(1.0, sets * one * (rest.size + 1)))
     return p
 
 
-def _against(value: float, u: float, rest: Array, only_high: bool) -> float:
+def _chance_against(value: float, u: float, rest: Array, only_high: bool) -> float:
     """Return the probability p of a new value against a sample (Student's t, both sides unless only_high)."""
     spread = math.hypot(float(np.std(rest, ddof=1)) * math.sqrt(1 + 1 / rest.size), u)
     apart = value - float(np.mean(rest))

@@ -40,7 +40,7 @@ class ChannelDelay:
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedSignal:
     """Expected looks of a channel: largest departure from its median within lo..hi, finest step (None if unknown), in
     its unit."""
 
@@ -67,7 +67,7 @@ def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> Channe
     f, H = part.f[good], part.H[good, 0]
     sigma = np.hypot(np.sqrt(part.var[good, 0] / 2) / np.abs(H), STRUCTURE_RAD)
     turns = f / fs
-    tau = _coarse(turns, H, sigma)
+    tau = _coarse_delay(turns, H, sigma)
     tau, sd = _refine(turns, H, sigma, tau)
     polarity = _sign(H * np.exp(2j * np.pi * turns * tau), sigma)
     return ChannelDelay(
@@ -82,7 +82,8 @@ def _significant(frf: Frf) -> np.ndarray:
     return finite & (np.abs(frf.H) ** 2 > limit * np.where(finite, frf.var, 0.0))
 
 
-def _coarse(turns: Array, H: np.ndarray, sigma: Array) -> float:
+def _coarse_delay(turns: Array, H: np.ndarray, sigma: Array) -> float:
+    """Return the delay [samples] on a grid at which the phases agree best, whatever their sign."""
     grid = np.arange(-MAX_SAMPLES, MAX_SAMPLES, min(0.5, 0.05 / float(turns.max())))
     squared = (H / np.abs(H)) ** 2 / sigma**2
     sums = np.exp(4j * np.pi * np.outer(grid, turns)) @ squared
@@ -157,11 +158,11 @@ def finest_step(x: Array) -> float | None:
     return step if off.max() < 0.02 and float(np.median(steps)) < 100 * step else None
 
 
-def mismatches(columns: Mapping[str, Array], expected: Mapping[str, Expected]) -> tuple[Reason, ...]:
+def mismatches(columns: Mapping[str, Array], expected: Mapping[str, ExpectedSignal]) -> tuple[Reason, ...]:
     """Return a reason for each channel that does not look like its name, and one for each pair that fits if
     exchanged."""
     names = [n for n in expected if n in columns]
-    seen = {n: _looks(columns[n]) for n in names}
+    seen = {n: _size_and_step(columns[n]) for n in names}
     wrong = [n for n in names if not _fits(seen[n], expected[n])]
     reasons: list[Reason] = []
     paired: set[str] = set()
@@ -170,20 +171,20 @@ def mismatches(columns: Mapping[str, Array], expected: Mapping[str, Expected]) -
             paired |= {a, b}
             evidence = f"{a} looks like {b} and {b} like {a}"
             reasons.append(because(Cause.CHANNELS_EXCHANGED, channel=a, other=b, evidence=evidence))
-    return (*reasons, *(_odd(n, seen[n], expected[n]) for n in wrong if n not in paired))
+    return (*reasons, *(_size_reason(n, seen[n], expected[n]) for n in wrong if n not in paired))
 
 
-def _looks(x: Array) -> tuple[float, float | None]:
+def _size_and_step(x: Array) -> tuple[float, float | None]:
     return float(np.max(np.abs(x - np.median(x)))), finest_step(x)
 
 
-def _fits(look: tuple[float, float | None], expected: Expected) -> bool:
+def _fits(look: tuple[float, float | None], expected: ExpectedSignal) -> bool:
     size, step = look
     same_step = expected.step is None or step is None or abs(step / expected.step - 1) < 0.05
     return expected.lo <= size <= expected.hi and same_step
 
 
-def _odd(channel: str, look: tuple[float, float | None], expected: Expected) -> Reason:
+def _size_reason(channel: str, look: tuple[float, float | None], expected: ExpectedSignal) -> Reason:
     size, step = look
     if not expected.lo <= size <= expected.hi:
         return because(Cause.CHANNEL_SIZE, channel=channel, value=size, lo=expected.lo, hi=expected.hi)

@@ -12,7 +12,7 @@ from reportlab.pdfgen.canvas import Canvas
 from accept.certificate.contents.content import CertificateContent
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import page_style
-from accept.pictures.pdf.fonts import BOLD, MONO, REGULAR, fitted
+from accept.pictures.pdf.fonts import BOLD, MONO, REGULAR, fitting_size
 
 TECHNICIAN, QA = "technician", "qa"
 BOXES = {TECHNICIAN: "Technician", QA: "Quality assurance"}
@@ -47,7 +47,7 @@ def later_page(canvas: Canvas, contents: CertificateContent) -> None:
     canvas.setFont(BOLD, 8)
     canvas.setFillColor(page_style.INK_COLOUR)
     line = f"{contents.serial}   {sign.mark} {sign.word}"
-    canvas.setFont(BOLD, fitted(line, BOLD, 8, page_style.INNER))
+    canvas.setFont(BOLD, fitting_size(line, BOLD, 8, page_style.INNER))
     canvas.drawString(page_style.MARGIN, _TOP - 8, line)
     _rule(canvas, _TOP - page_style.RUNNING_HEAD + 9)
 
@@ -64,7 +64,7 @@ def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) 
         f" · record {contents.record_sha256[:12]}"
         f" · accept {contents.accept_version} ({contents.code_sha256[:12]}) · check with: accept verify FILE.pdf"
     )
-    canvas.setFont(REGULAR, fitted(left, REGULAR, 5.8, page_style.INNER - 25 * mm))
+    canvas.setFont(REGULAR, fitting_size(left, REGULAR, 5.8, page_style.INNER - 25 * mm))
     canvas.drawString(page_style.MARGIN, y, left)
     canvas.setFont(BOLD, 6.5)
     canvas.drawRightString(page_style.WIDTH - page_style.MARGIN, y, right)
@@ -78,13 +78,13 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
     title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if demo else "ACCEPTANCE CERTIFICATE"
     number = contents.provenance.get("number")
     title = f"{title} {number}" if number else title
-    canvas.setFont(BOLD, fitted(title, BOLD, 8, width))
+    canvas.setFont(BOLD, fitting_size(title, BOLD, 8, width))
     canvas.drawString(page_style.MARGIN, _TOP - 8, title)
     canvas.setFillColor(page_style.INK_COLOUR)
-    canvas.setFont(BOLD, fitted(contents.serial, BOLD, 30, width))
+    canvas.setFont(BOLD, fitting_size(contents.serial, BOLD, 30, width))
     canvas.drawString(page_style.MARGIN, _TOP - 42, contents.serial)
     kind = f"{str(contents.result['kind']).upper()} · {contents.spec_title}"
-    canvas.setFont(REGULAR, fitted(kind, REGULAR, 8.5, width))
+    canvas.setFont(REGULAR, fitting_size(kind, REGULAR, 8.5, width))
     canvas.drawString(page_style.MARGIN, _TOP - 57, kind)
     for nth, line in enumerate(_lines(summary(contents.result), width)):
         canvas.setFont(BOLD, 7)
@@ -129,7 +129,7 @@ def _verdict(canvas: Canvas, verdict: str) -> None:
     canvas.setFont(BOLD, 44)
     canvas.drawCentredString(left + 13 * mm, bottom + height / 2 - 15, sign.mark)
     room = width - 26 * mm
-    size = fitted(sign.word, BOLD, 40, room)
+    size = fitting_size(sign.word, BOLD, 40, room)
     canvas.setFont(BOLD, size)
     canvas.drawCentredString(left + 22 * mm + room / 2, bottom + height / 2 - 0.36 * size, sign.word)
 
@@ -155,7 +155,7 @@ def _code(canvas: Canvas, contents: CertificateContent) -> None:
     _squares(canvas, code_text(contents), left, bottom)
     canvas.setFillColor(page_style.GREY_COLOUR)
     digest = contents.record_sha256
-    size = fitted(digest[:32], MONO, 5, _CODE)
+    size = fitting_size(digest[:32], MONO, 5, _CODE)
     canvas.setFont(MONO, size)
     for nth in range(2):
         canvas.drawString(left, bottom - 5 - (size + 0.6) * nth, digest[32 * nth : 32 * nth + 32])

@@ -16,7 +16,7 @@ from accept.certificate.page.fixed_parts import BOXES
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import Credential
 from accept.pictures.pdf import page_style
-from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted, register
+from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 
 _WORDS = {"technician": "Signed: measured and judged", "qa": "Countersigned: reviewed"}
 
@@ -78,7 +78,7 @@ def _draw(credential: Credential, when: datetime, size: tuple[float, float], dis
     )
     y = height - 6.0
     for text, font, largest, colour in lines:
-        points = fitted(text, font, largest, width - 14)
+        points = fitting_size(text, font, largest, width - 14)
         y -= largest * 1.22
         canvas.setFillColor(colour)
         canvas.setFont(font, points)

@@ -17,7 +17,7 @@ from accept.models.model_file import write_model
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
 from accept.pictures.pdf.figure_row import FigureRow
-from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted, register
+from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 from accept.pictures.pdf.page_style import words
 from checks.fitting.hierarchy import determined_parameters
 from checks.picture import Band, Line, Mark, Panel
@@ -215,7 +215,7 @@ def _head(canvas: Canvas, found: Population) -> None:
     canvas.drawString(page_style.MARGIN, top - 8, "MODEL OF A BATCH")
     canvas.setFillColor(page_style.INK_COLOUR)
     name = found.given.spec.name
-    canvas.setFont(BOLD, fitted(name, BOLD, 20, 90 * mm))
+    canvas.setFont(BOLD, fitting_size(name, BOLD, 20, 90 * mm))
     canvas.drawString(page_style.MARGIN, top - 32, name)
     canvas.setFont(REGULAR, 7)
     canvas.drawString(page_style.MARGIN, top - 45, f"damping {found.damping}, {len(found.judged)} units given")

@@ -16,8 +16,7 @@ from checks.fitting.calibrate import Calibration, refine, with_damping
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import FitPoint, coarse_fits, finish, free_of
-from checks.fitting.goodness import gaps
-from checks.fitting.robust import misfit
+from checks.fitting.goodness import gaps, misfit
 from checks.misalignment.estimate_types import DX, DY
 from checks.model.channel_paths import CHANNELS
 from checks.model.joint_prior import JointPrior

@@ -49,11 +49,11 @@ def _attach(writer: PdfWriter, attachments: Mapping[str, bytes]) -> None:
     """Embed files, also listed as associated with the document ([ISO32000-2] 14.13)."""
     names, associated = ArrayObject(), ArrayObject()
     for name, content in sorted(attachments.items()):
-        reference = _added(writer, _file(writer, name, content))
+        reference = _indirect(writer, _file(writer, name, content))
         names.extend([TextStringObject(name), reference])
         associated.append(reference)
     tree = _dictionary({"/EmbeddedFiles": _dictionary({"/Names": names})})
-    writer.root_object[NameObject("/Names")] = _added(writer, tree)
+    writer.root_object[NameObject("/Names")] = _indirect(writer, tree)
     writer.root_object[NameObject("/AF")] = associated
 
 
@@ -67,7 +67,7 @@ def _file(writer: PdfWriter, name: str, content: bytes) -> DictionaryObject:
     digest = hashlib.md5(content, usedforsecurity=False).digest()  # the format asks for MD5; nothing relies on it
     size = {"/Size": NumberObject(len(content)), "/CheckSum": ByteStringObject(digest)}
     stream.update({NameObject("/Type"): NameObject("/EmbeddedFile"), NameObject("/Params"): _dictionary(size)})
-    reference = _added(writer, stream)
+    reference = _indirect(writer, stream)
     return _dictionary(
         {
             "/Type": NameObject("/Filespec"),
@@ -102,13 +102,13 @@ def _add_fields(writer: PdfWriter, fields: Mapping[str, tuple[float, float, floa
                 "/P": page.indirect_reference,
             }
         )
-        widgets.append(_added(writer, widget))
+        widgets.append(_indirect(writer, widget))
     page[NameObject("/Annots")] = ArrayObject(widgets)
     form = _dictionary({"/Fields": widgets, "/SigFlags": NumberObject(_SIGNED_FILE)})
-    writer.root_object[NameObject("/AcroForm")] = _added(writer, form)
+    writer.root_object[NameObject("/AcroForm")] = _indirect(writer, form)
 
 
-def _added(writer: PdfWriter, what: PdfObject) -> IndirectObject:
+def _indirect(writer: PdfWriter, what: PdfObject) -> IndirectObject:
     return writer._add_object(what)  # noqa: SLF001 - pypdf has no public name for it
 
 

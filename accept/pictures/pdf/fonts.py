@@ -35,7 +35,7 @@ def register() -> None:
     pdfmetrics.registerFontFamily(REGULAR, normal=REGULAR, bold=BOLD, italic=OBLIQUE, boldItalic=BOLD)
 
 
-def fitted(text: str, font: str, largest: float, width: float, smallest: float = 4.0) -> float:
+def fitting_size(text: str, font: str, largest: float, width: float, smallest: float = 4.0) -> float:
     """Return largest size [pt] at which the text is no wider than `width` [pt]."""
     natural = pdfmetrics.stringWidth(text, font, largest)
     return largest if natural <= width else max(smallest, largest * width / natural)

@@ -31,7 +31,7 @@ WHITE = HexColor("#ffffff")
 
 @dataclass(frozen=True)
 class PageSign:
-    """How a verdict looks: told apart by colour, by word and by mark, so also in grey and from afar."""
+    """How a verdict looks: distinguished by colour, by word and by mark, so also in grey and from afar."""
 
     word: str
     mark: str

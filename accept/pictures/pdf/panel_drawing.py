@@ -12,7 +12,7 @@ from reportlab.pdfgen.canvas import Canvas
 
 from accept.pictures.colours import GREY, GRID, INK
 from accept.pictures.pdf import panel_items
-from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted
+from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size
 from accept.pictures.pdf.legend import legend
 from accept.pictures.pdf.plot_area import Area
 from accept.pictures.scale import scales
@@ -83,7 +83,7 @@ def _axes(area: Area, grid: bool, x_numbers: bool) -> float:
             end = x + half
     room, widest = LEFT - _TICK_LENGTH - _PAD - _LABEL, 0.0
     for y, words in ys:
-        size = fitted(words, REGULAR, _TICK, room)
+        size = fitting_size(words, REGULAR, _TICK, room)
         canvas.setFont(REGULAR, size)
         canvas.drawRightString(area.left - _TICK_LENGTH - _PAD, y - 2.1, words)
         widest = max(widest, stringWidth(words, REGULAR, size))
@@ -95,12 +95,12 @@ def _words(area: Area, panel: Panel, numbers: float, x_words: bool) -> None:
     canvas = area.canvas
     canvas.setFillColor(HexColor(INK))
     title, x_label, y_label = (pretty(text) for text in (panel.title, panel.x_label, panel.y_label))
-    canvas.setFont(BOLD, fitted(title, BOLD, _TITLE, area.width + 8.0))
+    canvas.setFont(BOLD, fitting_size(title, BOLD, _TITLE, area.width + 8.0))
     canvas.drawString(area.left, area.top + 5.0, title)
     if x_words:
-        canvas.setFont(REGULAR, fitted(x_label, REGULAR, _LABEL, area.width + 8.0))
+        canvas.setFont(REGULAR, fitting_size(x_label, REGULAR, _LABEL, area.width + 8.0))
         canvas.drawCentredString(area.left + area.width / 2, area.bottom - BOTTOM + 5.0, x_label)
-    canvas.setFont(REGULAR, fitted(y_label, REGULAR, _LABEL, area.height + 20.0))
+    canvas.setFont(REGULAR, fitting_size(y_label, REGULAR, _LABEL, area.height + 20.0))
     canvas.saveState()
     canvas.translate(
         max(area.left - LEFT + _LABEL, area.left - _TICK_LENGTH - 2 * _PAD - numbers - 1.5),

@@ -13,7 +13,7 @@ from reportlab.lib.utils import ImageReader
 from reportlab.pdfbase.pdfmetrics import stringWidth
 
 from accept.pictures.colours import INK, MAP_STEPS, colour
-from accept.pictures.pdf.fonts import REGULAR, fitted
+from accept.pictures.pdf.fonts import REGULAR, fitting_size
 from accept.pictures.pdf.legend import LegendEntry
 from accept.pictures.pdf.plot_area import Area, dots, polygon, polyline, runs
 from accept.pictures.scale import LARGEST, Scale, edges
@@ -45,10 +45,10 @@ def draw_items(area: Area, items: Sequence[Item]) -> list[LegendEntry]:
     shown = [one for one in tinted if isinstance(one[0], Line | Band | Span) and one[0].label]
     order = {id(item): place for place, item in enumerate(items)}
     shown.sort(key=lambda one: order[id(one[0])])
-    return [LegendEntry(pretty(item.label), _kind(item), tint, _dash(item, again)) for item, tint, again in shown]  # type: ignore[union-attr]
+    return [LegendEntry(pretty(item.label), _key_shape(item), tint, _dash(item, again)) for item, tint, again in shown]  # type: ignore[union-attr]
 
 
-def _kind(item: Item) -> str:
+def _key_shape(item: Item) -> str:
     if isinstance(item, Line):
         return "dot" if item.style == "points" else "line"
     return "zone"
@@ -125,7 +125,7 @@ def _mark(area: Area, item: Mark, tint: Color, again: bool) -> None:  # noqa: AR
         area.text(x, at - 5.5 if below else at + 1.6, words, _SMALL, INK)
         return
     beyond = at - first < 0.08 * (last - first)
-    size = fitted(words, REGULAR, _SMALL, 0.94 * area.height)
+    size = fitting_size(words, REGULAR, _SMALL, 0.94 * area.height)
     canvas.translate(at + 5.5 if beyond else at - 1.6, area.top - 0.03 * area.height)
     canvas.rotate(90)
     area.text(-stringWidth(words, REGULAR, size), 0.0, words, size, INK)
@@ -213,7 +213,7 @@ def _colour_bar(area: Area, scale: Scale, label: str) -> None:
         canvas.drawString(left + _BAR + 2.0, area.bottom + area.height * float(scale.at(value)) - 2.0, words)
         widest = max(widest, stringWidth(words, REGULAR, 5.5))
     if label:
-        size = fitted(pretty(label), REGULAR, _SMALL, area.height + 10.0)
+        size = fitting_size(pretty(label), REGULAR, _SMALL, area.height + 10.0)
         canvas.setFont(REGULAR, size)
         canvas.translate(left + _BAR + 3.5 + widest + size, area.bottom + area.height / 2)
         canvas.rotate(90)

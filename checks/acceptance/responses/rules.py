@@ -12,7 +12,7 @@ from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Setting
 from checks.record import Record
-from checks.signals.record_checks import ChannelDelay, Expected, dead, delay, mismatches, responds
+from checks.signals.record_checks import ChannelDelay, ExpectedSignal, dead, delay, mismatches, responds
 from checks.signals.sampling_faults import sampling_faults
 from checks.signals.spectral.frf import Frf
 from specs.bench_ranges import GAIN_UM_PER_V, RECORDED_V, STATIC_HZ
@@ -20,10 +20,10 @@ from specs.spec import CheckSpec
 
 OUTPUTS = ("Vs", "de", "da")
 LOOKS = {  # plausible size of a channel of the bench: largest departure from its median, in V and m
-    "Va": Expected(1e-3, RECORDED_V),
-    "Vs": Expected(1e-3, RECORDED_V),
-    "de": Expected(1e-9, 4e-4),
-    "da": Expected(1e-9, 4e-4),
+    "Va": ExpectedSignal(1e-3, RECORDED_V),
+    "Vs": ExpectedSignal(1e-3, RECORDED_V),
+    "de": ExpectedSignal(1e-9, 4e-4),
+    "da": ExpectedSignal(1e-9, 4e-4),
 }
 MOTIONS = ("de", "da")
 PREFIXES = {"um": 1e-6, "nm": 1e-9, "mm": 1e-3}  # the likeliest first

@@ -24,7 +24,7 @@ def check_superelement(s: Superelement) -> Superelement:
     _definite(s.name, "M", s.M, floor=0.0)
     _definite(s.name, "K", s.K, floor=-INDEFINITE)
     _six_rigid_modes(s)
-    _one_mass(s)
+    _check_equal_mass(s)
     return s
 
 
@@ -94,7 +94,7 @@ def _six_rigid_modes(s: Superelement) -> None:
         )
 
 
-def _one_mass(s: Superelement) -> None:
+def _check_equal_mass(s: Superelement) -> None:
     R = rigid_motions(s.xyz, s.size)[:, :3]
     m = np.einsum("ni,nm,mi->i", R, s.M, R)
     if np.ptp(m) > SAME_MASS * m.max():

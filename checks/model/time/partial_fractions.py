@@ -58,14 +58,14 @@ class Fractions:
         ticks = int(np.ceil(late * fs - 1e-9))
         since = ticks / fs - late  # a reading at tick n is taken this long after tick n - ticks, as the path sees it
         y = self.direct * u
-        for p, r in self._worth_it():
+        for p, r in self._significant_terms():
             from scipy.signal import lfilter  # loads slowly: only when wanted
 
             x = lfilter([0.0, np.expm1(p / fs) / p], [1.0, -np.exp(p / fs)], u.astype(complex))
             y += (r * (np.exp(p * since) * x + np.expm1(p * since) / p * u)).real
         return np.concatenate([np.zeros(min(ticks, u.size)), y[: u.size - min(ticks, u.size)]])
 
-    def _worth_it(self) -> list[tuple[complex, complex]]:
+    def _significant_terms(self) -> list[tuple[complex, complex]]:
         share = np.abs(self.residues / self.poles)
         kept = share > STILL * max(float(share.max(initial=0.0)), abs(self.direct))
         return list(zip(self.poles[kept], self.residues[kept], strict=True))
@@ -101,8 +101,11 @@ def paths(model: Model, changes: Values = PRIOR_ONLY) -> dict[str, Fractions]:
     """Return for every channel the path from Va at the DAC to it, without the delay. Raises ModelError."""
     values, form = model.with_values(changes).values, model.modal(changes)
     e = electrical_of(values)
-    forces = {c: _mechanics(form, c).scaled(e.gain * e.ga) for c in form.channels}
-    mode = _suspension(values, forces["da"].static())
+    forces = {c: _motion_fractions(form, c).scaled(e.gain * e.ga) for c in form.channels}
+    mode: Fractions | None = None
+    if ratio := values["bench.mode_ratio"]:
+        bench = oscillator(values["bench.mode_Hz"], values["bench.mode_damping_ratio"])
+        mode = bench.scaled(ratio * forces["da"].static())
     out = {}
     for channel, motion in forces.items():
         own = motion
@@ -110,16 +113,16 @@ def paths(model: Model, changes: Values = PRIOR_ONLY) -> dict[str, Fractions]:
             support = oscillator(values["bench.support_mode_Hz"], values["bench.support_mode_damping_ratio"])
             own = motion.plus(support.scaled(ratio * motion.static()))
         seen = _sensor(own, values) if channel == "Vs" else own.plus(mode) if mode else own
-        seen = _optics(seen, values) if channel == "de" else seen
+        seen = _encoder_fractions(seen, values) if channel == "de" else seen
         if (own_element := element_of(values, channel)) is not None:
             seen = reduce(Fractions.times, map(pair, own_element.poles, own_element.zeros), seen).scaled(
                 own_element.gain
             )
-        out[channel] = reduce(Fractions.times, _passed(values, channel), seen)
+        out[channel] = reduce(Fractions.times, _filters(values, channel), seen)
     return out
 
 
-def _passed(values: Values, channel: str) -> list[Fractions]:
+def _filters(values: Values, channel: str) -> list[Fractions]:
     """Return the filters that a channel's signal passes in turn: the amplifier, and the low-pass of its converter."""
     e = electrical_of(values)
     passed = [] if np.isinf(e.amplifier_Hz) else [real_pole(2.0 * np.pi * e.amplifier_Hz)]
@@ -136,19 +139,12 @@ def _passed(values: Values, channel: str) -> list[Fractions]:
     return passed
 
 
-def _mechanics(form: Modal, channel: str) -> Fractions:
+def _motion_fractions(form: Modal, channel: str) -> Fractions:
     slow, c = np.abs(form.mu) > FAST, form.index(channel)
     weight = np.where(form.paired, 2.0, 1.0)
     poles = 1.0 / form.mu[slow]
     at_once = -float(weight[~slow] @ form.residues[~slow, c].real)
     return Fractions(poles, weight[slow] * form.residues[slow, c] * poles, at_once)
-
-
-def _suspension(values: Values, static_da: float) -> Fractions | None:
-    ratio = values["bench.mode_ratio"]
-    if not ratio:
-        return None
-    return oscillator(values["bench.mode_Hz"], values["bench.mode_damping_ratio"]).scaled(ratio * static_da)
 
 
 def _sensor(own: Fractions, values: Values) -> Fractions:
@@ -165,7 +161,7 @@ def _sensor(own: Fractions, values: Values) -> Fractions:
     return own
 
 
-def _optics(own: Fractions, values: Values) -> Fractions:
+def _encoder_fractions(own: Fractions, values: Values) -> Fractions:
     f_Hz = values.get("encoder.bracket_Hz", np.inf)
     if np.isfinite(f_Hz):
         own = own.times(oscillator(f_Hz, values["encoder.bracket_damping_ratio"]))

@@ -22,7 +22,7 @@ AT_A_TIME = 8192  # frequencies: keeps the work space small
 
 
 @dataclass(frozen=True, eq=False)
-class Joined:
+class SpectrumSimulation:
     """Answers to drives of up to `room` samples at fs [Hz], joined up between the samples without images: what leaves a
     converter with a perfect filter behind it. So the response that is measured is the model's own at every frequency
     below fs / 2, which is also how the recorded units of the bench are. H (F, C) at the transform's frequencies."""
@@ -37,11 +37,11 @@ class Joined:
         """Return the response (N,) of every channel to Va (N,) [V], N <= room. Raises ModelError."""
         if not 0 < Va.size <= self.room:
             raise ModelError(f"a drive of {Va.size} samples, expected 1 to {self.room}")
-        spectrum = fft.rfft(np.concatenate([Va, _going_on(Va)]), self.size)
+        spectrum = fft.rfft(np.concatenate([Va, _decaying_tail(Va)]), self.size)
         return {c: fft.irfft(self.H[:, i] * spectrum, self.size)[: Va.size] for i, c in enumerate(self.channels)}
 
 
-def _going_on(Va: Array) -> Array:
+def _decaying_tail(Va: Array) -> Array:
     """Return a drive lengthened by a little, down to zero: cut off at its last sample it would ring back into the
     record."""
     n = min(TAIL, Va.size - 1)
@@ -50,7 +50,7 @@ def _going_on(Va: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class HoldSimulation:
     """Answers to drives at fs [Hz] of which each sample is held until the next, exactly, state by state: what leaves a
     converter without a filter. The response that is measured then lags by half a sample ([STB] 6.1.2 adds a whole
     one)."""
@@ -63,7 +63,7 @@ class Held:
         return {c: path.held(Va, self.fs, self.late[c]) for c, path in self.paths.items()}
 
 
-Answer = Joined | Held
+Answer = SpectrumSimulation | HoldSimulation
 
 
 def answer(
@@ -82,23 +82,25 @@ def answer(
         raise ModelError(f"{samples} samples at {fs:g} Hz; expected one or more at up to {2 * F_MAX:g} Hz")
     wanted = model.channels if channels is None else tuple(channels)
     if not hold:
-        return _joined(model, samples, fs, wanted, before)
+        return _spectrum_simulation(model, samples, fs, wanted, before)
     common = electrical_of(model.values).tau
     late = {c: common + 1e-6 * model.values[f"bench.latency_{c}_us"] for c in wanted}
     for c, seconds in late.items():
         if seconds < 0.0:
             raise ModelError(f"{c} comes {-1e6 * seconds:g} us early: what is held cannot come before its cause")
     every = paths(model)
-    return Held({c: every[c].times(before) if before else every[c] for c in wanted}, fs, late)
+    return HoldSimulation({c: every[c].times(before) if before else every[c] for c in wanted}, fs, late)
 
 
-def _joined(model: Model, samples: int, fs: float, channels: tuple[str, ...], before: Fractions | None) -> Joined:
+def _spectrum_simulation(
+    model: Model, samples: int, fs: float, channels: tuple[str, ...], before: Fractions | None
+) -> SpectrumSimulation:
     size = fft.next_fast_len(samples + TAIL + int(np.ceil(settling_s(model) * fs)), real=True)
     f = np.minimum(fft.rfftfreq(size, 1.0 / fs), F_MAX)  # the last one may round beyond
     parts = [model.frf(part, channels=channels) for part in np.array_split(f, -(-f.size // AT_A_TIME))]
     H = np.concatenate(parts)
     H = H if before is None else H * before.at(2j * np.pi * f)[:, None]
-    return Joined(H, channels, fs, samples, size)
+    return SpectrumSimulation(H, channels, fs, samples, size)
 
 
 def settling_s(model: Model) -> float:

@@ -103,7 +103,7 @@ def candidate(w: PoleWindow, f_lo: float, f_hi: float, known: Complex, order: in
     columns = 1.0 / (w.z[:, None] - poles)
     gain = np.zeros(poles.size)
     for c in range(residual.shape[0]):
-        gain += _explained(known_columns[c] @ X[c], residual[c], columns * (w.U / w.sd[:, c])[:, None])
+        gain += _explained_share(known_columns[c] @ X[c], residual[c], columns * (w.U / w.sd[:, c])[:, None])
     return w.frequency(complex(poles[int(np.argmax(gain))])), poles.size
 
 
@@ -112,13 +112,13 @@ def _moves(w: PoleWindow, q: Complex) -> Complex:
     return np.concatenate([w.U[:, None] * squared, squared], axis=1)
 
 
-def _explained(Q: Complex, residual: Complex, columns: Complex) -> Array:
+def _explained_share(Q: Complex, residual: Complex, columns: Complex) -> Array:
     """Return (N,) power of a residual (B,) that each of N columns explains beyond Q; 0 if almost nothing is left of a
     column. The transient of the column would add little and is left to the fit."""
     before = np.sum(np.abs(columns) ** 2, axis=0)
     left = before - np.sum(np.abs(Q.conj().T @ columns) ** 2, axis=0)
-    told = left > 1e-6 * before
-    return np.where(told, np.abs(residual.conj() @ columns) ** 2 / np.where(told, left, 1.0), 0.0)
+    counts = left > 1e-6 * before
+    return np.where(counts, np.abs(residual.conj() @ columns) ** 2 / np.where(counts, left, 1.0), 0.0)
 
 
 def _grid(w: PoleWindow, f_lo: float, f_hi: float) -> Complex:

@@ -18,7 +18,7 @@ from accept.units.unit_folder import UnitError
 from checks.errors import RecordError
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS
 from checks.gap.conditions.simulated import under
-from checks.model.build import Fixed
+from checks.model.build import FixedBody
 from specs.spec import load
 from tests.accept.units.units import save_mat
 
@@ -153,7 +153,7 @@ class TestSimulated:
         across = ("dx_um", "dy_um", "arm_x_mm", "arm_y_mm", "com_x_mm", "com_y_mm")
         turned = {n: -v for n, v in strut.values.items() if n.rpartition(".")[2] in across}
         body, R = strut.apa(strut.values), np.diag([-1.0, -1.0, 1.0, -1.0, -1.0, 1.0])
-        apa = Fixed(replace(body, bottom=R @ body.bottom, top=R @ body.top))
+        apa = FixedBody(replace(body, bottom=R @ body.bottom, top=R @ body.top))
         f = np.geomspace(10.0, 700.0, 60)
         H = strut.frf(f)
         np.testing.assert_allclose(replace(strut, apa=apa).with_values(turned).frf(f), H, rtol=1e-6)

@@ -7,7 +7,7 @@ import pytest
 from checks.arrays import Array, Complex
 from checks.fitting.bench_factor import learn_factor
 from checks.fitting.dataset import Dataset
-from checks.fitting.robust import misfit
+from checks.fitting.goodness import misfit
 
 F = np.arange(10.0, 2000.0, 4.25)
 CHANNELS = ("Vs", "de")

@@ -25,8 +25,7 @@ from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import panels
 from checks.misalignment.table import MisalignmentTable
 from checks.model.dynamics.complex_modes import modal
-from checks.model.dynamics.modal_damping import modally_damped
-from checks.model.dynamics.real_modes import real_modal
+from checks.model.dynamics.real_modes import real_modal, with_modal_damping
 from checks.model.model import Model
 from specs.spec import CheckSpec
 from tests.causes import causes, no_result
@@ -163,9 +162,9 @@ def test_a_model_without_encoder(builtin: Model, builtin_table: MisalignmentTabl
 # parts
 
 
-def test_real_modes_are_the_modally_damped_system(builtin: Model) -> None:
+def test_real_modes_are_the_with_modal_damping_system(builtin: Model) -> None:
     system = builtin.system({"misalignment.dy_um": 100.0})
-    a, b = real_modal(system), modal(modally_damped(system))
+    a, b = real_modal(system), modal(with_modal_damping(system))
     f = np.linspace(5.0, 2000.0, 300)
     assert np.abs(a.frf(f) / b.frf(f) - 1).max() < 1e-7  # two eigenvalue problems, zeros included
     assert np.allclose(a.static(), b.static(), rtol=1e-9)

@@ -13,7 +13,7 @@ from checks.gap.effects import with_effects
 from checks.model.dynamics.complex_modes import modal
 from checks.model.model import Model
 from checks.model.time.hysteresis_creep import creep, loops_of, mass_steps, stroke_of
-from checks.model.time.partial_fractions import Fractions, _mechanics, paths
+from checks.model.time.partial_fractions import Fractions, _motion_fractions, paths
 from checks.model.time.time_response import answer
 from tests.checks.model.units_model import EVERYTHING
 
@@ -56,7 +56,7 @@ def test_a_held_drive_against_the_matrix_exponential() -> None:
     for i, channel in enumerate(form.channels):
         truth = states[:, :n] @ system.outputs[i]
         np.testing.assert_allclose(
-            _mechanics(form, channel).held(u, fs), truth, rtol=0, atol=1e-9 * np.abs(truth).max()
+            _motion_fractions(form, channel).held(u, fs), truth, rtol=0, atol=1e-9 * np.abs(truth).max()
         )
 
 

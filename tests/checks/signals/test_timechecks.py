@@ -8,16 +8,16 @@ from scipy import signal
 from scipy.io import loadmat
 
 from checks.cause import Cause
-from checks.signals.record_checks import Expected, dead, delay, finest_step, mismatches
+from checks.signals.record_checks import ExpectedSignal, dead, delay, finest_step, mismatches
 from checks.signals.spectral.frf import Frf, h1
 
 FS = 10_000.0
 UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
 LOOKS = {
-    "Va": Expected(1e-2, 10.0, 20 / 2**16),
-    "Vs": Expected(1e-2, 10.0, 20 / 2**16),
-    "de": Expected(1e-8, 1e-3, 2.5e-9),
-    "da": Expected(1e-8, 1e-3, 1e-10),
+    "Va": ExpectedSignal(1e-2, 10.0, 20 / 2**16),
+    "Vs": ExpectedSignal(1e-2, 10.0, 20 / 2**16),
+    "de": ExpectedSignal(1e-8, 1e-3, 2.5e-9),
+    "da": ExpectedSignal(1e-8, 1e-3, 1e-10),
 }
 
 
