@@ -24,7 +24,7 @@ from checks.signals.spectral.merge import merge
 from checks.signals.spectral.periodic import detect, periodic_frf
 from checks.signals.spectral.poles import Transforms
 from checks.signals.spectral.resonance import Resonance, find
-from checks.signals.transient import concentration, is_transient
+from checks.signals.spectral.transient import concentration, is_transient
 from hw.records import list_channels, read
 from hw.records.foreign_record import TIMES, Unreadable, foreign_record
 from hw.records.response_writers import frd_mat, response_csv

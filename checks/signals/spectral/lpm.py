@@ -16,7 +16,7 @@ from checks.arrays import Array, Complex
 from checks.record import Record
 from checks.signals.spectral.frf import Frf, named, power_floor
 from checks.signals.spectral.local_polynomials import LocalPolynomialFit, LocalRegression, fitted
-from checks.signals.transient import is_transient
+from checks.signals.spectral.transient import is_transient
 
 Bins = NDArray[np.intp]
 

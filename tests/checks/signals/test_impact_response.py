@@ -8,7 +8,7 @@ from checks.signals.impact.hammer import ImpactFrf, analyse, analyse_records
 from checks.signals.impact.impact_response import impact_frf, impact_modes
 from checks.signals.impact.impacts import DOUBLE, LEVEL, OVERLOAD, ImpactRules
 from checks.signals.spectral.lpm import lpm
-from checks.signals.transient import concentration, is_transient
+from checks.signals.spectral.transient import concentration, is_transient
 from tests.checks.signals.hammer_plant import FS, Struck, clean, noisy
 from tests.soak import SOAK
 
