@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +12,12 @@ from checks.errors import ModelError
 from checks.model.build import file_nodes
 from checks.model.structure.superelement import Nodes, Superelement
 from checks.model.structure.superelement_check import check_superelement
+from hw.records.source import SIGNATURE, USERBLOCK_BYTES
 from specs.files import read_bounded
 from specs.model import ModelSpec
 
 DEFAULT_NODES = Nodes()
+NAMES = ("K", "M", "int_xyz")
 MAX_BYTES = 200_000_000  # of one file; the report's largest export is some 10 MB
 
 
@@ -39,18 +42,53 @@ def _mat(path: Path) -> tuple[Array, Array, Array]:
 
     try:
         raw = read_bounded(path, MAX_BYTES)
-        content = io.loadmat(BytesIO(raw), variable_names=("K", "M", "int_xyz"))
+        if raw.startswith(SIGNATURE) or raw.startswith(SIGNATURE, USERBLOCK_BYTES):
+            content = _hdf5(path, raw)
+        else:
+            content = io.loadmat(BytesIO(raw), variable_names=NAMES)
     except FileNotFoundError as e:
         raise ModelError(f"{path}: no such file") from e
-    except (OSError, ValueError, NotImplementedError, TypeError) as e:
-        raise ModelError(f"{path}: is not a readable .mat file (v5): {e}") from e
-    missing = [name for name in ("K", "M", "int_xyz") if name not in content]
+    except (OSError, ValueError, NotImplementedError, TypeError, KeyError) as e:
+        raise ModelError(f"{path}: is not a readable .mat file: {e}") from e
+    missing = [name for name in NAMES if name not in content]
     if missing:
         raise ModelError(f"{path}: has no {' and no '.join(missing)}; expected K, M and int_xyz")
     return _real(path, content["K"]), _real(path, content["M"]), _real(path, content["int_xyz"])
 
 
-def _real(path: Path, values: object) -> Array:
+def _hdf5(path: Path, raw: bytes) -> dict[str, Any]:
+    """Return the matrices of a MATLAB 7.3 file, which stores columns first, sparse ones as their non-zero entries."""
+    import h5py  # loads slowly: only when wanted
+    from scipy.sparse import csc_array
+
+    from hw.records.mat73 import vet_stored
+
+    def numbers(node: Any) -> Any:
+        vet_stored(path.name, node, len(raw))
+        if node.nbytes > MAX_BYTES:
+            raise ModelError(f"{path}: '{node.name}' has {node.nbytes} bytes; at most {MAX_BYTES} are read")
+        return node[()]
+
+    found: dict[str, Any] = {}
+    with h5py.File(BytesIO(raw), "r") as file:
+        for name in NAMES:
+            node = file.get(name)
+            if isinstance(node, h5py.Group) and "MATLAB_sparse" in node.attrs:
+                columns = numbers(node["jc"])
+                shape = (int(node.attrs["MATLAB_sparse"]), columns.size - 1)
+                found[name] = csc_array((numbers(node["data"]), numbers(node["ir"]), columns), shape=shape)
+            elif isinstance(node, h5py.Dataset):
+                found[name] = numbers(node).T
+    return found
+
+
+def _real(path: Path, values: Any) -> Array:
+    if hasattr(values, "toarray"):  # sparse, as finite-element programs export
+        if 8 * values.shape[0] * values.shape[1] > MAX_BYTES:
+            raise ModelError(
+                f"{path}: a sparse matrix of shape {values.shape} is too large; reduce it to its interfaces"
+            )
+        values = values.toarray()
     array = np.asarray(values)
     if array.dtype.kind not in "fiu" or array.ndim != 2:
         raise ModelError(f"{path}: expected a real matrix, got {array.dtype} of shape {array.shape}")

@@ -60,10 +60,14 @@ def basis(body: ApaBody, keep_Hz: float = KEEP_HZ) -> Array:
 
 
 def _orthonormal(shapes: Array, K: Array, first: Array) -> Array:
-    """Return `first` extended by `shapes`, orthonormal in energy; additions too small to matter are dropped."""
+    """Return `first` extended by `shapes`, orthonormal in energy; additions too small to matter are dropped.
+
+    A shape that moves nothing inside is none: a stack between the two interfaces pushes on these alone."""
+    energy = np.einsum("ni,nm,mi->i", shapes, K, shapes)
+    moving = energy > 0.0
     U = linalg.cholesky(K)
     start, _ = np.linalg.qr(U @ first)
-    rest = U @ (shapes / np.sqrt(np.einsum("ni,nm,mi->i", shapes, K, shapes)))
+    rest = U @ (shapes[:, moving] / np.sqrt(energy[moving]))
     rest -= start @ (start.T @ rest)
     left, size, _ = np.linalg.svd(rest, full_matrices=False)
     added = left[:, size > INDEPENDENT]
