@@ -217,7 +217,8 @@ def to_json(serial: str, r: Result) -> dict[str, Any]:
             for u in r.unnamed
         ),
         candidates=tuple(
-            CandidateEffect(", ".join(t.names), _finite(t.delta_lnL), t.p, why) for t, why in considered_explanations(r)
+            CandidateEffect(", ".join(t.names), _finite(t.delta_lnL), _finite(t.p), why)
+            for t, why in considered_explanations(r)
         ),
         steps=tuple(GapStep(s.effect, s.channels) for s in r.steps),
         detection_limits=r.detection_limits,

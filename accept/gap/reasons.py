@@ -33,7 +33,7 @@ def candidates(result: Result) -> Iterator[tuple[str, str, str, str]]:
     for tried, why in considered_explanations(result):
         words = ", ".join(map(words_of, tried.names)) or "none"
         gain = f"{tried.delta_lnL:.0f}" if math.isfinite(tried.delta_lnL) else "-"
-        yield words, gain, chance(tried.p), why
+        yield words, gain, "-" if math.isnan(tried.p) else chance(tried.p), why
 
 
 def considered_explanations(result: Result) -> list[tuple[Tried, str]]:
@@ -43,6 +43,7 @@ def considered_explanations(result: Result) -> list[tuple[Tried, str]]:
     shown = result.tried[:SHOWN]
     if chosen is not None and chosen not in shown:
         shown = (chosen, *shown)
+    shown += tuple(t for t in result.tried[SHOWN:] if math.isnan(t.p) and t is not chosen)  # not evaluated
     return [
         (tried, f"not named: {tried.reason}" if tried.reason else _why(tried, chosen, named, result)) for tried in shown
     ]

@@ -81,7 +81,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         ambiguous=rivals,
         unnamed=missing,
         detection_limits=limits,
-        tried=_tried(result, decision.claims),
+        tried=_tried(result, decision.claims, search.failures),
         before=before,
         after=after.seen,
         fit=decision.fit,
@@ -152,9 +152,9 @@ def _values(response: Augmented, full: Candidate) -> dict[str, float]:
     return {q.name: full.at.get(q.name, q.begin) for q in response.free()}
 
 
-def _tried(result: SearchResult, claims: Sequence[Claim]) -> tuple[Tried, ...]:
+def _tried(result: SearchResult, claims: Sequence[Claim], failures: Mapping[str, str]) -> tuple[Tried, ...]:
     """Return the refused claims, each with the reason; the effects that came near in the place of an effect that was
-    found beside a disagreement; and the best of what was tried."""
+    found beside a disagreement; the best of what was tried; and what could not be evaluated."""
     base = result.base
     refused = [Tried((c.effect.name,), c.delta_lnL, c.p, "; ".join(c.reasons)) for c in claims if c.reasons]
     near = [
@@ -167,7 +167,8 @@ def _tried(result: SearchResult, claims: Sequence[Claim]) -> tuple[Tried, ...]:
     ]
     ranked = sorted(result.tried, key=lambda c: -c.lnL)
     every = (Tried(c.response.labels, c.lnL - base.lnL, c.adequacy.p) for c in ranked[:12])
-    return (*refused, *every, *near)
+    failed = (Tried((name,), np.nan, np.nan, f"could not be evaluated: {why}") for name, why in failures.items())
+    return (*refused, *every, *near, *failed)
 
 
 def _residual(c: Candidate) -> Complex:

@@ -171,9 +171,11 @@ class Augmented:
 
     def _factor_derivative(self, f: Array, name: str, values: Values, channels: tuple[str, ...]) -> Complex:
         member = next(m for m in self._factors if name.startswith(f"{m.name}."))
-        h = STEP * next(p.scale for p in member.parameters if name == f"{member.name}.{p.name}")
-        above, below = (self._factor(f, {**values, name: values[name] + d}, channels) for d in (h, -h))
-        return np.asarray((above - below) / (2.0 * h))
+        p = next(p for p in member.parameters if name == f"{member.name}.{p.name}")
+        h, at = STEP * p.scale, values[name]
+        up, down = min(h, max(p.hi - at, 0.0)), min(h, max(at - p.lo, 0.0))  # no step leaves the bounds
+        above, below = (self._factor(f, {**values, name: at + d}, channels) for d in (up, -down))
+        return np.asarray((above - below) / (up + down))
 
 
 @lru_cache(maxsize=16)
@@ -210,7 +212,8 @@ def _evaluated(member: Member, values: Values, s: Complex) -> Complex:
     if member.factor is None:
         raise ModelError(f"effect '{member.name}' multiplies no channel")
     try:
-        out = np.asarray(member.factor(values, s), dtype=complex)
+        with np.errstate(all="ignore"):  # what is not finite is refused below, in words
+            out = np.asarray(member.factor(values, s), dtype=complex)
     except (ArithmeticError, LookupError, TypeError, ValueError) as e:
         raise ModelError(f"effect '{member.name}': its factor fails at {dict(values)} ({type(e).__name__}: {e})") from e
     if out.shape != s.shape or not np.isfinite(out).all():

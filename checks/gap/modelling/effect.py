@@ -23,12 +23,13 @@ NO_SLOW_LIMIT: Mapping[str, float] = {}
 class Parameter:
     """One parameter of an effect, in the unit that its name ends in ([DESIGN] 6).
 
-    lo, hi: physical bounds. off: the value at which the effect does nothing (NaN: the model's own). start: where a fit
-    begins; scale: what counts as a step. sets, adds: the model's parameters that take the value, or the value on top of
-    their own; what a model does not have is passed over. grid: values to begin from when the response is not even
-    roughly linear in it (empty: it is). begins: where else a fit begins when nothing fits by far. limit_at: the value
-    at which the detection limits of the others are stated. sd: of a prior about zero, infinite without one. label: what
-    people call it, else the name without its unit ("dx", "damping ratio"); a name that is a unit alone needs one.
+    lo, hi: physical bounds, which no value leaves. off: the value at which the effect does nothing (NaN: the model's
+    own). start: where a fit begins; scale: what counts as a step. sets, adds: the model's parameters that take the
+    value, or the value on top of their own; what a model does not have is passed over. grid: values to begin from when
+    the response is not even roughly linear in it (empty: it is, and zero is no effect; if zero is out of bounds, a fit
+    begins at `start`). begins: where else a fit begins when nothing fits by far. limit_at: the value at which the
+    detection limits of the others are stated. sd: of a prior about zero, infinite without one. label: what people call
+    it, else the name without its unit ("dx", "damping ratio"); a name that is a unit alone needs one.
     """
 
     name: str
@@ -59,7 +60,17 @@ class Parameter:
 
     @property
     def linear(self) -> bool:
-        return not self.grid
+        """Return whether the response is roughly linear in it about zero: no grid is declared and zero is in bounds."""
+        return not self.grid and self.lo <= 0.0 <= self.hi
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Return the values at which a search begins to look: the grid, or the start if zero is out of bounds."""
+        return self.grid or (() if self.linear else (self.start,))
+
+    def inside(self, value: float) -> float:
+        """Return a value within the bounds."""
+        return min(max(value, self.lo), self.hi)
 
     def targets(self, model: Model) -> tuple[str, ...]:
         """Return the model's parameters that take (or add) the value; empty if the model has no such parameter."""

@@ -64,7 +64,8 @@ class Effort:
 @dataclass(frozen=True, eq=False)
 class Search:
     """The data and the library of a search. A, B: thinned datasets of the two realisations; library: members that may
-    be added; effort: shared by all searches of one analysis."""
+    be added; effort, failures: shared by all searches of one analysis, the latter the members that could not be
+    evaluated, each with the reason."""
 
     A: Dataset
     B: Dataset
@@ -72,6 +73,7 @@ class Search:
     table: Thresholds
     say: Say
     effort: Effort = field(default_factory=Effort)
+    failures: dict[str, str] = field(default_factory=dict)
 
     @property
     def over(self) -> bool:
@@ -200,6 +202,7 @@ class Search:
         on_A = project(base.response, self.A, base.at)
         absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
         every = [screen(on_A, m) for m in absent]
+        self.failures.update({s.member.name: s.failure for s in every if s.failure})
         promising = _promising([s for s in every if s.p < WORTH_A_FIT])
         starts: list[Candidate] = []
         for s in promising:

@@ -152,6 +152,7 @@ def add_one(
     projected = project(state.response, weighted.A, state.at)
     absent = [m for m in among or search.library if m.name not in state.response.names]
     scores = sorted((screen(projected, m) for m in absent), key=lambda s: -s.gain)
+    search.failures.update({s.member.name: s.failure for s in scores if s.failure})
     few = [s for s in scores if isinstance(s.member, Effect)][:EFFECTS_TRIED]
     few += [s for s in scores if not isinstance(s.member, Effect)][:STAND_INS_TRIED]
     out = []

@@ -23,13 +23,14 @@ BESIDE = 1  # bins: a zero is no wider, the mode of a strut beside it is
 @dataclass(frozen=True)
 class Score:
     """gain: of twice the log-likelihood, linearised; dof; looked: places tried; starts: values to fit from, best
-    first."""
+    first; failure: why the member could be evaluated nowhere, or ""."""
 
     member: Member
     gain: float
     dof: int
     looked: int
     starts: tuple[dict[str, float], ...]
+    failure: str = ""
 
     @property
     def p(self) -> float:
@@ -42,9 +43,11 @@ def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
     if isinstance(member, Effect) and (score := _pulled(projected, member)) is not None:
         return score
     lacking = _too_small(projected, member)
-    tried = list(_tried(projected, member, lacking))
+    problems: list[str] = []
+    tried = list(_tried(projected, member, lacking, problems))
     if not tried:
-        return Score(member, 0.0, 1, 1, ({p.name: p.start for p in member.parameters},))
+        failure = problems[0] if problems and member.factor is not None else ""
+        return Score(member, 0.0, 1, 1, ({p.name: p.start for p in member.parameters},), failure)
     tried.sort(key=lambda t: -t[0])
     kept: list[dict[str, float]] = []
     for _, values in tried:
@@ -77,7 +80,7 @@ def _differ(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
 
 def _grid(projected: Projected, member: Member, lacking: Sequence[float]) -> Iterator[dict[str, float]]:
     shapes = [p for p in member.parameters if not p.linear]
-    axes = [(*p.grid, *((*peaks(projected, member.channels), *lacking) if p.name == "f_Hz" else ())) for p in shapes]
+    axes = [(*p.places, *((*peaks(projected, member.channels), *lacking) if p.name == "f_Hz" else ())) for p in shapes]
     for values in product(*axes):
         yield {p.name: float(np.clip(v, p.lo, p.hi)) for p, v in zip(shapes, values, strict=True)}
 
@@ -103,15 +106,18 @@ def _too_small(projected: Projected, member: Member) -> list[float]:
     return [f for f in peaks_of(data.f, times) if times[data.f == f].max() > LACKS]
 
 
-def _tried(projected: Projected, member: Member, lacking: Sequence[float]) -> Iterator[tuple[float, dict[str, float]]]:
+def _tried(
+    projected: Projected, member: Member, lacking: Sequence[float], problems: list[str]
+) -> Iterator[tuple[float, dict[str, float]]]:
     """Yield (gain, values) at every place of the grid that the model can hold, with the linear parameters at their
-    best."""
+    best. problems: takes why the others cannot be."""
     linear = [p for p in member.parameters if p.linear]
     shapes, changes = [], []
     for shape in _grid(projected, member, lacking):
         try:
             changes.append(_changes(projected, member, {**shape, **{p.name: 0.0 for p in linear}}))
-        except ValueError:
+        except ValueError as e:
+            problems.append(str(e))
             continue
         shapes.append(shape)
     if not shapes:
