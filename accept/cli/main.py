@@ -32,6 +32,13 @@ COMMANDS: dict[str, Command | Group] = {
     "recall": Command("trust.recall:run", "List the units measured with an instrument."),
     "match": Command("fleet.selection:match", "Find units that fit together."),
     "rr": Command("fleet.bench_health:gauge_study", "Evaluate a gauge study."),
+    "gauge": Group(
+        "Gauges against references: bias and linearity.",
+        {
+            "bias": Command("fleet.bench_health:gauge_bias", "Evaluate repeated readings of one reference."),
+            "linearity": Command("fleet.bench_health:gauge_linearity", "Evaluate readings of several references."),
+        },
+    ),
     "site": Command("fleet.site:run", "Write a page of the fleet."),
     "spec": Group(
         "Acceptance specs: list, show, validate.",

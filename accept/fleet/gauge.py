@@ -1,5 +1,7 @@
 """Gauge studies from a table or from the store, and the uncertainty that a spec may state from one."""
 
+from collections.abc import Sequence
+from dataclasses import asdict
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -9,15 +11,20 @@ import pandas as pd
 
 from accept.fleet.errors import FleetError
 from checks.arrays import Array
+from checks.picture import Band, Line, Mark, Panel
+from checks.process_control.gauge_bias import BiasStudy, LinearityStudy, bias_study, linearity_study
 from checks.process_control.gauge_study import STUDY_SIGMAS, GaugeStudy, gauge_study
 
 COLUMNS = ("part", "operator", "value")
+NUMBERS = ("value", "reference")
 COVERAGE = 2.0
+_UPPER_RANGE = {2: 3.267, 3: 2.574, 4: 2.282, 5: 2.114}  # D4 of so many repeats ([AIAG-SPC] appendix E)
 LARGEST = 10_000_000  # bytes of a table: ten thousand times what a study holds
 
 
-def read_table(path: Path) -> pd.DataFrame:
-    """Read a CSV file with the columns part, operator, value. Raises FleetError naming the wrong row or column."""
+def read_table(path: Path, columns: Sequence[str] = COLUMNS) -> pd.DataFrame:
+    """Read a CSV file with these columns; value and reference are numbers. Raises FleetError naming the wrong row or
+    column."""
     if not path.is_file():
         raise FleetError(f"{path}: is not a file")
     if path.stat().st_size > LARGEST:
@@ -29,17 +36,18 @@ def read_table(path: Path) -> pd.DataFrame:
     except (ValueError, UnicodeDecodeError) as e:
         raise FleetError(f"{path}: is not a CSV table: {e}") from e
     frame = frame.rename(columns=lambda name: str(name).strip().lower()).map(str.strip)
-    if semicolons and "value" in frame.columns:
-        frame = frame.assign(value=frame["value"].str.replace(",", "."))
-    missing = [name for name in COLUMNS if name not in frame.columns]
+    missing = [name for name in columns if name not in frame.columns]
     if missing:
-        raise FleetError(f"{path}: no column {', '.join(missing)}; expected {', '.join(COLUMNS)}")
-    numbers = pd.to_numeric(frame["value"], errors="coerce")
-    bad = ~np.isfinite(numbers.to_numpy(dtype=float))
-    if bad.any():
-        row = int(np.flatnonzero(bad)[0])
-        raise FleetError(f"{path}, line {row + 2}: value '{frame['value'].iloc[row]}' is not a number")
-    return frame.assign(value=numbers)[list(COLUMNS)]
+        raise FleetError(f"{path}: no column {', '.join(missing)}; expected {', '.join(columns)}")
+    for name in set(columns) & set(NUMBERS):
+        texts = frame[name].str.replace(",", ".") if semicolons else frame[name]
+        numbers = pd.to_numeric(texts, errors="coerce")
+        bad = ~np.isfinite(numbers.to_numpy(dtype=float))
+        if bad.any():
+            row = int(np.flatnonzero(bad)[0])
+            raise FleetError(f"{path}, line {row + 2}: {name} '{frame[name].iloc[row]}' is not a number")
+        frame = frame.assign(**{name: numbers})
+    return frame[list(columns)]
 
 
 def from_store(frame: pd.DataFrame) -> pd.DataFrame:
@@ -109,3 +117,111 @@ def document(found: GaugeStudy, tolerance: float | None, readings: int) -> dict[
         "U": expanded_uncertainty(found),
         "verdict": found.verdict(tolerance),
     }  # fmt: skip
+
+
+def bias(frame: pd.DataFrame, reference: float, tolerance: float | None) -> BiasStudy:
+    """Return the study of readings of one part. Raises FleetError."""
+    try:
+        return bias_study(frame["value"].to_numpy(dtype=float), reference, tolerance)
+    except ValueError as e:
+        raise FleetError(str(e)) from e
+
+
+def linearity(frame: pd.DataFrame) -> LinearityStudy:
+    """Return the study of readings of several parts with their references. Raises FleetError."""
+    try:
+        return linearity_study(frame["reference"].to_numpy(dtype=float), frame["value"].to_numpy(dtype=float))
+    except ValueError as e:
+        raise FleetError(str(e)) from e
+
+
+def bias_document(found: BiasStudy, reference: float, tolerance: float | None) -> dict[str, Any]:
+    """Return a study of type 1 as a document."""
+    return {
+        **asdict(found),
+        "bias": _estimate(found.bias),
+        "reference": reference,
+        "tolerance": tolerance,
+        "capable": found.capable,
+    }
+
+
+def linearity_document(found: LinearityStudy) -> dict[str, Any]:
+    """Return a study of linearity as a document."""
+    rows = zip(found.references, found.biases, strict=True)
+    return {
+        "n": found.n,
+        "slope": _estimate(found.slope),
+        "intercept": _estimate(found.intercept),
+        "sigma": found.sigma,
+        "r_squared": found.r_squared,
+        "references": [{"reference": reference, **_estimate(each)} for reference, each in rows],
+        "linear": found.linear,
+    }
+
+
+def _estimate(estimate: Any) -> dict[str, Any]:
+    values = {name: value if np.isfinite(value) else None for name, value in asdict(estimate).items()}
+    return values | {"significant": estimate.significant}
+
+
+def bias_panels(frame: pd.DataFrame, found: BiasStudy, reference: float) -> list[Panel]:
+    """Return the readings in order, with their mean and the reference."""
+    values = frame["value"].to_numpy(dtype=float)
+    items = (
+        Line(np.arange(1.0, values.size + 1), values, "reading", "points", "data"),
+        Mark(reference, "y", "reference", "limit"),
+        Mark(found.mean, "y", "mean", "model"),
+    )
+    return [Panel("readings of one part", "reading", "value", items)]
+
+
+def linearity_panels(frame: pd.DataFrame, found: LinearityStudy) -> list[Panel]:
+    """Return the bias of every reading against its reference, the mean of each and the line."""
+    at = frame["reference"].to_numpy(dtype=float)
+    ends = np.array([at.min(), at.max()])
+    means = np.array([each.value for each in found.biases])
+    items = (
+        Line(at, frame["value"].to_numpy(dtype=float) - at, "reading", "points", "data"),
+        Line(np.array(found.references), means, "mean", "points", "bad"),
+        Line(ends, found.intercept.value + found.slope.value * ends, "line", role="model"),
+        Mark(0.0, "y", "no bias", "quiet"),
+    )
+    return [Panel("bias against reference", "reference", "bias", items)]
+
+
+def panels(frame: pd.DataFrame, found: GaugeStudy) -> list[Panel]:
+    """Return the six pictures of a crossed study: components, ranges and means of the cells by operator, values by part
+    and by operator, and the means of every operator over the parts."""
+    x = crossed(frame)
+    parts, operators, repeats = x.shape
+    cells, ranges = x.mean(axis=2), np.ptp(x, axis=2)
+    cell, part, operator = (np.arange(1.0, n + 1) for n in (cells.size, parts, operators))
+    limit = float(ranges.mean()) * _UPPER_RANGE.get(repeats, 2.0)
+    half = 3.0 * found.components["repeatability"].sigma / np.sqrt(repeats)
+    upper, middle = Mark(limit, "y", "upper limit", "bad"), float(x.mean())
+    limits = (Mark(middle - half, "y", "limits of repeatability", "bad"), Mark(middle + half, "y", "", "bad"))
+    of_part = Line(np.repeat(part, operators * repeats), x.reshape(-1), "value", "points", "data")
+    of_operator = Line(np.tile(np.repeat(operator, repeats), parts), x.reshape(-1), "value", "points", "data")
+    of_means = Line(operator, cells.mean(axis=0), "mean", role="model")
+    names = sorted(frame["operator"].astype(str).unique())
+    across = "part, operator after operator"
+    return [
+        _shares(found),
+        Panel("ranges", across, "range", (Line(cell, ranges.T.reshape(-1), "range"), upper)),
+        Panel("means", across, "mean", (Line(cell, cells.T.reshape(-1), "mean"), *limits)),
+        Panel("values by part", "part", "value", (of_part, Line(part, cells.mean(axis=1), "mean", role="model"))),
+        Panel("values by operator", "operator", "value", (of_operator, of_means)),
+        Panel("interaction", "part", "mean", tuple(Line(part, cells[:, k], name) for k, name in enumerate(names))),
+    ]  # fmt: skip
+
+
+def _shares(found: GaugeStudy) -> Panel:
+    names = ("gauge", "repeatability", "reproducibility", "parts")
+    share = [100.0 * found.components[name].sigma / found.components["total"].sigma for name in names]
+    bars = tuple(
+        Band(np.array([0.0, value]), np.full(2, 3.0 - i - 0.35), np.full(2, 3.0 - i + 0.35), role="good")
+        for i, value in enumerate(share)
+    )
+    title, across = "share of the total spread", "% of the study"
+    return Panel(title, across, "", bars, x_range=(0.0, 105.0), y_range=(-0.6, 3.6), y_names=tuple(reversed(names)))

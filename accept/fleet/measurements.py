@@ -2,6 +2,7 @@
 
 import calendar
 import datetime
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -12,19 +13,20 @@ from accept.base.documents.results import UnitEntry
 from accept.fleet.errors import FleetError
 from accept.judging.voids import Void, voids
 from accept.store import Event, Store
-from accept.store.payloads import UnitJudged
+from accept.store.payloads import InstrumentChecked, UnitJudged
 from checks.cause import Cause
 
 OF_A_JUDGEMENT = [
-    "seq", "time", "batch", "place", "operator", "bench", "lot", "supplier", "order", "shift", "serial", "kind",
-    "attempt", "unit_verdict", "spec", "voided",
+    "seq", "time", "batch", "place", "operator", "bench", "lot", "supplier", "order", "shift", "study", "serial",
+    "kind", "attempt", "unit_verdict", "spec", "voided",
 ]  # fmt: skip
 OF_A_FINDING = [
     "check", "quantity", "value", "unit", "U", "lower", "upper", "verdict", "reason", "required", "measured",
 ]  # fmt: skip
 COLUMNS = [*OF_A_JUDGEMENT, *OF_A_FINDING]
-OF_ORIGIN = ("lot", "supplier", "order", "shift")
+OF_ORIGIN = ("lot", "supplier", "order", "shift", "study")
 NOT_STATED = "not stated"
+CHECKED = "check:"  # before the name of an instrument: the quantity of its comparisons with the reference
 VOIDED = "voided"  # verdict of a unit whose judgement was declared void
 NOT_MEASURED = Cause.NOT_MEASURED.value
 
@@ -37,7 +39,10 @@ def measurements(store: Store, serial: str | None = None) -> pd.DataFrame:
     voided: why quality assurance declared the judgement void, "" if it did not; unit_verdict is "voided" then. Raises
     StoreError.
     """
-    frame = pd.DataFrame(rows(store.events(serial, UnitJudged.KIND), voids(store, serial)), columns=COLUMNS)
+    return _typed(pd.DataFrame(rows(store.events(serial, UnitJudged.KIND), voids(store, serial)), columns=COLUMNS))
+
+
+def _typed(frame: pd.DataFrame) -> pd.DataFrame:
     for name in ("time", "measured"):
         frame[name] = pd.to_datetime(frame[name], utc=True, format="ISO8601").dt.as_unit("us")
     frame["required"] = frame["required"].fillna(True).astype(bool)
@@ -73,6 +78,30 @@ def rows(events: Iterable[Event], void: Mapping[int, Void]) -> Iterator[dict[str
             yield common | own | {"verdict": str(finding.verdict), "measured": result.measured.get(finding.check)}
 
 
+def instrument_checks(store: Store, name: str) -> pd.DataFrame:
+    """Return the comparisons of an instrument with its reference (`accept hw check`) as rows with the columns
+    `COLUMNS`: serial is the time of the comparison, bench the instrument with its serial number, |E_n| is 1 at the
+    limits. Raises FleetError if the instrument was never compared, StoreError."""
+    events = [(event, InstrumentChecked.of(event)) for event in store.events(what=InstrumentChecked.KIND)]
+    found = [(event, each) for event, each in events if each.instrument == name]
+    if not found:
+        known = ", ".join(sorted({each.instrument for _, each in events})) or "none"
+        raise FleetError(f"no comparison of an instrument '{name}' with its reference; there are of: {known}")
+    rows = [
+        {
+            **dict.fromkeys(COLUMNS, NOT_STATED),
+            "seq": event.seq, "time": event.time, "batch": event.seq, "place": 0, "operator": event.who,
+            "bench": f"{name} {each.serial or ''}".strip(), "serial": each.time[:19], "kind": each.what, "attempt": 1,
+            "voided": "", "check": "reference", "quantity": f"{CHECKED}{name}", "value": each.value, "unit": each.unit,
+            "U": each.U, "lower": each.reference - math.hypot(found[0][1].U, each.U_reference),
+            "upper": each.reference + math.hypot(found[0][1].U, each.U_reference),
+            "verdict": "pass" if each.passed else "fail", "reason": None, "required": True, "measured": each.time,
+        }
+        for event, each in found
+    ]  # fmt: skip
+    return _typed(pd.DataFrame(rows, columns=COLUMNS))
+
+
 def when(frame: pd.DataFrame) -> pd.Series:
     """Return when each row was measured: the stated day, else the time of judging."""
     return frame["measured"].fillna(frame["time"])
@@ -87,17 +116,22 @@ def in_order_of_measurement(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def not_void(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of judgements that were not declared void: those that count."""
+    """Return the rows of judgements that were not declared void."""
     return frame[frame["voided"] == ""]
+
+
+def counted(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of judgements that say something of the process: not void, and of no study of the gauge."""
+    return frame[(frame["voided"] == "") & (frame["study"] == NOT_STATED)]
 
 
 def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the first attempt at every quantity of every unit: one row for each, of the whole history in frame.
 
     A quantity that was not measured has not been attempted: a unit that was judged by a short spec first is attempted
-    again only for what that spec asked. A judgement that was declared void is no attempt.
+    again only for what that spec asked. A judgement that was declared void, or is of a study, is no attempt.
     """
-    frame = not_void(frame)
+    frame = counted(frame)
     attempted = frame[(frame["verdict"] != "no_result") | (frame["reason"] != NOT_MEASURED)]
     return attempted.sort_values("seq", kind="stable").drop_duplicates(["serial", "quantity"])
 

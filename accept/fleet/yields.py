@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtri
 
-from accept.fleet.measurements import first_attempts, not_void, when
+from accept.fleet.measurements import NOT_STATED, counted, first_attempts, when
 from accept.pictures.labels import label_of
 from checks.picture import Band, Line, Panel, Text
 
@@ -25,7 +25,8 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
     attempted = first_attempts(frame)
     stopped = set(attempted.loc[attempted["required"] & (attempted["verdict"] != "pass"), "serial"])
     tried = set(attempted["serial"])
-    judged = frame.sort_values("seq", kind="stable")  # void ones too: such a unit has not passed in the end
+    # Void ones too: a unit whose last judgement is void has not passed in the end.
+    judged = frame[frame["study"] == NOT_STATED].sort_values("seq", kind="stable")
     last = judged.drop_duplicates("serial", keep="last").set_index("serial")["unit_verdict"].eq("accepted")
     missing = set(last.index[~last]) - stopped  # incomplete to this day, though nothing that was attempted failed
     passed = [serial in tried and serial not in stopped | missing for serial in first["serial"]]
@@ -39,9 +40,9 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
 
 
 def _first_judgements(frame: pd.DataFrame, chosen: pd.Series | None) -> pd.DataFrame:
-    """Return a row of the first judgement of every unit that was not declared void, of the whole history, if it is
-    among the chosen rows."""
-    first = not_void(frame).sort_values("seq", kind="stable").drop_duplicates("serial")
+    """Return a row of the first judgement of every unit that counts, of the whole history, if it is among the
+    chosen rows."""
+    first = counted(frame).sort_values("seq", kind="stable").drop_duplicates("serial")
     return first if chosen is None else first[chosen.reindex(first.index, fill_value=False)]
 
 

@@ -9,7 +9,7 @@ from checks.acceptance import CHECKS
 from checks.declare import Measured
 from specs.bench import Channels, channel_map
 
-ORIGIN = ("manufacturer", "type", "lot", "supplier", "order", "customer", "condition", "received", "shift")
+ORIGIN = ("manufacturer", "type", "lot", "supplier", "order", "customer", "condition", "received", "shift", "study")
 ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}  # a unit is measured within these
 
 

@@ -10,16 +10,17 @@ import typer
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
 from accept.commands.fleet.options import Choice, ExpectedGolden, GaugeOptions, Outputs
-from accept.commands.fleet.questions import chosen
+from accept.commands.fleet.questions import check_plot, chosen, draw
 from accept.commands.fleet.tables import check, show, write_documents
-from accept.commands.options import QaPassphrase
+from accept.commands.options import Plot, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
 from accept.fleet import gauge
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
-from accept.fleet.measurements import measurements, not_void, of_quantity
+from accept.fleet.measurements import counted, measurements, of_quantity
 from accept.judging import golden
 from accept.store import open_store
+from checks.process_control.gauge_bias import CAPABLE
 from checks.process_control.gauge_study import CATEGORIES
 
 AtTheBench = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who is at the bench.")]
@@ -31,9 +32,11 @@ def gauge_study(
     choice: Choice,
     outputs: Outputs,
     table: Annotated[Path | None, typer.Argument(help="CSV file with columns part, operator, value.")] = None,
+    plot: Plot = None,
 ) -> Exit:
     """Evaluate a gauge study. Repeatability, reproducibility, U for a spec; exit 4 if conditional, 3 if not usable."""
     check(outputs)
+    check_plot(plot)
     if (table is None) == (wanted.quantity is None):
         raise FleetError("name either a CSV table (part, operator, value) or --quantity for judgements in the store")
     if wanted.tolerance == 0.0:
@@ -42,8 +45,11 @@ def gauge_study(
         frame = gauge.read_table(table)
     else:
         with open_store() as store:
-            frame = not_void(chosen(measurements(store), choice))
-            frame = gauge.from_store(of_quantity(frame, str(wanted.quantity)))
+            frame = chosen(measurements(store), choice)
+        frame = frame[frame["study"] == wanted.study] if wanted.study else counted(frame)
+        if frame.empty:
+            raise FleetError(f"the store holds no judgement of a study '{wanted.study}'; [origin] study names it")
+        frame = gauge.from_store(of_quantity(frame, str(wanted.quantity)))
     found = gauge.study(frame)
     document = gauge.document(found, wanted.tolerance, len(frame))
     show(pd.DataFrame(document["table"]), "analysis of variance", dict.fromkeys(("F", "p"), "{:.4g}"))
@@ -62,8 +68,63 @@ def gauge_study(
         f"source = 'gauge study of {len(frame)} readings'"
     )
     write_documents(outputs, document, pd.DataFrame(document["components"]))
+    draw(plot, gauge.panels(frame, found), columns=2)
     stdout.print(f"the measurement is {document['verdict']}: {found.percent_of_study:.1f} % of the study")
     return {"good": Exit.ACCEPTED, "conditional": Exit.INCOMPLETE}.get(document["verdict"], Exit.REJECTED)
+
+
+@clear_errors
+def gauge_bias(
+    table: Annotated[Path, typer.Argument(help="CSV file with the column value: one part, in order.")],
+    reference: Annotated[float, typer.Option(help="Value of the part by its certificate.")],
+    tolerance: Annotated[float | None, typer.Option(help="Distance between the limits: gives Cg and Cgk.")] = None,
+    plot: Plot = None,
+    *,
+    outputs: Outputs,
+) -> Exit:
+    """Evaluate repeated readings of one reference. Bias with its t test, Cg and Cgk; exit 3 if not capable."""
+    check(outputs)
+    check_plot(plot)
+    frame = gauge.read_table(table, ("value",))
+    found = gauge.bias(frame, reference, tolerance)
+    document = gauge.bias_document(found, reference, tolerance)
+    b = found.bias
+    stdout.print(f"{found.n} readings: mean {found.mean:.6g}, repeatability {found.sigma:.4g} (1 sd)")
+    words = "significant" if b.significant else "not significant"
+    stdout.print(f"bias {b.value:+.4g}, 95 % interval {b.lo:+.4g} to {b.hi:+.4g}: {words} (t {b.t:.3g}, p {b.p:.3g})")
+    if found.Cg is not None and found.Cgk is not None:
+        state = "capable" if found.capable else "not capable"
+        stdout.print(f"Cg {found.Cg:.2f}, Cgk {found.Cgk:.2f} ({CAPABLE} or more are wanted): {state}")
+    write_documents(outputs, document, frame)
+    draw(plot, gauge.bias_panels(frame, found, reference), columns=1)
+    if found.capable is not None:
+        return Exit.ACCEPTED if found.capable else Exit.REJECTED
+    return Exit.INCOMPLETE if b.significant else Exit.ACCEPTED
+
+
+@clear_errors
+def gauge_linearity(
+    table: Annotated[Path, typer.Argument(help="CSV file with columns reference, value: several parts.")],
+    plot: Plot = None,
+    *,
+    outputs: Outputs,
+) -> Exit:
+    """Evaluate readings of several references. The line of the bias over the range; exit 4 if it is significant."""
+    check(outputs)
+    check_plot(plot)
+    frame = gauge.read_table(table, ("reference", "value"))
+    found = gauge.linearity(frame)
+    document = gauge.linearity_document(found)
+    rows = [{"reference": r["reference"], "bias": r["value"], "from": r["lo"], "to": r["hi"], "p": r["p"]}
+            for r in document["references"]]  # fmt: skip
+    show(pd.DataFrame(rows), "mean bias of each reference, with its 95 % interval", {"p": "{:.3g}"})
+    for name, each in (("slope", found.slope), ("intercept", found.intercept)):
+        words = "significant" if each.significant else "not significant"
+        stdout.print(f"{name} {each.value:+.4g}, {each.lo:+.4g} to {each.hi:+.4g}: {words} (t {each.t:.4g})")
+    stdout.print(f"R² {100.0 * found.r_squared:.1f} %, spread about the line {found.sigma:.4g} (1 sd)")
+    write_documents(outputs, document, pd.DataFrame(rows))
+    draw(plot, gauge.linearity_panels(frame, found), columns=1)
+    return Exit.ACCEPTED if found.linear else Exit.INCOMPLETE
 
 
 @clear_errors

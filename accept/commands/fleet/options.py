@@ -98,6 +98,7 @@ class GaugeOptions:
 
     quantity: Annotated[str | None, typer.Option(help="Instead: repeated judgements of this quantity.")] = None
     tolerance: Annotated[float | None, typer.Option(min=0.0, help="Distance between the limits.")] = None
+    study: Annotated[str | None, typer.Option(help="With --quantity: only judgements of this [origin] study.")] = None
 
 
 @dataclass(frozen=True)

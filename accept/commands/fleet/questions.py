@@ -19,7 +19,7 @@ from accept.fleet import history as histories
 from accept.fleet import trend as trends
 from accept.fleet import yields
 from accept.fleet.errors import FleetError
-from accept.fleet.measurements import attempts, between, day, latest, measurements
+from accept.fleet.measurements import CHECKED, attempts, between, day, instrument_checks, latest, measurements
 from accept.pictures.formats import format_of
 from accept.pictures.labels import label_and_name, label_of
 from accept.store import open_store
@@ -56,7 +56,7 @@ def history(
 ) -> Exit:
     """Show every attempt of a unit. Its values with U, and what changed by more than the uncertainties allow."""
     check(outputs)
-    _check_plot(plot)
+    check_plot(plot)
     frame = _stored(serial)
     if frame.empty:
         raise FleetError(f"no judgement of a unit '{serial}' in the store; `accept list` shows all serials")
@@ -74,18 +74,19 @@ def history(
             soft_wrap=True,
         )
     write(outputs, changed)
-    _draw(plot, histories.panels(changed), columns=2)
+    draw(plot, histories.panels(changed), columns=2)
     return Exit.ACCEPTED
 
 
-def _check_plot(plot: Path | None) -> None:
+def check_plot(plot: Path | None) -> None:
     """Raise OSError or PictureError, before the work, if a picture cannot be written."""
     if plot is not None:
         check_place(plot)
         format_of(plot)
 
 
-def _draw(plot: Path | None, panels: Sequence[Panel], columns: int) -> None:
+def draw(plot: Path | None, panels: Sequence[Panel], columns: int) -> None:
+    """Write pictures to a file if one is named. Raises OSError, PictureError."""
     if plot is None or not panels:
         return
     from accept.pictures.draw import picture  # loads matplotlib: only when wanted
@@ -163,7 +164,7 @@ def first_pass(
 ) -> Exit:
     """Show the first-pass yield. With its interval, and the causes that stopped the others, the most frequent first."""
     check(outputs)
-    _check_plot(plot)
+    check_plot(plot)
     frame = _stored()
     asked = is_chosen(frame, choice)
     made = yields.yields(frame, by.value, asked)
@@ -177,7 +178,7 @@ def first_pass(
     else:
         stdout.print("every unit passed at its first attempt")
     write(outputs, made)
-    _draw(plot, yields.panels(made, causes, by.value), columns=2)
+    draw(plot, yields.panels(made, causes, by.value), columns=2)
     return Exit.ACCEPTED
 
 
@@ -192,7 +193,7 @@ def _say_voided(frame: pd.DataFrame) -> None:
 
 @clear_errors
 def trend(
-    quantity: Annotated[str, typer.Argument(help="Name of a quantity, such as stroke_um.")],
+    quantity: Annotated[str, typer.Argument(help="A quantity, such as stroke_um; check:lcr for the reference of lcr.")],
     *,
     by: Annotated[TrendBy, typer.Option(help="A chart for each of these.")] = TrendBy.ALL,
     baseline: Annotated[
@@ -212,9 +213,10 @@ def trend(
 ) -> Exit:
     """Show a quantity over time. Control charts, alarms since the baseline, capability; exit 4 at an alarm."""
     check(outputs)
-    _check_plot(plot)
-    frame = _stored()
+    check_plot(plot)
     with open_store() as store:
+        of_instrument = quantity.startswith(CHECKED)
+        frame = instrument_checks(store, quantity.removeprefix(CHECKED)) if of_instrument else measurements(store)
         if baseline is not None:
             for of in trends.trends(frame, quantity, by.value, chosen=is_chosen(frame, _within(baseline, choice))):
                 stated = trends.set_baseline(store, of, by.value, reason, operator_name(operator))
@@ -234,7 +236,7 @@ def trend(
     write_documents(
         outputs, documents, pd.DataFrame([p | {"group": d["group"]} for d in documents for p in d["points"]])
     )
-    _draw(plot, [trends.panel(t) for t in made if len(t.rows)], columns=1)
+    draw(plot, [trends.panel(t) for t in made if len(t.rows)], columns=1)
     return Exit.INCOMPLETE if any(d["alarms"] for d in documents) else Exit.ACCEPTED
 
 

@@ -12,7 +12,11 @@ from typer.testing import CliRunner
 from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.cli.main import app
+from accept.fleet import gauge
 from accept.fleet.golden_check import check as check_goldens
+from accept.fleet.measurements import measurements
+from accept.fleet.trend import trends
+from accept.fleet.yields import yields
 from accept.judging import golden
 from accept.judging.decisions import DecisionError, Signer
 from accept.judging.golden import BenchStopped
@@ -21,6 +25,7 @@ from accept.store.payloads import GoldenResolved
 from accept.store.seal import Sealer
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.units.units import make_unit
+from tests.checks.process_control.test_gauge_bias import BIAS, LINEARITY
 from tests.checks.process_control.test_gauge_study import AIAG
 
 GOOD = {"sensor_uF": 5.0, "stroke_um": 360.0}
@@ -274,6 +279,61 @@ def test_tables_that_are_no_study(tmp_path, text, words):
     done = ask("rr", tmp_path / "s.csv")
     assert done.exit_code == 6
     assert words in done.output
+
+
+def test_the_six_pictures_of_a_study(tmp_path):
+    lines = ["part,operator,value"]
+    lines += [f"P{p},O{o},{v}" for p in range(10) for o in range(3) for v in AIAG[p, o]]
+    (tmp_path / "s.csv").write_text("\n".join(lines))
+    assert ask("rr", tmp_path / "s.csv", "--plot", tmp_path / "s.svg").exit_code == 4
+    assert (tmp_path / "s.svg").read_text().startswith("<?xml")
+    frame = gauge.read_table(tmp_path / "s.csv")
+    pictures = gauge.panels(frame, gauge.study(frame))
+    assert len(pictures) == 6
+    assert pictures[1].items[1].at == pytest.approx(0.8787, abs=0.002)  # [AIAG-MSA]: upper limit of the ranges 0.88
+    assert [item.label for item in pictures[5].items] == ["O0", "O1", "O2"]
+
+
+def test_bias_and_linearity_by_command(tmp_path):
+    """The published examples of [AIAG-MSA], one written with semicolons and commas."""
+    (tmp_path / "b.csv").write_text("value\n" + "\n".join(map(str, BIAS)))
+    done = ask(
+        "gauge", "bias", tmp_path / "b.csv", "--reference", 6, "--json", tmp_path / "b", "--plot", tmp_path / "b.svg"
+    )
+    assert done.exit_code == 0, done.output
+    found = json.loads((tmp_path / "b").read_text())
+    assert (found["bias"]["t"], found["bias"]["significant"]) == (pytest.approx(0.1218, abs=1e-4), False)
+    assert ask("gauge", "bias", tmp_path / "b.csv", "--reference", 5, "--tolerance", 8).exit_code == 3
+    assert ask("gauge", "bias", tmp_path / "b.csv", "--reference", 5).exit_code == 4
+    rows = [f"{at:g};{v}".replace(".", ",") for at, values in LINEARITY.items() for v in values]
+    (tmp_path / "l.csv").write_text("\n".join(["Reference;Value", *rows]))
+    done = ask("gauge", "linearity", tmp_path / "l.csv", "--json", tmp_path / "l", "--plot", tmp_path / "l.svg")
+    assert done.exit_code == 4, done.output
+    assert json.loads((tmp_path / "l").read_text())["slope"]["value"] == pytest.approx(-0.131667, abs=5e-7)
+    (tmp_path / "bad.csv").write_text("reference,value\n1,2\nx,3")
+    done = ask("gauge", "linearity", tmp_path / "bad.csv")
+    assert (done.exit_code, "line 3" in done.output) == (6, True)
+
+
+def test_a_study_beside_production_has_a_tag(tmp_path):
+    """Judgements with [origin] study are the study, and count in no yield or chart."""
+    with open_store() as opened:
+        for i in range(12):
+            add(opened, [judgement(f"P-{i}", GOOD | {"stroke_um": 350.0 + i})])
+        for p in range(4):
+            for who in ("Ann", "Bo"):
+                for r in range(2):
+                    event = judgement(f"P-{p}", GOOD | {"stroke_um": 400.0 + 10.0 * p + 0.1 * r})
+                    result = {**event.payload["result"], "origin": {"study": "rr-1"}}
+                    add(opened, [dataclasses.replace(event, payload={**event.payload, "result": result})], who=who)
+        frame = measurements(opened)
+    done = ask("rr", "--quantity", "stroke_um", "--study", "rr-1", "--json", tmp_path / "r")
+    assert done.exit_code in (0, 4), done.output
+    assert json.loads((tmp_path / "r").read_text())["readings"] == 16
+    assert ask("rr", "--quantity", "stroke_um", "--study", "rr-2").exit_code == 6
+    (trend,) = trends(frame, "stroke_um", "all")
+    assert (len(trend.rows), trend.rows["value"].max()) == (12, 361.0)
+    assert yields(frame, "kind").set_index("kind").at["apa", "units"] == 12
 
 
 def test_a_study_from_the_store_finds_the_repeatability_that_was_put_in(tmp_path):

@@ -18,6 +18,7 @@ from accept.fleet.trend import trends
 from accept.fleet.yields import panels as yield_panels
 from accept.fleet.yields import pareto, yields
 from accept.store import open_store
+from accept.store.payloads import InstrumentChecked
 from checks.picture import Band, Line, Text
 from tests.accept.fleet.judgements import add, judgement
 
@@ -249,6 +250,30 @@ def test_a_baseline_is_kept_and_what_leaves_it_is_named_with_its_place(tmp_path)
     assert ask("trend", "stroke_um", *days).exit_code == 6  # a revision needs its reason
     assert ask("trend", "stroke_um", *days, "--reason", "new probe").exit_code == 4
     assert ask("trend", "stroke_um", "--baseline", "October").exit_code == 6
+
+
+def test_the_reference_of_an_instrument_has_a_chart(tmp_path):
+    """40 days of `accept hw check lcr`; from the 25th on the instrument reads 3 sigma more: a shift, with its day."""
+    rng = np.random.default_rng(21)
+    with open_store() as store:
+        for d in range(40):
+            value = 10.0 + 0.01 * rng.standard_normal() + (0.03 if d >= 25 else 0.0)
+            time = f"{datetime.date(2026, 8, 1) + datetime.timedelta(d)}T08:00:00+00:00"
+            E_n = (value - 10.0) / np.hypot(0.05, 0.02)
+            checked = InstrumentChecked(
+                "lcr", "E912", time, "capacitance standard", "C-7", "uF", 10.0, 0.02, value, 0.05, (value,), E_n,
+                bool(abs(E_n) <= 1.0), {},
+            )  # fmt: skip
+            store.write(checked, who="Ann")
+    done = ask("trend", "check:lcr", "--json", tmp_path / "t", "--plot", tmp_path / "t.svg")
+    assert done.exit_code == 4, done.output
+    (row,) = json.loads((tmp_path / "t").read_text())
+    (alarm,) = row["alarms"]
+    assert (alarm["rule"], alarm["direction"], row["n"]) == ("shift", "up", 40)
+    assert "2026-08-25" <= alarm["since"] <= "2026-08-27"
+    assert alarm["size"] == pytest.approx(0.03, abs=alarm["U"])
+    done = ask("trend", "check:probe")
+    assert (done.exit_code, "lcr" in done.output) == (6, True)
 
 
 def test_lots_can_be_grouped_by(tmp_path):
