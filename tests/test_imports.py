@@ -58,6 +58,13 @@ sys.exit("loaded: " + ", ".join(loaded) if loaded else 0)
     assert (tmp_path / "out" / "results.csv").exists()
 
 
+def test_verifying_loads_no_analysis() -> None:
+    """What a certificate needs is loaded when its unit is judged again: the search for what is missing never is."""
+    heavy = ("scipy", "matplotlib", "pandas", "checks.gap.workflow", "checks.gap.effects", "checks.model.model")
+    done = python(f"import sys, accept.commands.trust.verify; print([m for m in {heavy} if m in sys.modules])")
+    assert done.stdout == "[]\n", done.stderr
+
+
 def lint(folder: Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()", "--no-cache"]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=_env(folder))

@@ -11,13 +11,13 @@ from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.gap.start_model import StartModel
+from accept.gap.text import on_certificate
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.result import GAP_PICTURES, UnitResult
 from accept.units.loaded_unit import LoadedUnit
 from accept.units.unit_folder import UnitError
 from checks.errors import ModelError, RecordError
 from checks.gap.decision.panels import panels
-from checks.gap.decision.result import NO_MISSING
 from checks.gap.workflow import GapRefused
 from checks.picture import Panel
 from specs.strict import SpecError
@@ -43,16 +43,6 @@ def with_explanation(result: UnitResult, document: Mapping[str, Any], drawn: Map
     """Return the result with the missing effects, and those of its pictures that a certificate shows."""
     shown = {f"{GAP_PICTURES}{name}": drawn[name] for name in on_certificate(document) if name in drawn}
     return without_bench_errors(replace(result, gap=document, panels={**result.panels, **shown}))
-
-
-def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the names of the pictures that a certificate shows: magnitude and residual, before and after, of the
-    channel that fitted worst; none if nothing is missing or nothing was found."""
-    channels = {c: G for c, G in document.get("gap_before", {}).get("channels", {}).items() if G is not None}
-    if not channels or document["verdict"] == NO_MISSING:
-        return ()
-    worst = max(channels, key=lambda name: channels[name])
-    return f"{worst} magnitude", f"{worst} residual"
 
 
 def _write_improved(done: analyse_unit.GapAnalysis, out: Path | None) -> str | None:

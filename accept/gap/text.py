@@ -25,6 +25,16 @@ HEADLINE = {
 }
 
 
+def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the names of the pictures that a certificate shows: magnitude and residual, before and after, of the
+    channel that fitted worst; none if nothing is missing or nothing was found."""
+    channels = {c: G for c, G in document.get("gap_before", {}).get("channels", {}).items() if G is not None}
+    if not channels or document["verdict"] == NO_MISSING:
+        return ()
+    worst = max(channels, key=lambda name: channels[name])
+    return f"{worst} magnitude", f"{worst} residual"
+
+
 def headline_of(verdict: str, effects: Iterable[str]) -> str:
     """Return the headline, such as `Cause found: misalignment`."""
     named = ", ".join(map(words_of, effects))

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from accept.certificate.contents.errors import InvalidCertificate
-from accept.gap.attach_to_result import on_certificate
 from accept.gap.start_model import applies
+from accept.gap.text import on_certificate
 from accept.judging.result import GAP_PICTURES
 from accept.pictures.jsonform import panels_to_json
 from accept.units.unit_folder import UnitFolder
