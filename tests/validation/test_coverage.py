@@ -1,0 +1,51 @@
+"""The comparison of intervals with and without a disagreement: what counts, and that the two ways differ."""
+
+import numpy as np
+
+from checks.gap.decision import build_result
+from validation.cases import Case
+from validation.coverage import EFFECTS, SET, intervals, noise_alone, report
+from validation.effects import LIBRARY
+from validation.sets import draw_set
+
+
+def case_of(effect: str) -> Case:
+    every = draw_set("laboratory-unlearned", 5, 24, of=SET)
+    return next(c for batch in every for c in batch.judge if effect in c.effects)
+
+
+def test_every_unit_hides_one_effect_that_the_bench_does_not_add_to() -> None:
+    hidden = [set(c.effects) for batch in draw_set("laboratory-unlearned", 5, 24, of=SET) for c in batch.judge]
+    assert len(hidden) == 24
+    assert all(len(h) == 1 and h <= set(EFFECTS) & set(LIBRARY) for h in hidden)
+
+
+def test_intervals_are_those_of_the_hidden_effect_beside_something_that_is_left() -> None:
+    case = case_of("crosstalk")
+    (true,) = case.effects["crosstalk"].values()
+    at = {"value": true, "ci95": [true - 1e-4, true + 1e-4]}
+    off = {"value": true, "ci95": [true + 1e-5, true + 1e-4]}
+    for ends, holds in ((at, True), (off, False)):
+        named = [{"effect": "crosstalk", "parameters": {"V_per_V": ends}}]
+        assert intervals({"verdict": "partly_explained", "named": named}, case) == {"V_per_V": holds}
+        assert intervals({"verdict": "explained", "named": named}, case) is None
+    assert intervals({"verdict": "partly_explained", "named": []}, case) is None
+
+
+def test_noise_alone_is_the_way_without_and_ends() -> None:
+    usual, data, left = build_result.with_disagreement, object(), np.ones(3)
+    with noise_alone():
+        assert build_result.with_disagreement(data, left) is data  # type: ignore[arg-type, comparison-overlap]
+    assert build_result.with_disagreement is usual
+
+
+def test_only_units_named_both_ways_count() -> None:
+    answers = [
+        {"with": {"a": True, "b": True}, "without": {"a": False, "b": True}},
+        {"with": {"a": True}, "without": None},
+        {"with": None, "without": None},
+    ]
+    words = report(answers)
+    assert "3 units, 1 named" in words
+    assert "with disagreement: 1.000 of 2" in words
+    assert "without disagreement: 0.500 of 2" in words
