@@ -51,14 +51,14 @@ class FittedModel:
 
     @property
     def worst(self) -> tuple[str, float]:
-        """Channel with the largest G, on data that were not fitted if there are any, and that G."""
+        """Return the channel with the largest G, on data that were not fitted if there are any, and that G."""
         by_channel = self.held_out or self.after
         channel = max(by_channel, key=lambda c: by_channel[c].G)
         return channel, by_channel[channel].G
 
     @property
     def explains(self) -> bool:
-        """Whether the fitted model is one that its file allows and agrees with the unit."""
+        """Return whether the fitted model is one that its file allows and agrees with the unit."""
         return self.fit.converged and self.doubt is None and self.worst[1] <= AGREES
 
     def __repr__(self) -> str:

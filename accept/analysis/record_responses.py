@@ -83,7 +83,7 @@ class MeasuredResponse:
 
     @property
     def title(self) -> str:
-        """Names of the records."""
+        """Return the names of the records."""
         return " + ".join(self.inputs)
 
     @property

@@ -22,7 +22,7 @@ def tables(result: Result, added: Sequence[AddedElement] = ()) -> dict[str, Page
         "steps": _steps(result),
         "reasons": _candidates(result),
         "added": _added(added),
-        "fitted": _fitted(result),
+        "fitted": _fitted_values(result),
     }
     return {name: table for name, table in found.items() if table.rows}
 
@@ -86,18 +86,18 @@ def _added(added: Sequence[AddedElement]) -> PageTable:
     return PageTable("Unidentified elements in the improved model", note, head, tuple(rows))
 
 
-def _fitted(result: Result) -> PageTable:
-    found = moved_parameters(result)
+def _fitted_values(result: Result) -> PageTable:
+    moved = moved_parameters(result)
     rows = tuple(
         (
-            model_label(one.name),
-            with_unit(f"{number(one.prior)} ± {one.prior_sd:.2g}", one.name),
-            with_unit(f"{number(one.value)} ± {one.sd:.2g}", one.name),
-            shift_words(one),
+            model_label(parameter.name),
+            with_unit(f"{number(parameter.prior)} ± {parameter.prior_sd:.2g}", parameter.name),
+            with_unit(f"{number(parameter.value)} ± {parameter.sd:.2g}", parameter.name),
+            shift_words(parameter),
         )
-        for one in found[:PARAMETERS]
+        for parameter in moved[:PARAMETERS]
     )
-    rest = len(found) - PARAMETERS
+    rest = len(moved) - PARAMETERS
     more = f" The other {rest} moved less." if rest > 0 else ""
     note = f"± is one standard deviation. Those that moved furthest come first.{more} model.toml holds them all."
     return PageTable(

@@ -98,13 +98,9 @@ def model_of(check: str, asked: CheckSpec) -> str | None:
 
 
 def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
-    """Return name -> files of every model among these that is no built-in one. A model that cannot be read has no
-    files: the check that asks for it gives no result."""
-    found: dict[str, ModelFiles] = {}
-    for name in names:
-        if name not in builtin_models():
-            found[name] = _read(name)
-    return found
+    """Return by name the files of every model that is not built in. A model that cannot be read has no files: the check
+    that asks for it gives no result."""
+    return {name: _read(name) for name in names if name not in builtin_models()}
 
 
 def hashes(evidence: Mapping[str, ModelFiles]) -> dict[str, dict[str, str]]:

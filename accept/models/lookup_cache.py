@@ -109,7 +109,7 @@ def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int 
 def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Cluster | None = None) -> MisalignmentTable:
     """Compute the rows that are not there yet, on all cores or on a cluster, and store the table. Raises TableError
     where a row from elsewhere is not what this machine computes."""
-    ready = dict(_finished(plan))
+    ready = dict(_stored_rows(plan))
     missing = [i for i in range(plan.dx.size) if i not in ready]
     if ready:
         say(f"{plan.model.name}: table of misalignments: {len(ready)} of {plan.dx.size} rows are there, going on")
@@ -181,8 +181,8 @@ def _row_file(plan: Plan, i: int) -> Path:
     return plan.rows / f"row_{i:03d}.npz"
 
 
-def _finished(plan: Plan) -> Iterator[tuple[int, Row]]:
-    """Yield rows of an earlier build that hold."""
+def _stored_rows(plan: Plan) -> Iterator[tuple[int, Row]]:
+    """Yield the rows of an earlier build that can be read and agree with the plan."""
     for i in range(plan.dx.size):
         path = _row_file(plan, i)
         if not path.exists():

@@ -66,12 +66,11 @@ def open_model_file(name: str | Path) -> OpenedModel:
 
 
 def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement | None] = matrices_of) -> OpenedModel:
-    """Return the model of a description. matrices: reads the superelement that it names, from elsewhere where need
-    be."""
+    """Return the model of a description. matrices: reads the superelement that it names."""
     effects = effects_of(spec)
-    held = [each for each in effects if effect_named(each[0]).in_model]
+    built_in = [each for each in effects if effect_named(each[0]).in_model]
     left_out = tuple(name for name, _ in effects if not effect_named(name).in_model)
-    model = with_effects(build(spec, matrices(spec)), held)
+    model = with_effects(build(spec, matrices(spec)), built_in)
     return OpenedModel(spec, with_elements(model, elements_of(spec)), left_out)
 
 
@@ -83,8 +82,8 @@ def as_weighed(given: OpenedModel, serial: str, payload_kg: float | None) -> Ope
 
 
 def effects_of(spec: ModelSpec) -> list[tuple[str, dict[str, float]]]:
-    """Return the file's effects by name, in order, without what has none (`elements_of`). Raises ModelError for a
-    parameter that is no number."""
+    """Return the file's effects by name, in order, except for unidentified elements (`elements_of`). Raises ModelError
+    if a parameter is not a number."""
     out = []
     for entry in (e for e in spec.effects if e.name != UNIDENTIFIED):
         for key, value in entry.parameters.items():
@@ -220,15 +219,16 @@ def _record_table(record: FitRecord | PopulationRecord) -> Any:
 
 def _put_element(document: TOMLDocument, fitted: FittedElement) -> None:
     """Put an unidentified element in the place of an earlier one on the same channel."""
-    one = fitted.element
-    kept = [e for e in document.get("effects", []) if (e["name"], e.get("channel")) != (UNIDENTIFIED, one.channel)]
+    element = fitted.element
+    kept = [e for e in document.get("effects", []) if (e["name"], e.get("channel")) != (UNIDENTIFIED, element.channel)]
     if "effects" in document:
         document["effects"] = tomlkit.aot()
         for entry in kept:
             document["effects"].append(entry)
-    pairs = {"poles": [list(p) for p in one.poles], "zeros": [list(z) for z in one.zeros]}
+    pairs = {"poles": [list(p) for p in element.poles], "zeros": [list(z) for z in element.zeros]}
     covariance = [[float(v) for v in row] for row in fitted.covariance]
-    _add_effect(document, UNIDENTIFIED, {"channel": one.channel, "gain": one.gain, **pairs, "covariance": covariance})
+    entry = {"channel": element.channel, "gain": element.gain, **pairs, "covariance": covariance}
+    _add_effect(document, UNIDENTIFIED, entry)
 
 
 def _add_effect(document: TOMLDocument, name: str, parameters: Mapping[str, Any]) -> None:

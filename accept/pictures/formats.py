@@ -12,7 +12,7 @@ class PictureError(AcceptError, ValueError):
 
 
 def format_of(path: Path) -> str:
-    """Format that a file's ending names. Raises PictureError."""
+    """Return the format that a file's ending names. Raises PictureError."""
     ending = path.suffix.lstrip(".").lower()
     if ending not in FORMATS:
         raise PictureError(f"{path}: the name of a picture ends in .pdf, .svg or .png")

@@ -88,7 +88,7 @@ def with_likelier_damping(found: Calibration, wrap: Wrap = itself) -> Calibratio
     response, now = wrap(other), found.fit
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            x, cost = _few_steps(found, response)
+            x, cost = _steps_for_damping(found, response)
     except ModelError:  # a step reached values at which the strut is not held
         return found
     if not cost < now.cost:
@@ -100,9 +100,9 @@ def with_likelier_damping(found: Calibration, wrap: Wrap = itself) -> Calibratio
     return Calibration(other, response, changed) if now.cost - cost > BEYOND_DOUBT else found
 
 
-def _few_steps(found: Calibration, other: Response) -> tuple[Array, float]:
-    """Return the best of some Gauss-Newton steps for the other form of damping with the derivatives of this one, which
-    differ by little: values (p,) and cost. If no step helps, the search for the other form is skipped."""
+def _steps_for_damping(found: Calibration, other: Response) -> tuple[Array, float]:
+    """Return values (p,) and cost of the best of some Gauss-Newton steps for the other form of damping, taken with the
+    derivatives of this form, which differ by little: a cheap test of whether the other form is worth a fit."""
     now, x = found.fit, found.fit.values
     unit, W = np.array([p.unit for p in now.free]), prior_rows(now.free, now.joint)
     lo, hi, prior = (np.array([getattr(p, k) for p in now.free]) for k in ("lo", "hi", "prior"))

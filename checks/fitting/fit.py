@@ -291,6 +291,7 @@ class _FitProblem:
         return off
 
     def normal(self, x: Array, r: Array) -> tuple[Array, Array]:
+        """Return J'J and J'r of the residuals' derivatives J by x."""
         values, slope = self.values(x), -self.coordinates.slope(x)
         A, g = self.weight.T @ self.weight, -self.weight.T @ r[r.size - len(self.weight) :]
         end = 0
@@ -317,6 +318,7 @@ class _LogRatioProblem(_FitProblem):
         return np.concatenate([*parts, self.off_prior(x)])
 
     def normal(self, x: Array, r: Array) -> tuple[Array, Array]:
+        """Return J'J and J'r; the derivative of ln(data / model) is that of the model over the model."""
         values, slope = self.values(x), self.coordinates.slope(x)
         blocks = []
         for s, H in zip(self.sets, self.modelled(x), strict=True):

@@ -49,7 +49,7 @@ def misplaced_modes(
     for peak in peaks_Hz:
         f = modes.at(at)[0]
         near = np.flatnonzero((np.abs(f / peak - 1.0) < CLOSE) & (np.abs(f / peak - 1.0) > THERE))
-        ways = [modes.moved(at, int(k), peak, strides) for k in near for strides in STRIDES]
+        ways = [modes.move_mode(at, int(k), peak, strides) for k in near for strides in STRIDES]
         found += [way for way in ways if way is not None]
     return found
 
@@ -80,9 +80,9 @@ class _Modes:
         n = int(np.sum(w2 < (2.0 * np.pi * self.f_hi) ** 2))
         return np.sqrt(w2[:n]) / (2.0 * np.pi), slopes[:, :n].T / w2[:n, None]
 
-    def moved(self, at: Values, mode: int, to_Hz: float, strides: int) -> dict[str, float] | None:
-        """Return the values at which one mode has moved and the others have stayed as far as they can; None if such
-        values are unlikely or the strut is not held."""
+    def move_mode(self, at: Values, mode: int, to_Hz: float, strides: int) -> dict[str, float] | None:
+        """Return the values that move one mode to a frequency and leave the others in place as far as possible, reached
+        in several strides; None if such values are unlikely or the strut is not held."""
         back = np.linalg.inv(prior_rows(self.free, self.model.joint))
         values, far = dict(at), 0.0
         try:

@@ -135,6 +135,7 @@ def _values(spec: ModelSpec) -> dict[str, float]:
 
 
 def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callable[[Values], ApaBody], bytes]:
+    """Return the APA as a function of the values, and the bytes of its matrices for the hash."""
     if isinstance(spec.apa, ApaFrame):
         s = _frame(_replace_fields(FrameGeometry(), spec.apa.geometry, "apa.geometry"))
     elif not isinstance(spec.apa, ApaSuperelement):

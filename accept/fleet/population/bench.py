@@ -40,7 +40,7 @@ class Feature:
 
     @property
     def sharp(self) -> bool:
-        """Whether it is no wider than a resonance."""
+        """Return whether it is no wider than a resonance."""
         return bool(np.log2(self.f_hi_Hz / self.f_lo_Hz) < SHARP_OCTAVES)
 
 
@@ -100,8 +100,8 @@ def features(bench: LearnedBench) -> list[Feature]:
     return sorted((f for f in out if f.f_hi_Hz > f.f_lo_Hz), key=lambda f: -f.size)
 
 
-def bench_words(found: Population) -> dict[str, tuple[float, float]]:
-    """Return channel -> median G of the units that belong, without the bench and as the others foretell it."""
+def median_gaps(found: Population) -> dict[str, tuple[float, float]]:
+    """Return by channel the median G of the units that belong, without the bench and as the others predict it."""
     belong = [j for j in found.judged if j.belongs]
     channels = dict.fromkeys(c for j in belong for c in j.G_left_out)
     return {
@@ -139,7 +139,7 @@ def bench_lines(found: Population, changed: Sequence[str] = ()) -> list[str]:
             f"{f.channel} differs from the model by up to {percent(f.size)} ({f.at_Hz:.0f} Hz) from {band}, in every "
             f"unit alike. Its cause is unknown. This looks like {what}."
         )
-    for c, (before, after) in bench_words(found).items():
+    for c, (before, after) in median_gaps(found).items():
         if before > 1.0:
             out.append(f"G of {c}, median of the units: {before:.3g} without what was learned, {after:.2g} with it.")
     return [*out, *changed]
@@ -162,7 +162,7 @@ def bench_document(found: Population, learned_on: str | None, changed: Sequence[
             }
             for f in (features(bench) if bench is not None else [])
         ],
-        "G": {c: {"without": before, "with": after} for c, (before, after) in bench_words(found).items()},
+        "G": {c: {"without": before, "with": after} for c, (before, after) in median_gaps(found).items()},
         "changed": list(changed),
     }
 

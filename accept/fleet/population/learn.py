@@ -24,7 +24,7 @@ from accept.fleet.population.unit_fits import (
     Say,
     UnitFit,
     fit_all,
-    free_with_latencies,
+    free_with_offsets,
     predicted_gaps,
     with_latencies,
 )
@@ -98,13 +98,14 @@ class Population:
 
     @property
     def holds(self) -> bool:
-        """Whether enough units belong to call it a batch."""
+        """Return whether enough units belong to call it a batch."""
         belong = sum(j.belongs for j in self.judged)
         return self.batch.converged and belong >= max(FEWEST, HOLDS * len(self.judged))
 
 
 def measured_units(folders: Sequence[Path], given: OpenedModel) -> list[Responses]:
-    """Responses of every unit. Raises UnitError, RecordError, ModelError: nothing is fitted before all can be read."""
+    """Return the responses of every unit; nothing is fitted before all can be read. Raises UnitError, RecordError,
+    ModelError."""
     if len(folders) < FEWEST:
         raise ModelError(f"{len(folders)} units: a batch needs {FEWEST} or more")
     found = [responses(folder, given.model.tolerance, given.model.channels) for folder in folders]
@@ -146,7 +147,7 @@ def population_of_fits(fitted: FittedUnits, given: OpenedModel) -> Population:
     """Make the batch of units that were fitted. A unit that does not belong is taken out, and the others are learned
     again."""
     fits = fitted.fits
-    free = free_with_latencies(given.model)
+    free = free_with_offsets(given.model)
     names = tuple(p.name for p in free)
     precision, pull = _likelihoods(fits, free)
     prior = prior_of(given.model, free)
@@ -186,7 +187,7 @@ def population_of_fits(fitted: FittedUnits, given: OpenedModel) -> Population:
 
 
 def _gaps_left_out(fit: UnitFit, fitted: FittedUnits, names: Sequence[str], kept: Array, others: Batch) -> Gs:
-    """G of a unit as bench and batch of the others foretell it."""
+    """Return G of a unit as predicted by the bench and the batch of the others."""
     if not fit.G:
         return {}
     bench = fitted.bench
@@ -198,8 +199,8 @@ def _gaps_left_out(fit: UnitFit, fitted: FittedUnits, names: Sequence[str], kept
 
 
 def _likelihoods(fits: Sequence[UnitFit], free: Sequence[Free]) -> tuple[Array, Array]:
-    """precision (n, p, p), pull (n, p). What a fit leaves unexplained widens what it says: a residual G times too large
-    may have moved every value by as much. A payload that was weighed is a datum of its unit."""
+    """Return precision (n, p, p) and pull (n, p) of the units' fits. An unexplained residual widens them: one that is G
+    times too large may have moved every value by as much. A payload that was weighed is a datum of its unit."""
     theta, cov = np.array([f.theta for f in fits]), np.array([f.cov for f in fits])
     mean, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
     names = [p.name for p in free]
@@ -216,9 +217,11 @@ def _likelihoods(fits: Sequence[UnitFit], free: Sequence[Free]) -> tuple[Array, 
 
 
 def prior_of(model: Model, free: Sequence[Free]) -> Prior:
-    """Of the batch. A file's sd is how far one unit may lie off, half of its variance taken for what units have in
-    common; of a mode it is the scatter alone, and how far the model is off in all units is learned from all modes; a
-    latency is the bench's, and alike in all units but for the clock."""
+    """Return the prior of a batch.
+
+    A file's sd is how far one unit may lie off; half of its variance is taken for what units have in common. That of a
+    mode is its scatter alone, and how far the model is off in all units is learned from all modes. A latency is the
+    bench's, and the same in all units but for the clock."""
     sds = np.array([model.sds.get(p.name, OFFSETS.get(p.name, p.sd)) for p in free])
     own = np.array([p.name.startswith(MODES) for p in free])
     of_bench = np.array([p.name in LATENCIES.values() for p in free])
@@ -233,7 +236,7 @@ def prior_of(model: Model, free: Sequence[Free]) -> Prior:
 
 
 def _batches(precision: Array, pull: Array, prior: Prior, belongs: Array) -> list[Batch]:
-    """For every unit the batch of those that belong, without itself."""
+    """Return for every unit the batch of those that belong, without itself."""
     if belongs.sum() < FEWEST:
         return learn_without_each(precision, pull, prior)
     inside = learn_without_each(precision[belongs], pull[belongs], prior)
@@ -251,7 +254,7 @@ def _judge(fit: UnitFit, names: Sequence[str], one: Belonging, belongs: bool, G_
 
 
 def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belongs: bool) -> str | None:
-    """Why a unit does not belong."""
+    """Return why a unit does not belong, or None if it does."""
     if belongs:
         return None
     if not fit.G:
@@ -272,11 +275,12 @@ def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belon
 
 
 def _most_common(given: Sequence[str]) -> str:
+    """Return the most frequent word, the first by the alphabet if several are."""
     return max(sorted(set(given)), key=given.count)
 
 
 def _selected_batch(batch: Batch, kept: Array) -> Batch:
-    """Of some parameters, whatever the others are."""
+    """Return the batch of some of its parameters."""
     both = np.ix_(kept, kept)
     return replace(
         batch,

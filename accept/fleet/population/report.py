@@ -103,6 +103,7 @@ def _unit(j: Judged) -> dict[str, Any]:
 
 
 def _parameter(found: Population, i: int, left: float) -> dict[str, Any]:
+    """Return the entry of a parameter in population.json. left: share of its prior's sd that the batch leaves."""
     batch, prior = found.batch, found.prior
     sd = float(np.sqrt(batch.mean_cov[i, i]))
     return {
@@ -119,7 +120,7 @@ def _parameter(found: Population, i: int, left: float) -> dict[str, Any]:
 
 
 def lines(found: Population, changed: Sequence[str] = ()) -> list[str]:
-    """For a person, on the terminal; changed: since an earlier bench."""
+    """Return the report on the terminal. changed: what changed since an earlier bench."""
     inside, compared = found.covered
     kept = [j.serial for j in found.judged if j.belongs]
     out = [f"learned from {len(kept)} units: {', '.join(kept)}" if kept else "no unit belongs to a batch"]
@@ -148,14 +149,14 @@ def shifts(found: Population, most: int = 8) -> list[str]:
 
 
 def _by_shift(found: Population) -> list[int]:
-    """Parameters that the batch tells, those first whose mean is farthest off, in its own standard uncertainties."""
+    """Return the parameters that the batch determines, by falling shift of the mean in standard uncertainties."""
     sd, before = np.sqrt(np.diag(found.batch.mean_cov)), found.prior.mean_sd
     away = np.where(sd < LEARNED * before, np.abs(found.batch.mean - found.prior.mean) / sd, -1.0)
     return [int(i) for i in np.argsort(-away) if away[i] >= 0]
 
 
 def picture_of(found: Population) -> Panel:
-    """Every unit's value of the parameters that have moved, and the batch's mean."""
+    """Return the picture of the parameters that moved: the values of every unit and the batch's mean."""
     order = _by_shift(found)[:SHOWN][::-1]
     scale = np.array([found.given.model.sds[n] for n in found.names])
     units = (found.batch.units - found.prior.mean) / scale

@@ -43,7 +43,7 @@ Values = Mapping[str, float]
 @dataclass(frozen=True, eq=False)
 class UnitFit:
     """A unit fitted for itself: names (p,), theta (p,), cov (p, p) in the names' units; G: by channel on records that
-    were not fitted, or on those that were where there are no others; G_before: without the learned bench and with the
+    were not fitted, or on the fitted ones if there are no others; G_before: without the learned bench and with the
     latencies of the file; unlike: by channel, the share of the band in which it differs from the others."""
 
     serial: str
@@ -67,7 +67,7 @@ class UnitFit:
 
     @property
     def at(self) -> dict[str, float]:
-        """Name -> fitted value."""
+        """Return the fitted values by name."""
         return dict(zip(self.names, (float(v) for v in self.theta), strict=True))
 
 
@@ -93,7 +93,7 @@ class UnitRatios:
         return dict(zip(self.channels, (octaves @ off / octaves.sum()).tolist(), strict=True))
 
     def learned(self, without: str | None = None) -> BenchFactor:
-        """Return what these units have alike, or all but one of them."""
+        """Return the factor that these units have in common. without: serial of a unit that is left out."""
         i = np.array([s != without for s in self.serials])
         return learn_factor(self.f, self.ratios[i], self.noise[i], self.sizes[i], self.channels)
 
@@ -160,7 +160,7 @@ def remaining_ratios(
         data = r.first.select(channels)
         H = model.frf(data.f, at, channels)
         ratio, size = data.H / H - 1.0, np.abs(H)
-        parts = [_on(f, data.f, x) for x in (ratio.real, ratio.imag, data.noise / size**2, size)]
+        parts = [_interpolated(f, data.f, x) for x in (ratio.real, ratio.imag, data.noise / size**2, size)]
         ratios.append(parts[0] + 1j * parts[1])
         noise.append(parts[2])
         sizes.append(parts[3])
@@ -168,8 +168,8 @@ def remaining_ratios(
     return UnitRatios(f, channels, np.array(ratios), np.array(noise), np.array(sizes), serials)
 
 
-def _on(f: Array, own: Array, values: Array) -> Array:
-    """Values (F, C) at frequencies of their own, taken over to f."""
+def _interpolated(f: Array, own: Array, values: Array) -> Array:
+    """Return values (F, C), given at frequencies `own`, interpolated to f."""
     if f.shape == own.shape and np.allclose(f, own):
         return values
     return np.array([np.interp(f, own, column) for column in values.T]).T
@@ -182,9 +182,9 @@ def _with_modal_damping(model: Model) -> Model:
 
 
 def _fit_alone(model: Model, data: Dataset) -> Values | None:
-    """Values of a unit whatever else it has: what a fit leaves in a band of a channel is tolerated there by the next
-    one, so that the bands that the model explains decide. None if no search can make anything of it."""
-    few, free = data.thinned(FEW_BINS), free_with_latencies(model)
+    """Return the values of a unit fitted alone: what a fit leaves in a band of a channel is tolerated there by the next
+    one, so that the bands that the model explains decide. None if no search succeeds."""
+    few, free = data.thinned(FEW_BINS), free_with_offsets(model)
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             at = coarse_fits(model, few, free)[0].at
@@ -197,14 +197,14 @@ def _fit_alone(model: Model, data: Dataset) -> Values | None:
 
 
 def _fit_beside(model: Model, r: Responses, at: Values | None, bench: BenchFactor, left: UnitRatios) -> Values | None:
-    """Values of a unit beside a bench, from given ones on. In bands in which the unit is not like the others its own
-    misfit is tolerated too."""
+    """Return the values of a unit fitted beside a learned bench, starting at the given ones. In bands in which the unit
+    differs from the others, its own misfit is tolerated too."""
     if at is None:
         return None
     model = replace(model, learned=bench.learned)
     few = r.first.thinned(FEW_BINS)
     tolerated = bench.learned.tolerance_at(few.f, few.channels)
-    weight = _on(few.f, left.f, bench.weights[left.serials.index(r.serial)])
+    weight = _interpolated(few.f, left.f, bench.weights[left.serials.index(r.serial)])
     own = misfit(few, model.frf(few.f, at, few.channels))
     for i, c in enumerate(few.channels):
         if c in left.channels:
@@ -212,7 +212,7 @@ def _fit_beside(model: Model, r: Responses, at: Values | None, bench: BenchFacto
             tolerated[:, i] = np.where(unlike, np.maximum(tolerated[:, i], own[:, i]), tolerated[:, i])
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            return finish(model, replace(few, by_frequency=tolerated), _start_at(free_with_latencies(model), at)).at
+            return finish(model, replace(few, by_frequency=tolerated), _start_at(free_with_offsets(model), at)).at
     except (ModelError, np.linalg.LinAlgError):
         return at
 
@@ -222,9 +222,9 @@ def _start_at(free: Sequence[Free], at: Values) -> FitPoint:
 
 
 def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench | None) -> UnitFit:
-    """Fit all bins, with the form of damping and the tolerance that the data ask for. A unit of which no search
-    can make anything says nothing: its priors alone, and no G."""
-    free = free_with_latencies(model)
+    """Fit all bins, with the form of damping and the tolerance that the data ask for. If no search succeeds, return the
+    priors without G."""
+    free = free_with_offsets(model)
     prior, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
     nothing = UnitFit(r.serial, r, model, tuple(p.name for p in free), prior, np.diag(sds**2), {}, False, {})
     if at is None:
@@ -245,29 +245,30 @@ def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench
 
 
 def _report(fit: UnitFit, say: Say) -> UnitFit:
+    """Print G of a fit and return the fit."""
     known = ", ".join(f"{c} {G:.3g}" for c, G in fit.G.items())
     say(f"{fit.serial}: G {known}" if known else f"{fit.serial}: no values of the model come near its responses")
     return fit
 
 
 def predicted_gaps(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench | None) -> Gs:
-    """Return G of a unit on a bench and with a batch for a prior that were learned without it: what its own data make
-    of that, judged on records that were not fitted. Empty where it has no such values."""
+    """Return G of a unit with a bench and a prior that were learned without it, fitted to its own data and judged on
+    records that were not fitted. Empty if no values of the model come near them."""
     model, r = replace(fit.model, learned=bench), fit.measured.on_bench(bench)
     known = {} if prior is None else {n: (v, prior.sds[n]) for n, v in prior.values.items()}
     free = [
         replace(p, prior=known[p.name][0], sd=known[p.name][1]) if p.name in known else p
-        for p in free_with_latencies(model)
+        for p in free_with_offsets(model)
     ]
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             at = finish(model, r.first.thinned(FEW_BINS), _start_at(free, fit.at), joint=prior).at
             return gaps_at(model, at, r.second or r.first)
-    except (ModelError, np.linalg.LinAlgError):  # values that no strut has: far from what the others foretell
+    except (ModelError, np.linalg.LinAlgError):  # values that no strut has: far from what the others predict
         return {}
 
 
-def free_with_latencies(model: Model) -> list[Free]:
+def free_with_offsets(model: Model) -> list[Free]:
     """Return what is fitted of each unit: all that is uncertain, and where its APA sits."""
     strut = any(name.startswith("joint.") for name in model.values)
     offsets = [n for n in OFFSETS if strut and n in model.values and n not in model.sds]
@@ -278,6 +279,6 @@ def free_with_latencies(model: Model) -> list[Free]:
 
 
 def gaps_at(model: Model, values: Mapping[str, float], data: Dataset) -> Gs:
-    """G by channel of a model at these values."""
+    """Return G by channel of a model at these values."""
     H = model.frf(data.f, values, data.channels)
     return {c: g.G for c, g in gaps([data.around(H)], [data.H - H]).items()}

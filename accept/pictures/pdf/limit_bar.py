@@ -44,6 +44,7 @@ def _view(lower: float | None, upper: float | None, value: float | None, U: floa
 
 
 def _zone(drawing: Drawing, finding: Mapping[str, Any], U: float, at: Any, middle: float) -> None:
+    """Draw the limits and the zone between them; with the guarded rule, the zone is narrower by U at each limit."""
     lower, upper = finding["lower"], finding["upper"]
     left = at(-math.inf if lower is None else lower)
     right = at(math.inf if upper is None else upper)

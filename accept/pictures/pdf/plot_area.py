@@ -31,12 +31,12 @@ class Area:
 
     @property
     def right(self) -> float:
-        """Of the axes [pt]."""
+        """Return the right end of the axes [pt]."""
         return self.left + self.width
 
     @property
     def top(self) -> float:
-        """Of the axes [pt]."""
+        """Return the upper end of the axes [pt]."""
         return self.bottom + self.height
 
     def x_of(self, values: Array | float) -> Array:

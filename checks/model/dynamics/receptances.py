@@ -39,7 +39,7 @@ class Receptances:
 
     def frf(self, f: Array) -> Complex:
         """Return the response (F, c) at f (F,) [Hz]; in memory each channel lies in one piece."""
-        u, _ = _moved(self.parts, (2.0 * np.pi * f).tobytes())
+        u, _ = _motions_under_loads(self.parts, (2.0 * np.pi * f).tobytes())
         return np.asarray(product(self.parts.outputs, np.ascontiguousarray(u[:, 0])).T)
 
     def static(self) -> Array:
@@ -53,7 +53,7 @@ class Receptances:
         system, parts = self.system, self.parts
         x = _at_rest(system)
         still = np.concatenate([parts.motions @ x, x]).T[:, :, None].astype(complex)
-        u, forces = _moved(parts, w[1:].tobytes())
+        u, forces = _motions_under_loads(parts, w[1:].tobytes())
         pushed = product(parts.motions[:, :-1].T, forces.reshape(len(forces), -1)).reshape(-1, *forces.shape[1:])
         q = pushed * _each(parts, w[1:])[:, None]
         moving = np.concatenate([u, q, u[parts.payload][None]]).swapaxes(0, 1)
@@ -67,7 +67,7 @@ def receptances(system: System, w: Array) -> Receptances | None:
 
 
 @lru_cache(maxsize=8)
-def _moved(parts: Parts, band: bytes) -> tuple[Complex, Complex]:
+def _motions_under_loads(parts: Parts, band: bytes) -> tuple[Complex, Complex]:
     """Return every motion (m, 1 + c, F), and the forces on the APA's motions, under one newton of drive and under a
     force along each output. Cached, because derivatives are asked for at values where a response was computed."""
     w = np.frombuffer(band)
