@@ -45,6 +45,7 @@ class Vector:
     item: str = "value"
     usual: tuple[float, float] | None = None
     called: str = ""
+    named: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.called:
@@ -70,7 +71,8 @@ class CsvTable:
 class Series:
     """A record file with these channels (name -> unit). `step`: the name of a scalar that holds the sampling time
     when the file has no time vector. `optional_channels` are read if the file has them. called: its name in
-    sentences ("torsion, hit at the left"), else `name`."""
+    sentences ("torsion, hit at the left"), else `name`. named: words, beside those of `name`, that the names of its
+    files usually hold."""
 
     name: str
     label: str
@@ -79,6 +81,7 @@ class Series:
     optional_channels: Mapping[str, str] = field(default_factory=dict)
     step: str | None = None
     called: str = ""
+    named: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.called:
@@ -142,6 +145,7 @@ class Check:
     model : the setting that names a model; the check finds the loaded model among its values, as `model`.
     guide : instructions that the workflow shows at its step; made from the declaration if the check gives none.
     short : its name in a list, at most 16 letters; the beginning of the title if the check gives none.
+    failed : what to do first if a quantity is beyond its limits, before the part is blamed.
     """
 
     name: str
@@ -156,6 +160,7 @@ class Check:
     model: str | None = None
     guide: Guide | None = None
     short: str = ""
+    failed: str = ""
 
     @property
     def labels(self) -> dict[str, str]:

@@ -83,8 +83,18 @@ IMPACT_ADVICE: Mapping[str, str] = {
 
 
 def advice(check: Check, finding: Finding) -> list[str]:
-    """Return what to do about a finding, one line each; empty if its cause needs no advice."""
-    return [] if finding.cause is None else lines(check, finding.cause)
+    """Return what to do about a finding, one line each; empty for a pass."""
+    known = [] if finding.cause is None else lines(check, finding.cause)
+    failed = finding.verdict is Verdict.FAIL and set(known) <= {ADVICE[Cause.CONTRADICTION]}
+    return [check.failed, *known] if failed and check.failed else known  # a contradiction names two suspects
+
+
+def first_advice(findings: Iterable[Finding]) -> str | None:
+    """Return what to do first about a unit: what to correct at the bench, else the advice on its first failure; None if
+    nothing is to be done."""
+    found = list(findings)
+    failed = [advice(CHECKS[f.check], f) for f in found if f.verdict is Verdict.FAIL]
+    return action(found) or next((told[0] for told in failed if told), None)
 
 
 def action(findings: Iterable[Finding]) -> str | None:

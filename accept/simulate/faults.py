@@ -13,11 +13,21 @@ from checks.model.time.adc_dac import RANGE_V
 
 
 @dataclass(frozen=True)
+class Remedy:
+    """What puts a bench error right. step: which is then measured again; stems: how the names of its records begin."""
+
+    words: str
+    step: str = "frf"
+    stems: tuple[str, ...] = ("frf_",)
+
+
+@dataclass(frozen=True)
 class UnitFault:
     """kinds: of unit that can have it; shows: (quantity, verdict) that a judgement by the spec of its kind must hold;
     unexplained: that of a strut holds instead until the gap analysis has named the cause, none if it is the same;
     figures: the APA with it; model: changes of the model's values, from its values; spoil: the record with it, by its
-    file stem; cut: file stems of records that end in the middle; double: hits that bounce."""
+    file stem; cut: file stems of records that end in the middle; double: hits that bounce; remedy: what puts it right
+    at the bench, None if the part itself is bad."""
 
     words: str
     kinds: tuple[str, ...]
@@ -28,6 +38,7 @@ class UnitFault:
     cut: tuple[str, ...] = ()
     double: DoubleHits | None = None
     unexplained: tuple[tuple[str, str], ...] = ()
+    remedy: Remedy | None = None
 
     def shown(self, kind: str) -> tuple[tuple[str, str], ...]:
         """Return what a judgement of a unit of this kind must hold that no gap analysis explains."""
@@ -83,7 +94,6 @@ def _clipped(c: Columns) -> Columns:
 
 
 _NO_FRF = (("axial_resonance_Hz", "no_result"),)
-
 FAULTS: Mapping[str, UnitFault] = {
     "flatness": UnitFault("interfaces out of plane by 14 um", ("apa",), (("flatness_um", "fail"),), figures=_warped),
     "capacitance": UnitFault(
@@ -97,7 +107,11 @@ FAULTS: Mapping[str, UnitFault] = {
     "soft_bending": UnitFault("shell too soft in bending", ("apa",), (("x_bending_Hz", "fail"),), figures=_soft_shell),
     "hysteresis": UnitFault("loops of 24 %", ("apa",), (("hysteresis_percent", "fail"),), figures=_lossy),
     "double_hit": UnitFault(
-        "the hammer bounces in the x-bending record", ("apa",), (("x_bending_Hz", "no_result"),), double=DoubleHits()
+        "the hammer bounces in the x-bending record",
+        ("apa",),
+        (("x_bending_Hz", "no_result"),),
+        double=DoubleHits(),
+        remedy=Remedy("hit once, briefly, and let the hammer spring back", "spurious_modes", ("bending_", "torsion_")),
     ),
     "wrong_payload": UnitFault(
         "8 kg on the bench",
@@ -105,11 +119,54 @@ FAULTS: Mapping[str, UnitFault] = {
         (("axial_resonance_Hz", "no_result"),),
         model=lambda _: {"bench.payload_kg": 8.0},
         unexplained=(("axial_resonance_Hz", "fail"),),  # an APA's stiffness by the added mass tells of it
+        remedy=Remedy("put the payload that was stated on the bench"),
     ),
-    "polarity": UnitFault("Vs is reversed", KINDS, _NO_FRF, spoil=_of_responses(_turned)),
-    "exchanged": UnitFault("de and da exchanged", ("strut",), _NO_FRF, spoil=_of_responses(_exchanged)),
-    "offset": UnitFault("de is stored three samples late", KINDS, _NO_FRF, spoil=_of_responses(_late)),
-    "dead_encoder": UnitFault("de stands still but for its last digit", KINDS, _NO_FRF, spoil=_of_responses(_dead)),
-    "clipped": UnitFault("Vs leaves the converter's range", KINDS, _NO_FRF, spoil=_of_responses(_clipped)),
-    "truncated": UnitFault("the high record ends in the middle of the file", KINDS, _NO_FRF, cut=("frf_noise_hf",)),
+    "polarity": UnitFault(
+        "Vs is reversed",
+        KINDS,
+        _NO_FRF,
+        spoil=_of_responses(_turned),
+        remedy=Remedy("reverse the connection of sensor stack Vs"),
+    ),
+    "exchanged": UnitFault(
+        "de and da exchanged",
+        ("strut",),
+        _NO_FRF,
+        spoil=_of_responses(_exchanged),
+        remedy=Remedy("exchange the plugs of encoder de and interferometer da"),
+    ),
+    "offset": UnitFault(
+        "de is stored three samples late",
+        KINDS,
+        _NO_FRF,
+        spoil=_of_responses(_late),
+        remedy=Remedy("set the recorder to store encoder de without delay"),
+    ),
+    "dead_encoder": UnitFault(
+        "de stands still but for its last digit",
+        KINDS,
+        _NO_FRF,
+        spoil=_of_responses(_dead),
+        remedy=Remedy("check plug and supply of encoder de"),
+    ),
+    "clipped": UnitFault(
+        "Vs leaves the converter's range",
+        KINDS,
+        _NO_FRF,
+        spoil=_of_responses(_clipped),
+        remedy=Remedy("set the range of sensor stack Vs higher"),
+    ),
+    "truncated": UnitFault(
+        "the high record ends in the middle of the file",
+        KINDS,
+        _NO_FRF,
+        cut=("frf_noise_hf",),
+        remedy=Remedy("copy the high record again"),
+    ),
 }
+
+
+def remedies(kind: str) -> list[Remedy]:
+    """Return what can be put right at the bench of a unit of this kind, each once, by its words."""
+    found = {f.remedy for f in FAULTS.values() if kind in f.kinds and f.remedy is not None}
+    return sorted(found, key=lambda remedy: remedy.words)

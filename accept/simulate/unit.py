@@ -12,7 +12,7 @@ from accept.base.atomic_files import write_atomic
 from accept.simulate import apa
 from accept.simulate.faults import FAULTS, UnitFault
 from accept.simulate.records import MERGE_HZ, Columns, DrivenUnit, noise_record, slow_record, sweep_record
-from accept.simulate.unit_request import UnitRequest, UnitRequestError
+from accept.simulate.unit_request import FIGURES, UnitRequest, UnitRequestError
 from accept.units.unit_experiments import EXPERIMENTS
 from accept.units.unit_folder import KINDS, UNIT_FILE
 from checks.gap.conditions.simulated import SENSOR_F, drive, under
@@ -42,7 +42,7 @@ def simulate(request: UnitRequest) -> SimulatedUnit:
         model = model.with_values(fault.model(model.values))
     bench = DrivenUnit(request, model)
     if request.kind == "apa":
-        figures = apa.draw(request.rng("figures"))
+        figures = apa.draw(request.rng(FIGURES))
         figures = fault.figures(figures) if fault.figures else figures
         records = apa.records(bench, figures, fault.double)
         sections, own = apa.sections(figures), figures.truth()

@@ -21,6 +21,7 @@ from specs.errors import AcceptError
 SHORTEST_S = 2.0
 LONGEST_S = 120.0
 SHORT_S = 10.5  # quick to simulate, and long enough: the specs ask for 10 s
+FIGURES = "figures"  # what the unit is, which every recording of it has
 APA_PAYLOAD_KG = 5.0  # [STB] 3.1.7; the models have what a strut carries
 
 
@@ -63,7 +64,8 @@ class UnitRequest:
     """A unit to simulate. seed: of excitation, noise and drawn figures; effects: (name, parameters) in order; fault: a
     name in `FAULTS`; hold: converter without a filter behind it; repeats: second realisations; low_s, high_s: length of
     the records of frequency responses; compact: files compressed, so that all fit into one certificate; experiments:
-    the responses once more, under other conditions."""
+    the responses once more, under other conditions; take: number of earlier recordings of the same unit, whose noise,
+    drive and hits were others."""
 
     serial: str
     kind: str
@@ -78,6 +80,7 @@ class UnitRequest:
     high_s: float = 20.0
     compact: bool = True
     experiments: tuple[ExperimentRequest, ...] = ()
+    take: int = 0
 
     def __post_init__(self) -> None:
         """Raise UnitRequestError if the request cannot be simulated."""
@@ -101,7 +104,8 @@ class UnitRequest:
 
     def rng(self, of: str) -> np.random.Generator:
         """Yield random numbers for one purpose, whatever else is drawn."""
-        return np.random.default_rng([self.seed, zlib.crc32(of.encode())])
+        again = [self.take] if self.take and of != FIGURES else []
+        return np.random.default_rng([self.seed, zlib.crc32(of.encode()), *again])
 
     def bent(self, Va: Array, amplitude_V: float) -> Array:
         """Return the drive (N,) [V] that effects make of another, if they are not linear, their size stated at this

@@ -1,6 +1,7 @@
 """The unit's folder on the disk: records copied in, `unit.toml` written from the state."""
 
 import hashlib
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +49,8 @@ def may_fit(source: Path, declared: Series | CsvTable, channels: Channels) -> bo
     A structure, whose channels stand inside it, may fit. channels: our name -> where it stands in the file.
     """
     try:
-        found = records.list_channels(source)
+        status = source.stat()
+        found = _channels_of(source, status.st_mtime_ns, status.st_size)
     except (RecordError, OSError):
         return False
     if isinstance(declared, CsvTable):
@@ -62,6 +64,12 @@ def may_fit(source: Path, declared: Series | CsvTable, channels: Channels) -> bo
     timed = bool(time & set(found)) or ("t" in channels and channels["t"].sampling_time_s is not None)
     vectors = [shape for shape in found.values() if max(shape, default=0) > 1]
     return not vectors or (needed <= set(found) and timed)
+
+
+@lru_cache(maxsize=2000)
+def _channels_of(source: Path, _mtime_ns: int, _size: int) -> dict[str, tuple[int, ...]]:
+    """Return the channels of a file: it is looked into again only if it has changed. Raises RecordError, OSError."""
+    return dict(records.list_channels(source))
 
 
 def _free_name(folder: Path, name: str, digest: str) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from accept.base.home import home
 from accept.judging.folder_name import doubted_folder, question
@@ -20,13 +21,16 @@ from accept.workflow.worker.process import WorkerProcess
 from specs.bench import NO_CHANNELS, BenchFile, Channels, load_bench
 from specs.spec import Spec
 
+if TYPE_CHECKING:
+    from accept.workflow.training import TrainingUnit
+
 LOCK_WAIT_S = 5.0  # for another program's hold on the store: then the technician is told
 
 
 @dataclass(frozen=True, eq=False)
 class Workbench:
-    """specs: kind -> spec. records: folder that new record files arrive in. hidden: the fault of a training unit, shown
-    at the end; None for a real unit. proposed: serial to begin with. stated: the bench file whose calibrations stand
+    """specs: kind -> spec. records: folder that new record files arrive in. training: the simulated unit of a training,
+    None for a real one. proposed: serial to begin with. stated: the bench file whose calibrations stand
     behind the findings. taken: an existing unit folder to continue. closing: stops what runs beside the workflow.
     worker: the process that judges."""
 
@@ -35,7 +39,7 @@ class Workbench:
     specs: Mapping[str, Spec]
     instruments: Instruments = field(default_factory=NoInstruments)
     records: Path = field(default_factory=Path.cwd)
-    hidden: str | None = None
+    training: "TrainingUnit | None" = None
     proposed: str = ""
     stated: BenchFile | None = None
     taken: UnitFolder | None = None
@@ -47,6 +51,14 @@ class Workbench:
         self.worker.close()
         self.closing()
         self.store.close()
+
+    def next_serial(self) -> str:
+        """Return the serial that is proposed for the unit after this one."""
+        return ""
+
+    def at_unit(self, _: "Begun") -> "Workbench":
+        """Return the bench as it stands for a unit."""
+        return self
 
     def known(self) -> list[KnownUnit]:
         """Return the units of the kinds that are judged here. Raises StoreError."""
@@ -70,7 +82,10 @@ class Workbench:
         session = self.session(begun.serial, begun.kind, begun.operator)
         try:
             self.worker.warm()
-            return session, self._attempt(session, begun)
+            problems = self._attempt(session, begun)
+            if self.training is not None:
+                self.training.resume(session)
+            return session, problems
         except BaseException:
             session.close()
             raise

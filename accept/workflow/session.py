@@ -3,9 +3,11 @@
 Each method may block (disk, lock, physics): screens call them from thread workers. One lock keeps entries in order.
 """
 
+import math
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -33,9 +35,11 @@ from accept.store.payloads import (
 )
 from accept.store.spelling import mistaken_for
 from accept.units import attach, unit_folder
+from accept.workflow import record_folder
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
 from accept.workflow.instruments.port import InstrumentPort, reading
 from accept.workflow.lock import UnitLock
+from accept.workflow.record_folder import Proposals
 from accept.workflow.state.unit_state import (
     Attempt,
     Given,
@@ -51,11 +55,13 @@ from accept.workflow.steps.plan import WorkflowStep, steps_of
 from accept.workflow.steps.section import note_lines
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
-from checks.declare import CsvTable, Input, Measured, Scalar, Series
+from checks.declare import CsvTable, Form, Input, Measured, Scalar, Series
 from checks.picture import Panel
 from hw.errors import InstrumentError
 from specs.bench import NO_CHANNELS, BenchFile, Channels, channel_map
 from specs.spec import Spec
+
+_EVENTS_BACK = 5000  # of the store: whether a file belongs to another unit is asked of these
 
 
 class Session:
@@ -219,6 +225,28 @@ class Session:
     def may_fit(self, declared: Series | CsvTable, source: Path) -> bool:
         """Return whether a file has the channels of a record of this unit, by their names."""
         return attach.may_fit(source, declared, channel_map(self.attempt.channels))
+
+    def proposals(self, step: WorkflowStep, form: Form, folder: Path) -> Proposals:
+        """Return the records in a folder that are proposed for the inputs of a form that have none yet."""
+        state = self.state(step.name)
+        wanted = [i for i in form.inputs if isinstance(i, Series | CsvTable) and state.link(i.name) is None]
+        if not wanted:
+            return {}
+        known = self._sources()
+        about = f"{step.name} {step.short}"
+        return record_folder.proposals(
+            folder, wanted, about, self.may_fit, lambda path, mtime: mtime <= known.get(str(path), -math.inf)
+        )
+
+    def _sources(self) -> dict[str, float]:
+        """Return when [s of the epoch] each file was last taken for a unit, among the latest events of the store."""
+        latest = self.store.events(what=RecordLinked.KIND, after=max(0, self.store.head().seq - _EVENTS_BACK))
+        gone = {p.undoes for e in self._events if isinstance(p := payload_of(e, EntryUndone), EntryUndone)}
+        return {
+            str(event.data["origin"]): datetime.fromisoformat(event.time).timestamp()
+            for event in latest
+            if event.seq not in gone
+        }
 
     def note(self, step: str, text: str, nonconformance: bool = False) -> Event:
         """Keep a note about a step. Raises EntryError if it is empty."""

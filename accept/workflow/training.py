@@ -1,9 +1,10 @@
-"""Training: a simulated unit with a hidden fault, on simulated instruments, in a folder apart from the real bench."""
+"""Training: simulated units with a hidden fault, which can be put right, on instruments of their own."""
 
 import random
-from collections.abc import Mapping, Sequence
+import zlib
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +15,21 @@ from accept.models.model_file import SIMULATED_MODEL, open_model
 from accept.pictures.labels import label_of
 from accept.simulate import FAULTS, UnitRequest, simulate
 from accept.simulate.bench_truth import world_of
+from accept.simulate.faults import Remedy, remedies
 from accept.simulate.unit_request import SHORT_S, drawn, on_bench
-from accept.store import open_store
+from accept.store import Event, open_store
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
-from accept.workflow.bench import LOCK_WAIT_S, Workbench
+from accept.workflow.bench import LOCK_WAIT_S, Begun, Workbench
 from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import InstrumentPort
+from accept.workflow.session import Session
 from accept.workflow.steps.plan import is_needed
 from hw.simulated import SimulatedBench
 from specs.bench import load_bench
 
 BYTE_S = 0.0005  # about 19200 baud
+_SERIAL = "TRAIN-"
 
 
 @dataclass(frozen=True)
@@ -63,27 +67,106 @@ class TrainingInstruments(BenchInstruments):
         return found
 
 
-def open_training(spec: str | None, seed: int | None) -> Workbench:
-    """Return a bench with one new unit, its records in a folder, its instruments on pseudo-terminals. Raises what
-    `open_bench` does, UnitRequestError, ModelError."""
-    chosen = load_spec(spec or DEFAULT_SPEC["apa"])
+class TrainingUnit:
+    """A simulated unit, its records in a folder, and what was put right so far."""
+
+    def __init__(self, request: UnitRequest, folder: Path) -> None:
+        """Write the records, without the list of them. Raises OSError, UnitRequestError, ModelError."""
+        self._asked, self._request, self.folder = request, request, folder
+        self._write(lambda _: True)
+
+    @property
+    def remedies(self) -> Sequence[Remedy]:
+        """Return what can be put right at the bench; most of it is not what is wrong."""
+        return remedies(self._asked.kind)
+
+    @property
+    def hidden(self) -> str:
+        """Return what was wrong, and what the technician made of it."""
+        words, fault = hidden_words(self._asked.fault, self._asked.kind), self._asked.fault
+        if fault is None or FAULTS[fault].remedy is None:
+            return words
+        return words + ("\nYou put it right." if self._request.fault is None else "\nIt was not put right.")
+
+    def put_right(self, session: Session, remedy: Remedy) -> Event:
+        """Make the records of a step anew, without the fault if this is its remedy, and begin the step anew. Raises
+        StoreError, OSError."""
+        event = session.remeasure(remedy.step, f"{_REASON}{remedy.words}")
+        self._mend(remedy)
+        return event
+
+    def resume(self, session: Session) -> None:
+        """Put right what was put right already in the present attempt. Raises OSError."""
+        for remedy in self.remedies:
+            for reason in session.state(remedy.step).reasons:
+                if reason == f"{_REASON}{remedy.words}":
+                    self._mend(remedy)
+
+    def _mend(self, remedy: Remedy) -> None:
+        now = self._request
+        gone = now.fault is not None and FAULTS[now.fault].remedy == remedy
+        self._request = replace(now, fault=None if gone else now.fault, take=now.take + 1)
+        self._write(lambda name: name.startswith(remedy.stems))
+
+    def _write(self, wanted: Callable[[str], bool]) -> None:
+        for name, content in simulate(self._request).files.items():
+            path = self.folder / name
+            if wanted(name) and not (path.exists() and path.read_bytes() == content):
+                write_atomic(path, content)
+
+
+_REASON = "put right: "
+
+
+@dataclass(frozen=True, eq=False)
+class TrainingBench(Workbench):
+    """A bench whose units are simulated when they are begun. seed: of the first that is proposed; running: the
+    instruments of the present unit."""
+
+    seed: int = 0
+    running: ExitStack = field(default_factory=ExitStack)
+
+    def next_serial(self) -> str:
+        """Return the serial of a unit that was not begun yet. Raises StoreError."""
+        number = self.seed
+        while next(self.store.events(serial := f"{_SERIAL}{number:06d}"), None) is not None:
+            number += 1
+        return serial
+
+    def at_unit(self, begun: Begun) -> Workbench:
+        """Return the bench with the records and the instruments of a unit. Raises OSError, UnitRequestError,
+        ModelError."""
+        self.running.close()
+        number = begun.serial.removeprefix(_SERIAL)
+        seed = int(number) if number.isdecimal() and number != begun.serial else zlib.crc32(begun.serial.encode())
+        request, _ = training_request(begun.kind, begun.serial, seed)
+        unit = TrainingUnit(request, self.home / "records" / begun.serial)
+        taught = unit_folder.read(unit.folder)
+        world = world_of(unit.folder)
+        simulated = SimulatedBench(world, self.home / "bench" / begun.serial, seed=seed, byte_s=BYTE_S)
+        bench = self.running.enter_context(simulated)
+        (unit.folder / UNIT_FILE).unlink()  # the technician finds records, not their list
+        instruments = TrainingInstruments(bench.bench_file, taught)
+        self.running.callback(instruments.close)
+        return replace(self, instruments=instruments, records=unit.folder, training=unit)
+
+
+def open_training(spec: str | None, seed: int | None) -> TrainingBench:
+    """Return a bench for simulated units, with records in a folder and instruments on pseudo-terminals; of both kinds
+    unless a spec is given. Raises what `open_bench` does."""
     place = home() / "training"
+    place.mkdir(parents=True, exist_ok=True)
     seed = random.SystemRandom().randrange(10**6) if seed is None else seed
-    serial = f"TRAIN-{seed:06d}"
-    request, hidden = training_request(chosen.kind, serial, seed)
-    made = simulate(request)
-    records = place / "records" / serial
-    for name, content in made.files.items():
-        write_atomic(records / name, content)
-    taught = unit_folder.read(records)
+    specs = [load_spec(spec)] if spec else [load_spec(name) for name in DEFAULT_SPEC.values()]
     running = ExitStack()
-    bench = running.enter_context(SimulatedBench(world_of(records), place / "bench" / serial, seed=seed, byte_s=BYTE_S))
-    (records / UNIT_FILE).unlink()  # the technician finds records, not their list
-    instruments = TrainingInstruments(bench.bench_file, taught)
-    running.callback(instruments.close)
-    store = open_store(f"sqlite:///{place / 'store.sqlite'}", timeout_s=LOCK_WAIT_S, bench=place)
-    return Workbench(
-        store, place, {chosen.kind: chosen}, instruments, records, hidden=hidden, proposed=serial, closing=running.close
+    return TrainingBench(
+        open_store(f"sqlite:///{place / 'store.sqlite'}", timeout_s=LOCK_WAIT_S, bench=place),
+        place,
+        {one.kind: one for one in specs},
+        proposed=f"{_SERIAL}{seed:06d}",
+        closing=running.close,
+        seed=seed,
+        running=running,
     )
 
 
@@ -98,14 +181,16 @@ def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, st
 
 
 def hidden_words(fault: str | None, kind: str) -> str:
-    """Return the hidden fault of a unit of a kind, and which findings had to show it before any gap analysis."""
+    """Return the hidden fault of a unit of a kind, and which findings show it before any gap analysis."""
     if fault is None:
-        return "Nothing was wrong with this unit: every finding had to pass."
+        return "Nothing was wrong with this unit. You were right if every finding passed."
     hidden = FAULTS[fault]
     before, after = hidden.shown(kind), hidden.shows
-    explained = f" After the gap analysis: {_said(after)}." if after != before else ""
-    return f"Hidden in this unit: {hidden.words}.\nIt had to show as {_said(before)}.{explained}"
+    explained = f", and after the gap analysis {_said(after)}" if after != before else ""
+    return f"Hidden in this unit: {hidden.words}.\nYou were right if {_said(before)}{explained}."
 
 
 def _said(shows: Sequence[tuple[str, str]]) -> str:
-    return ", ".join(f"{label_of(quantity)}: {verdict.replace('_', ' ')}" for quantity, verdict in shows)
+    ends = {"fail": "failed", "no_result": "had no result"}
+    words = [f"{label_of(quantity)} {ends[verdict]}" for quantity, verdict in shows]
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))

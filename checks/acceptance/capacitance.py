@@ -39,6 +39,8 @@ CHECK = Check(
     quantities={"sensor_uF": "Sensor stack", "actuator_uF": "Actuator stacks"},
     measure=measure,
     stated=("sensor_uF", "actuator_uF"),
+    failed="check that the leads are on the right stacks and the meter measures at 1 kHz; "
+    "if it stays, a stack is wrong",
     guide=Guide(
         "Discharge the stacks: short them briefly. Set the LCR meter to 1 kHz and measure the sensor stack alone. "
         "Then measure the two actuator stacks in parallel.",

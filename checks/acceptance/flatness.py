@@ -204,6 +204,7 @@ CHECK = Check(
     measure=measure,
     settings=(Setting("positions_mm", POSITIONS_MM, "x, y of the 8 probe points in the order of reading"),),
     stated=("z_um",),
+    failed="clean both faces and the table and measure again; if it stays, the part is bent",
     guide=Guide(
         "Place the part on the table. Set the probe to zero at point 1, then measure points 1 to 8 in this order. "
         "Read each height when the probe has settled. You can load a table of points instead.",

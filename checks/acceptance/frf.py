@@ -288,8 +288,8 @@ CHECK = Check(
         Form(
             "records",
             (
-                Series("low", "sweep or noise below the merging frequency", _ALL),
-                Series("high", "noise above it", _ALL),
+                Series("low", "sweep or noise below the merging frequency", _ALL, named=("lf", "sweep")),
+                Series("high", "noise above it", _ALL, named=("hf",)),
                 Scalar("merge_Hz", "low record up to here, high record above", lo=1.0, hi=5000.0, default=MERGE_HZ),
                 Series(
                     "low_repeat",
@@ -297,6 +297,7 @@ CHECK = Check(
                     _ALL,
                     optional=True,
                     called="second low record",
+                    named=("lf", "2"),
                 ),
                 Series(
                     "high_repeat",
@@ -304,6 +305,7 @@ CHECK = Check(
                     _ALL,
                     optional=True,
                     called="second high record",
+                    named=("hf", "2"),
                 ),
                 Series("first", "first record, small noise", _ALL, optional=True),
                 Series(
@@ -358,6 +360,7 @@ CHECK = Check(
         "payload_kg",
         *gains.CONSTANTS,
     ),
+    failed="check the payload on the bench; the gap analysis tells a wrong payload from a bad part",
     guide=Guide(
         "Mount the payload. Record the low excitation up to 350 Hz, then the high excitation above it. "
         "Do not touch the bench. Load a second realisation if you have one.",

@@ -264,6 +264,7 @@ CHECK = Check(
         Setting("gain_um_per_V", GAIN_UM_PER_V, "what a volt of Va may move de"),
     ),
     stated=("hysteresis_percent",),
+    failed="let the amplifier warm up and repeat; if it stays, the stacks are lossy",
     guide=Guide(
         "Drive the unit with slow sines of increasing amplitude and record voltage and encoder. "
         "Do not touch the bench during the record.",

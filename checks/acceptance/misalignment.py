@@ -108,6 +108,7 @@ CHECK = Check(
     settings=(Setting("model", "strut-as-built", "built-in model or TOML file of the strut to compare with"),),
     section=frf.CHECK.name,
     model="model",
+    failed="loosen the joints, align the APA on its axis, and record the responses again",
     guide=Guide(
         "This step needs no new measurement. It compares the ratio of encoder to interferometer in the frequency "
         "responses with the model and estimates how far the APA is off the axis of the joints. It takes some seconds.",

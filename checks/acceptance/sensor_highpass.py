@@ -207,6 +207,7 @@ CHECK = Check(
                     "slow sweep with the resistor across the sensor stack",
                     _CHANNELS,
                     called="with the resistor",
+                    named=("r",),
                 ),
                 Series(
                     "without_resistor",
@@ -214,6 +215,7 @@ CHECK = Check(
                     _CHANNELS,
                     optional=True,
                     called="without the resistor",
+                    named=("lf",),
                 ),
                 Scalar("resistor_ohm", "resistor", lo=1.0, hi=1e12, optional=True),
             ),
@@ -233,6 +235,7 @@ CHECK = Check(
         Setting("capacitance_uF", CAPACITANCE_UF, "capacitance of a sound sensor stack, from and to", positive=True),
     ),
     stated=("sensor_highpass_Hz", "resistor_ohm"),
+    failed="check the resistor and its contacts, and the capacitance of the sensor stack",
     guide=Guide(
         "Record the slow sweep with the resistor across the sensor stack, then without the resistor. "
         "Enter the resistance from the label or measure it.",

@@ -304,6 +304,7 @@ CHECK = Check(
         "y_bending_damping_percent",
         "z_torsion_damping_percent",
     ),
+    failed="check the clamping of the part and repeat; if it stays, shell or joints are off",
     guide=Guide(
         "Hit with the hammer at the point in the drawing, about ten single hits per record; vibrometer opposite. "
         "Wait until the vibration has decayed before the next hit. A double hit does not count: hit again.",

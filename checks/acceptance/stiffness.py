@@ -336,6 +336,7 @@ CHECK = Check(
         ),
     ),
     stated=("k_N_per_um", "mass_kg", "de_um"),
+    failed="weigh the added mass and repeat; if it stays, the shell is too soft or too stiff",
     guide=Guide(
         "Weigh the mass. Connect the amplifier and record the encoder: add the mass at 15 s, remove it at 22 s. "
         "Disconnect the stacks and repeat.",

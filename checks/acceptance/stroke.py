@@ -288,6 +288,7 @@ CHECK = Check(
         Setting("stroke_max_um", MAX_UM, "stroke of three stacks above which the data, not the unit, must be wrong"),
     ),
     stated=("stroke_um", "d_um"),
+    failed="check that all three stacks are connected; if it stays, a stack does not move",
     guide=Guide(
         "Set the gauge on the top. Drive one stack from -20 V to 150 V and back, then the other two stacks. "
         "Load both records, or enter the stroke of all three stacks.",

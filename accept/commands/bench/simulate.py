@@ -42,10 +42,16 @@ def faults() -> Exit:
     """List what can be wrong with a simulated unit. And what the bench then says."""
     table = Table("fault", "kind", "what is wrong", "what a judgement shows", box=box.SIMPLE_HEAD, pad_edge=False)
     for name, fault in FAULTS.items():
-        shows = ", ".join(f"{quantity} {verdict.replace('_', ' ')}" for quantity, verdict in fault.shows)
+        shows = _shown(fault.shows)
+        if fault.unexplained:
+            shows = f"{shows}; strut: {_shown(fault.unexplained)}, no result with the gap analysis"
         table.add_row(name, ", ".join(fault.kinds), fault.words, shows)
     stdout.print(table)
     return Exit.ACCEPTED
+
+
+def _shown(shows: Iterable[tuple[str, str]]) -> str:
+    return ", ".join(f"{quantity} {verdict.replace('_', ' ')}" for quantity, verdict in shows)
 
 
 def request_of(wanted: SimulateOptions) -> UnitRequest:

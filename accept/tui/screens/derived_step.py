@@ -12,6 +12,7 @@ class DerivedScreen(StepView):
     """Judges by itself where the records are there and nothing was said about them yet."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "go_on", show=False, priority=True),
         Binding("f3", "compare", "Compare"),
         Binding("f5", "note", "Note"),
         Binding("f7", "picture", "Plots"),
@@ -25,13 +26,20 @@ class DerivedScreen(StepView):
         if self.complete and self.session.judgement(self.step.name) is None:
             self.judge()
         elif self.complete:
-            self.say("F3: compare again")
+            self.say("Enter: next step, F3: compare again")
         else:
             self.say(self.lacking(), "bad")
 
     def lacking(self) -> str:
         other = CHECKS[self.step.check.reads]
         return "" if self.complete else f"Load the records of '{other.short or other.title}' first"
+
+    def action_go_on(self) -> None:
+        """Go on to the next step; what runs is waited for."""
+        if self.stop is not None:
+            self.say("Running. Esc: stop")
+        else:
+            self.leave(True)
 
     def action_compare(self) -> None:
         if self.stop is not None:

@@ -27,6 +27,7 @@ from accept.tui.widgets.pictures import Pictures
 from accept.tui.widgets.step_list import GAP, GAP_TITLE
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
+from accept.workflow.worker.process import STOPPED
 
 WORDS = (
     "Compares the responses with the model. Where they differ, it identifies the missing effect, adds it to the model "
@@ -38,6 +39,7 @@ class Explain(Page):
     """Looks when asked, in the other process; the answer is kept and shown again."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "go_on", show=False, priority=True),
         Binding("f3", "search", "Analyse"),
         Binding("f7", "picture", "Plots"),
         Binding("escape", "leave", "Back"),
@@ -58,7 +60,7 @@ class Explain(Page):
         if self.session.gap is None:
             self.action_search()
         else:
-            self.say("F3: repeat the analysis")
+            self.say("Enter: go on, F3: repeat the analysis")
 
     def _show(self) -> None:
         found = self.session.gap
@@ -67,6 +69,13 @@ class Explain(Page):
             self.query_one("#answer", Hanging).hang(answer(found))
             self.query_one(Pictures).show(self.session.gap_panels)
         self.show_around()
+
+    def action_go_on(self) -> None:
+        """Go on to what is next; what runs is waited for."""
+        if self.stop is not None:
+            self.say("Analysis running. Esc: stop")
+        else:
+            self.leave(True)
 
     def action_search(self) -> None:
         if self.stop is not None:
@@ -82,11 +91,13 @@ class Explain(Page):
 
     def _found(self, _: Event) -> None:
         self._show()
-        self.say("Saved; it appears on the certificate", "good")
+        self.say("Saved; it appears on the certificate. Enter: go on", "good")
 
-    def _not_found(self, _: str) -> None:
-        self.query_one("#answer", Hanging).hang(Text(""))
+    def _not_found(self, why: str) -> None:
+        self.query_one("#answer", Hanging).hang(Text("Not analysed. F3: analyse, Esc: back", "dim"))
         self._show()
+        if why == STOPPED:
+            self.say("Stopped. F3: analyse again", "doubt")
 
     def help_text(self) -> str:
         return (

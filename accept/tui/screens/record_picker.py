@@ -4,9 +4,7 @@ The folder is looked at again every second, so that a record that has just been 
 are typed leave the files whose name holds them.
 """
 
-import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import ClassVar
@@ -19,64 +17,9 @@ from textual.events import Key
 from textual.widgets import DataTable, Label, Static
 
 from accept.tui.background.busy_screen import Working
-
-TYPES = {
-    ".mat": "MATLAB",
-    ".csv": "table",
-    ".uff": "UFF",
-    ".unv": "UFF",
-    ".tdms": "TDMS",
-    ".txt": "text",
-}
-_MOST = 500  # of one folder
-_PREVIEW_MOST = 64 * 2**20  # bytes of a file that is looked into unasked
-
+from accept.workflow.record_folder import LOOKED_INTO_MOST, TYPES, Listing, age_words, look
 
 _HINT = "New files appear here. Type letters of a name, Enter: choose, Esc: cancel"
-
-
-@dataclass(frozen=True)
-class PickableFile:
-    """One file. mtime: seconds of the epoch; fits: whether it has what is wanted."""
-
-    name: str
-    mtime: float
-    size: int
-    fits: bool = True
-
-
-@dataclass(frozen=True)
-class Listing:
-    """One look at a folder: folders by name, files newest first."""
-
-    folders: tuple[str, ...]
-    files: tuple[PickableFile, ...]
-
-
-class FitsByFile:
-    """Whether files fit, each looked into once: again only if it has changed."""
-
-    def __init__(self, fits: Callable[[Path], bool]) -> None:
-        self._fits = fits
-        self._known: dict[tuple[Path, float, int], bool] = {}
-
-    def __call__(self, path: Path, mtime: float, size: int) -> bool:
-        key = path, mtime, size
-        if key not in self._known:
-            self._known[key] = size > _PREVIEW_MOST or self._fits(path)
-        return self._known[key]
-
-
-def look(folder: Path, fits: Callable[[Path, float, int], bool] = lambda *_: True) -> Listing:
-    """Return what a folder holds: files that fit before the others, the newest first. Raises OSError."""
-    with os.scandir(folder) as found:
-        seen = [entry for entry in found if not entry.name.startswith(".")]
-    folders = sorted(entry.name for entry in seen if entry.is_dir())
-    files = [entry for entry in seen if entry.is_file() and Path(entry.name).suffix.lower() in TYPES]
-    listed = [PickableFile(entry.name, entry.stat().st_mtime, entry.stat().st_size) for entry in files]
-    listed.sort(key=lambda entry: (-entry.mtime, entry.name))
-    judged = [replace(entry, fits=fits(folder / entry.name, entry.mtime, entry.size)) for entry in listed[:_MOST]]
-    return Listing(tuple(folders[:_MOST]), tuple(sorted(judged, key=lambda entry: not entry.fits)))
 
 
 def content_words(path: Path, size: int) -> str:
@@ -84,7 +27,7 @@ def content_words(path: Path, size: int) -> str:
     from checks.errors import RecordError
     from hw.records import list_channels  # readers load slowly: only when a file is looked into
 
-    if size > _PREVIEW_MOST:
+    if size > LOOKED_INTO_MOST:
         return f"{size_words(size)}: too large to look into here"
     try:
         found = list_channels(path)
@@ -107,14 +50,6 @@ def size_words(size: int) -> str:
     return f"{size:.3g} GB"
 
 
-def age_words(mtime: float, now: float) -> str:
-    """Return when a file was written: how long ago within the hour, else the time, with the day unless it is today."""
-    passed, then = now - mtime, datetime.fromtimestamp(mtime)
-    if 0 <= passed < 3600:
-        return f"{passed:.0f} s ago" if passed < 60 else f"{passed / 60:.0f} min ago"
-    return then.strftime("%H:%M" if then.date() == datetime.fromtimestamp(now).date() else "%Y-%m-%d %H:%M")
-
-
 class Pick(Working[Path | None]):
     """Dismisses with the file, None after Escape."""
 
@@ -130,7 +65,7 @@ class Pick(Working[Path | None]):
         """Make the list. fits: whether a file has what is wanted; asked in a thread."""
         super().__init__()
         self._what, self._folder = what, folder
-        self._fits = FitsByFile(fits)
+        self._fits = fits
         self._placed = 0  # row on which the cursor was put
         self._typed = ""  # letters that the name must hold
         self._listing: Listing | None = None

@@ -78,6 +78,9 @@ class StartScreen(Working[Begin | None]):
         super().__init__()
         self._load, self._bench, self._given = load, bench, given
         self._known: KnownUnit | None = None
+        self._first_unit = bench is None
+        self._entered = ""  # serial behind which Enter came before it was looked up
+        self._waiting: tuple[str | None] | None = None  # what shall begin as soon as the bench is open
         self._ending = False  # Escape was pressed once
         self._confirmed: set[str] = set()  # serials of a folder that is called like another one
 
@@ -119,9 +122,14 @@ class StartScreen(Working[Begin | None]):
         if kind.value not in kinds:
             kind.value = kinds[0]
         serial = self.query_one("#serial", Input)
-        serial.value = serial.value or bench.proposed
+        proposed = bench.proposed if self._first_unit else bench.next_serial()
+        serial.value = serial.value or proposed
+        if serial.has_focus and serial.value == proposed:
+            serial.select_all()  # what is typed or scanned replaces it
         self.say(_GO_ON)
         self._look()
+        if self._waiting is not None:
+            self._begin(*self._waiting)
 
     def _propose(self, taken: "UnitFolder") -> None:
         """Return what the header of the unit's folder states."""
@@ -169,6 +177,9 @@ class StartScreen(Working[Begin | None]):
         if known:
             words = f"{serial} is known: {known.words}. Enter: continue; F8: new attempt."
         self.query_one("#about", Label).update(words)
+        kind = self.query_one("#kind", Input)
+        if known and self._entered == serial and self.focused is kind and kind.value in ("", known.kind):
+            self._begin(None)
 
     async def action_next(self) -> None:
         """Go to the next line; a serial that is known goes on where it stands."""
@@ -180,6 +191,7 @@ class StartScreen(Working[Begin | None]):
         if at + 1 == len(shown) or (shown[at].id == "serial" and self._known):
             self._begin(None)
         else:
+            self._entered = self._value("serial") if shown[at].id == "serial" else ""
             self.say(_GO_ON)
             self.set_focus(shown[at + 1])
 
@@ -195,10 +207,16 @@ class StartScreen(Working[Begin | None]):
         """Begin or go on with a unit. reason: of a new attempt; None goes on with the present one if it exists."""
         bench, operator, serial, kind = self._bench, self._value("operator"), self._value("serial"), self._value("kind")
         if bench is None:
-            self.say("Please wait: opening the bench")
+            self._waiting = (reason,)
+            self.say("Opening the bench; then the unit begins")
             return
-        if not operator or not serial or kind not in bench.specs or (reason is not None and not reason.strip()):
-            self.say("Enter operator, serial number, kind and, for a new attempt, the reason", "bad")
+        missing = [words for words, there in (("your name", operator), ("the serial number", serial)) if not there]
+        if kind not in bench.specs:
+            missing.append(f"the kind: {' or '.join(bench.specs)}")
+        if reason is not None and not reason.strip():
+            missing.append("the reason for the new attempt")
+        if missing:
+            self.say(f"Enter {' and '.join(missing)}", "bad")
             return
         parts = {name: self._value(name) for name in PARTS.get(kind, ()) if self._value(name)}
         said = (serial, kind, operator, parts, reason)
@@ -216,9 +234,8 @@ class StartScreen(Working[Begin | None]):
         self._confirmed.add(serial)
         self._begin(reason)
 
-    def _opened(self, opened: "tuple[Session, list[str]]") -> None:
-        if self._bench is not None:
-            self.leave(Begin(self._bench, *opened))
+    def _opened(self, opened: "tuple[Workbench, Session, list[str]]") -> None:
+        self.leave(Begin(*opened))
 
     def action_known(self) -> None:
         """Show the units that were begun here, to go on with one."""
@@ -263,8 +280,12 @@ class StartScreen(Working[Begin | None]):
         )
 
 
-def _open(bench: "Workbench", said: tuple[str, str, str, dict[str, str], str | None]) -> tuple["Session", list[str]]:
-    """Return, in a thread, the unit with an attempt to work on; import the next screen, which takes a moment."""
+def _open(
+    bench: "Workbench", said: tuple[str, str, str, dict[str, str], str | None]
+) -> "tuple[Workbench, Session, list[str]]":
+    """Open the unit with what the screens need of the physics; imported here, in a thread."""
     import_module("accept.tui.screens.steps")
-    opened: tuple[Session, list[str]] = bench.open_unit(import_module("accept.workflow.bench").Begun(*said))
-    return opened
+    begun = import_module("accept.workflow.bench").Begun(*said)
+    at_unit = bench.at_unit(begun)
+    session, problems = at_unit.open_unit(begun)
+    return at_unit, session, problems

@@ -12,13 +12,16 @@ from accept.capture.setup import CaptureResult
 from accept.store import Event
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.capture_dialogue import CaptureDialogue
+from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.record_picker import Pick
 from accept.tui.screens.step_form import StepForm
 from accept.tui.widgets.fields import Field, FieldPlace, places
 from accept.tui.widgets.live_value import Gauge
 from accept.workflow.capture import capture
 from accept.workflow.entry.parse_entry import EntryError, doubt, parse_list, parse_number, parse_scalar, usual_range
-from accept.workflow.steps.plan import has_files
+from accept.workflow.steps.plan import has_files, is_needed
+from accept.workflow.steps.section import full
+from checks.cause import Cause
 from checks.declare import CsvTable, Measured, Scalar, Series, Vector
 
 TYPED_AHEAD_S = 0.2  # what a paste or a scanner sends arrives within; a person reads a refusal more slowly
@@ -39,6 +42,7 @@ class StepScreen(StepForm):
         Binding("f7", "picture", "Plots", priority=True),
         Binding("f8", "measure_again", "Again", priority=True),
         Binding("f9", "keep", "Keep", priority=True, show=False),
+        Binding("ctrl+r", "put_right", "Put right", priority=True, show=False),
         Binding("ctrl+z", "undo", "Undo", priority=True),
         Binding("up", "line(-1)", show=False, priority=True),
         Binding("down", "line(1)", show=False, priority=True),
@@ -49,13 +53,33 @@ class StepScreen(StepForm):
         """Save what stands in the line, and go on at once: the next key belongs to the next line."""
         field = await self._typed_field() or self._refused()
         if field is None:
-            self.leave(True)  # nothing is missing here: the list opens the next step
-        elif not field.input.value.strip():
+            self._finish()  # nothing is missing here: the list opens the next step
+        elif field.input.value.strip():
+            self._give(field, field.input.value, repeat=False)
+        elif field.proposed is not None:
+            self._give(field, field.proposed.name, repeat=False)
+        elif self._dispensable(field):
+            self._finish()
+        else:
             if not self._has(field.place):
                 self.say(f"{field.place.label} left empty")
             self._go_on(field)
+
+    def _dispensable(self, field: Field) -> bool:
+        """Return whether Enter may go past all that is still empty: the step was judged, and nothing that could be
+        given here is missing for a result."""
+        judgement = self.session.judgement(self.step.name) if self.complete else None
+        if judgement is None or is_needed(field.place.declared) or any(f.proposed for f in self.query(Field)):
+            return False
+        causes = {r.cause for f in judgement.findings if f.cause is not None for r in f.cause.all()}
+        return not causes & {Cause.NOT_MEASURED, Cause.ENTRY_MISSING}
+
+    def _finish(self) -> None:
+        """Judge what was given if that was put off, else go on to the next step."""
+        if self.complete and self.session.judgement(self.step.name) is None and not self.judging:
+            self.judge()
         else:
-            self._give(field, field.input.value, repeat=False)
+            self.leave(True)
 
     def _refused(self) -> Field | None:
         """Return the first field whose entry was refused and still stands there: Enter tries it again before the cursor
@@ -148,8 +172,13 @@ class StepScreen(StepForm):
         for gauge in self.query(Gauge):
             gauge.forget()
         self._follow()
-        if self.complete:
+        if self.complete and not self._awaited():
             self.judge()
+
+    def _awaited(self) -> bool:
+        """Return whether the records of a step that needs none of them in particular are still coming in."""
+        form = self._form
+        return not any(map(is_needed, form.inputs)) and not full(self.step, self.state) and self.focused is not None
 
     def _lost(self, field: Field, text: str, why: str) -> None:
         """Put back what was typed but is not on the disk, and the cursor, unless something else was typed already."""
@@ -263,6 +292,22 @@ class StepScreen(StepForm):
         if answer is not None:
             self.send(lambda: self.session.remeasure(self.step.name, answer[0]), self._changed, "storing")
 
+    def action_put_right(self) -> None:
+        ask_remedy(self, self.bench, self.session, self._mended)
+
+    def _mended(self, step: str) -> None:
+        """Begin this step anew with the new records, or leave it for the one that they belong to."""
+        if step == self.step.name:
+            self.call_later(self._begin_anew)
+        else:
+            self.leave(False)
+
+    async def _begin_anew(self) -> None:
+        await self._look_for_records()
+        await self._lay_out()
+        self.show()
+        self.say(f"New records are there. {self._first_words()}", "saved")
+
     def action_undo(self) -> None:
         """Undo the last entry of this step only: the technician would not see what goes elsewhere."""
         last = self.session.last_entry()
@@ -283,6 +328,8 @@ class StepScreen(StepForm):
         if not self.is_mounted:
             return True
         match action:
+            case "put_right":
+                return self.bench.training is not None
             case "way":
                 return len(self.step.check.forms) > 1
             case "pick":

@@ -1,5 +1,7 @@
 """The form of one step: its fields, where the cursor stands, what the instrument of the present field shows."""
 
+import asyncio
+
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Input, Label, Static
@@ -10,11 +12,15 @@ from accept.tui.widgets.live_value import Gauge
 from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
 from accept.workflow.instruments.port import InstrumentPort
+from accept.workflow.record_folder import Proposals, age_words
 from accept.workflow.session import Session
-from accept.workflow.steps.plan import has_files
+from accept.workflow.steps.plan import has_files, is_needed
 from accept.workflow.steps.section import repeated
-from checks.declare import Measured
+from checks.declare import Form, Measured
+from specs.errors import AcceptError
 
+LOOK_EVERY_S = 1.0  # into the folder of the records
+LOOK_AT_MOST_S = 0.7  # before the form is shown
 COMPLETE = "Step complete. Enter: next step, ↑ ↓: correct a field, Esc: step list"
 
 
@@ -27,6 +33,7 @@ class StepForm(StepView):
         self._reading = False
         self._rereading: Field | None = None  # F3 was pressed once on what is saved already
         self._last: Field | None = None  # given last: where all is given, the arrows go on from it
+        self._proposals: Proposals = {}  # of the present form
 
     def parts(self) -> ComposeResult:
         yield from super().parts()  # the result stands on top: it is seen without scrolling
@@ -39,11 +46,62 @@ class StepForm(StepView):
                 yield Static(self.step.guide.picture, id="guide", markup=False)
 
     async def on_mount(self) -> None:
+        await self._look_for_records()
         await self._lay_out()
         self.show()
-        self.say(COMPLETE if self.complete else "Enter: save the field")
+        self.say(COMPLETE if self.complete else self._first_words())
         if self.complete:
             self.judge()
+        self.set_interval(LOOK_EVERY_S, self._look_again)
+
+    async def _look_for_records(self) -> None:
+        """Look for records that fit before the form is laid out: without any entry it opens with the input for which
+        something is there. A folder that answers slowly is waited for no longer than a person notices."""
+        forms = [self._form] if self.state.entries else [self._form, *self.step.check.forms]
+        readable = any(not p.is_file and self._instrument(p) is not None for p in places(self._form))
+        for form in forms[:1] if readable else forms:
+            try:
+                found = await asyncio.wait_for(asyncio.to_thread(self._proposed_for, form), LOOK_AT_MOST_S)
+            except TimeoutError:
+                return
+            if found:
+                self._form, self._proposals = form, found
+                return
+
+    def _proposed_for(self, form: Form) -> Proposals:
+        try:
+            return self.session.proposals(self.step, form, self.bench.records)
+        except (AcceptError, OSError):  # the list behind F2 says why
+            return {}
+
+    def _look_again(self) -> None:
+        """Look into the folder once more: a record that has just been written is proposed by itself."""
+        form = self._form
+        if self.is_current and has_files(form):
+            self.aside(lambda: (form, self._proposed_for(form)), self._looked, "records")
+
+    def _looked(self, seen: tuple[Form, Proposals]) -> None:
+        form, found = seen
+        if form is not self._form or found == self._proposals:
+            return
+        self._proposals = found
+        here = self._focused_field()
+        for field in self.query(Field):
+            before = field.proposed
+            self._propose(field)
+            if field.proposed in (None, before) or field.proposed is None:
+                continue
+            self.say(f"{field.proposed.name}, {age_words(field.proposed.mtime)}: {field.place.name}? Enter: take it")
+            if here is None or not (here.input.value or here.proposed):
+                here = field
+                self.set_focus(field.input)
+
+    def _propose(self, field: Field) -> None:
+        free = field.place.is_file and not field.pending and not self._has(field.place)
+        field.propose(self._proposals.get(field.place.declared.name) if free else None)
+
+    def _first_words(self) -> str:
+        return "Enter: take the record proposed, F2: another file" if self._proposals else "Enter: save the field"
 
     async def _lay_out(self) -> None:
         """Lay out the form's fields; the cursor goes into the first that is empty."""
@@ -59,18 +117,23 @@ class StepForm(StepView):
         if not self.alive:  # left while the old fields went
             return
         await fields.mount(*(Field(place, self.step, self.state) for place in places(self._form)))
+        for field in self.query(Field):
+            self._propose(field)
         self._go_on(None)
 
     def _go_on(self, after: Field | None) -> None:
-        """Move the cursor to the next field without a saved or pending value, behind `after` if given. It moves at
-        once, so that no key comes between, and stays if every value is there, so that none is overwritten unseen."""
+        """Move the cursor to the next field without a saved or pending value, behind `after` if given, then to one
+        that is needed or for which a record is proposed. It moves at once, so that no key comes between, and leaves
+        the fields if every value is there, so that none is overwritten unseen."""
         self._rereading, self._last = None, after
         fields = list(self.query(Field))
-        start = fields.index(after) + 1 if after in fields else 0
-        empty = [f for f in fields[start:] + fields[:start] if not (f.pending or self._has(f.place))]
-        self.set_focus(empty[0].input if empty else None)
-        if empty and empty[0] is after:
-            empty[0].input.select_all()
+        empty = [f for f in fields if not (f.pending or self._has(f.place))]
+        behind = empty if after not in fields else [f for f in empty if fields.index(f) > fields.index(after)]
+        wanted = [f for f in empty if is_needed(f.place.declared) or f.proposed is not None]
+        chosen = next(iter([*(behind or wanted), None]))
+        self.set_focus(None if chosen is None else chosen.input)
+        if chosen is not None and chosen is after:
+            chosen.input.select_all()
 
     def _has(self, place: FieldPlace) -> bool:
         if place.is_file:
@@ -141,7 +204,9 @@ class StepForm(StepView):
         """Change to the next way of giving this step its data. What was given another way stays until something new is
         given."""
         forms = self.step.check.forms
-        self._form = forms[(forms.index(self._form) + 1) % len(forms)]
+        self._form, self._proposals = forms[(forms.index(self._form) + 1) % len(forms)], {}
+        if has_files(self._form):
+            self._proposals = await asyncio.to_thread(self._proposed_for, self._form)
         await self._lay_out()
         self.show()
 

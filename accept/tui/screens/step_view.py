@@ -18,6 +18,7 @@ from accept.workflow.session import Session
 from accept.workflow.state.unit_state import StepJudgement, StepState
 from accept.workflow.steps.section import missing_labels, ready
 from accept.workflow.worker.judging import Elsewhere
+from accept.workflow.worker.process import STOPPED
 from specs.spec import Limit
 
 
@@ -26,6 +27,7 @@ class StepView(Page):
 
     def __init__(self, bench: Workbench, session: Session, name: str) -> None:
         self.step = session.step(name)
+        self.judging = False  # a judgement is under way
         super().__init__(bench, session, self.step.guide.words, name)
 
     @property
@@ -55,20 +57,32 @@ class StepView(Page):
     def judge(self) -> None:
         """Judge what was taken; the findings appear when they are there."""
         name, findings = self.step.name, self.query_one(Findings)
+        self.judging = True
         if self.step.check.model is None:
             findings.show(self.step.check, None, "Evaluating … (Esc: back; entries are kept)")
             judge = Elsewhere(self.bench.worker).judge
-            self.aside(lambda: self.session.judge_step(name, judge), lambda _: self.show(), "judge")
+            self.aside(lambda: self.session.judge_step(name, judge), self._judged, "judge")
         else:
             findings.show(self.step.check, None, "Comparing with the model … (Esc: stop)")
             work = partial(self.session.judge_step, name)
             send_to_worker(
-                self, self.bench.worker, lambda e: work(e.judge), self._compared, "comparing", lambda _: self.show()
+                self, self.bench.worker, lambda e: work(e.judge), self._compared, "comparing", self._not_compared
             )
 
-    def _compared(self, _: StepJudgement) -> None:
-        self.say("done", "good")
+    def _judged(self, _: StepJudgement) -> None:
+        self.judging = False
         self.show()
+
+    def _compared(self, _: StepJudgement) -> None:
+        self.judging = False
+        self.say("Compared. Enter: next step", "good")
+        self.show()
+
+    def _not_compared(self, why: str) -> None:
+        self.judging = False
+        self.show()
+        self.query_one(Findings).show(self.step.check, None, "Not compared. F3: compare again, Esc: back")
+        self.say("Stopped. F3: compare again" if why == STOPPED else why, "doubt" if why == STOPPED else "bad")
 
     def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at present out of the footer."""

@@ -1,5 +1,6 @@
 """The steps of a unit on the left, what the one under the cursor asks for and showed on the right."""
 
+from contextlib import suppress
 from importlib import import_module
 from types import ModuleType
 from typing import ClassVar
@@ -15,16 +16,18 @@ from accept.tui.background.busy_screen import Working
 from accept.tui.screens.derived_step import DerivedScreen
 from accept.tui.screens.gap import WORDS, Explain, answer
 from accept.tui.screens.notes import ask_note
+from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, held_words
+from accept.tui.widgets.step_list import GAP, GAP_TITLE, HELD, StepList, held_words
 from accept.tui.widgets.step_words import head, setup, standing
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.status import Status
 from accept.workflow.steps.plan import WorkflowStep
+from specs.errors import AcceptError
 
 
 class Steps(Working[bool]):
@@ -36,6 +39,7 @@ class Steps(Working[bool]):
         Binding("f5", "note", "Note"),
         Binding("ctrl+z", "undo", "Undo"),  # no letter: a serial that is scanned here must not undo anything
         Binding("f9,s", "summary", "Summary"),
+        Binding("ctrl+r", "put_right", "Put right"),
         Binding("escape", "leave", "Other unit"),
         Binding("home", "to_row(0)", show=False, priority=True),  # a table's own go to the first and last column
         Binding("end", "to_row(-1)", show=False, priority=True),
@@ -64,6 +68,13 @@ class Steps(Working[bool]):
         self.query_one(StepList).focus()
         self.say(self._words or "Enter: open the step", "bad" if self._words else "quiet")
         self.aside(lambda: import_module("accept.tui.screens.summary"), lambda _: None, "import")
+        self.aside(self._look_into_records, lambda _: None, "records")
+
+    def _look_into_records(self) -> None:
+        """Look into the folder of the records once, so that a step knows at once what it can propose."""
+        for step in self.session.steps:
+            with suppress(AcceptError, OSError):  # the step says why
+                self.session.proposals(step, step.check.forms[-1], self.bench.records)
 
     def on_screen_resume(self) -> None:
         self._show()
@@ -116,13 +127,19 @@ class Steps(Working[bool]):
         """Stand at the next incomplete step, and open it if Enter asked for it."""
         self._show()
         left = self._step_here()
+        if goes_on and left is None:
+            self.action_summary()
+            return
         step = self.session.next_step(left.name if goes_on and left else None)
         if step is not None:
             self.query_one(StepList).stand_at(step.name)
             if goes_on:
                 self.run_worker(self.action_open(), group="open")
+        elif goes_on and self.session.spec.kind == "strut" and self.session.gap is None:
+            self.query_one(StepList).stand_at(GAP)
+            self.say("All steps complete. F9: summary. Enter: gap analysis, for information", "good")
         elif goes_on:
-            self.say("All steps complete. F9: summary", "good")
+            self.action_summary()
 
     def action_to_row(self, row: int) -> None:
         rail = self.query_one(StepList)
@@ -154,6 +171,20 @@ class Steps(Working[bool]):
         self._show()
         if finished:
             self.leave(True)
+        else:
+            self._stand_at_next()
+
+    def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
+        """Leave keys of a training out of the footer elsewhere."""
+        return action != "put_right" or self.bench.training is not None
+
+    def action_put_right(self) -> None:
+        ask_remedy(self, self.bench, self.session, self._mended)
+
+    def _mended(self, step: str) -> None:
+        self._show()
+        self.query_one(StepList).stand_at(step)
+        self.say("New records are there. Enter: measure the step again", "saved")
 
     def action_leave(self) -> None:
         self.leave(False)

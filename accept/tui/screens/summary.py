@@ -11,6 +11,7 @@ from textual.widgets import DataTable, Label, Static
 from accept.certificate.contents.disposition import CHOICES
 from accept.certificate.trust import keys
 from accept.certificate.verify.verification import Validity, Verification
+from accept.judging.advice import first_advice
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
@@ -18,6 +19,7 @@ from accept.tui.background.busy_screen import Working
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
+from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
 from accept.tui.widgets.step_list import HELD, held_words
@@ -43,6 +45,7 @@ class Summary(Working[bool]):
         Binding("f2", "sign", "Sign"),
         Binding("f3", "countersign", "QA countersigns"),
         Binding("f4", "next", "Next unit"),
+        Binding("ctrl+r", "put_right", "Put right"),
         Binding("escape", "leave", "Back"),
     ]
 
@@ -120,8 +123,8 @@ class Summary(Working[bool]):
         else:
             by = ", ".join(f"{s.who} ({s.role})" for s in attempt.signatures)
             words = f"Certificate: {attempt.certificate}\nSigned by: {by}"
-            if self.bench.hidden:
-                words += f"\n{self.bench.hidden}"
+            if self.bench.training is not None:
+                words += f"\n{self.bench.training.hidden}"
         if self.report is not None:
             words = f"{_OUTCOMES[self.report.outcome]}: {self.report.reason}\n{words}"
         self.query_one("#certificate", Static).update(words)
@@ -193,8 +196,15 @@ class Summary(Working[bool]):
             self.say(f"Signed, not fully verified: {report.reason}", "bad")
         else:
             self.say(f"The certificate does not verify: {report.reason}", "bad")
-        if self.bench.hidden and not report.countersigned:
-            self.app.push_screen(Help("Training: what this unit had", self.bench.hidden))
+        if self.bench.training is not None and not report.countersigned:
+            self.app.push_screen(Help("Training: what this unit had", self.bench.training.hidden))
+
+    def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
+        """Leave keys of a training out of the footer elsewhere."""
+        return action != "put_right" or self.bench.training is not None
+
+    def action_put_right(self) -> None:
+        ask_remedy(self, self.bench, self.session, lambda _: self.leave(False))
 
     def action_next(self) -> None:
         self.leave(True)
@@ -237,8 +247,8 @@ def _verdict(result: UnitResult) -> Text:
     text = Text.assemble((" HELD ", f"reverse {HELD}") if held else (f" {sign.word.upper()} ", f"reverse {sign.bold}"))
     if result.nonconformances:
         text.append(f"  nonconformance: {'; '.join(result.nonconformances)}. QA decides (F3).", HELD)
-    if result.action is not None:
-        text.append(f"  → {result.action}", "bold yellow")
+    if (told := first_advice(result.findings)) is not None:
+        text.append(f"  → {told}", "bold yellow")
     if held:
         return text
     for word, verdict in (

@@ -9,6 +9,7 @@ from textual.widgets import Input, Label, Static
 
 from accept.tui.widgets.limit_bar import numbers
 from accept.tui.widgets.text_entry import TextEntry
+from accept.workflow.record_folder import PickableFile, age_words
 from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from accept.workflow.steps.section import Repeated, repeated
@@ -24,6 +25,7 @@ class FieldPlace:
 
     declared: Declared
     index: int | None = None
+    among_optional: bool = False  # no input of the form is needed more than the others
 
     @property
     def is_file(self) -> bool:
@@ -41,7 +43,7 @@ class FieldPlace:
 
     @property
     def label(self) -> str:
-        needed = "" if is_needed(self.declared) else " (optional)"
+        needed = "" if is_needed(self.declared) or self.among_optional else " (optional)"
         return self.name[0].upper() + self.name[1:] + needed
 
     @property
@@ -55,17 +57,19 @@ class FieldPlace:
 
 def places(form: Form) -> Iterator[FieldPlace]:
     """Yield the places of a form, one per value that is typed or file that is linked."""
+    alike = not any(map(is_needed, form.inputs))
     for declared in form.inputs:
         if isinstance(declared, Vector):
             yield from (FieldPlace(declared, index) for index in range(declared.size))
         else:
-            yield FieldPlace(declared)
+            yield FieldPlace(declared, among_optional=alike)
 
 
 class Field(Vertical):
     """Label, what is typed, and beside it what is saved; below, why it was refused or what is asked about it.
 
-    pending: entries on their way to the store. doubted: what was typed and is asked about, None without.
+    pending: entries on their way to the store. doubted: what was typed and is asked about, None without. proposed: a
+    record that fits, which Enter takes; None without.
     """
 
     def __init__(self, place: FieldPlace, step: WorkflowStep, state: StepState) -> None:
@@ -73,6 +77,7 @@ class Field(Vertical):
         self.place, self._step, self._state = place, step, state
         self.pending = 0
         self.doubted: str | None = None
+        self.proposed: PickableFile | None = None
 
     def compose(self) -> ComposeResult:
         with Horizontal():
@@ -94,12 +99,23 @@ class Field(Vertical):
         self._put(".stored", f"{SAVED} {words}" if words else "")
         self.set_class(bool(words), "has-stored")
         for line in self.query(Input):
-            line.placeholder = "" if words and self.place.is_file else self.place.hint  # the name takes its room
+            line.placeholder = "" if words and self.place.is_file else self._hint()  # the name takes its room
+
+    def _hint(self) -> str:
+        return self.place.hint if self.proposed is None else "Enter: take it"
+
+    def propose(self, file: PickableFile | None) -> None:
+        """Propose a record, or none; what was refused there keeps its reason."""
+        self.proposed = file
+        for line in self.query(Input):
+            line.placeholder = self._hint() if not self.has_class("has-stored") else line.placeholder
+        if not (self.has_class("refused") or self.has_class("doubted")):
+            self._reason(f"→ {file.name}, {age_words(file.mtime)}" if file else "", "proposed" if file else "")
 
     def send(self) -> None:
         """Send what was typed: the line is free, and the next key is not of this entry."""
         self.pending += 1
-        self.doubted = None
+        self.doubted = self.proposed = None
         self._reason("", "")
         for line in self.query(Input):
             line.value = ""
@@ -128,7 +144,8 @@ class Field(Vertical):
 
     def _reason(self, words: str, kind: str) -> None:
         self._put(".reason", words)
-        self.set_class(kind == "refused", "refused").set_class(kind == "doubted", "doubted")
+        for one in ("refused", "doubted", "proposed"):
+            self.set_class(kind == one, one)
 
     def _put(self, where: str, words: str) -> None:
         """Put text into a part of this field, unless the form was changed meanwhile and the field is gone."""

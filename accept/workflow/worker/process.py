@@ -16,6 +16,7 @@ from specs.errors import AcceptError
 T = TypeVar("T")
 Say = Callable[[str], None]
 SAID, DONE, REFUSED, BROKEN, LOST = "said", "done", "refused", "broken", "lost"
+STOPPED = "stopped"  # the words of a computation that was cancelled
 COMMAND = (sys.executable, "-P", "-m", "accept.workflow.worker.main")
 Process = subprocess.Popen[bytes]
 
@@ -90,7 +91,7 @@ class WorkerProcess:
     def _begun(self, work: Work[Any]) -> Process:
         with self._mutex:
             if work.stopped:
-                raise NotDone("stopped")
+                raise NotDone(STOPPED)
             self._present = work
             return self._started()
 
@@ -126,6 +127,6 @@ def _answer(process: Process, work: Work[Any], say: Say) -> tuple[str, Any]:
         while (answer := pickle.load(process.stdout))[0] == SAID:
             say(answer[1])
     except (EOFError, BrokenPipeError, pickle.UnpicklingError):
-        return LOST, "stopped" if work.stopped else "the system ended it; is there enough memory?"
+        return LOST, STOPPED if work.stopped else "the system ended it; is there enough memory?"
     kind, what = answer
     return kind, what

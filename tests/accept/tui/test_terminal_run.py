@@ -61,9 +61,6 @@ def test_an_apa_from_its_serial_to_a_certificate_that_verifies(
     ann.back()
     for title, files in FILES.items():
         ann.step(title)
-        if title in ("Stroke", "Axial stiffness"):
-            terminal.press("F6")
-            terminal.wait_for("Input: records")
         ann.types(*files)
         if title == "Axial stiffness":
             ann.types("6.4 kg")

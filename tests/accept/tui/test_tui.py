@@ -3,6 +3,7 @@
 import asyncio
 import errno
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,7 @@ from tests.accept.tui.tui_help import (
     loader,
     press,
     running,
+    settled,
     sign_first,
     type_line,
     words,
@@ -353,7 +355,7 @@ async def test_files_that_fit_come_first_and_letters_filter(tmp_path: Path):
     os.utime(tmp_path / "flat.csv", (1, 1))
     async with running(loader(records=tmp_path)) as pilot:
         await begin(pilot)
-        await press(pilot, "enter", "f6", "f2")
+        await press(pilot, "enter", "f2")  # the step opens with the table: something is there for it
         table = pilot.app.screen.query_one(DataTable)
         assert [str(table.get_row_at(i)[0]) for i in (0, 1)] == ["flat.csv", "note.csv"]
         assert [str(table.get_row_at(i)[3]) for i in (0, 1)] == ["table", "no fit"]
@@ -393,8 +395,56 @@ async def test_enter_on_a_complete_step_opens_the_next_and_the_last_leads_to_the
                 await type_line(pilot, line)
             await press(pilot, "enter")
         assert seen == [step.name for step in pilot.app.session.steps]
-        assert screen(pilot) == "Steps"
-        assert "F9: summary" in words(pilot, "#status")
+        assert screen(pilot) == "Summary"
+
+
+POINTS = "x_mm,y_mm,z_um\n" + "".join(f"{x},{y},0\n" for x in (-29.5, -16, 16, 29.5) for y in (-9, 9))
+
+
+def arrived(path: Path, seconds_ago: float) -> Path:
+    """A table of heights that was written to its end so long ago."""
+    path.write_text(POINTS)
+    os.utime(path, (time.time() - seconds_ago,) * 2)
+    return path
+
+
+async def test_a_record_that_arrives_is_proposed_and_enter_takes_it(tmp_path: Path):
+    async with running(loader(records=tmp_path)) as pilot:
+        await begin(pilot)
+        await press(pilot, "enter", "f6")
+        (field,) = pilot.app.screen.query(Field)
+        assert field.proposed is None
+        arrived(tmp_path / "flat.csv", 10)
+        await until(pilot, lambda: field.proposed is not None)
+        assert "flat.csv" in words(pilot, "#status")
+        assert pilot.app.focused is field.input
+        await press(pilot, "enter")
+        assert "flat.csv" in str(field.query_one(".stored").render())
+    assert stored("record_linked")
+
+
+async def test_a_record_of_another_unit_or_still_being_written_is_not_proposed(tmp_path: Path):
+    arrived(tmp_path / "flat.csv", 10)
+    async with running(loader(records=tmp_path)) as pilot:
+        await begin(pilot, "APA-01")
+        await press(pilot, "enter", "enter", "escape", "escape")
+        await begin(pilot)
+        await press(pilot, "enter", "f6")
+        (field,) = pilot.app.screen.query(Field)
+        assert field.proposed is None
+        arrived(tmp_path / "now.csv", 0)
+        pilot.app.screen._look_again()
+        await settled(pilot)
+        assert field.proposed is None
+    assert not stored("record_linked")
+
+
+async def until(pilot, holds) -> None:
+    for _ in range(1000):
+        if holds():
+            return
+        await pilot.pause(0.01)
+    raise AssertionError("it never came")
 
 
 @pytest.mark.slow

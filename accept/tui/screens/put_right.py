@@ -1,0 +1,30 @@
+"""Training: what is put right at the bench, after which the records are made anew."""
+
+from collections.abc import Callable
+from typing import Any
+
+from accept.tui.background.busy_screen import Working
+from accept.tui.screens.choose import Choice
+from accept.workflow.bench import Workbench
+from accept.workflow.session import Session
+
+_WORDS = "What do you do at the bench? The records of that step are then made anew, and measured again."
+
+
+def ask_remedy(screen: Working[bool], bench: Workbench, session: Session, then: Callable[[str], None]) -> None:
+    """Ask what is put right and do it; then is called with the name of the step that is measured again."""
+    unit = bench.training
+    if unit is None:
+        return
+    remedies = unit.remedies
+
+    def do(place: int | None) -> None:
+        if place is not None:
+            remedy = remedies[place]
+
+            def done(_: Any) -> None:
+                then(remedy.step)
+
+            screen.send(lambda: unit.put_right(session, remedy), done, "recording again")
+
+    screen.app.push_screen(Choice("Put something right", _WORDS, [remedy.words for remedy in remedies]), do)

@@ -1,0 +1,131 @@
+"""A folder that records arrive in: its files, newest first, and which of them is proposed for which input of a form."""
+
+import os
+import re
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from checks.declare import CsvTable, Series
+
+TYPES = {
+    ".mat": "MATLAB",
+    ".csv": "table",
+    ".uff": "UFF",
+    ".unv": "UFF",
+    ".tdms": "TDMS",
+    ".txt": "text",
+}
+LOOKED_INTO_MOST = 64 * 2**20  # bytes of a file that is looked into unasked
+_MOST = 500  # files of one folder
+_MOST_PROPOSED = 60  # the newest of them, from which one is proposed
+_SETTLED_S = 1.5  # a file that changed within it may still be written
+_TOGETHER_S = 600.0  # files of one session at the rig; an older one is proposed only without any of these
+
+FileInput = Series | CsvTable
+
+
+@dataclass(frozen=True)
+class PickableFile:
+    """One file. mtime: seconds of the epoch; fits: whether it has what is wanted."""
+
+    name: str
+    mtime: float
+    size: int
+    fits: bool = True
+
+
+@dataclass(frozen=True)
+class Listing:
+    """One look at a folder: folders by name, files newest first."""
+
+    folders: tuple[str, ...]
+    files: tuple[PickableFile, ...]
+
+
+def look(folder: Path, fits: Callable[[Path], bool] = lambda _: True) -> Listing:
+    """Return what a folder holds: files that fit before the others, the newest first. Raises OSError."""
+    folders, files = _contents(folder)
+    judged = [replace(f, fits=f.size > LOOKED_INTO_MOST or fits(folder / f.name)) for f in files[:_MOST]]
+    return Listing(tuple(folders[:_MOST]), tuple(sorted(judged, key=lambda entry: not entry.fits)))
+
+
+def _contents(folder: Path) -> tuple[list[str], list[PickableFile]]:
+    with os.scandir(folder) as found:
+        seen = [entry for entry in found if not entry.name.startswith(".")]
+    folders = sorted(entry.name for entry in seen if entry.is_dir())
+    files = [entry for entry in seen if entry.is_file() and Path(entry.name).suffix.lower() in TYPES]
+    listed = [PickableFile(entry.name, entry.stat().st_mtime, entry.stat().st_size) for entry in files]
+    return folders, sorted(listed, key=lambda entry: (-entry.mtime, entry.name))
+
+
+def proposals(
+    folder: Path,
+    wanted: Sequence[FileInput],
+    about: str,
+    fits: Callable[[FileInput, Path], bool],
+    taken: Callable[[Path, float], bool],
+) -> dict[str, PickableFile]:
+    """Return for each input that wants a file the one that is proposed, by the input's name; no file twice.
+
+    A file is proposed if it has the channels, is written to its end and belongs to no unit yet (taken: by path and
+    time). Files of one session at the rig come first, of these the one whose name speaks for the input, then the
+    newest. One whose name speaks for another input is left to that; an optional input wants a name that speaks for it.
+    about: words of the step, which may stand in names too. An unreadable folder proposes nothing.
+    """
+    try:
+        files = _contents(folder)[1][:_MOST_PROPOSED]
+    except OSError:
+        return {}
+    now = time.time()
+    free = [f for f in files if not 0 <= now - f.mtime < _SETTLED_S and f.size <= LOOKED_INTO_MOST]
+    free = [f for f in free if not taken(folder / f.name, f.mtime)]
+    candidates = [
+        (place, declared, file, _score(file.name, declared, wanted, about))
+        for place, declared in enumerate(wanted)
+        for file in free
+        if fits(declared, folder / file.name)
+    ]
+    newest = max((file.mtime for _, _, file, _ in candidates), default=0.0)
+    candidates = [c for c in candidates if c[3] >= (1 if c[1].name in _optional(wanted) else 0)]
+    candidates.sort(key=lambda c: (newest - c[2].mtime > _TOGETHER_S, -c[3], c[0], -c[2].mtime))
+    chosen: dict[str, PickableFile] = {}
+    for _, declared, file, _ in candidates:
+        if declared.name not in chosen and file not in chosen.values():
+            chosen[declared.name] = file
+    return chosen
+
+
+def _optional(wanted: Iterable[FileInput]) -> set[str]:
+    return {one.name for one in wanted if one.optional}
+
+
+def _score(file: str, declared: FileInput, wanted: Sequence[FileInput], about: str) -> int:
+    """Return how far the name of a file speaks for an input rather than for another of the form."""
+    found = _words(Path(file).stem)
+    common = len(found & _words(about))
+    own = len(found & _named(declared))
+    others = max((len(found & _named(other)) for other in wanted if other is not declared), default=0)
+    return own + common if own >= others else own - others
+
+
+def _named(declared: FileInput) -> frozenset[str]:
+    return _words(declared.name) | frozenset(getattr(declared, "named", ()))
+
+
+def _words(name: str) -> frozenset[str]:
+    return frozenset(re.findall(r"[a-z]+|[0-9]+", name.lower()))
+
+
+def age_words(mtime: float, now: float | None = None) -> str:
+    """Return when a file was written: how long ago within the hour, else the time, with the day unless it is today."""
+    now = time.time() if now is None else now
+    passed, then = now - mtime, time.localtime(mtime)
+    if 0 <= passed < 3600:
+        return f"{passed:.0f} s ago" if passed < 60 else f"{passed / 60:.0f} min ago"
+    today = time.strftime("%Y-%m-%d", time.localtime(now))
+    return time.strftime("%H:%M" if time.strftime("%Y-%m-%d", then) == today else "%Y-%m-%d %H:%M", then)
+
+
+Proposals = Mapping[str, PickableFile]
