@@ -61,8 +61,8 @@ class Workbench:
         return self
 
     def known(self) -> list[KnownUnit]:
-        """Return the units of the kinds that are judged here. Raises StoreError."""
-        return [unit for unit in known_units(self.store) if unit.kind in self.specs]
+        """Return the units that were begun here, of every kind. Raises StoreError."""
+        return known_units(self.store)
 
     def known_one(self, serial: str) -> KnownUnit | None:
         """Return the entry of one serial, None for a new one. Raises StoreError."""

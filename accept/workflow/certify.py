@@ -9,7 +9,7 @@ from accept.certificate.contents.content import content_of
 from accept.certificate.contents.disposition import decided
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
-from accept.certificate.trust import keys
+from accept.certificate.trust import authority, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import numbers_of, provenance
@@ -33,9 +33,7 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     Raises KeysError if the passphrase does not open the key (nothing was done then), SigningRefused, ContentError,
     OSError, StoreError.
     """
-    credential = _unlocked(session, TECHNICIAN, passphrase)
-    if not same_person(credential.person, session.operator):
-        raise SigningRefused(f"{session.operator} is the operator, the key is that of {credential.person}")
+    credential = check_passphrase(session, TECHNICIAN, passphrase)
     if session.attempt.certificate is not None:
         raise SigningRefused(f"{session.serial}: this result is signed already")
     result = session.result or session.judge()
@@ -76,6 +74,31 @@ def countersign_unit(session: Session, passphrase: str, choice: str = "", reason
         disposition,
     )
     return _verified(session, path, credential)
+
+
+def key_problem(home: Path, role: str, operator: str) -> str:
+    """Return why this operator cannot sign in a role with the keys at this bench, and what to do; "" if nothing is
+    known against it, or the bench has no keys yet."""
+    if not keys.exist(home):
+        return ""
+    names = [authority.person_of(keys.certificate_of(path)) for path in keys.person_files(home, role)]
+    if role == QA:
+        return "" if names else f"Quality assurance has no key at this bench yet: {_ASK.format(QA, 'NAME')}"
+    if any(same_person(name, operator) for name in names):
+        return ""
+    whose = f"the key at this bench is that of {', '.join(names)}" if names else "this bench has no technician's key"
+    return f"{operator} cannot sign here: {whose}. A key for {operator}: {_ASK.format(TECHNICIAN, operator)}"
+
+
+def check_passphrase(session: Session, role: str, passphrase: str) -> Credential:
+    """Return the key that a passphrase opens. Raises KeysError, SigningRefused if the key is another person's."""
+    credential = _unlocked(session, role, passphrase)
+    if role == TECHNICIAN and not same_person(credential.person, session.operator):
+        raise SigningRefused(f"{session.operator} is the operator, the key is that of {credential.person}")
+    return credential
+
+
+_ASK = "accept keys request --role {} --name {}"
 
 
 def _unlocked(session: Session, role: str, passphrase: str) -> Credential:

@@ -1,10 +1,12 @@
 """Units that the bench has seen in the workflow, newest first."""
 
 from dataclasses import dataclass
+from datetime import datetime
 
 from accept.store import Store
 from accept.store.payloads import AttemptStarted
-from accept.workflow.state.unit_state import fold_run
+from accept.workflow.state.unit_state import EnteredValue, FileLink, fold_run
+from checks.acceptance import CHECKS
 
 
 @dataclass(frozen=True)
@@ -17,6 +19,19 @@ class KnownUnit:
     verdict: str | None
     signed: int
     taken: int
+    begun_by: str = ""
+    begun: str = ""  # UTC, ISO 8601
+    last: str = ""  # the last entry, in words
+    notes: int = 0
+
+    @property
+    def handed_over(self) -> str:
+        """Return who began it and when, the last entry, and how many notes there are."""
+        when = datetime.fromisoformat(self.begun).astimezone() if self.begun else None
+        words = [f"begun by {self.begun_by}{when:, %a %d %b %H:%M}" if when else ""]
+        words.append(f"last entry {self.last}" if self.last else "")
+        words.append(f"{self.notes} note{'s' if self.notes > 1 else ''}" if self.notes else "")
+        return "; ".join(filter(None, words))
 
     @property
     def words(self) -> str:
@@ -35,8 +50,30 @@ def known_units(store: Store) -> list[KnownUnit]:
 
 def known_unit(store: Store, serial: str) -> KnownUnit | None:
     """Return the entry of one serial, None for a new one. Raises StoreError."""
-    attempt = fold_run(serial, store.events(serial)).attempt
+    events = list(store.events(serial))
+    attempt = fold_run(serial, events).attempt
     if attempt is None:
         return None
-    taken = sum(1 for state in attempt.steps.values() if state.entries)
-    return KnownUnit(serial, attempt.kind, attempt.number, attempt.verdict, len(attempt.signatures), taken)
+    begun = [event for event in events if event.what == AttemptStarted.KIND][-1]
+    states = attempt.steps.values()
+    last = max((entry for state in states for entry in state.entries), key=lambda entry: entry.seq, default=None)
+    return KnownUnit(
+        serial,
+        attempt.kind,
+        attempt.number,
+        attempt.verdict,
+        len(attempt.signatures),
+        sum(1 for state in states if state.entries),
+        begun.who,
+        begun.time,
+        "" if last is None else _entry_words(last),
+        sum(len(state.notes) for state in states),
+    )
+
+
+def _entry_words(entry: EnteredValue | FileLink) -> str:
+    if isinstance(entry, FileLink):
+        return entry.file
+    declared = next((c.inputs[entry.input] for c in CHECKS.values() if entry.input in c.inputs), None)
+    name = entry.input if declared is None else declared.label
+    return f"{name}{'' if entry.index is None else f' {entry.index + 1}'} {entry.value:.6g} {entry.unit}".strip()

@@ -1,6 +1,7 @@
 """A question in front of the screen: one or more lines, answered or left with Escape."""
 
-from collections.abc import Sequence
+import asyncio
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,6 +13,8 @@ from textual.screen import ModalScreen
 from textual.widgets import Input, Label
 
 from accept.tui.widgets.text_entry import TextEntry, typed
+
+Check = Callable[[int, list[str]], str]
 
 
 @dataclass(frozen=True)
@@ -33,9 +36,14 @@ class Question(ModalScreen[list[str] | None]):
         Binding("up", "app.focus_previous", show=False),
     ]
 
-    def __init__(self, title: str, words: str | Text, lines: Sequence[QuestionLine]) -> None:
+    def __init__(
+        self, title: str, words: str | Text, lines: Sequence[QuestionLine], check: Check = lambda _, __: ""
+    ) -> None:
+        """Make the question. check: called at Enter, in a thread, with the place of the line and all lines; returns why
+        the line cannot stay so, "" if it can. The question stays until nothing is wrong."""
         super().__init__()
-        self._title, self._words, self._lines = title, words, lines
+        self._title, self._words, self._lines, self._check = title, words, lines, check
+        self._checking = False
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog"):
@@ -44,6 +52,7 @@ class Question(ModalScreen[list[str] | None]):
             for line in self._lines:
                 yield Label(line.label, markup=False)
                 yield TextEntry(line.value, secret=line.secret)
+            yield Label("", id="wrong", classes="bad", markup=False)
             way = "next field, then confirm" if len(self._lines) > 1 else "confirm"
             yield Label(f"Enter: {way}    Esc: cancel", classes="quiet")
 
@@ -51,7 +60,20 @@ class Question(ModalScreen[list[str] | None]):
         fields = list(self.query(Input))
         await typed(*fields)
         at = next((n for n, field in enumerate(fields) if field is self.focused), len(fields) - 1)
-        if at + 1 < len(fields):
+        if self._checking:
+            return
+        self._checking = True
+        try:
+            wrong = await asyncio.to_thread(self._check, at, [field.value for field in fields])
+        finally:
+            self._checking = False
+        if not self.is_current:  # left meanwhile
+            return
+        self.query_one("#wrong", Label).update(f"✗ {wrong}" if wrong else "")
+        if wrong:
+            fields[at].select_all()
+            self.app.bell()
+        elif at + 1 < len(fields):
             self.set_focus(fields[at + 1])
         else:
             self._leave([field.value for field in fields])

@@ -166,16 +166,18 @@ class StartScreen(Working[Begin | None]):
             about.update(f"✗ serial '{serial}': {problem}")
         else:
             about.update("")
-            self.aside(lambda: (serial, bench.known_one(serial)), self._found, "look")
+            operator = self._value("operator")
+            self.aside(lambda: (serial, bench.known_one(serial), _key_words(bench, operator)), self._found, "look")
 
-    def _found(self, seen: "tuple[str, KnownUnit | None]") -> None:
-        serial, known = seen
+    def _found(self, seen: "tuple[str, KnownUnit | None, str]") -> None:
+        serial, known, whose_key = seen
         if serial != self._value("serial"):
             return
         self._known = known
         words = f"new unit {serial}"
         if known:
-            words = f"{serial} is known: {known.words}. Enter: continue; F8: new attempt."
+            words = f"{serial} is known: {known.words}. Enter: continue; F8: new attempt.\n{known.handed_over}"
+        words = "\n".join(filter(None, (words, whose_key)))
         self.query_one("#about", Label).update(words)
         kind = self.query_one("#kind", Input)
         if known and self._entered == serial and self.focused is kind and kind.value in ("", known.kind):
@@ -278,6 +280,14 @@ class StartScreen(Working[Begin | None]):
             "Type your name, then scan or type the serial number. A known unit continues where you left it; every "
             "confirmed entry is kept, also after a power cut. F8 starts a new attempt; earlier attempts are kept."
         )
+
+
+def _key_words(bench: "Workbench", operator: str) -> str:
+    """Return why the operator cannot sign here, "" if nothing is known against it."""
+    if not operator:
+        return ""
+    certify = import_module("accept.workflow.certify")  # in a thread: signing takes a while to import
+    return str(certify.key_problem(bench.home, "technician", operator))
 
 
 def _open(

@@ -1,5 +1,6 @@
 """The end of a unit: all findings, the verdict, what is missing; signed, countersigned, verified."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
 
@@ -11,11 +12,12 @@ from textual.widgets import DataTable, Label, Static
 from accept.certificate.contents.disposition import CHOICES
 from accept.certificate.trust import keys
 from accept.certificate.verify.verification import Validity, Verification
-from accept.judging.advice import first_advice
+from accept.judging.advice import advice, first_advice
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
 from accept.tui.background.busy_screen import Working
+from accept.tui.background.problems import words_of
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
@@ -25,11 +27,14 @@ from accept.tui.widgets.limit_bar import after_number, limits, numbers
 from accept.tui.widgets.step_list import HELD, held_words
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
-from accept.workflow.certify import countersign_unit, make_keys, sign_unit
+from accept.workflow.certify import check_passphrase, countersign_unit, key_problem, make_keys, sign_unit
 from accept.workflow.session import Session
-from accept.workflow.status import of_findings
+from accept.workflow.status import Status, of_findings
 from accept.workflow.steps.section import note_lines
+from checks.acceptance import CHECKS
+from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
+from specs.errors import AcceptError
 
 _OUTCOMES = {
     Validity.VALID: "✓ verified",
@@ -88,7 +93,7 @@ class Summary(Working[bool]):
         table = self.query_one(DataTable)
         table.clear()
         for f in result.findings:
-            status = of_findings([f])
+            status = Status.NOT_DONE if _not_measured(f) else of_findings([f])
             value = numbers(f.value, f.U, f.unit) if f.value is not None else "-"
             bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
             cells = (*(f"{words} " for words in (label_of(f.quantity), value, bounds)), Text(status.word, status.style))
@@ -136,25 +141,56 @@ class Summary(Working[bool]):
                 self._judge()
         elif self.session.attempt.certificate is not None:
             self.say("Already signed. F3: countersign", "bad")
+        elif problem := key_problem(self.bench.home, keys.TECHNICIAN, self.session.operator):
+            self.say(problem, "bad")
         elif keys.exist(self.bench.home):
-            title = f"Sign {self.session.serial}: {self.session.attempt.verdict}"
-            held = held_words(self.session.nonconformances)
-            words = held.append("\nAs technician.") if held else "As technician."
-            self.app.push_screen(Question(title, words, [QuestionLine("Passphrase", secret=True)]), self._sign)
+            lines = [QuestionLine("Passphrase", secret=True)]
+            self.app.push_screen(
+                Question(
+                    f"Sign {self.session.serial}", self._what_is_signed(), lines, self._passphrase(keys.TECHNICIAN)
+                ),
+                self._sign,
+            )
         else:
-            self.app.push_screen(Question("The bench has no keys yet", _FIRST_KEYS, _FIRST_LINES), self._first_keys)
+            words = self._what_is_signed().append(f"\n\n{_FIRST_KEYS}", "not bold default")
+            question = Question(
+                f"Sign {self.session.serial}: choose a passphrase", words, _FIRST_LINES, _new_passphrase
+            )
+            self.app.push_screen(question, self._first_keys)
+
+    def _what_is_signed(self) -> Text:
+        """Return the verdict, what is open in it, and in which role it is signed."""
+        result = self.session.result
+        words = Text("You sign as technician: ")
+        if result is not None:
+            words.append(str(result.verdict).upper(), signs.UNITS[result.verdict].bold)
+            words.append("".join(f"; {open_words}" for open_words in _open_in(result)))
+        held = held_words(self.session.nonconformances)
+        return words.append_text(Text("\n").append_text(held)) if held else words
+
+    def _passphrase(self, role: str) -> Callable[[int, list[str]], str]:
+        """Return a check of the last line: whether it opens the key of a role."""
+
+        def check(place: int, given: list[str]) -> str:
+            if place + 1 < len(given):
+                return ""
+            try:
+                check_passphrase(self.session, role, given[-1])
+            except AcceptError as e:
+                return words_of(e)
+            return ""
+
+        return check
 
     def _first_keys(self, answer: list[str] | None) -> None:
         if answer is None:
             return
-        first, again = answer
-        if not first or first != again:
-            self.say("The passphrases differ or are empty; no keys were created", "bad")
-            return
+        first, _ = answer
         home, operator = self.bench.home, self.session.operator
         self.send(lambda: make_keys(home, operator, first), lambda left: self._made(first, left), "making keys")
 
     def _made(self, passphrase: str, left: Path) -> None:
+        self.say("Keys were created", "good")
         self.app.push_screen(Help("Keys were created", _OFF_THE_BENCH.format(left)), lambda _: self._sign([passphrase]))
 
     def _sign(self, answer: list[str] | None) -> None:
@@ -166,6 +202,8 @@ class Summary(Working[bool]):
             self.say("The technician must sign first: F2", "bad")
         elif len(self.session.attempt.signatures) > 1:
             self.say("Already countersigned", "bad")
+        elif problem := key_problem(self.bench.home, keys.QA, self.session.operator):
+            self.say(problem, "bad")
         else:
             self.app.push_screen(self._asked_of_qa(str(self.session.attempt.verdict)), self._countersign)
 
@@ -176,7 +214,7 @@ class Summary(Working[bool]):
             words = f"The unit is {verdict}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
             lines = [QuestionLine("Disposition"), QuestionLine("Reason")]
         passphrase = QuestionLine("QA passphrase", secret=True)
-        return Question(f"Countersign {self.session.serial}", words, [*lines, passphrase])
+        return Question(f"Countersign {self.session.serial}", words, [*lines, passphrase], self._passphrase(keys.QA))
 
     def _countersign(self, answer: list[str] | None) -> None:
         if answer is not None:
@@ -235,28 +273,52 @@ _FIRST_LINES = [
 ]
 
 
+def _new_passphrase(place: int, given: list[str]) -> str:
+    """Return why a chosen passphrase cannot be taken: said at its first line."""
+    try:
+        keys.check_passphrase(given[0])
+    except AcceptError as e:
+        return words_of(e)
+    return "The passphrases differ" if place > 0 and given[0] != given[1] else ""
+
+
+_RULES = {
+    "simple": "passes if the value is within the limits",
+    "guarded": "passes only if value - U and value + U are within the limits",
+    "shared": "passes if the value is within the limits; U is shared between both sides",
+}
+
+
 def _detail(f: Finding) -> str:
-    """Return why a finding is what it is, with its code name and the rule of its limit."""
-    why = f.reason or f.note or ""
-    return f"{f.quantity}, rule {f.rule}{': ' if why else ''}{why}"
+    """Return why a finding is what it is, and what to do about it."""
+    why = f.reason or f.note or _RULES.get(str(f.rule), str(f.rule))
+    return "\n".join([f"{label_of(f.quantity)}: {why}", *(f"→ {line}" for line in advice(CHECKS[f.check], f))])
+
+
+def _not_measured(f: Finding) -> bool:
+    return f.cause is not None and f.cause.cause is Cause.NOT_MEASURED and not f.cause.record
+
+
+def _open_in(result: UnitResult) -> list[str]:
+    """Return what keeps a unit from being accepted, in words: quantities by what became of them."""
+    groups = (
+        ("failed", [f for f in result.findings if f.verdict is Verdict.FAIL]),
+        ("no result", [f for f in result.findings if f.verdict is Verdict.NO_RESULT and not _not_measured(f)]),
+        ("not measured", [f for f in result.findings if f.verdict is Verdict.NO_RESULT and _not_measured(f)]),
+        ("conditional", [f for f in result.findings if f.verdict is Verdict.CONDITIONAL]),
+    )
+    return [f"{word}: {', '.join(label_of(f.quantity) for f in found)}" for word, found in groups if found]
 
 
 def _verdict(result: UnitResult) -> Text:
+    """Return the verdict, what is open, and on a line of its own what to do first."""
     sign = signs.UNITS[result.verdict]
     held = result.nonconformances and result.verdict is UnitVerdict.CONDITIONAL
     text = Text.assemble((" HELD ", f"reverse {HELD}") if held else (f" {sign.word.upper()} ", f"reverse {sign.bold}"))
     if result.nonconformances:
         text.append(f"  nonconformance: {'; '.join(result.nonconformances)}. QA decides (F3).", HELD)
+    if not held:
+        text.append("".join(f"  {words}" for words in _open_in(result)))
     if (told := first_advice(result.findings)) is not None:
-        text.append(f"  → {told}", "bold yellow")
-    if held:
-        return text
-    for word, verdict in (
-        ("failed", Verdict.FAIL),
-        ("missing", Verdict.NO_RESULT),
-        ("conditional", Verdict.CONDITIONAL),
-    ):
-        names = [label_of(f.quantity) for f in result.findings if f.verdict is verdict]
-        if names:
-            text.append(f"  {word}: {'; '.join(names)}")
+        text.append(f"\n → {told}", "bold yellow")
     return text

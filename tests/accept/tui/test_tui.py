@@ -226,6 +226,23 @@ async def test_a_known_serial_is_measured_again_as_a_new_attempt():
     assert [e["reason"] for e in stored("attempt_started")] == ["", "came back from the maker"]
 
 
+@pytest.mark.slow
+async def test_whose_key_is_needed_is_said_before_a_passphrase_is_asked():
+    keys.init(home(), "correct horse", "Ann")
+    async with running(given=Given("Bob")) as pilot:
+        await begin(pilot)
+        await press(pilot, "s", "f2")
+        assert screen(pilot) == "Summary"
+        assert "the key at this bench is that of Ann" in words(pilot, "#status")
+        assert "keys request --role technician --name Bob" in words(pilot, "#status")
+        await press(pilot, "escape", "escape")
+        await pilot.press(*"APA-02")
+        await settled(pilot)
+        about = words(pilot, "#about")
+        assert "Bob cannot sign here" in about
+        assert "begun by Bob" in about
+
+
 async def test_known_units_are_listed():
     async with running() as pilot:
         await begin(pilot)
@@ -249,14 +266,20 @@ async def test_signing_needs_the_passphrase():
         await press(pilot, "s", "f2")
         for line in ("correct horse", "other"):
             await type_line(pilot, line)
-        assert "differ" in words(pilot, "#status")
+        assert "differ" in words(pilot, "#wrong")  # and the question stays
+        await press(pilot, "escape", "f2")
+        await type_line(pilot, "short")
+        assert "8 or more" in words(pilot, "#wrong")  # said at the first line
+        await press(pilot, "escape")
         await sign_first(pilot)
         await press(pilot, "escape", "down", "down", "enter")
         await type_line(pilot, "365")
         await press(pilot, "escape", "s", "f2")
         assert isinstance(pilot.app.screen, Question)
+        assert "You sign as technician: INCOMPLETE" in words(pilot, ".words")
         await type_line(pilot, "wrong")
-        assert "✗" in words(pilot, "#status")
+        assert "✗" in words(pilot, "#wrong")
+        await press(pilot, "escape")
         assert "not signed" in words(pilot, "#certificate")
     assert len(stored("certificate_signed")) == 1
 

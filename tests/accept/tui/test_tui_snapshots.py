@@ -186,8 +186,8 @@ async def values(pilot: Pilot[None]) -> None:
 
 
 async def records(pilot: Pilot[None]) -> None:
-    await go_to(pilot, "stiffness")
-    await press(pilot, "f6")
+    await go_to(pilot, "stiffness")  # opens with the records, which are there
+    look(pilot, "proposal")
     for line in ("mass_on_off.csv", "mass_on_off.csv", "6.4"):
         await type_line(pilot, line)
     look(pilot, "record")
