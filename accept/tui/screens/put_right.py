@@ -8,7 +8,7 @@ from accept.tui.screens.choose import Choice
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 
-_WORDS = "What do you do at the bench? The records of that step are then made anew, and measured again."
+_WORDS = "What do you do at the bench? The simulated rig then records that step again."
 
 
 def ask_remedy(screen: Working[bool], bench: Workbench, session: Session, then: Callable[[str], None]) -> None:

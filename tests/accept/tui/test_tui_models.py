@@ -153,7 +153,7 @@ async def test_a_long_computation_shows_its_clock_and_is_stopped(begun, row, mon
         await pilot.press("enter")
         await shown(pilot, "#status", "(waiting) … ")  # what it says of itself, and the clock
         await press(pilot, "escape")
-        assert "✗ stopped" in words(pilot, "#status")
+        assert "Stopped. F3" in words(pilot, "#status")
         assert pilot.app.session.run == before
         await press(pilot, "escape")
         assert type(pilot.app.screen).__name__ == "Steps"
