@@ -1,14 +1,14 @@
 """The workflow's bench: store, folder, specs, instruments, and where records arrive."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from accept.base.home import home
 from accept.judging.folder_name import doubted_folder, question
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
-from accept.store import Store, open_store
+from accept.store import Event, Store, open_store
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
 from accept.workflow.entry.parse_entry import serial_problem
@@ -21,10 +21,29 @@ from accept.workflow.worker.process import WorkerProcess
 from specs.bench import NO_CHANNELS, BenchFile, Channels, load_bench
 from specs.spec import Spec
 
-if TYPE_CHECKING:
-    from accept.workflow.training import TrainingUnit
-
 LOCK_WAIT_S = 5.0  # for another program's hold on the store: then the technician is told
+
+
+class Exercise(Protocol):
+    """The simulated unit of a training, as the screens see it."""
+
+    @property
+    def hidden(self) -> str:
+        """Return what was wrong, and what the technician made of it."""
+        ...
+
+    @property
+    def remedies(self) -> Sequence[Any]:
+        """Return what can be put right at the bench."""
+        ...
+
+    def put_right(self, session: Session, remedy: Any) -> Event:
+        """Record a step again, without the fault if this is its remedy."""
+        ...
+
+    def resume(self, session: Session) -> None:
+        """Put right what was put right already in the present attempt."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +58,7 @@ class Workbench:
     specs: Mapping[str, Spec]
     instruments: Instruments = field(default_factory=NoInstruments)
     records: Path = field(default_factory=Path.cwd)
-    training: "TrainingUnit | None" = None
+    training: "Exercise | None" = None
     proposed: str = ""
     stated: BenchFile | None = None
     taken: UnitFolder | None = None
