@@ -107,7 +107,7 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/accept/tui/test_tui_training.py": Heavy(
         ["accept/tui", "accept/workflow", "accept/simulate"],
-        ["test_a_training_unit_is_measured_judged_signed_and_revealed[apa]"],
+        ["test_an_apa_with_a_reversed_plug_by_few_keys_then_put_right_and_accepted"],
         "a strut in training",
     ),
     "tests/accept/tui/test_terminal_run.py": Heavy(
