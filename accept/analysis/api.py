@@ -9,6 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from accept.analysis.arguments import ArgumentError as ArgumentError
+from accept.analysis.arguments import checked
 from accept.analysis.given_responses import Given
 from accept.analysis.given_responses import dataset as dataset
 from accept.analysis.hammer import ImpactResponse, hammer_responses
@@ -33,15 +37,19 @@ from accept.judging.judge_unit import DEFAULT_SPEC, judge_unit, load_spec
 from accept.judging.result import UnitResult
 from accept.models.model_file import DEFAULT_MODEL, SIMULATED_MODEL
 from accept.models.model_file import open_model as _open_model
-from accept.pictures.draw import picture
+from accept.pictures.draw import figure_of, picture
 from accept.pictures.formats import PictureError, format_of
 from accept.pictures.interactive import page
+from accept.pictures.items import draw_panel
 from accept.simulate import UnitRequest, UnitRequestError
 from accept.simulate import simulate as _simulate
 from accept.units.loaded_unit import LoadedUnit, loaded
 from checks.cause import NoResult as NoResult
 from checks.errors import RecordError
-from checks.fitting.dataset import F_HI, F_LO
+from checks.fitting.calibrate import Calibration
+from checks.fitting.dataset import F_HI, F_LO, Dataset
+from checks.fitting.fit import Fit
+from checks.fitting.fit_panels import UNITS, fit_panels, frf_panels
 from checks.gap.decision.bode_panels import bode_panels
 from checks.gap.decision.panels import disagreement
 from checks.misalignment.estimate_types import MisalignmentEstimate
@@ -52,45 +60,88 @@ from checks.picture import Panel
 from checks.record import Record
 from checks.signals.impact.impacts import ImpactRules
 from checks.signals.spectral.bode import bode
+from checks.signals.spectral.frf import Frf
 from specs.errors import AcceptError as AcceptError
 
 UnitLike = str | Path | LoadedUnit
 Drawable = (
-    UnitResult | MeasuredResponse | MisalignmentEstimate | FittedModel | GapAnalysis | Mapping[str, Panel] | Panel
+    UnitResult
+    | MeasuredResponse
+    | MisalignmentEstimate
+    | FittedModel
+    | GapAnalysis
+    | Model
+    | StateSpace
+    | Responses
+    | Dataset
+    | Fit
+    | Calibration
+    | Mapping[str, Panel]
+    | Panel
 )
 
 
-class ArgumentError(AcceptError, TypeError):
-    """An argument that a function cannot use; the text says what it takes."""
-
-
+@checked
 def read_unit(folder: str | Path) -> LoadedUnit:
     """Return the unit in a folder with a `unit.toml`; its files are read when they are first needed, and once.
 
-    Raises UnitError for a folder that holds no usable unit."""
+    Parameters
+    ----------
+    folder : the unit's folder.
+
+    Returns
+    -------
+    The unit, for `judge`, `responses`, `fit_model`, `estimate_misalignment` and `analyse_gap`. Raises UnitError for a
+    folder that holds no usable unit.
+    """
     return loaded(_file(folder))
 
 
+@checked
 def judge(unit: UnitLike, spec: str | None = None) -> UnitResult:
-    """Judge a unit: return its findings and verdict. spec: a built-in name or a TOML file; without it the unit's kind
-    picks.
+    """Judge a unit: return its findings and verdict.
 
-    `result.verdict`, `result.findings` (value, U, limits, verdict each), `result.panels` for `plot`.
-    Raises UnitError, SpecError."""
+    Parameters
+    ----------
+    unit : its folder, or what `read_unit` returned.
+    spec : a built-in name or a TOML file; without it the unit's kind picks.
+
+    Returns
+    -------
+    `result.verdict`, `result.findings`, each with `quantity`, `value`, `U` (k = 2), limits and `verdict`;
+    `accept.plot(result)` draws the measurements. Bad records raise nothing: their findings are `no_result`, with the
+    reason. Raises UnitError, SpecError.
+
+    Example
+    -------
+    >>> [(f.quantity, f.value, f.U, f.verdict) for f in accept.judge("units/S-02").findings]  # doctest: +SKIP
+    """
     held = _held(unit)
     return judge_unit(held, load_spec(spec or DEFAULT_SPEC[held.folder.kind]))
 
 
+@checked
 def read_record(
     file: str | Path, input: str = "Va", *, channels: Mapping[str, str] | None = None, step_s: float | None = None
 ) -> Record:
-    """Return every vector of a record file (.mat, .csv, .uff, .tdms) that is as long as its input.
+    """Return every vector of a record file that is as long as its input, in SI.
 
-    channels: name here -> name in the file, {"Va": "data.ch3"}; step_s: sampling time [s] of a file without a time.
-    `record["Va"]` (N,), `record.t` (N,) [s], `record.fs` [Hz]. Raises RecordError, which says what the file holds."""
+    Parameters
+    ----------
+    file : .mat (5 to 7.3), .csv, .uff or .tdms. Units in headers (`de [nm]`) are converted, and this is said.
+    input : name of the channel that drives.
+    channels : name here -> name in the file, {"Va": "data.ch3"}.
+    step_s : sampling time [s] of a file without a time.
+
+    Returns
+    -------
+    `record["Va"]` (N,), `record.t` (N,) [s], `record.fs` [Hz], `record.units`. Raises RecordError, which says what the
+    file holds.
+    """
     return read_any(_file(file), input, channels or {}, step_s)
 
 
+@checked
 def frequency_response(
     *records: Record | str | Path,
     input: str = "Va",
@@ -102,8 +153,26 @@ def frequency_response(
 ) -> MeasuredResponse:
     """Estimate the response of every channel over the input [unit per V], with coherence, variance and resonances.
 
-    Two records are joined at merge_Hz. estimator: "auto" (over the periods of a periodic input, else h1), "h1", "lpm".
-    `response.frf.f` (F,) [Hz], `.H` (F, C) complex, `.coherence` (F, C), `.var` (F, C). Raises RecordError."""
+    Parameters
+    ----------
+    records : one file or record; or two, low and high, joined at merge_Hz.
+    input : name of the channel that drives.
+    estimator : "auto" (over the periods of a periodic input, else "h1"), "h1" (Hann segments), "lpm" (local
+        polynomials: no leakage, one record suffices).
+    segment_s : length of the segments of h1 [s].
+    f_lo, f_hi : band kept [Hz].
+    merge_Hz : the first record up to here, the second above [Hz].
+
+    Returns
+    -------
+    `response.frf.f` (F,) [Hz], `.H` (F, C) complex, `.coherence` (F, C), `.var` (F, C); `response.resonances[channel]`
+    with `f_Hz` and `damping_ratio`. `to_pandas`, `to_xarray`, `to_control` and `save` hand it on. Raises RecordError;
+    hits of a hammer are refused: `hammer_response` is for them.
+
+    Example
+    -------
+    >>> response = accept.frequency_response("low.mat", estimator="lpm", f_lo=10, f_hi=400)  # doctest: +SKIP
+    """
     if estimator not in list(OF_RECORDS):
         raise RecordError(f"estimator = '{estimator}': expected one of {', '.join(OF_RECORDS)}")
     if not records:
@@ -112,6 +181,7 @@ def frequency_response(
     return responses_of(read, EstimatorSettings(Estimator(estimator), segment_s, f_lo, f_hi, input, merge_Hz))[0]
 
 
+@checked
 def hammer_response(
     *records: Record | str | Path,
     input: str = "Track1",
@@ -166,6 +236,7 @@ def hammer_response(
     return hammer_responses(read, input, estimator, f_lo, f_hi, rules)
 
 
+@checked
 def read_response(
     file: str | Path,
     input: str = "",
@@ -178,8 +249,7 @@ def read_response(
 
     Universal files (data set 58, function type 4, with coherence of type 6), MATLAB (a struct with the fields of an frd
     object; complex vectors beside one of frequencies; H1_2 with C1_2), tables with columns `de_re [m/V]` and `de_im
-    [m/V]`,
-    and what this program writes itself.
+    [m/V]`, and what this program writes itself.
 
     Parameters
     ----------
@@ -202,18 +272,40 @@ def read_response(
     return import_response(_file(file), input, channels, averages, noise)
 
 
+@checked
 def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Responses:
-    """Return the responses that a unit names under [frf], on independent bins from f_lo to f_hi [Hz].
+    """Return the responses that a unit names under [frf], on independent bins.
 
-    `responses.first` and `.second` (another realisation, or None): `.f` (F,) [Hz], `.H` (F, C) over Va at the DAC,
-    `.cov` (F, C, C), `.channels`. Raises UnitError, RecordError."""
+    Parameters
+    ----------
+    unit : its folder, or what `read_unit` returned.
+    f_lo, f_hi : band [Hz].
+
+    Returns
+    -------
+    `found.first` and `found.second` (another realisation, or None), each with `.f` (F,) [Hz], `.H` (F, C) over Va at
+    the DAC, `.cov` (F, C, C), `.channels`. Records that judging refuses are refused. Raises UnitError, RecordError.
+    """
     return unit_responses.responses(_held(unit), f_lo=f_lo, f_hi=f_hi)
 
 
+@checked
 def open_model(name: str | Path = "strut") -> Model:
-    """Return a built-in model ("strut", "strut-as-built", "strut-2dof", "apa-frame", "apa-2dof") or a model file.
+    """Return a built-in model or a model file.
 
-    `model.frf(f)` (F, C) complex, `model.with_values({...})`. Raises SpecError, ModelError."""
+    Parameters
+    ----------
+    name : "strut", "strut-as-built", "strut-2dof", "apa-frame", "apa-2dof", or a TOML file.
+
+    Returns
+    -------
+    `model.frf(f)` (F, C) complex over Va at the DAC, `model.poles()` [rad/s], `model.values`, `model.sds`,
+    `model.with_values({...})`. Raises SpecError, ModelError.
+
+    Example
+    -------
+    >>> accept.open_model("strut").with_values({"misalignment.dy_um": 100.0}).frf([95.0])  # doctest: +SKIP
+    """
     return _open_model(name)
 
 
@@ -234,6 +326,7 @@ def to_ss(model: Model | str | Path) -> StateSpace:
     return state_space(model if isinstance(model, Model) else open_model(model))
 
 
+@checked
 def to_control(found: StateSpace, pade: int | None = None) -> Any:
     """Return a state space as an object of python-control, with its names.
 
@@ -244,6 +337,7 @@ def to_control(found: StateSpace, pade: int | None = None) -> Any:
     return as_control(found, pade)
 
 
+@checked
 def save_ss(found: StateSpace, file: str | Path) -> Path:
     """Write a state space as a MATLAB file that one line opens as `ss`. Raises ModelError for another ending than
     .mat."""
@@ -252,34 +346,63 @@ def save_ss(found: StateSpace, file: str | Path) -> Path:
     return save_state_space(found, _file(file))
 
 
+@checked
 def fit_model(
     unit: UnitLike | Given, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 3
 ) -> FittedModel:
     """Fit the model's uncertain parameters to the responses of a unit, with priors and tolerance.
 
-    unit: a folder, what `read_unit`, `responses` or `frequency_response` returned, or a `dataset` of arrays.
+    Parameters
+    ----------
+    unit : a folder, or what `read_unit`, `responses`, `frequency_response`, `read_response` or `dataset` returned.
+    model : built-in name or file; by default that of the unit's kind.
+    f_lo, f_hi : band that is fitted [Hz].
+    starts : of the search.
 
-    `fitted.fit.at` (name -> value), `.fit.sds`, `.before` and `.after` (G by channel), `.held_out` where the unit has a
-    second realisation. Raises UnitError, RecordError, SpecError, ModelError."""
+    Returns
+    -------
+    `fitted.fit.at` (name -> value), `.fit.sds` (name -> standard uncertainty), `.fit.cov`; `.before`, `.after` and, if
+    there is a second realisation, `.held_out`: G by channel, 1 or less is agreement. `fitted.explains` says whether the
+    values may be used, `fitted.doubt` why not. Raises UnitError, RecordError, SpecError, ModelError.
+    """
     return fit_unit(unit if isinstance(unit, Given) else _held(unit), model, f_lo, f_hi, starts)
 
 
+@checked
 def estimate_misalignment(unit: UnitLike | Given, model: str | None = None) -> MisalignmentEstimate:
-    """Estimate how far the APA is off the joints' axis: `found.dx`, `found.dy` with `.value` and `.U` [um].
+    """Estimate how far the APA of a strut is off the joints' axis.
 
-    unit: as of `fit_model`; responses must hold de and da.
+    Parameters
+    ----------
+    unit : as of `fit_model`; responses must hold de and da.
+    model : built-in name or file; by default "strut-as-built".
 
-    Raises NoResult where the data cannot tell, UnitError, RecordError, ModelError."""
+    Returns
+    -------
+    `found.dx`, `found.dy` with `.value` and `.U` [um], k = 2; `accept.plot(found)` draws the map. Raises NoResult if
+    the data cannot tell, UnitError, RecordError, ModelError.
+    """
     return estimate_unit(unit if isinstance(unit, Given) else _held(unit).folder, model)
 
 
+@checked
 def analyse_gap(
     unit: UnitLike, model: str | Path | None = None, *, without: Sequence[str] = (), say: Callable[[str], None] = print
 ) -> GapAnalysis:
     """Return what the model does not explain, by name. Takes up to a minute.
 
-    `found.result.verdict`, `.named`, `.gap_before`, `.gap_after`; `found.document` is the content of gap.json.
-    Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
+    Parameters
+    ----------
+    unit : a folder, or what `read_unit` returned. Responses do not suffice: a second realisation is compared with.
+    model : built-in name or file to start from; by default that of the unit's kind.
+    without : effects that are left out of the library.
+    say : takes a line at each stage; print by default.
+
+    Returns
+    -------
+    `found.result.verdict`, `.named`, `.gap_before`, `.gap_after`; `found.document` is the content of gap.json. Raises
+    UnitError, RecordError, SpecError, ModelError, GapRefused.
+    """
     if isinstance(unit, Given):
         raise ArgumentError(
             "analyse_gap needs the records of a unit: it compares with a second realisation that was not fitted, and "
@@ -289,13 +412,24 @@ def analyse_gap(
     return _analyse(held, model or DEFAULT_MODEL[held.folder.kind], without, say)
 
 
+@checked
 def simulate_unit(
     folder: str | Path, kind: str = "strut", *, seed: int = 0, values: Mapping[str, float] | None = None
 ) -> LoadedUnit:
-    """Return a simulated unit with its records, written to a new folder. values: of the model, {"misalignment.dy_um":
-    -120}.
+    """Return a simulated unit with its records, written to a new folder.
 
-    Raises UnitRequestError, ModelError, FileExistsError for a folder that is there already."""
+    Parameters
+    ----------
+    folder : a folder that is not there yet; its name is the serial.
+    kind : "strut" or "apa".
+    seed : of the noise.
+    values : of the model, {"misalignment.dy_um": -120}.
+
+    Returns
+    -------
+    The unit, as of `read_unit`. Raises UnitRequestError, ModelError, FileExistsError for a folder that is there
+    already.
+    """
     place = _file(folder)
     if kind not in SIMULATED_MODEL:
         raise UnitRequestError(f"kind = '{kind}': expected one of {', '.join(SIMULATED_MODEL)}")
@@ -325,12 +459,52 @@ class Plot:
         place.write_bytes(page(self.panels, self.title) if interactive else picture(shown, format_of(place)))
         return place
 
+    def draw(self, ax: Any) -> None:
+        """Draw the panels onto axes of matplotlib, one after the other; those that have no axes are left out. Raises
+        PictureError if these are no axes."""
+        several = list(np.ravel(np.asarray(ax, dtype=object)))
+        if not several or not all(hasattr(each, "set_xscale") for each in several):
+            raise PictureError(f"ax is a {type(ax).__name__}; expected axes of matplotlib, or several")
+        for each, panel in zip(several, self.panels.values(), strict=False):
+            draw_panel(each, panel)
+
+    @property
+    def figure(self) -> Any:
+        """Return a matplotlib figure with all panels."""
+        return figure_of(list(self.panels.values()))
+
     def _repr_png_(self) -> bytes:
         return picture(list(self.panels.values()), "png")
 
 
-def plot(what: Drawable) -> Plot:
-    """Draw what another function returned. Raises PictureError if it has no picture."""
+def plot(what: Drawable, ax: Any = None, panels: Sequence[str] | None = None) -> Plot:
+    """Draw what another function returned, or a model, a dataset, a fit.
+
+    Parameters
+    ----------
+    what : a result, response, model, fit, misalignment, gap analysis, or panels.
+    ax : axes of matplotlib, or several: panels are drawn onto them in order, and no picture of its own is made.
+    panels : names of panels, in order; all by default. `accept.plot(what).panels` lists them.
+
+    Returns
+    -------
+    A `Plot`: a notebook shows it, `save("x.pdf")` writes it. Raises PictureError if there is no such picture.
+
+    Example
+    -------
+    >>> accept.plot(response, ax=plt.subplot(), panels=["de magnitude"])  # doctest: +SKIP
+    """
+    drawn = _picture_of(what)
+    if panels is not None:
+        if missing := [name for name in panels if name not in drawn.panels]:
+            raise PictureError(f"{drawn.title}: no panel '{missing[0]}'; it has {', '.join(drawn.panels)}")
+        drawn = Plot({name: drawn.panels[name] for name in panels}, drawn.title)
+    if ax is not None:
+        drawn.draw(ax)
+    return drawn
+
+
+def _picture_of(what: Drawable) -> Plot:
     match what:
         case Panel():
             return Plot({what.title: what}, what.title)
@@ -346,10 +520,26 @@ def plot(what: Drawable) -> Plot:
             return Plot(pictures(what), what.measured.serial)
         case GapAnalysis():
             return Plot({"map": disagreement(what.result), **bode_panels(what.result)}, what.measured.serial)
-        case Mapping():
+        case Model():
+            f = np.geomspace(10.0, min(2000.0, what.up_to_Hz), 1000)
+            return Plot(dict(frf_panels(f, what.frf(f), what.channels)), what.name)
+        case StateSpace():
+            f = np.geomspace(10.0, 2000.0, 1000)
+            return Plot(dict(frf_panels(f, what.frf(f), what.outputs)), what.name)
+        case Responses():
+            return _picture_of(what.first)
+        case Dataset():
+            frf = Frf(what.f, what.H, what.channels, "Va", np.full(what.H.shape, np.nan), what.cov, what.nu, (), "")
+            return Plot(bode(frf, {c: UNITS[c] for c in what.channels if c in UNITS}), what.name)
+        case Fit() | Calibration():
+            fit = what if isinstance(what, Fit) else what.fit
+            data = fit.datasets[0]
+            after = data.H - fit.residuals[0]
+            return Plot(dict(fit_panels(data.around(after), after, after)), data.name)
+        case Mapping() if what and all(isinstance(each, Panel) for each in what.values()):
             return Plot(what)
         case _:
-            words = "a result, response, fit, misalignment, gap analysis or panel"
+            words = "a result, response, model, dataset, fit, misalignment, gap analysis or panels"
             raise PictureError(f"{type(what).__name__} has no picture; expected {words}")
 
 

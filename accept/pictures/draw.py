@@ -74,6 +74,13 @@ def picture(
     return buffer.getvalue()
 
 
+def figure_of(panels: Sequence[Panel], columns: int | None = None) -> Figure:
+    """Return a matplotlib figure of panels, for a script that goes on with it. Raises PictureError without panels."""
+    if not panels:
+        raise PictureError("there is nothing to draw: no panels")
+    return _figure(panels, None, columns or min(len(panels), 3))
+
+
 def _figure(panels: Sequence[Panel], size_mm: tuple[float, float] | None, columns: int) -> Figure:
     rows = math.ceil(len(panels) / columns)
     width, height = size_mm or (PANEL_SIZE[0] * columns, PANEL_SIZE[1] * rows)

@@ -7,6 +7,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.font_manager import FontProperties
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
@@ -69,7 +70,8 @@ def _labels(axes: Axes, panel: Panel) -> None:
         (panel.y_label, axes.set_ylabel, tall + 20.0),
     ):
         words = pretty(text)
-        size = mpl.rcParams["axes.titlesize" if put == axes.set_title else "axes.labelsize"]
+        stated = mpl.rcParams["axes.titlesize" if put == axes.set_title else "axes.labelsize"]
+        size = FontProperties(size=stated).get_size_in_points()  # of axes of one's own it may be "large"
         put(words, fontsize=min(size, room / (_EM_PER_LETTER * max(len(words), 1))))
 
 

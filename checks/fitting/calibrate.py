@@ -39,6 +39,9 @@ class Calibration:
     response: Response
     fit: Fit
 
+    def __repr__(self) -> str:
+        return f"Calibration({self.model.name}: {self.fit!r})"
+
 
 def itself(model: Model) -> Response:
     """Return the model itself, with nothing in series."""

@@ -18,6 +18,7 @@ from checks.fitting.response import Response
 from checks.model.joint_prior import JointPrior
 from checks.model.model import Model
 from checks.model.parameters import rule
+from checks.rounding import with_U
 
 COARSE_BINS = 250
 ROUGH = 0.3  # of the logarithms in the very first search: an e-fold is three standard deviations
@@ -33,6 +34,9 @@ CONTRADICTION = (
     "no values of the model come near these responses; check that the time base of every record is right (was one "
     "resampled?), that low and high were taken from the same unit, and that no channels are exchanged"
 )
+
+
+SHOWN = 4  # values of a fit in its short form
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +59,12 @@ class Fit:
     datasets: tuple[Dataset, ...]
     residuals: tuple[Complex, ...]
     joint: JointPrior | None = None
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{n} = {with_U(v, 2.0 * self.sds[n])}" for n, v in list(self.at.items())[:SHOWN])
+        more = f", and {len(self.names) - SHOWN} more" if len(self.names) > SHOWN else ""
+        state = "" if self.converged else f"; did not converge: {self.message}"
+        return f"Fit({found}{more}; U with k = 2{state})"
 
     @property
     def at(self) -> dict[str, float]:

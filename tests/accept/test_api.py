@@ -123,7 +123,7 @@ def test_what_cannot_be_is_refused_by_one_kind_of_error(tmp_path: Path):
         (lambda: accept.read_unit(tmp_path / "nowhere"), "nowhere"),
         (lambda: accept.open_model("stru"), "no such model"),
         (lambda: accept.simulate_unit(tmp_path / "U", kind="strutt"), "kind = 'strutt': expected one of"),
-        (lambda: accept.plot(accept.open_model()), "Model has no picture"),
+        (lambda: accept.plot(accept.to_ss), "function has no picture"),
         (lambda: accept.frequency_response(estimator="h2"), "estimator = 'h2': expected one of auto, h1, lpm"),
         (lambda: accept.fit_model(str(tmp_path / "nowhere")), "nowhere"),
     ]
@@ -131,6 +131,73 @@ def test_what_cannot_be_is_refused_by_one_kind_of_error(tmp_path: Path):
         with pytest.raises(accept.AcceptError, match=re.escape(words)):
             order()
     assert not (tmp_path / "U").exists()
+
+
+def test_a_wrong_kind_of_argument_is_named_with_what_is_expected(tmp_path: Path):
+    response = {"f_lo": "low"}
+    for call, words in (
+        (lambda: accept.open_model(5), "open_model: name = 5: expected a text or a Path"),
+        (lambda: accept.read_record("a.mat", 3), "read_record: input = 3: expected a text"),
+        (lambda: accept.frequency_response("a.mat", **response), "f_lo = 'low': expected a number"),
+        (lambda: accept.frequency_response("a.mat", f_hi=float("nan")), "f_hi = nan: expected a number or None"),
+        (lambda: accept.read_record("a.mat", channels=["de"]), "channels = ['de']: expected a mapping or None"),
+        (lambda: accept.fit_model("unit", starts=2.5), "starts = 2.5: expected a whole number"),
+        (lambda: accept.judge("unit", 5), "judge: spec = 5: expected a text or None"),
+        (lambda: accept.simulate_unit(tmp_path / "U", seed="x"), "seed = 'x': expected a whole number"),
+        (lambda: accept.hammer_response("a.mat", block_s=True), "block_s = True: expected a number"),
+        (lambda: accept.to_ss(5), "open_model: name = 5"),
+        (lambda: accept.fit_model([1, 2]), "a unit is its folder"),
+        (lambda: accept.plot([1, 2]), "list has no picture"),
+        (lambda: accept.plot({"a": 1}), "dict has no picture"),
+    ):
+        with pytest.raises(accept.AcceptError) as e:
+            call()
+        assert words in str(e.value)
+
+
+def test_help_teaches_what_goes_in_and_what_comes_out():
+    for name in accept.__all__:
+        found = getattr(accept, name)
+        parameters = inspect.signature(found).parameters if inspect.isfunction(found) else {}
+        if len(parameters) < 1 or name in ("dataset", "to_control", "save_ss"):
+            continue
+        text = inspect.getdoc(found)
+        assert "Parameters\n----------" in text, name
+        assert "Returns\n-------" in text, name
+        if name == "hammer_response":
+            text = text.replace("double_hit_ms, double_hit_share, ringing_samples, force_range_N", "")
+            parameters = {k: v for k, v in parameters.items() if not re.match("double|ringing|force", k)}
+        named = re.findall(r"^([\w, ]+) :", text, re.M)
+        assert set(", ".join(named).split(", ")) >= set(parameters), name
+
+
+def test_pictures_of_what_the_page_shows_and_axes_of_ones_own():
+    from matplotlib.figure import Figure
+
+    model = accept.open_model("strut-2dof")
+    f = np.geomspace(15.0, 600.0, 80)
+    H = model.frf(f)
+    data = accept.dataset(f, H, ("Vs", "de", "da"), (0.005 * np.abs(H)) ** 2)
+    fitted = accept.fit_model(data, "strut-2dof", starts=1)
+    for found in (model, data, fitted, fitted.fit, accept.to_ss(model)):
+        drawn = accept.plot(found)
+        assert {"de magnitude", "de phase"} <= set(drawn.panels), type(found)
+        assert len(repr(found)) < 400, type(found)
+    figure = Figure()
+    axes = figure.subplots(2)
+    accept.plot(data, ax=axes, panels=["de magnitude", "de phase"])
+    assert axes[0].get_ylabel().startswith("magnitude")
+    assert axes[1].get_ylabel().startswith("phase")
+    assert len(axes[0].lines) >= 1
+    assert len(accept.plot(data).figure.axes) == 6
+    with pytest.raises(PictureError, match="no panel 'dz'"):
+        accept.plot(data, panels=["dz"])
+    with pytest.raises(PictureError, match="expected axes of matplotlib"):
+        accept.plot(data, ax=5)
+
+
+def test_the_module_lists_its_names_alone():
+    assert [n for n in dir(accept) if not n.startswith("__")] == sorted(accept.__all__)
 
 
 def test_the_page_leads_from_a_record_through_h1_to_a_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

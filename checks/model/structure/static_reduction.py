@@ -62,7 +62,7 @@ def basis(body: ApaBody, keep_Hz: float = KEEP_HZ) -> Array:
 def _orthonormal(shapes: Array, K: Array, first: Array) -> Array:
     """Return `first` extended by `shapes`, orthonormal in energy; additions too small to matter are dropped.
 
-    A shape that moves nothing inside is none: a stack between the two interfaces pushes on these alone."""
+    A shape without motion inside is dropped too: a stack between the two interfaces pushes on these alone."""
     energy = np.einsum("ni,nm,mi->i", shapes, K, shapes)
     moving = energy > 0.0
     U = linalg.cholesky(K)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from checks.arrays import Array, Complex
 from checks.distributions import t as student
+from checks.rounding import with_U
 from checks.signals.impact.hammer import ImpactFrf
 from checks.signals.impact.local_rational import (
     LocalBins,
@@ -55,6 +56,13 @@ class Mode:
     pole: complex
     f: Array
     fit: Complex
+
+    def __repr__(self) -> str:
+        U, U_damping = (
+            2.0 * np.hypot(self.u_f_Hz, self.u_f_model_Hz),
+            2.0 * np.hypot(self.u_damping, self.u_damping_model),
+        )
+        return f"Mode({with_U(self.f_Hz, U)} Hz, damping ratio {with_U(self.damping_ratio, U_damping)}; k = 2)"
 
     @property
     def significant(self) -> bool:

@@ -38,6 +38,10 @@ class Frf:
     segments: int = 0
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        band = f"{self.f.size} bins from {self.f[0]:.4g} to {self.f[-1]:.4g} Hz" if self.f.size else "no bins"
+        return f"Frf({', '.join(self.channels)} over {self.input}, {self.estimator}; {band})"
+
     @property
     def var(self) -> Array:
         """Return (F, C) total complex variance of H."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.distributions import f as f_distribution
+from checks.rounding import with_U
 from checks.signals.spectral.poles import PoleFit, PoleWindow, basis, eliminate, enough_bins, fit_poles, with_noise_of
 
 CHANCE = 1e-3  # probability of a false pole, over the whole range that is searched
@@ -41,6 +42,13 @@ class Resonance:
     p: float
     fit: PoleFit
     k: int = 0
+
+    def __repr__(self) -> str:
+        U, U_damping = (
+            2.0 * math.hypot(self.u_Hz, self.u_Hz_model),
+            2.0 * math.hypot(self.u_damping, self.u_damping_model),
+        )
+        return f"Resonance({with_U(self.f_Hz, U)} Hz, damping ratio {with_U(self.damping_ratio, U_damping)}; k = 2)"
 
     @property
     def seen(self) -> bool:

@@ -90,8 +90,8 @@ def test_every_unusable_argument_is_an_error_of_accept_in_words() -> None:
     vs = accept.dataset(F, H[:, :1], ("Vs",), var[:, :1])
     for call, words in (
         (lambda: accept.judge(5), "read_unit"),
-        (lambda: accept.read_unit(None), "not by a NoneType"),
-        (lambda: accept.read_record(3.0), "not by a float"),
+        (lambda: accept.read_unit(None), "folder = None: expected a text"),
+        (lambda: accept.read_record(3.0), "file = 3.0: expected a text"),
         (lambda: accept.frequency_response(), "name one record"),
         (lambda: accept.analyse_gap(data), "needs the records of a unit"),
         (lambda: accept.estimate_misalignment(vs), "lacks de and da"),

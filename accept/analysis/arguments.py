@@ -1,0 +1,59 @@
+"""Arguments of the functions that a script calls, checked against their annotations before anything is computed."""
+
+import math
+from collections.abc import Callable, Mapping
+from functools import wraps
+from inspect import Parameter, signature
+from numbers import Integral, Real
+from pathlib import Path
+from types import NoneType
+from typing import Any, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
+
+from specs.errors import AcceptError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+WORDS = {float: "a number", int: "a whole number", str: "a text", Path: "a Path", NoneType: "None"}
+
+
+class ArgumentError(AcceptError, TypeError):
+    """An argument that a function cannot use; the text says what it takes."""
+
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Return a function that raises ArgumentError for an argument of another plain kind than its annotation, or NaN."""
+    hints: dict[str, Any] = {}
+
+    @wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        if not hints:
+            hints.update(get_type_hints(function))
+        given = signature(function).bind(*args, **kwargs)
+        for name, value in given.arguments.items():
+            kind = signature(function).parameters[name].kind
+            for each in value if kind is Parameter.VAR_POSITIONAL else (value,):
+                _check(function.__name__, name, each, hints.get(name, Any))
+        return function(*args, **kwargs)
+
+    return call
+
+
+def _check(function: str, name: str, value: Any, hint: Any) -> None:
+    """Raise ArgumentError if a value is of none of the plain kinds of a hint; other kinds are checked where they are
+    used."""
+    kinds = get_args(hint) if get_origin(hint) is not Mapping and get_args(hint) else (hint,)
+    words = [WORDS.get(k, "a mapping") for k in kinds if k in WORDS or get_origin(k) is Mapping]
+    if len(words) < len(kinds) or any(_is(value, k) for k in kinds):
+        return
+    shown = repr(value) if len(repr(value)) < 60 else f"a {type(value).__name__}"
+    raise ArgumentError(f"{function}: {name} = {shown}: expected {' or '.join(words)}")
+
+
+def _is(value: Any, kind: Any) -> bool:
+    if kind is float:
+        return isinstance(value, Real) and not isinstance(value, bool) and not math.isnan(float(value))
+    if kind is int:
+        return isinstance(value, Integral) and not isinstance(value, bool)
+    if get_origin(kind) is Mapping:
+        return isinstance(value, Mapping)
+    return isinstance(value, kind)
