@@ -113,7 +113,9 @@ def resigned(bench: Bench, attachments: Mapping[str, bytes]) -> Verification:
 
 def test_inputs_that_are_not_those_judged_are_found(bench: Bench, tmp_path: Path) -> None:
     made = certificate_contents(tmp_path)
-    refused(resigned(bench, made.attachments() | {"unit.toml": b"other"}), "unit.toml is not the file that was judged")
+    refused(
+        resigned(bench, made.attachments() | {"unit.toml": b"other = 1\n"}), "unit.toml is not the file that was judged"
+    )
     refused(resigned(bench, made.attachments() | {"more.csv": b"1"}), "more.csv is not the file that was judged")
     wrong = replace(made, inputs=dict(made.inputs) | {"x.mat": "0" * 64})
     refused(resigned(bench, wrong.attachments()), "name different inputs")
