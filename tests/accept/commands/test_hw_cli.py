@@ -257,10 +257,18 @@ def test_every_driver_opens():
         "scpi_lcr": {"profile": "keysight"},
         "ids3010": {"axis": 0, "pass_mode": 0, "range_mm": [-1, 1]},
         "manual": {"measure": "capacitance", "unit": "uF", "range": [0, 10]},
+        "pymeasure": {
+            "class": "pymeasure.instruments.agilent.AgilentE4980",
+            "value": "impedance[0]",
+            "unit": "F",
+            "expect": {"frequency": 1000.0},
+            "range": [1e-8, 1e-4],
+            "agreement": 1e-8,
+        },
     }
     assert set(settings) == set(DRIVERS)
     for driver, given in settings.items():
-        where = {"resource": "host:9090"} if driver in ("scpi_lcr", "ids3010") else {"link": LINE}
+        where = {"resource": "host:9090"} if driver in ("scpi_lcr", "ids3010", "pymeasure") else {"link": LINE}
         entry = InstrumentEntry(driver=driver, measures=[], settings=given, **where)
         assert open_instrument("x", entry, input).unit in ("m", "F")
 
