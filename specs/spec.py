@@ -8,6 +8,7 @@ from typing import Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from specs.patterns import pattern_problem
+from specs.products import product_named
 from specs.strict import Finite, Positive, SpecError, Strict, Words, file_bytes, parse_as
 from specs.units import unit_of
 
@@ -124,12 +125,17 @@ class SpecDocument(Strict):
     too old, or that has none, is conditional at best."""
 
     name: Words
-    kind: Literal["apa", "strut"]
+    kind: Words
     title: Words
     serial_pattern: Words = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
     checks: dict[str, CheckSpec] = Field(min_length=1)
     gap: GapStart | None = None
     learned_bench: LearnedBenchLimits | None = None
+
+    @field_validator("kind")
+    @classmethod
+    def _installed(cls, kind: str) -> str:
+        return product_named(kind).name
 
     @field_validator("serial_pattern")
     @classmethod

@@ -33,9 +33,9 @@ from accept.gap import responses as unit_responses
 from accept.gap.analyse_unit import GapAnalysis
 from accept.gap.analyse_unit import analyse as _analyse
 from accept.gap.responses import Responses
-from accept.judging.judge_unit import DEFAULT_SPEC, judge_unit, load_spec
+from accept.judging.judge_unit import default_spec, judge_unit, load_spec
 from accept.judging.result import UnitResult
-from accept.models.model_file import DEFAULT_MODEL, SIMULATED_MODEL
+from accept.models.model_file import SIMULATED_MODEL, default_model
 from accept.models.model_file import open_model as _open_model
 from accept.pictures.draw import figure_of, picture
 from accept.pictures.formats import PictureError, format_of
@@ -117,7 +117,7 @@ def judge(unit: UnitLike, spec: str | None = None) -> UnitResult:
     >>> [(f.quantity, f.value, f.U, f.verdict) for f in accept.judge("units/S-02").findings]  # doctest: +SKIP
     """
     held = _held(unit)
-    return judge_unit(held, load_spec(spec or DEFAULT_SPEC[held.folder.kind]))
+    return judge_unit(held, load_spec(spec) if spec else default_spec(held.folder.kind))
 
 
 @checked
@@ -409,7 +409,7 @@ def analyse_gap(
             "asks the records themselves; fit_model and estimate_misalignment take responses"
         )
     held = _held(unit)
-    return _analyse(held, model or DEFAULT_MODEL[held.folder.kind], without, say)
+    return _analyse(held, model or default_model(held.folder.kind), without, say)
 
 
 @checked

@@ -12,7 +12,7 @@ from accept.analysis.given_responses import Given, responses_given
 from accept.analysis.imported_response import import_response
 from accept.base.console import say
 from accept.gap.responses import Responses, responses
-from accept.models.model_file import DEFAULT_MODEL, OpenedModel, open_model_file, write_model
+from accept.models.model_file import OpenedModel, default_model, open_model_file, write_model
 from accept.units.loaded_unit import LoadedUnit, loaded
 from checks.arrays import Array
 from checks.errors import ModelError
@@ -90,7 +90,7 @@ def fit_unit(
         given = import_response(given)
     unit = given if isinstance(given, Given) else loaded(given)
     kind = unit.folder.kind if isinstance(unit, LoadedUnit) else unit.kind if isinstance(unit, Responses) else "strut"
-    base = open_model_file(model or DEFAULT_MODEL[kind])
+    base = open_model_file(model or default_model(kind))
     if base.model.up_to_Hz < f_hi:
         f_hi = base.model.up_to_Hz
         say(f"fitted to {f_hi:.0f} Hz only: {base.spec.name} is valid up to there")

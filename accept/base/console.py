@@ -83,8 +83,7 @@ def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
     @wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> Exit:
         loading.done()
-        for words in plugins.PROBLEMS:
-            say(f"accept: {words}")
+        known = _say_problems(0)
         try:
             return command(*args, **kwargs)
         except BrokenPipeError:
@@ -98,8 +97,17 @@ def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
         except KeyboardInterrupt:
             say("accept: stopped; what is finished is kept; run the command again to continue")
             return Exit.STOPPED
+        finally:
+            _say_problems(known)  # of products, which are looked up when one is needed
 
     return run
+
+
+def _say_problems(known: int) -> int:
+    """Print what plug-ins are left out, but for those that are known; return how many there are."""
+    for words in plugins.PROBLEMS[known:]:
+        say(f"accept: {words}")
+    return len(plugins.PROBLEMS)
 
 
 def _too_large() -> str:

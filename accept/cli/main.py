@@ -52,6 +52,14 @@ COMMANDS: dict[str, Command | Group] = {
             "approve": Command("trust.approve_spec:run", "Approve a spec with the key of quality assurance."),
         },
     ),
+    "product": Group(
+        "Products: what can be judged here.",
+        {
+            "list": Command("units.product:show_list", "List the installed products."),
+            "new": Command("units.product:new", "Write the package of a new product, to be installed."),
+            "check": Command("units.product:check", "Check a product, installed or in its folder."),
+        },
+    ),
     "keys": Group(
         "Keys of the authority, technicians and QA.",
         {
@@ -73,7 +81,7 @@ COMMANDS: dict[str, Command | Group] = {
             "head": Command("trust.store:head", "Export the signed head of the chain, to be kept elsewhere."),
             "publish": Command("trust.store:publish_list", "Publish the list of judgements and signatures."),
             "copies": Command(
-                "trust.store:copies", "List recordings that are filed in two places, and the decisions about them."
+                "trust.store:copies", "List recordings filed in two places, and the decisions about them."
             ),
             "resolve": Command("trust.store:resolve_copies", "Decide to which unit a recording belongs."),
             "void": Command("trust.store:void_attempt", "Declare an attempt at a unit void."),

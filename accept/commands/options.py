@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from specs.products import products
+
 Json = Annotated[Path | None, typer.Option("--json", help="JSON file to write.")]
 Csv = Annotated[Path | None, typer.Option("--csv", help="CSV file to write.")]
 Plot = Annotated[Path | None, typer.Option("--plot", help="Picture to write: .pdf, .png or .svg.")]
@@ -26,3 +28,15 @@ ClusterAt = Annotated[
 TimeStamping = Annotated[
     str | None, typer.Option("--tsa", envvar="ACCEPT_TSA", help="URL of a time stamping authority (RFC 3161).")
 ]
+
+
+def installed(kind: str | None) -> str | None:
+    """Return the name of a product. Raises typer.BadParameter if it is not installed."""
+    if kind is not None and kind not in products():
+        raise typer.BadParameter(f"no such product '{kind}' (installed: {', '.join(products())})")
+    return kind
+
+
+def names(incomplete: str) -> list[str]:
+    """Return the products that begin so, for the completion of a shell."""
+    return [name for name in products() if name.startswith(incomplete)]

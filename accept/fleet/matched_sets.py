@@ -11,8 +11,6 @@ from accept.fleet.measurements import latest
 from checks.arrays import Array
 from checks.process_control.matching import Matched, ideal_replacement, match
 
-DEFAULT = {"strut": ("axial_resonance_Hz", "ga_N_per_V", "dx_um", "dy_um"), "apa": ("k_closed_N_per_um", "stroke_um")}
-
 
 @dataclass(frozen=True, eq=False)
 class Pool:

@@ -27,13 +27,33 @@ from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
 from checks.record import Record
 from checks.verdict import Finding, bounds, judge, largest_U, unit_verdict
+from specs import plugins
+from specs.products import BUILT_IN, product_named, products
 from specs.spec import CheckSpec, Spec, load
 from specs.strict import SpecError
 
 if TYPE_CHECKING:
     from checks.model.model import Model
 
-DEFAULT_SPEC = {"apa": "apa", "strut": "strut"}
+
+def default_spec(kind: str) -> Spec:
+    """Return the spec of a product, checked like any. Raises ProductError, SpecError."""
+    return load_spec(str(product_named(kind).spec))
+
+
+def default_specs() -> list[Spec]:
+    """Return the spec of every installed product. One of another package that cannot be used is left out and said, as a
+    plug-in is. Raises SpecError."""
+    found = []
+    for name in list(products()):
+        try:
+            found.append(default_spec(name))
+        except SpecError as e:
+            if name in BUILT_IN:
+                raise
+            words = f"product '{name}' is left out: {' '.join(str(e).split())}"
+            plugins.PROBLEMS.extend([words] if words not in plugins.PROBLEMS else [])
+    return found
 
 
 def load_spec(name: str) -> Spec:
@@ -52,7 +72,8 @@ def spec_problems(kind: str, name: str, section: CheckSpec) -> list[str]:
     if name not in CHECKS:
         return [f"{where}] unknown check (known: {', '.join(CHECKS)})"]
     check = CHECKS[name]
-    problems = [] if kind in check.kinds else [f"{where}] is a check of {' and '.join(check.kinds)}, not of {kind}"]
+    applies = kind in check.kinds or name in product_named(kind).checks
+    problems = [] if applies else [f"{where}] is a check of {' and '.join(check.kinds)}, not of {kind}"]
     settings = [s.name for s in check.settings]
     for part, given, known in (
         ("limits", section.limits, check.quantities),

@@ -23,12 +23,11 @@ from checks.model.unidentified import Element, element
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, PopulationRecord
+from specs.products import product_named
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 AS_BUILT = "strut-as-built"  # its modes are as uncertain as they are from unit to unit
-# Built-in models by kind of unit, where nobody names one: what measured units are explained by, and what simulated ones
-# are made of.
-DEFAULT_MODEL = {"apa": "apa-frame", "strut": AS_BUILT}
+# What simulated units are made of, by product.
 SIMULATED_MODEL = {"apa": "apa-frame", "strut": "strut"}
 KEPT_MODELS = 8  # a batch needs one or two for every kind of unit
 _NO_VALUES: Mapping[str, float] = {}
@@ -44,6 +43,14 @@ class OpenedModel:
 
 
 _OPENED: dict[tuple[str, str], OpenedModel] = {}
+
+
+def default_model(kind: str) -> str:
+    """Return the model by which units of a product are explained. Raises ModelError if it has none, ProductError."""
+    model = product_named(kind).model
+    if model is None:
+        raise ModelError(f"product '{kind}' has no model of its own; name one with --model")
+    return str(model)
 
 
 def open_model(name: str | Path) -> Model:

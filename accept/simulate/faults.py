@@ -8,8 +8,9 @@ import numpy as np
 from accept.simulate.apa import Figures, dead_stack, heights
 from accept.simulate.hammer_records import DoubleHits
 from accept.simulate.records import Columns
-from accept.units.unit_folder import KINDS
 from checks.model.time.adc_dac import RANGE_V
+
+KINDS = ("apa", "strut")  # products that can be simulated
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ import tomlkit
 
 from accept.base.atomic_files import write_atomic
 from accept.simulate import apa
-from accept.simulate.faults import FAULTS, UnitFault
+from accept.simulate.faults import FAULTS, KINDS, UnitFault
 from accept.simulate.records import MERGE_HZ, Columns, DrivenUnit, noise_record, slow_record, sweep_record
 from accept.simulate.unit_request import FIGURES, UnitRequest, UnitRequestError
 from accept.units.unit_experiments import EXPERIMENTS
-from accept.units.unit_folder import KINDS, UNIT_FILE
+from accept.units.unit_folder import UNIT_FILE
 from checks.gap.conditions.simulated import SENSOR_F, drive, under
 from hw.records import csv_bytes, mat_bytes
 

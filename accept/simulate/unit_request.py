@@ -7,7 +7,8 @@ from functools import reduce
 
 import numpy as np
 
-from accept.units.unit_folder import KINDS, SERIAL
+from accept.models.model_file import SIMULATED_MODEL
+from accept.units.unit_folder import SERIAL
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS, ExperimentKind
@@ -86,8 +87,8 @@ class UnitRequest:
         """Raise UnitRequestError if the request cannot be simulated."""
         if not SERIAL.fullmatch(self.serial):
             raise UnitRequestError(f"serial '{self.serial}': expected letters, digits, '.', '_' or '-'")
-        if self.kind not in KINDS:
-            raise UnitRequestError(f"kind '{self.kind}': expected one of {', '.join(KINDS)}")
+        if self.kind not in SIMULATED_MODEL:
+            raise UnitRequestError(f"kind '{self.kind}': simulated can be {', '.join(SIMULATED_MODEL)}")
         if self.seed < 0:
             raise UnitRequestError(f"seed {self.seed}: expected 0 or more")
         for name, length in (("low", self.low_s), ("high", self.high_s)):

@@ -18,10 +18,10 @@ from checks.errors import RecordError
 from specs.bench import TIME, Channels
 from specs.errors import AcceptError
 from specs.files import read_bounded
+from specs.products import products
 from specs.strict import toml_of
 
 UNIT_FILE = "unit.toml"
-KINDS = ("apa", "strut")
 MAX_UNIT_TOML_BYTES = 1_000_000  # what a person or a rig writes is a thousandth of it
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
 SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
@@ -115,8 +115,8 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     if serial and (problem := serial_problem(serial)):
         problems.append(f"serial = {serial!r}: {problem}")
     kind = folder_header.string(data, "kind", problems)
-    if kind and kind not in KINDS:
-        problems.append(f"kind = {kind!r}: expected one of {', '.join(KINDS)}")
+    if kind and kind not in products():
+        problems.append(f"kind = {kind!r}: no such product (installed: {', '.join(products())})")
     parts = folder_header.strings(data, "parts", problems)
     channels = folder_header.channels(data, problems)
     known_channels = _record_channels() if channels else []  # every check is loaded for it

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from accept.base.home import home
 from accept.judging.folder_name import doubted_folder, question
-from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
+from accept.judging.judge_unit import default_specs, load_spec
 from accept.store import Event, Store, open_store
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
@@ -151,7 +151,7 @@ def open_bench(
     """Return the bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises SpecError, StoreError, HomeError,
     SettingsError, UnitError."""
     taken = unit_folder.read(folder) if folder else None
-    specs = [load_spec(spec)] if spec else [load_spec(name) for name in DEFAULT_SPEC.values()]
+    specs = [load_spec(spec)] if spec else default_specs()
     if taken is not None and taken.kind not in {one.kind for one in specs}:
         problem = f"kind = '{taken.kind}', but spec {specs[0].name} judges '{specs[0].kind}'"
         raise UnitError(taken.path / unit_folder.UNIT_FILE, [problem])

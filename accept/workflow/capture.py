@@ -13,7 +13,7 @@ from accept.capture.reading_loop import Journal, ReadingLoop, Say
 from accept.capture.recipes import RECIPES
 from accept.capture.recorded import RECORDED, Recording
 from accept.capture.setup import CaptureResult, CaptureSetup
-from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
+from accept.judging.judge_unit import default_spec
 from accept.store import Store
 from accept.store.payloads import ReadingFailed
 from accept.units import toml_edit, unit_folder
@@ -138,7 +138,7 @@ def measure_folder(
     """Measure a section of a unit that has its `unit.toml`, in the attempt that the workflow goes on with, and enter it
     into the folder. Raises as `capture`, UnitError, UnitBusy."""
     unit = unit_folder.read(folder)
-    session = Session(store, home(), load_spec(DEFAULT_SPEC[unit.kind]), operator, unit.serial)
+    session = Session(store, home(), default_spec(unit.kind), operator, unit.serial)
     try:
         if session.run.attempt is None:
             session.begin(unit.parts, channels=unit.channels)

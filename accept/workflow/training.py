@@ -10,7 +10,7 @@ from typing import Any
 
 from accept.base.atomic_files import write_atomic
 from accept.base.home import home
-from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
+from accept.judging.judge_unit import load_spec
 from accept.models.model_file import SIMULATED_MODEL, open_model
 from accept.pictures.labels import label_of
 from accept.simulate import FAULTS, UnitRequest, simulate
@@ -157,7 +157,7 @@ def open_training(spec: str | None, seed: int | None) -> TrainingBench:
     place = home() / "training"
     place.mkdir(parents=True, exist_ok=True)
     seed = random.SystemRandom().randrange(10**6) if seed is None else seed
-    specs = [load_spec(spec)] if spec else [load_spec(name) for name in DEFAULT_SPEC.values()]
+    specs = [load_spec(spec)] if spec else [default_spec(kind) for kind in SIMULATED_MODEL]
     running = ExitStack()
     return TrainingBench(
         open_store(f"sqlite:///{place / 'store.sqlite'}", timeout_s=LOCK_WAIT_S, bench=place),

@@ -1,7 +1,7 @@
 """The acceptance checks: a file of this folder is a check of its name and holds its `CHECK`; code shared by several is
 in the subfolders. Other packages add theirs under `accept.checks`."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from itertools import chain
@@ -67,6 +67,11 @@ class Checks(Mapping[str, Check]):
     def add(self, more: Mapping[str, Check]) -> None:
         """Add checks of other packages under names that are not taken."""
         self._loaded |= {name: replace(check, measure=Guarded(check)) for name, check in more.items()}
+
+    def remove(self, names: Iterable[str]) -> None:
+        """Remove checks that were added."""
+        for name in set(names) - _OWN:
+            self._loaded.pop(name, None)
 
 
 CHECKS = Checks()

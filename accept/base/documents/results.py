@@ -49,7 +49,7 @@ class UnitEntry(Document):
     """A unit in `units` of results.json. Keys from `copies` on are there only if they are not empty."""
 
     serial: str
-    kind: Annotated[str, "`apa` or `strut`"]
+    kind: Annotated[str, "name of the product, such as `apa` or `strut`"]
     verdict: UnitVerdict
     findings: Annotated[tuple[Finding, ...], "one for each quantity that the spec limits"]
     information: Annotated[tuple[Information, ...], "measured quantities without a limit"] = ()

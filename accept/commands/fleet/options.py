@@ -6,14 +6,7 @@ from typing import Annotated
 
 import typer
 
-from accept.commands.options import Csv, Json
-
-
-class Kind(StrEnum):
-    """Kinds of units."""
-
-    APA = "apa"
-    STRUT = "strut"
+from accept.commands.options import Csv, Json, installed, names
 
 
 class ListedVerdict(StrEnum):
@@ -69,7 +62,10 @@ class Choice:
 
     since: Annotated[str | None, typer.Option(help="First day (2026-10-05) or month (2026-10), UTC.")] = None
     until: Annotated[str | None, typer.Option(help="Last day or month, UTC.")] = None
-    kind: Annotated[Kind | None, typer.Option("--kind", help="Only units of this kind.")] = None
+    kind: Annotated[
+        str | None,
+        typer.Option("--kind", help="Only units of this product.", callback=installed, autocompletion=names),
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -107,5 +103,7 @@ class MatchOptions:
 
     n: Annotated[int, typer.Option("--n", min=2, help="Units of a set.")] = 6
     sets: Annotated[int, typer.Option(min=1, help="Disjoint sets.")] = 1
-    kind: Annotated[Kind, typer.Option(help="Kind of unit.")] = Kind.STRUT
+    kind: Annotated[
+        str, typer.Option(help="Product (accept product list).", callback=installed, autocompletion=names)
+    ] = "strut"
     by: Annotated[list[str] | None, typer.Option(help="Quantities that should agree; repeat the option.")] = None

@@ -34,7 +34,7 @@ def is_chosen(frame: pd.DataFrame, choice: Choice) -> pd.Series:
     """Return which rows are asked about. Raises FleetError if there are none."""
     rows = frame.index.isin(between(frame, day(choice.since), day(choice.until, last=True)).index)
     if choice.kind is not None:
-        rows &= frame["kind"] == choice.kind.value
+        rows &= frame["kind"] == choice.kind
     if not rows.any():
         raise FleetError("the store holds no such judgement" if len(frame) else "no unit has been judged yet")
     return pd.Series(rows, index=frame.index)

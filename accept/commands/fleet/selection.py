@@ -17,6 +17,7 @@ from accept.fleet.measurements import measurements
 from accept.judging.judge_unit import load_spec
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
+from specs.products import ProductError, product_named
 from specs.spec import Spec
 
 NAMED = 10  # serials in a sentence
@@ -74,9 +75,13 @@ def _why(unit: judged_again.JudgedAgain) -> str:
 def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
     """Find units that fit together. Sets whose quantities lie closest, in units of their uncertainty; proven best."""
     check(outputs)
-    kind, size, sets = wanted.kind.value, wanted.n, wanted.sets
+    kind, size, sets = wanted.kind, wanted.n, wanted.sets
+    product = product_named(kind)
+    by = wanted.by or product.matched_by
+    if not by:
+        raise ProductError(f"product '{kind}' does not say by which quantities sets are matched: name them with --by")
     with open_store() as store:
-        units = matched_sets.pool(measurements(store), kind, wanted.by or matched_sets.DEFAULT[kind])
+        units = matched_sets.pool(measurements(store), kind, by)
     found = matched_sets.choose(units, size, sets)
     rows = []
     for number, members in enumerate(found.sets, 1):
@@ -84,9 +89,8 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
             values = dict(zip(units.quantities, units.values[i], strict=True))
             rows.append({"set": number, "serial": units.serials[i], **values})
     frame = pd.DataFrame(rows)
-    kinds = {"apa": "APAs", "strut": "struts"}[kind]
     each = f"{sets} sets of {size}" if sets > 1 else str(size)
-    show(frame, f"{each} of {len(units.serials)} accepted {kinds}")
+    show(frame, f"{each} of {len(units.serials)} accepted {product.plural}")
     told = zip(units.quantities, units.U, units.units, strict=True)
     stdout.print(f"median U (k = 2): {', '.join(f'{q} {U:.2g} {unit}' for q, U, unit in told)}", soft_wrap=True)
     for number, (members, cost) in enumerate(zip(found.sets, found.costs, strict=True), 1):

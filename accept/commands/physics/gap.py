@@ -22,7 +22,7 @@ from accept.gap import analyse_unit
 from accept.gap.empirical import lines as lines_of
 from accept.gap.fleet import SETTLED, common, lines
 from accept.gap.text import REFUSED, summary
-from accept.models.model_file import DEFAULT_MODEL
+from accept.models.model_file import default_model
 from accept.pictures.formats import PictureError
 from accept.pictures.interactive import MISSING
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
@@ -69,7 +69,7 @@ def run(
     out.mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is said before the search, not after
     places = [out / u.serial for u in folders] if len(folders) > 1 else [out]
     jobs = [
-        GapJob(u, place, model or DEFAULT_MODEL[u.kind], tuple(left_out), empirical, html)
+        GapJob(u, place, model or default_model(u.kind), tuple(left_out), empirical, html)
         for u, place in zip(folders, places, strict=True)
     ]
     found: dict[str, Mapping[str, Any] | None] = {}

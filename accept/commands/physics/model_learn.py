@@ -15,7 +15,7 @@ from accept.commands.options import StartModelName
 from accept.fleet.population.bench import changes_since
 from accept.fleet.population.learn import NothingLearned, learn_population, measured_units
 from accept.fleet.population.report import document, lines, render, write_population
-from accept.models.model_file import DEFAULT_MODEL, open_model_file
+from accept.models.model_file import default_model, open_model_file
 from accept.units.unit_folder import read
 from specs.model import ModelSpec, load_model
 from specs.strict import SpecError
@@ -32,7 +32,7 @@ def run(
     """Learn a model from a batch. Its mean, its scatter, what its bench adds, and which units do not belong."""
     places = [out / name for name in (MODEL, REPORT, DATA)]
     check_places(*places)  # said before the fits, not after
-    given = open_model_file(model or DEFAULT_MODEL[read(units[0]).kind])
+    given = open_model_file(model or default_model(read(units[0]).kind))
     earlier = _earlier(places[0])
     try:
         with busy("learning bench and batch"):

@@ -124,7 +124,7 @@ def take_back(file: Annotated[Path, typer.Argument(help="A file that `accept sto
 
 @clear_errors
 def copies() -> Exit:
-    """List recordings that are filed in two places, and the decisions about them."""
+    """List recordings filed in two places, and the decisions about them."""
     open_ones = 0
     with open_store() as store:
         for serial, unit in sorted(fold(store.events()).units.items()):

@@ -15,7 +15,7 @@ from accept.batch.judge_batch import BatchRequest
 from accept.batch.table import actions, explanations, reasons, units_table
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.options import BatchOptions
-from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
+from accept.judging.judge_unit import default_specs, load_spec
 from accept.store import open_store
 from accept.units.remote_folders import fetched
 from specs.bench import load_bench
@@ -81,6 +81,6 @@ def _listed(out: Path) -> set[str]:
 
 
 def specs_for(name: str | None) -> dict[str, Spec]:
-    """Return kind -> spec: the one named, or the built-in one of every kind."""
-    chosen = [load_spec(name)] if name else [load_spec(default) for default in DEFAULT_SPEC.values()]
+    """Return kind -> spec: the one named, or that of every installed product."""
+    chosen = [load_spec(name)] if name else default_specs()
     return {spec.kind: spec for spec in chosen}

@@ -17,6 +17,7 @@ from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry, typed
+from specs.products import products
 
 if TYPE_CHECKING:
     from accept.units.unit_folder import UnitFolder
@@ -25,16 +26,26 @@ if TYPE_CHECKING:
     from accept.workflow.unit_list import KnownUnit
 
 _GO_ON = "Enter: next field; on the last field it starts"
-PARTS = {"strut": ("apa", "joint_bottom", "joint_top", "encoder")}
-LABELS = {
-    "operator": "Operator",
-    "serial": "Serial number (type or scan)",
-    "kind": "Kind (apa or strut)",
-    "apa": "Serial number of the APA",
-    "joint_bottom": "Bottom joint",
-    "joint_top": "Top joint",
-    "encoder": "Encoder (empty: none fixed)",
-}
+
+
+def labels() -> dict[str, str]:
+    """Return the fields and their labels: those of every unit, then the parts of the installed products."""
+    own = {
+        "operator": "Operator",
+        "serial": "Serial number (type or scan)",
+        "kind": f"Kind ({' or '.join(products())})",
+    }
+    return own | parts()
+
+
+def parts() -> dict[str, str]:
+    """Return part -> label, of all installed products."""
+    return {name: label for product in products().values() for name, label in product.parts.items()}
+
+
+def parts_of(kind: str) -> tuple[str, ...]:
+    """Return the parts of a product, none of one that is not installed."""
+    return tuple(products()[kind].parts) if kind in products() else ()
 
 
 @dataclass(frozen=True)
@@ -87,8 +98,8 @@ class StartScreen(Working[Begin | None]):
     def compose(self) -> ComposeResult:
         yield Label("accept · new unit", classes="title")
         with VerticalScroll(id="begin"):
-            for name, label in LABELS.items():
-                with Horizontal(classes=f"line {'part' if name in PARTS['strut'] else ''}", id=f"line-{name}"):
+            for name, label in labels().items():
+                with Horizontal(classes=f"line {'part' if name in parts() else ''}", id=f"line-{name}"):
                     yield Label(label, classes="label")
                     value = getattr(self._given, name, "")
                     yield TextEntry(value, id=name)
@@ -146,8 +157,8 @@ class StartScreen(Working[Begin | None]):
             self._look()
 
     def _show_parts(self) -> None:
-        wanted = PARTS.get(self._value("kind"), ())
-        for name in PARTS["strut"]:
+        wanted = parts_of(self._value("kind"))
+        for name in parts():
             self.query_one(f"#line-{name}").display = name in wanted
 
     def _value(self, name: str) -> str:
@@ -220,8 +231,8 @@ class StartScreen(Working[Begin | None]):
         if missing:
             self.say(f"Enter {' and '.join(missing)}", "bad")
             return
-        parts = {name: self._value(name) for name in PARTS.get(kind, ()) if self._value(name)}
-        said = (serial, kind, operator, parts, reason)
+        named = {name: self._value(name) for name in parts_of(kind) if self._value(name)}
+        said = (serial, kind, operator, named, reason)
         if serial not in self._confirmed and (doubt := bench.doubt(serial)) is not None:
             asked = Question("Which unit is it?", doubt, [QuestionLine("Serial number on its label")])
             self.app.push_screen(asked, lambda answer: self._confirm(serial, reason, answer))

@@ -11,7 +11,7 @@ from accept.gap.start_model import StartModel
 from accept.judging import judge_unit
 from accept.judging.calibration import Statement
 from accept.judging.result import UnitResult
-from accept.models.model_file import DEFAULT_MODEL
+from accept.models.model_file import default_model
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from accept.workflow.state.unit_state import StepJudgement, StepState
@@ -67,7 +67,7 @@ def _judge(_: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitRe
 def _explain(say: Say, folder: Path, spec: Spec) -> Explanation:
     """Return the answer of the gap workflow, or why it gives none; writes gap.json, gap.pdf and model.toml below the
     folder."""
-    name = spec.gap.model if spec.gap else DEFAULT_MODEL[spec.kind]
+    name = spec.gap.model if spec.gap else default_model(spec.kind)
     start = StartModel.at(name)
     try:
         done = analyse_unit.analyse(folder, name, say=say)

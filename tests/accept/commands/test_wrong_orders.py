@@ -72,7 +72,9 @@ def test_no_bench_file_is_said_with_the_way_out(tmp_path: Path, monkeypatch: pyt
     assert "no bench file found; write one or name it with --bench" in refused("hw", "list")
 
 
-@pytest.mark.parametrize("group", [(), ("excite",), ("model",), ("hw",), ("simulate",), ("spec",), ("store",)])
+@pytest.mark.parametrize(
+    "group", [(), ("excite",), ("model",), ("hw",), ("simulate",), ("spec",), ("store",), ("product",)]
+)
 def test_the_list_of_commands_is_cut_nowhere(group: tuple[str, ...]) -> None:
     done = CliRunner().invoke(app, [*group, "--help"], env={"COLUMNS": "80"})
     listed = done.stdout.split("Commands:")[1]
@@ -88,8 +90,10 @@ def test_version_names_the_code() -> None:
 
 def test_a_section_without_instrument_is_bad_input_and_begins_nothing(tmp_path: Path) -> None:
     """Exit 5 is kept for instruments that do not answer."""
-    words = refused("hw", "measure", tmp_path / "new", "frf", "--begin", "N-1", "--bench", tmp_path / "none.toml")
-    assert "'frf' is not measured by an instrument here (known: flatness" in words
+    words = refused(
+        "hw", "measure", tmp_path / "new", "sensor_highpass", "--begin", "N-1", "--bench", tmp_path / "none.toml"
+    )
+    assert "'sensor_highpass' is not measured by an instrument here (known: flatness" in words
     assert not (tmp_path / "new").exists()
 
 

@@ -1,0 +1,106 @@
+"""`accept product`: what can be judged here, and how another product is added."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from accept.base.atomic_files import write_atomic
+from accept.base.console import clear_errors, say, stdout, tell
+from accept.base.exit_codes import Exit
+from accept.commands.options import names
+from specs import plugins
+from specs.products import BUILT_IN, Product, ProductError, product_named, products
+
+OWN = "built-in"
+
+
+@clear_errors
+def show_list(as_json: Annotated[bool, typer.Option("--json", help="As JSON, to stdout.")] = False) -> Exit:
+    """List the installed products. With spec, model and the package that brings each."""
+    rows = [
+        {
+            "name": product.name,
+            "title": product.title,
+            "spec": str(product.spec),
+            "model": None if product.model is None else str(product.model),
+            "parts": list(product.parts),
+            "package": _package(product),
+        }
+        for product in products().values()
+    ]
+    if as_json:
+        tell(json.dumps(rows))
+        return Exit.ACCEPTED
+    table = Table("name", "title", "spec", "model", "from")
+    for row in rows:
+        table.add_row(*(str(row[key] or "-") for key in ("name", "title", "spec", "model", "package")))
+    stdout.print(table)
+    return Exit.ACCEPTED
+
+
+def _package(product: Product) -> str:
+    found = next((p for p in plugins.USED if p.value is product), None)
+    return OWN if product.name in BUILT_IN or found is None else f"{found.package} {found.version}"
+
+
+@clear_errors
+def new(
+    name: Annotated[str, typer.Argument(help="Its name: `kind` in unit.toml and in specs.")],
+    out: Annotated[Path | None, typer.Option(help="Folder to write; default: ./accept-product-NAME.")] = None,
+) -> Exit:
+    """Write the package of a new product, to be installed. With a spec, a check of its own and an example unit."""
+    from accept.units.product_package import skeleton
+
+    folder = out if out is not None else Path(f"accept-product-{name}")
+    files = skeleton(name)
+    if folder.exists() and any(folder.iterdir()):
+        raise ProductError(f"{folder}: is there already and not empty; name another folder with --out")
+    for file, text in files.items():
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        write_atomic(folder / file, text.encode("utf-8"))
+        stdout.print(str(folder / file))
+    say(f"next: accept product check {folder}; pip install -e {folder}")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def check(
+    product: Annotated[str, typer.Argument(help="Name of an installed product, or its folder.", autocompletion=names)],
+) -> Exit:
+    """Check a product, installed or in its folder. Reads its spec, checks and model; the code in a folder is run."""
+    from accept.units.product_package import from_folder
+
+    folder = Path(product)
+    if product not in products() and folder.is_dir():
+        with from_folder(folder) as found:
+            return _checked(found)
+    return _checked(product_named(product))
+
+
+def _checked(product: Product) -> Exit:
+    from accept.judging.judge_unit import load_spec
+    from accept.models.model_file import open_model
+    from checks.acceptance import CHECKS
+
+    spec = load_spec(str(product.spec))
+    problems = []
+    if spec.kind != product.name:
+        problems.append(f"its spec {product.spec} judges '{spec.kind}'")
+    problems += [f"checks: no check is called '{name}'" for name in product.checks if name not in CHECKS]
+    if product.model is not None:
+        open_model(product.model)
+    elif spec.gap is not None:
+        open_model(spec.gap.model)
+    quantities = {q for name in spec.checks for q in CHECKS[name].quantities}
+    problems += [f"matched_by: its checks measure no '{name}'" for name in product.matched_by if name not in quantities]
+    for problem in problems:
+        say(f"accept: product '{product.name}': {problem}")
+    if problems:
+        return Exit.BAD_INPUT
+    required = [name for name, asked in spec.checks.items() if asked.required]
+    model = "no model" if product.model is None else f"model {product.model}"
+    stdout.print(f"{product.name}: valid; spec {spec.name} ({', '.join(required)} required), {model}", soft_wrap=True)
+    return Exit.ACCEPTED
