@@ -10,7 +10,7 @@ from typing import Any
 
 from accept.base.atomic_files import write_atomic
 from accept.base.home import home
-from accept.judging.judge_unit import load_spec
+from accept.judging.judge_unit import default_spec, load_spec
 from accept.models.model_file import SIMULATED_MODEL, open_model
 from accept.pictures.labels import label_of
 from accept.simulate import FAULTS, UnitRequest, simulate
