@@ -55,6 +55,7 @@ BIAS = 2.0  # of a mode: sd of what the model is wrong by in all units alike, in
 STRANGE = 1e-3  # chance of a unit that belongs, both of all its parameters and of the worst
 HOLDS = 2 / 3  # share of the units that have to belong
 SAME = 1e-6  # relative: a copy in single precision stays below it, a repeat of the recording does not
+NEAR_BOUND = 0.05  # of the way from a physical bound to the given mean
 DIGITS = "0123456789"
 MODES, PAYLOAD = "apa.mode_", "bench.payload_kg"
 
@@ -159,7 +160,9 @@ def population_of_fits(fitted: FittedUnits, given: OpenedModel) -> Population:
         if not (belongs & strange).any() or np.sum(belongs & ~strange) < FEWEST:
             break
         belongs &= ~strange
+    batches = [replace(b, mean=physical(b.mean, free, prior.mean)) for b in batches]
     batch = learn(precision[belongs], pull[belongs], prior) if belongs.any() else learn(precision, pull, prior)
+    batch = replace(batch, mean=physical(batch.mean, free, prior.mean))
     weights = np.ones(len(fits))
     weights[belongs] = batch.weights.min(axis=1) if belongs.any() else 1.0
     kept = np.array([i for i, n in enumerate(names) if n not in OFFSETS])
@@ -277,6 +280,16 @@ def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belon
 def _most_common(given: Sequence[str]) -> str:
     """Return the most frequent word, the first by the alphabet if several are."""
     return max(sorted(set(given)), key=given.count)
+
+
+def physical(mean: Array, free: Sequence[Free], prior: Array) -> Array:
+    """Return means (p,) that a model can have. The mean of a batch is an unbounded estimate: of a damping that the
+    records hardly show it may come out below zero, and no model could be opened with it. Such a mean lies a twentieth
+    of the way from the bound to the mean of the prior."""
+    lo, hi = (np.array([getattr(p, end) for p in free]) for end in ("lo", "hi"))
+    low, high = (np.where(np.isfinite(end), (1 - NEAR_BOUND) * end, 0.0) for end in (lo, hi))
+    low, high = (np.where(np.isfinite(e), near + NEAR_BOUND * prior, e) for e, near in ((lo, low), (hi, high)))
+    return np.clip(mean, low, high)
 
 
 def _selected_batch(batch: Batch, kept: Array) -> Batch:

@@ -12,9 +12,10 @@ from scipy.io import loadmat, savemat
 from typer.testing import CliRunner
 
 from accept.cli.main import app
-from accept.fleet.population.learn import measured_units
+from accept.fleet.population.learn import measured_units, physical
 from accept.models.model_file import open_model, open_model_file
 from checks.errors import ModelError
+from checks.fitting.coordinates import Free
 from tests.accept.units.modelled_records import write_answers
 
 UNITS = 6
@@ -66,6 +67,21 @@ def learned(tmp_path_factory: pytest.TempPathFactory, batch: list[Path]) -> tupl
 
 def document(out: Path) -> dict[str, Any]:
     return json.loads((out / "population.json").read_text())
+
+
+def test_a_mean_stays_where_a_model_can_be() -> None:
+    """Whole struts of beams made the factor of a mode's damping -0.05, and no program could open what was learned."""
+    free = [
+        Free("apa.mode_damping_4", 1.0, 0.2, lo=np.nextafter(0.0, 1.0)),
+        Free("bench.payload_kg", 5.7, 0.1, lo=0.0),
+        Free("misalignment.dx_um", 0.0, 50.0, lo=-5000.0, hi=5000.0),
+        Free("constants.ga_N_per_V", -30.0, 2.0),
+    ]
+    given = np.array([p.prior for p in free])
+    np.testing.assert_allclose(
+        physical(np.array([-0.05, 5.8, 40.0, -33.0]), free, given), [0.05, 5.8, 40.0, -33.0], rtol=1e-12
+    )
+    np.testing.assert_array_equal(physical(given, free, given), given)
 
 
 def test_mean_and_scatter_of_a_batch_are_recovered(
