@@ -22,7 +22,7 @@ def run(
     """Write a page of the fleet. Yield, causes, trends, curves and every unit's findings; opens offline."""
     panels = {result.serial: result.panels for result in measured(units, None)} if units else {}
     with busy("writing the page"), open_store() as store:
-        content = document(store.events(what="unit_judged"), curves(panels))
+        content = document(store, curves(panels), out.resolve())
     write_site(out, content)
     say(f"{len(content['judgements'])} judgements: open {out / 'index.html'}")
     return Exit.ACCEPTED

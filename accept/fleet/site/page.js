@@ -3,13 +3,14 @@
 const F = window.FLEET, $ = (id) => document.getElementById(id);
 const COLUMNS = ["serial", "kind", "attempt", "time", "operator", "bench", "spec", "verdict", "causes"];
 const Q = F.finding.indexOf("quantity"), V = F.finding.indexOf("value"), R = F.finding.indexOf("verdict");
+const FIRST = F.finding.indexOf("first"), SHOWN = F.finding.indexOf("shown"), SHOWN_U = F.finding.indexOf("shown_U");
 const LO = F.finding.indexOf("lower"), HI = F.finding.indexOf("upper"), U = F.finding.indexOf("U");
 const state = { sort: "time", down: true, shown: 100, dark: false, printing: false };
 const PAPER_PX = 680; // the plots' width on a sheet of A4
 const last = new Map();
 for (const j of F.judgements) {
   j.causes = j.findings.filter((f) => f[R] !== "pass").map((f) => f[Q]).join(", ");
-  j.text = [j.serial, j.operator, j.bench, j.causes, ...j.findings.filter((f) => f[R] !== "pass").map((f) => F.labels[f[Q]]), ...j.notes].join(" ").toLowerCase();
+  j.text = [j.serial, j.operator, j.bench, j.causes, ...j.findings.filter((f) => f[R] !== "pass").map((f) => F.labels[f[Q]]), j.lot].join(" ").toLowerCase();
   last.set(j.serial, j);
 }
 
@@ -37,7 +38,7 @@ function chosen() {
   return F.judgements.filter((j) =>
     (!words || j.text.includes(words)) && (!kind || j.kind === kind) && (!bench || j.bench === bench) &&
     (!verdict || last.get(j.serial).verdict === verdict) && (!who || j.operator === who) &&
-    (!from || j.time.slice(0, 10) >= from) && (!to || j.time.slice(0, 10) <= to));
+    (!from || j.at.slice(0, 10) >= from) && (!to || j.at.slice(0, 10) <= to));
 }
 function wilson(k, n) {
   const z = 1.959964, p = k / n, d = 1 + z * z / n, m = (p + z * z / (2 * n)) / d;
@@ -57,48 +58,69 @@ function plot(id, traces, more) {
   if (at.querySelector(".empty")) at.replaceChildren();
   Plotly.react(at, traces, layout(more), { responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "" });
 }
+function week(day) { // ISO 8601: the week of its Thursday
+  const d = new Date(`${day.slice(0, 10)}T00:00:00Z`);
+  d.setUTCDate(d.getUTCDate() + 4 - (d.getUTCDay() || 7));
+  return `${d.getUTCFullYear()}-W${String(Math.ceil(((d - Date.UTC(d.getUTCFullYear(), 0, 1)) / 864e5 + 1) / 7)).padStart(2, "0")}`;
+}
+const GROUPS = { month: (j) => j.at.slice(0, 7), week: (j) => week(j.at), day: (j) => j.at.slice(0, 10), bench: (j) => j.bench, operator: (j) => j.operator, lot: (j) => j.lot };
 function drawYield(first) {
-  const months = new Map();
+  const months = new Map(), of = GROUPS[$("period").value];
   for (const j of first) {
-    const row = months.get(j.time.slice(0, 7)) || [0, 0];
-    months.set(j.time.slice(0, 7), [row[0] + (j.verdict === "accepted"), row[1] + 1]);
+    const row = months.get(of(j)) || [0, 0];
+    months.set(of(j), [row[0] + j.passed, row[1] + 1]);
   }
   const rows = [...months].sort(), share = rows.map(([, [k, n]]) => 100 * k / n), ends = rows.map(([, [k, n]]) => wilson(k, n));
   plot("yield-plot", rows.length ? [{ type: "bar", x: rows.map((r) => r[0]), y: share, marker: { color: css("--accent") },
-    text: rows.map(([, [k, n]]) => `${k} of ${n}`), insidetextanchor: "start", hovertemplate: "%{x}: %{y:.1f} %, %{text}<extra></extra>",
+    width: rows.length < 4 ? rows.map(() => 0.3) : undefined, text: rows.map(([, [k, n]]) => `${k} of ${n}`), insidetextanchor: "start", hovertemplate: "%{x}: %{y:.1f} %, %{text}<extra></extra>",
     error_y: { type: "data", symmetric: false, color: css("--quiet"), array: ends.map((e, i) => 100 * e[1] - share[i]),
       arrayminus: ends.map((e, i) => share[i] - 100 * e[0]) } }] : [],
     { xaxis: { type: "category" }, yaxis: { title: { text: "passed at first attempt [%]" }, range: [0, 105] } });
 }
 function drawCauses(first) {
   const counts = new Map();
-  for (const j of first) for (const f of j.findings) if (f[R] !== "pass") {
+  for (const j of first) for (const f of j.findings) if (f[R] !== "pass" && f[FIRST]) {
     const key = `${F.labels[f[Q]]} (${said(f[R])})`; counts.set(key, (counts.get(key) || 0) + 1);
   }
   const rows = [...counts].sort((a, b) => b[1] - a[1]).slice(0, 20).reverse();
   plot("causes-plot", rows.length ? [{ type: "bar", orientation: "h", y: rows.map((r) => r[0]), x: rows.map((r) => r[1]),
     marker: { color: css("--bad") }, hovertemplate: "%{y}: %{x} units<extra></extra>" }] : [], { xaxis: { title: { text: "units" } } });
 }
-function drawTrend(first) {
-  const name = $("quantity").value, rows = [];
-  for (const j of first) for (const f of j.findings) if (f[Q] === name && f[V] !== null) rows.push([j, f]);
-  const y = rows.map((r) => r[1][V]), shapes = [];
-  const mean = y.reduce((a, b) => a + b, 0) / y.length;
-  let moved = 0;
-  for (let i = 1; i < y.length; i++) moved += Math.abs(y[i] - y[i - 1]);
-  const sigma = moved / (y.length - 1) / 1.128379167;
-  const mark = (at, color, dash) => shapes.push({ type: "line", xref: "paper", x0: 0, x1: 1, y0: at, y1: at, line: { color, dash, width: 1 } });
-  if (y.length >= 8) { mark(mean, css("--quiet"), "solid"); mark(mean - 3 * sigma, css("--accent"), "dash"); mark(mean + 3 * sigma, css("--accent"), "dash"); }
-  for (const k of [LO, HI]) {
-    const limits = new Set(rows.map((r) => r[1][k]));
-    if (limits.size === 1 && rows[0][1][k] !== null) mark(rows[0][1][k], css("--bad"), "dot");
+function drawTrend(rows) {
+  const name = $("quantity").value, by = $("trend-by").value, known = (F.trends[name] || {})[by] || [], shapes = [], points = [];
+  for (const j of rows) for (const f of j.findings) if (f[Q] === name && f[V] !== null && f[FIRST]) points.push([j, f]);
+  const colours = ["--accent", "--good", "--warn", "--quiet", "--ink"], rang = new Map();
+  const mark = (at, color, dash) => at !== null && shapes.push({ type: "line", xref: "paper", x0: 0, x1: 1, y0: at, y1: at, line: { color, dash, width: 1 } });
+  for (const g of known) for (const a of g.alarms) rang.set(a.first, a.words);
+  if (known.length === 1 && known[0].limits) { // limits of several groups over each other say nothing
+    mark(known[0].baseline.mean, css("--quiet"), "solid"); mark(known[0].limits.lower, css("--accent"), "dash"); mark(known[0].limits.upper, css("--accent"), "dash");
   }
-  plot("trend-plot", rows.length ? [{ type: "scatter", mode: "markers", x: rows.map((_, i) => i + 1), y,
-    error_y: { type: "data", array: rows.map((r) => r[1][U] || 0), color: css("--quiet"), thickness: 1.5 },
-    marker: { size: 7, color: rows.map((r) => (r[1][R] === "pass" ? css("--accent") : css("--bad"))) },
-    customdata: rows.map((r) => r[0].serial), text: rows.map((r) => `${r[0].serial}, ${r[0].time.slice(0, 10)}, ${r[0].bench}`),
-    hovertemplate: "%{text}<br>%{y}<extra></extra>" }] : [],
-    { shapes, xaxis: { title: { text: "unit, in order of judging; dashed: mean ± 3 sigma, dotted: limits" } }, yaxis: { title: { text: F.labels[name] + (F.quantities[name] && ` [${F.quantities[name]}]`) } } });
+  for (const k of [LO, HI]) {
+    const limits = new Set(points.map((r) => r[1][k]));
+    if (limits.size === 1) mark([...limits][0], css("--bad"), "dot");
+  }
+  const groups = by === "all" ? ["all"] : [...new Set(points.map((r) => r[0][by]))].sort();
+  const many = points.length > 150; // bars of U over so many points are a band
+  const trace = (of, label, color, symbol) => ({ type: "scatter", mode: "markers", name: label, x: of.map((r) => r[0].at), y: of.map((r) => r[1][V]),
+    error_y: { type: "data", array: of.map((r) => r[1][U] || 0), color: css("--quiet"), thickness: 1.2, visible: !many },
+    marker: { size: symbol ? 11 : 6, symbol: symbol || "circle", color },
+    customdata: of.map((r) => r[0].serial), text: of.map((r) => `${r[0].serial}, ${r[0].at.slice(0, 10)}, ${r[0].bench}: ${r[1][SHOWN]} ± ${r[1][SHOWN_U]}`),
+    hovertemplate: "%{text}<extra></extra>" });
+  const traces = groups.map((g, i) => trace(by === "all" ? points : points.filter((r) => r[0][by] === g), g, css(colours[i % colours.length])));
+  const marked = points.filter((r) => rang.has(r[0].serial));
+  if (marked.length) traces.push(trace(marked, "an alarm begins", css("--bad"), "diamond-open"));
+  plot("trend-plot", points.length ? traces : [], { shapes, showlegend: groups.length > 1,
+    xaxis: { type: "date", title: { text: "day of measurement; solid and dashed: mean and limits of the process, dotted: limits of the spec" } },
+    yaxis: { title: { text: F.labels[name] + (F.quantities[name] && ` [${F.quantities[name]}]`) } } });
+  const list = $("alarms"); list.replaceChildren();
+  for (const g of known) {
+    const title = by === "all" ? "" : `${by} ${g.group}: `, base = g.baseline;
+    for (const a of g.alarms) list.append(node("li", title + a.words, "fail"));
+    if (!g.alarms.length) list.append(node("li", `${title}no alarm in ${g.n} units`));
+    if (base) list.append(node("li", `${title}compared with ${base.since ? `the baseline of ${base.since} to ${base.until}` : "the values themselves"} (${base.n} units)` +
+      (g.Ppk === null ? "" : `; Cpk ${g.Cpk.toFixed(2)}, Ppk ${g.Ppk.toFixed(2)}`)));
+    for (const c of g.cautions) list.append(node("li", title + c));
+  }
 }
 function drawCurves(rows) {
   const serials = new Set(rows.map((j) => j.serial)), all = F.curves[$("picture").value] || [];
@@ -131,13 +153,15 @@ function show(serial) {
   const body = $("detail-body"); body.replaceChildren(node("h2", serial));
   for (const j of F.judgements.filter((k) => k.serial === serial).reverse()) {
     const head = node("h3", `Attempt ${j.attempt}: `); head.append(node("span", j.verdict, j.verdict)); body.append(head);
-    body.append(node("p", `${j.time.replace("T", " ")} UTC, ${j.operator}, bench ${j.bench}, spec ${j.spec}`));
+    body.append(node("p", `measured ${j.at.slice(0, 10)}, judged ${j.time.replace("T", " ")} UTC, ${j.operator}, bench: ${j.bench}, spec ${j.spec}`));
+    if (j.voided) body.append(node("p", `void: ${j.voided}`));
+    if (j.certificate) { const link = node("a", "certificate (PDF)"); link.href = j.certificate; body.append(link); }
     const table = node("table"), top = node("tr");
     for (const t of ["quantity", "value", "U", "limits", "verdict", "reason"]) top.append(node("th", t));
     table.append(top);
     for (const f of j.findings) {
       const row = node("tr"), unit = F.quantities[f[Q]];
-      row.append(node("td", label(f[Q])), node("td", f[V] === null ? "-" : `${number(f[V])} ${unit}`), node("td", number(f[U])),
+      row.append(node("td", label(f[Q])), node("td", f[V] === null ? "-" : `${f[SHOWN]} ${unit}`), node("td", f[SHOWN_U]),
         node("td", limits(f)), node("td", said(f[R]), f[R]), node("td", f[F.finding.indexOf("reason")] || ""));
       table.append(row);
     }
@@ -150,8 +174,8 @@ function show(serial) {
 function close() { $("detail").hidden = true; history.replaceState(null, "", "#units"); }
 let timer;
 function pictures(rows) {
-  const first = rows.filter((j) => j.attempt === 1);
-  drawYield(first); drawCauses(first); drawTrend(first); drawCurves(rows); drawGap(rows);
+  drawYield(rows.filter((j) => j.first)); drawCauses(rows); drawTrend(rows); drawCurves(rows); drawGap(rows);
+  for (const part of document.querySelectorAll("#gap, nav a[href='#gap']")) part.hidden = !F.judgements.some((j) => j.gap);
 }
 function colours() { document.documentElement.classList.toggle("dark", state.dark && !state.printing); }
 function paper(on) { // dark ink on white, as wide as the sheet
@@ -178,7 +202,7 @@ for (const c of COLUMNS) {
   th.append(b); $("table").tHead.rows[0].append(th);
 }
 for (const id of ["search", "kind", "verdict", "bench", "operator", "from", "to"]) $(id).addEventListener("input", () => { state.shown = 100; draw(); });
-for (const id of ["quantity", "picture"]) $(id).addEventListener("input", draw);
+for (const id of ["quantity", "picture", "period", "trend-by"]) $(id).addEventListener("input", draw);
 $("reset").addEventListener("click", () => { for (const id of ["search", "kind", "verdict", "bench", "operator", "from", "to"]) $(id).value = ""; draw(); });
 $("more").addEventListener("click", () => { state.shown += 200; draw(); });
 $("close").addEventListener("click", close);

@@ -1,30 +1,59 @@
 """What the page shows, as one JSON document: judgements, their findings, trends and gap answers."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
+import pandas as pd
 
-from accept.fleet.measurements import bench_of
+from accept.fleet.errors import FleetError
+from accept.fleet.measurements import (
+    NOT_STATED,
+    VOIDED,
+    bench_of,
+    counted,
+    first_attempts,
+    in_order_of_measurement,
+    measurements,
+)
+from accept.fleet.trend import stored_baselines, summary, trends
+from accept.fleet.yields import yields
+from accept.judging.voids import voids
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
-from accept.store import Event
+from accept.store import Store, fold
 from accept.store.payloads import UnitJudged
 from checks.picture import Line, Panel
+from checks.rounding import rounded, rounded_U
 
 FINDING = ("check", "quantity", "value", "U", "lower", "upper", "verdict", "reason")
+SHOWN = ("first", "shown", "shown_U")  # beside them: of a first attempt; value and U in the digits that U allows
+TREND_BY = ("all", "bench", "lot")
+DAY_S = 86_400.0
 SHOWN_POINTS = 400  # of a curve: a page holds those of many units
 
 
-def document(events: Iterable[Event], curves: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
-    """Return judgements: a row per judgement in the order of the store, its findings as lists in the order of
-    `FINDING`; quantities: name -> unit as people write it; labels: name -> words; curves: title -> [{serial, x, y}]
-    with the axes' labels."""
+def document(
+    store: Store, curves: Mapping[str, Sequence[Mapping[str, Any]]], out: Path | None = None
+) -> dict[str, Any]:
+    """Return judgements: a row per judgement in the order of the store, its findings as lists in the order of `FINDING`
+    and `SHOWN`; quantities: name -> unit as people write it; labels: name -> words; trends: quantity -> group by ->
+    what `accept trend` says; curves: title -> [{serial, x, y}] with the axes' labels. out: folder of the page, from
+    which certificates are linked. Raises StoreError."""
+    frame = measurements(store)
+    first = set(first_attempts(frame).set_index(["seq", "quantity"]).index)
+    begun = set(counted(frame).drop_duplicates("serial")["seq"])
+    passed = yields(frame, "serial").set_index("serial")["first"] if begun else {}
+    moments, void = _moments(frame), voids(store)
+    certificates = _certificates(store, out)
     judgements: list[dict[str, Any]] = []
     attempts: dict[str, int] = {}
     units: dict[str, str] = {}
-    for event in events:
+    for event in store.events(what=UnitJudged.KIND):
         result = UnitJudged.of(event).result
         attempts[event.subject] = attempts.get(event.subject, 0) + 1
         units |= {f.quantity: "" if f.unit == "1" else pretty(f.unit) for f in result.findings}
@@ -36,21 +65,84 @@ def document(events: Iterable[Event], curves: Mapping[str, Sequence[Mapping[str,
                 "bench": bench_of(result),
                 "kind": result.kind,
                 "attempt": attempts[event.subject],
-                "verdict": str(result.verdict),
+                "verdict": VOIDED if event.seq in void else str(result.verdict),
+                "voided": void[event.seq].words if event.seq in void else "",
+                "at": moments.get(event.seq, event.time[:19]),
+                "lot": result.origin.get("lot", NOT_STATED),
+                "first": event.seq in begun,
+                "passed": bool(event.seq in begun and passed[event.subject]),
+                "certificate": certificates.get((event.subject, attempts[event.subject])),
                 "spec": event.spec.split("@")[0],
-                "findings": [[_shown(name, getattr(finding, name)) for name in FINDING] for finding in result.findings],
+                "findings": [
+                    [
+                        *(_shown(name, getattr(finding, name)) for name in FINDING),
+                        (event.seq, finding.quantity) in first,
+                        *_digits(finding.value, finding.U),
+                    ]
+                    for finding in result.findings
+                ],
                 "notes": result.notes,
                 "gap": _gap(result.gap),
             }
         )
     labels = {name: label_of(name) for name in units}
     return {
-        "finding": FINDING,
+        "finding": (*FINDING, *SHOWN),
+        "trends": {name: _trends(frame, store, name) for name in units},
         "quantities": units,
         "labels": labels,
         "judgements": judgements,
         "curves": dict(curves),
     }
+
+
+def _moments(frame: pd.DataFrame) -> dict[int, str]:
+    """Return number of a judgement -> where it stands on the axis of time: its day of measurement, and within the day
+    in order of measurement, evenly."""
+    ordered = in_order_of_measurement(frame).drop_duplicates("seq")
+    within = ordered.groupby("day").cumcount() / ordered.groupby("day")["seq"].transform("size")
+    at = ordered["day"] + pd.to_timedelta(within * DAY_S, unit="s")
+    return dict(zip(ordered["seq"].tolist(), at.dt.strftime("%Y-%m-%dT%H:%M:%S").tolist(), strict=True))
+
+
+def _trends(frame: pd.DataFrame, store: Store, name: str) -> dict[str, list[dict[str, Any]]]:
+    """Return group by -> what `accept trend` says of each group: limits, mean, alarms in words, indices."""
+    found = {}
+    for by in TREND_BY:
+        if by != "all" and (frame[by] == NOT_STATED).all():
+            continue
+        try:
+            made = trends(frame, name, by, stored_baselines(store, name, by))
+        except FleetError:
+            continue
+        keys = ("group", "n", "limits", "baseline", "alarms", "cautions", "Cpk", "Ppk")
+        found[by] = [{key: each[key] for key in keys} for each in map(summary, made)]
+    return found
+
+
+def _certificates(store: Store, out: Path | None) -> dict[tuple[str, int], str]:
+    """Return serial and number of an attempt -> link to its certificate, of files that are there."""
+    found = {}
+    for serial, unit in fold(store.events()).units.items():
+        for attempt, path in unit.certificates.values():
+            if Path(path).is_file():
+                found[(serial, attempt)] = _link(Path(path), out)
+    return found
+
+
+def _link(path: Path, out: Path | None) -> str:
+    """Return a link from the page's folder, so that both can be moved together; else to where the file is."""
+    try:
+        return "./" + quote(Path(os.path.relpath(path, out)).as_posix()) if out else path.as_uri()
+    except ValueError:  # another drive
+        return path.as_uri()
+
+
+def _digits(value: float | None, U: float | None) -> tuple[str, str]:
+    if value is None:
+        return "-", "-"
+    known = U is not None and U > 0.0
+    return rounded(value, U if known else None), rounded_U(U) if U is not None and known else "-"
 
 
 def _shown(name: str, value: Any) -> Any:

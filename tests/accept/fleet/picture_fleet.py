@@ -59,7 +59,7 @@ def main() -> None:
         with open_store() as store:
             fill(store)
             frame = measurements(store)
-            content = document(store.events(what="unit_judged"), {})
+            content = document(store, {})
         (stroke,) = trend.trends(frame, "stroke_um", "all")
         _written(out / "trend.png", [trend.panel(stroke)], 2 * WIDE_MM)
         unit = frame[frame["serial"] == REPAIRED]

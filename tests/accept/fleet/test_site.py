@@ -12,12 +12,17 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.cli.main import app
+from accept.fleet.measurements import measurements
 from accept.fleet.site.page_data import curves, document, script
 from accept.fleet.site.write_site import write_site
+from accept.fleet.trend import summary, trends
+from accept.fleet.yields import yields
 from accept.pictures.labels import label_of
 from accept.store import open_store
+from accept.store.payloads import CertificateSigned
 from checks.picture import Line, Panel
 from tests.accept.fleet.judgements import add, judgement
+from tests.accept.fleet.test_month import month
 from tests.conftest import CHROMIUM
 from tests.soak import SOAK
 
@@ -159,6 +164,43 @@ def test_filters_search_and_keys(page, tmp_path):
 
 @pytest.mark.browser
 @pytest.mark.slow
+def test_the_page_says_what_the_trend_says(page, tmp_path):
+    """The month of all causes: alarms in words, dates on the axis, yield by day and week, values in the digits of U."""
+    with open_store() as store:
+        add(store, month(8))
+        frame = measurements(store)
+    page.goto(written(tmp_path).as_uri())
+    drawn(page, 200)
+    page.select_option("#quantity", "sensor_uF")
+    (alarm,) = summary(trends(frame, "sensor_uF", "all")[0])["alarms"]
+    until(page, f"document.getElementById('alarms').textContent.includes({json.dumps(alarm['words'])})", True)
+    assert page.evaluate("document.getElementById('trend-plot').layout.xaxis.type") == "date"
+    assert page.evaluate("document.getElementById('trend-plot').data[0].x[0]").startswith("2026-10-01")
+    page.select_option("#trend-by", "bench")
+    until(page, "document.getElementById('trend-plot').data.slice(0, 2).map(t => t.name).join()", "B1,B2")
+    for period, bars in (("month", 1), ("week", 4), ("day", 20), ("bench", 2), ("lot", 10)):
+        page.select_option("#period", period)
+        until(page, "document.getElementById('yield-plot').data[0].x.length", bars)
+    made = yields(frame, "lot")
+    assert page.evaluate("document.getElementById('yield-plot').data[0].y") == pytest.approx(100 * made["first_pass"])
+    page.locator("#table tbody tr").first.click()
+    rows = page.locator("#detail-body td").all_text_contents()
+    assert any(re.fullmatch(r"4\.\d{3} µF", text) for text in rows)  # U is 0.020 uF
+
+
+def test_a_unit_leads_to_its_certificate(tmp_path):
+    (tmp_path / "c").mkdir()
+    (tmp_path / "c" / "A 1.pdf").write_bytes(b"%PDF-")
+    with open_store() as store:
+        add(store, [judgement("A-1", {"sensor_uF": 5.0}), judgement("A-2", {"sensor_uF": 5.0})])
+        signed = CertificateSigned(str(tmp_path / "c" / "A 1.pdf"), "0" * 64, "technician")
+        store.write(signed, "A-1", who="Ann")
+        content = document(store, {}, tmp_path / "page")
+    assert [j["certificate"] for j in content["judgements"]] == ["./../c/A%201.pdf", None]
+
+
+@pytest.mark.browser
+@pytest.mark.slow
 def test_paper_is_white_and_no_wider_than_a_sheet(page, tmp_path):
     """Printed from the dark page: dark ink, plots within A4's 186 mm, and the screen as it was afterwards."""
     fill(20)
@@ -198,7 +240,7 @@ def test_curves_lie_over_each_other(page, tmp_path):
     pictures = [Panel("Vs", "f [Hz]", "|H|", (Line(x, k / x, role="data"),), x_log=True) for k in (1.0, 2.0)]
     lines = {f"U-000{i}": {"frf": picture} for i, picture in enumerate(pictures)}
     with open_store() as store:
-        content = document(store.events(what="unit_judged"), curves(lines))
+        content = document(store, curves(lines))
     write_site(tmp_path, content)
     page.goto((tmp_path / "index.html").as_uri())
     drawn(page, 3)
