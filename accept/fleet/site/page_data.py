@@ -47,7 +47,7 @@ def document(
     frame = measurements(store)
     first = set(first_attempts(frame).set_index(["seq", "quantity"]).index)
     begun = set(counted(frame).drop_duplicates("serial")["seq"])
-    passed = yields(frame, "serial").set_index("serial")["first"] if begun else {}
+    passed: dict[str, bool] = yields(frame, "serial").set_index("serial")["first"].to_dict() if begun else {}
     moments, void = _moments(frame), voids(store)
     certificates = _certificates(store, out)
     judgements: list[dict[str, Any]] = []
