@@ -47,7 +47,8 @@ def document(
     frame = measurements(store)
     first = set(first_attempts(frame).set_index(["seq", "quantity"]).index)
     begun = set(counted(frame).drop_duplicates("serial")["seq"])
-    passed: dict[str, bool] = yields(frame, "serial").set_index("serial")["first"].to_dict() if begun else {}
+    made = yields(frame, "serial") if begun else frame[:0].assign(first=False)
+    passed = dict(zip(made["serial"].tolist(), made["first"].tolist(), strict=True))
     moments, void = _moments(frame), voids(store)
     certificates = _certificates(store, out)
     judgements: list[dict[str, Any]] = []
