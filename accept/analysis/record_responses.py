@@ -27,8 +27,8 @@ from checks.signals.spectral.resonance import Resonance, find
 from checks.signals.spectral.transient import concentration, is_transient
 from hw.records import list_channels, read
 from hw.records.foreign_record import TIMES, Unreadable, foreign_record
-from hw.records.response_writers import frd_mat, response_csv
 from hw.records.uff import frf_bytes
+from hw.records.writers import frd_mat, response_csv
 from specs.bench import NO_CHANNELS, ChannelSource, channel_map
 
 if TYPE_CHECKING:

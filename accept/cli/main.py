@@ -111,7 +111,9 @@ COMMANDS: dict[str, Command | Group] = {
                 "physics.model:modes", "Compute poles, and the zeros of Vs, de and da, with their damping."
             ),
             "frf": Command("physics.model:frf", "Compute responses of Vs, de and da to Va."),
-            "export": Command("physics.model:export", "Write the state space as a MATLAB file."),
+            "export": Command(
+                "physics.model:export", "Write the state space from Va to the channels as a MATLAB file."
+            ),
             "fit": Command("physics.model_fit:run", "Fit uncertain parameters to a unit's responses."),
             "learn": Command("physics.model_learn:run", "Learn a model from a batch."),
             "sweep": Command("physics.model:run_sweep", "Compute poles and zeros over a row of values."),
