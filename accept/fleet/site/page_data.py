@@ -41,8 +41,8 @@ def document(
     store: Store, curves: Mapping[str, Sequence[Mapping[str, Any]]], out: Path | None = None
 ) -> dict[str, Any]:
     """Return judgements: a row per judgement in the order of the store, its findings as lists in the order of `FINDING`
-    and `SHOWN`; quantities: name -> unit as people write it; labels: name -> words; trends: quantity -> group by ->
-    what `accept trend` says; curves: title -> [{serial, x, y}] with the axes' labels. out: folder of the page, from
+    and `SHOWN`; quantities: name -> unit as people write it; labels: name -> words; trends: quantity -> column ->
+    what `accept trend` states; curves: title -> [{serial, x, y}] with the axes' labels. out: folder of the page, from
     which certificates are linked. Raises StoreError."""
     frame = measurements(store)
     first = set(first_attempts(frame).set_index(["seq", "quantity"]).index)
@@ -107,7 +107,7 @@ def _moments(frame: pd.DataFrame) -> dict[int, str]:
 
 
 def _trends(frame: pd.DataFrame, store: Store, name: str) -> dict[str, list[dict[str, Any]]]:
-    """Return group by -> what `accept trend` says of each group: limits, mean, alarms in words, indices."""
+    """Return column -> limits, mean, alarms in words and indices of each group, as `accept trend` states them."""
     found = {}
     for by in TREND_BY:
         if by != "all" and (frame[by] == NOT_STATED).all():
