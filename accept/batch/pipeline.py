@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
+from accept.base.documents.results import UnitEntry
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob, drawn
@@ -34,6 +35,7 @@ from accept.judging.copies import withhold_others
 from accept.judging.folder_name import CONFIRMED, question
 from accept.judging.golden import check_may_judge, missed
 from accept.judging.judge_unit import serial_fits
+from accept.judging.nonconformance import measured_values
 from accept.judging.reservations import Reservations
 from accept.judging.result import UnitResult
 from accept.models.evidence import evidence_of, hashes, named_models
@@ -105,15 +107,15 @@ class Pipeline:
         if not past and (other := self.store.other_spelling(unit.serial)) is not None:
             raise UnitError(unit.path / UNIT_FILE, [mistaken_for(unit.serial, other)])
         before = fold(past).units.get(unit.serial)
-        samples = before.result.samples if before else {}
-        known = Known(before, self._reservations(unit, samples))
+        last = None if before is None else before.result
+        known = Known(before, self._reservations(unit, last))
         if known.reservations.folder and CONFIRMED not in known.reservations.folder:
             answer = self._confirm(question(unit))
             if answer is False:
                 raise UnitError(unit.path / UNIT_FILE, [f"serial = '{unit.serial}' was not confirmed for this folder"])
             if answer:
                 self._confirmed.add(unit.path)
-                known = Known(before, self._reservations(unit, samples))
+                known = Known(before, self._reservations(unit, last))
         return known
 
     def stands(self, unit: UnitFolder, known: Known, certificate: Path | None) -> bool:
@@ -162,7 +164,7 @@ class Pipeline:
         Raises StoreError, BenchStopped, ContentError, SigningRefused, OSError."""
         store, unit = self.store, job.unit
         found = judgement.result
-        result = self._reservations(unit, found.samples).apply(found)
+        result = self._reservations(unit, found.entry).apply(found)
         due = job.uncertified
         if due is not None and not self._is_stored(due, result):
             last = fold(store.events(unit.serial)).units[unit.serial]
@@ -200,9 +202,10 @@ class Pipeline:
         stated = bench_statement(self.bench_file, checks, self.on, self.home, references)
         return calibration.checked(stated, unit.measured)
 
-    def _reservations(self, unit: UnitFolder, samples: Mapping[str, Any]) -> Reservations:
+    def _reservations(self, unit: UnitFolder, result: UnitEntry | None) -> Reservations:
         confirmed_by = self.operator if unit.path in self._confirmed else ""
-        return Reservations.known(self.store, unit, samples, confirmed_by)
+        samples, values = (result.samples, measured_values(result)) if result is not None else ({}, {})
+        return Reservations.known(self.store, unit, samples, confirmed_by, values)
 
     def _model_hashes(self, kind: str) -> dict[str, dict[str, str]]:
         """Return the hashes of the model files that the spec of this kind names: if one changes, so may the verdict."""

@@ -130,6 +130,22 @@ def problems(given: Statement, checks: Iterable[str]) -> dict[str, str]:
     return found
 
 
+def without_reference(given: Statement | None, checks: Mapping[str, CheckSpec]) -> dict[str, str]:
+    """Return check -> why the comparison with a reference that its spec asks for is not stated. What is asked stands in
+    the spec, not in the statement: one that says nothing of it, or no statement at all, never passes."""
+    found = {}
+    for check, asked in checks.items():
+        if asked.reference_days is None:
+            continue
+        rows = [row for row in (given or {}).get("instruments", ()) if row["check"] in (check, CHECKS[check].reads)]
+        most = [row.get("reference_days") for row in rows]
+        if not rows or any(days is None or days > asked.reference_days for days in most):
+            days = f"{asked.reference_days} day{'s' * (asked.reference_days != 1)}"
+            why = "no bench file was given" if given is None else "the bench file has no such comparison for it"
+            found[check] = f"the spec asks for a comparison with the reference within {days}, and {why}"
+    return found
+
+
 def downgraded(findings: Sequence[Finding], wrong: Mapping[str, str]) -> list[Finding]:
     """Return the findings with every pass of a check whose calibration does not hold made conditional, and the reason
     added to all that have a value."""

@@ -121,6 +121,7 @@ def judge_unit(
         stated = calibration.checked(stated, unit.measured)
         findings = calibration.downgraded(findings, calibration.problems(stated, spec.checks))
         notes += calibration.notes(stated)
+    findings = calibration.downgraded(findings, calibration.without_reference(stated, spec.checks))
     result = UnitResult(
         serial=unit.serial,
         kind=unit.kind,

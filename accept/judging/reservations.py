@@ -14,7 +14,7 @@ from accept.base.documents.results import UnitEntry
 from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
 from accept.judging.folder_name import CONFIRMED, NAME, doubted_folder
-from accept.judging.nonconformance import in_notes, open_nonconformances
+from accept.judging.nonconformance import Values, in_notes, open_nonconformances
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.store import Store
@@ -35,13 +35,15 @@ class Reservations:
     folder: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def known(cls, store: Store, unit: UnitFolder, samples: Samples, confirmed_by: str = "") -> "Reservations":
-        """Return what the store knows now of a unit with these samples. confirmed_by: who confirmed that a folder with
-        another serial as its name is of this unit. Raises StoreError."""
+    def known(
+        cls, store: Store, unit: UnitFolder, samples: Samples, confirmed_by: str = "", values: Values | None = None
+    ) -> "Reservations":
+        """Return what the store knows now of a unit with these samples and values. confirmed_by: who confirmed that a
+        folder with another serial as its name is of this unit. Raises StoreError."""
         return cls(
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
             tuple(part_doubts(store, unit.serial, unit.parts)),
-            tuple(open_nonconformances(store, unit.serial, unit.notes)),
+            tuple(open_nonconformances(store, unit.serial, unit.notes, values)),
             doubted_folder(store, unit, confirmed_by),
         )
 

@@ -176,7 +176,9 @@ def _built(store: Store, contents: CertificateContent) -> Step:
 def _sound(store: Store, contents: CertificateContent) -> Step:
     """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state."""
     stated = contents.result.get("nonconformances", ())
-    new = [words for words in open_nonconformances(store, contents.serial, {}) if words not in stated]
+    rows = [*contents.result["findings"], *contents.result["information"]]
+    values = {row["quantity"]: row["value"] for row in rows if row["value"] is not None}
+    new = [words for words in open_nonconformances(store, contents.serial, {}, values) if words not in stated]
     words = "the bench's store holds a nonconformance without a decision"
     return Step(f"{words}: {'; '.join(new)}", False) if new else Step("")
 

@@ -200,3 +200,34 @@ def test_a_batch_takes_the_comparisons_from_the_store(tmp_path):
     with open_store() as store:
         keep(store, check_of(TODAY, 0.3), {}, "Ann")
     assert problem() is None
+
+
+def test_a_spec_that_asks_for_it_passes_nothing_without_a_bench_file(tmp_path):
+    """What is asked stands in the spec: without --bench, or without the days in a row, nothing is stated."""
+    make_unit(tmp_path / "units" / "APA-01")
+    assert run("spec", "copy", "apa-basic", tmp_path / "s.toml").exit_code == 0
+    text = (tmp_path / "s.toml").read_text()
+
+    def verdicts() -> dict[str, str]:
+        run("batch", tmp_path / "units", "--out", tmp_path / "o", "--spec", tmp_path / "s.toml", "--no-certificates")
+        (unit,) = json.loads((tmp_path / "o" / "results.json").read_text())["units"]
+        return {f["check"]: f["verdict"] for f in unit["findings"]}
+
+    assert set(verdicts().values()) == {"pass"}
+    (tmp_path / "s.toml").write_text(
+        text.replace("[checks.capacitance]\n", "[checks.capacitance]\nreference_days = 1\n")
+    )
+    found = verdicts()
+    assert found.pop("capacitance") == "conditional"
+    assert set(found.values()) == {"pass"}
+
+    asked = {"capacitance": load_spec("apa").checks["capacitance"].model_copy(update={"reference_days": 1})}
+    (tmp_path / "bench.toml").write_text(LCR.format(host="h", number=1))
+    bench = load_bench(tmp_path / "bench.toml")
+    kept = {"lcr": [(TODAY.isoformat(), 0.1)]}
+    stated = calibration.checked(calibration.statement(bench, asked, TODAY, None, kept), {})
+    assert calibration.without_reference(stated, asked) == {}
+    silent = {key: value for key, value in stated["instruments"][0].items() if not key.startswith("reference")}
+    assert set(calibration.without_reference({**stated, "instruments": [silent]}, asked)) == {"capacitance"}
+    looser = {**stated["instruments"][0], "reference_days": 9999}
+    assert set(calibration.without_reference({**stated, "instruments": [looser]}, asked)) == {"capacitance"}

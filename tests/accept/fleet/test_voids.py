@@ -1,6 +1,7 @@
 """An attempt that quality assurance declared void is shown, counts nowhere, and makes no unit good."""
 
 import json
+import re
 from dataclasses import replace
 
 import pytest
@@ -21,6 +22,7 @@ from accept.store import fold, open_store
 from accept.store.payloads import AttemptVoided
 from tests.accept.certificate.verify.test_statements import certified, plainly, verified
 from tests.accept.fleet.judgements import add, judgement
+from tests.accept.units.units import make_unit
 
 GOOD = {"sensor_uF": 5.0, "stroke_um": 360.0}
 TYPED = GOOD | {"sensor_uF": 50.0}  # a comma too few
@@ -137,3 +139,45 @@ def test_a_certificate_of_a_void_attempt_is_not_plainly_valid(tmp_path, monkeypa
     monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "office"))
     elsewhere = verified(pdf, "--trust", ca, "--log", tmp_path / "list.json")
     assert (elsewhere.exit_code, "void" in elsewhere.stdout) == (4, True), elsewhere.output
+
+
+def test_a_void_attempt_judged_once_more_is_held(tmp_path, monkeypatch):
+    """Neither another spec nor another spelling of unit.toml makes the values of a void attempt good; quality assurance
+    may release them, and other values are another measurement."""
+    keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    unit = make_unit(tmp_path / "units" / "APA-01", "APA-01")
+
+    def judged() -> str:
+        words = ("--spec", "apa-basic", "--out", tmp_path / "out", "--no-certificates")
+        ask("batch", tmp_path / "units", *words)
+        (entry,) = json.loads((tmp_path / "out" / "results.json").read_text())["units"]
+        return entry["verdict"]
+
+    assert judged() == "accepted"
+    assert ask("store", "void", "APA-01", 1, "--reason", "another unit was on the bench").exit_code == 0
+    assert judged() == "conditional"
+    text = (unit / "unit.toml").read_text()
+    (unit / "unit.toml").write_text(f"{text}# judged once more\n")
+    assert judged() == "conditional"
+    done = ask("store", "dispose", "APA-01", "--disposition", "use-as-is", "--because", "it was this unit after all")
+    assert done.exit_code == 0, done.output
+    assert judged() == "accepted"
+
+
+def test_a_void_attempt_measured_anew_is_judged_as_any(tmp_path, monkeypatch):
+    keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    unit = make_unit(tmp_path / "units" / "APA-01", "APA-01")
+
+    def judged() -> str:
+        ask("batch", tmp_path / "units", "--spec", "apa-basic", "--out", tmp_path / "out", "--no-certificates")
+        (entry,) = json.loads((tmp_path / "out" / "results.json").read_text())["units"]
+        return entry["verdict"]
+
+    assert judged() == "accepted"
+    assert ask("store", "void", "APA-01", 1, "--reason", "a digit was exchanged").exit_code == 0
+    assert judged() == "conditional"  # by mistake
+    text = (unit / "unit.toml").read_text()
+    (unit / "unit.toml").write_text(re.sub(r"(?m)^(stroke_um = )[\d.]+", r"\g<1>366.7", text))
+    assert judged() == "accepted"

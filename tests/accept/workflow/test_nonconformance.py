@@ -3,9 +3,11 @@
 import json
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
 from pypdf import PdfReader
 from typer.testing import CliRunner, Result
 
@@ -192,3 +194,28 @@ def test_quality_assurance_decides_without_a_certificate(
     assert decided is not None
     store.append(decided.what, "APA-02", decided.data, who="Quinn")
     assert again(session) == "conditional"
+
+
+def test_a_disposition_counts_once_however_its_signature_is_written(
+    session: Session, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of an ECDSA signature (r, s), (r, n - s) holds too, and a PEM has more than one spelling."""
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    assert again(session) == "conditional"
+    assert accept("store", "dispose", "APA-02", "--disposition", "rework", "--because", "polished").exit_code == 0
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    event = store.latest("APA-02", NonconformanceDecided.KIND)
+    assert event is not None
+    decided = NonconformanceDecided.of(event)
+    signed = decided.disposition.signed
+    assert signed is not None
+    r, s = decode_dss_signature(bytes.fromhex(signed.signature))
+    n = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551  # the order of P-256 [FIPS186-4]
+    for other in (
+        replace(signed, signature=encode_dss_signature(r, n - s).hex()),
+        replace(signed, certificate=signed.certificate + "\n"),
+    ):
+        again_signed = replace(decided, disposition=replace(decided.disposition, signed=other))
+        store.write(again_signed, "APA-02", who="Quinn")
+        assert again(session) == "conditional"
