@@ -27,6 +27,7 @@ from accept.certificate.certify import sign_into
 from accept.certificate.contents.content import canonical
 from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
+from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import numbers_of, provenance
 from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
@@ -109,7 +110,8 @@ class Pipeline:
         before = fold(past).units.get(unit.serial)
         last = None if before is None else before.result
         known = Known(before, self._reservations(unit, last))
-        if known.reservations.folder and CONFIRMED not in known.reservations.folder:
+        doubted = known.reservations.folder  # only who signs the certificate states that it was confirmed
+        if doubted and not same_person(doubted.get(CONFIRMED, ""), self.operator):
             answer = self._confirm(question(unit))
             if answer is False:
                 raise UnitError(unit.path / UNIT_FILE, [f"serial = '{unit.serial}' was not confirmed for this folder"])

@@ -22,8 +22,12 @@ from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.statements import unlisted
 from accept.judging.copies import recording_party
 from accept.judging.decisions import decision_problem
+from accept.judging.folder_name import CONFIRMED, NAME
 from accept.store.payloads import CopiesResolved, SignedBy
 from accept.store.seal import head_problem
+from accept.units.samples import TYPED
+from accept.units.unit_folder import serial_problem
+from checks.acceptance import CHECKS
 from specs.spec import parse
 from specs.strict import SpecError
 
@@ -32,6 +36,7 @@ _REPLACED = {"verdict": str, "time": str, "certificate": str | None}
 _EARLIER = {"earlier_attempt": int, "earlier_certificate": str}
 _HEAD = {"seq": int, "hash": str, "bench": str, "signature": str}
 _HEX = re.compile(r"[0-9a-f]{64,128}")
+STORED_WITHIN = timedelta(minutes=5)  # a decision is stored after it was signed, when the store is free
 SAME_SECOND = timedelta(seconds=2)  # a signature states whole seconds, the store microseconds
 
 
@@ -58,39 +63,75 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     steps = [] if own else [_other_program(contents)]
     if absent := [name for name in EXPECTED if name not in given]:
         steps.append(Step(f"it does not state: {', '.join(absent)}", complete=False))
-    return [*steps, *_times(given.get("replaces"), signatures)]
+    return [*steps, *_check_folder(contents), *_times(given.get("replaces"), signatures)]
 
 
 def check_copies(
     contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked]
 ) -> list[Step]:
-    """Check that quality assurance signed the decision on where each recording belongs that is counted although it
-    exists elsewhere too."""
-    since = {entry.serial_number: entry.since for entry in revoked}
-    lost = {entry.serial_number for entry in revoked if entry.compromised}
-    samples = contents.result.get("samples") or {}
+    """Check what is stated of recordings that are filed elsewhere too: that the unit has such a recording, that the
+    others are named as records are, and that quality assurance signed the decision where each belongs. Page and
+    `accept verify` name her, so a decision is checked also if the recording does not count."""
+    words = "is filed elsewhere too, and the decision where it belongs does not count"
     steps = []
     for copy in contents.result.get("copies") or ():
-        if copy["withheld"]:
-            continue
-        told = copy.get("resolved") or {}
-        signed = SignedBy.from_json(told["signed"]) if told.get("signed") else None
-        content = {key: told.get(key) for key in ("parties", "measured", "reason")}
-        problem = decision_problem(CopiesResolved.KIND, content, signed, roots, since, lost)
-        measured = [contents.serial, copy["sample"]] in (told.get("measured") or [])
-        party = list(recording_party(contents.serial, copy["sample"], samples.get(copy["sample"]) or {}))
-        if problem is None and not measured:
-            problem = "it does not say that it was measured at this unit"
-        if problem is None and party not in [list(p) for p in told.get("parties") or []]:
-            problem = "it is about another recording of that name"
-        if problem is None and signed is not None and told["who"] != signed.person:
-            problem = f"it names {told['who']}, but {signed.person} signed it"
-        if problem is not None:
-            words = (
-                f"{copy['sample']} is filed elsewhere too, and the decision where it belongs does not count: {problem}"
-            )
-            steps.append(Step(words, complete=False))
+        if problem := _copy_problem(copy, contents):
+            steps.append(Step(f"a recording is said to be filed elsewhere too: {problem}", complete=False))
+        elif (copy.get("resolved") or not copy["withheld"]) and (
+            problem := _decision_problem(copy, contents, roots, revoked)
+        ):
+            steps.append(Step(f"{copy['sample']} {words}: {problem}", complete=False))
     return steps
+
+
+def _copy_problem(copy: Mapping[str, Any], contents: CertificateContent) -> str | None:
+    """Return why this program would not have stated such a copy, None if it could be."""
+    if copy["sample"] not in (contents.result.get("samples") or {}):
+        return "the unit has none of that name"
+    for other in copy["with"]:
+        section, _, name = str(other["sample"]).partition("/")
+        known = section in CHECKS and (name == TYPED or name in CHECKS[section].inputs)
+        if not known or serial_problem(str(other["serial"])) is not None:
+            return "the other one is not named as a record of a unit"
+    return None
+
+
+def _decision_problem(
+    copy: Mapping[str, Any], contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked]
+) -> str | None:
+    """Return why the decision where a recording belongs does not count, None if it does."""
+    since = {entry.serial_number: entry.since for entry in revoked}
+    weakens = bool(copy["withheld"])  # then it stands also if the key was lost later
+    lost = {entry.serial_number for entry in revoked if entry.compromised and not weakens}
+    samples = contents.result.get("samples") or {}
+    told = copy.get("resolved") or {}
+    signed = SignedBy.from_json(told["signed"]) if told.get("signed") else None
+    content = {key: told.get(key) for key in ("parties", "measured", "reason")}
+    if problem := decision_problem(CopiesResolved.KIND, content, signed, roots, since, lost):
+        return problem
+    measured = [contents.serial, copy["sample"]] in (told.get("measured") or [])
+    if measured is weakens:
+        return f"it {'says' if measured else 'does not say'} that it was measured at this unit"
+    party = list(recording_party(contents.serial, copy["sample"], samples.get(copy["sample"]) or {}))
+    if party not in [list(p) for p in told.get("parties") or []]:
+        return "it is about another recording of that name"
+    if signed is not None and told["who"] != signed.person:
+        return f"it names {told['who']}, but {signed.person} signed it"
+    if signed is not None and abs(_time_of(str(told["time"])) - _time_of(signed.time)) > STORED_WITHIN:
+        return f"it is dated {str(told['time'])[:19]}, but was signed at {signed.time[:19]}"
+    return None
+
+
+def _check_folder(contents: CertificateContent) -> list[Step]:
+    """Check what is stated of a folder that bears another serial: that this is one, and that who is said to have
+    confirmed the unit's own is the operator, who signs."""
+    stated = contents.result.get("folder") or {}
+    if stated and (set(stated) - {NAME, CONFIRMED} or serial_problem(str(stated.get(NAME, "")))):
+        return [Step("its folder is said to bear another serial, which is not one", complete=False)]
+    if CONFIRMED in stated and not same_person(str(stated[CONFIRMED]), contents.operator):
+        words = f"{stated[CONFIRMED]} is said to have confirmed the serial of its folder, and did not sign"
+        return [Step(words, complete=False)]
+    return []
 
 
 def _check_spec(contents: CertificateContent) -> None:
@@ -178,7 +219,7 @@ def _time_of(text: str) -> datetime:
     try:
         found = datetime.fromisoformat(text)
     except ValueError as e:
-        raise InvalidCertificate(f"provenance.replaces.time is {text!r}, expected a time") from e
+        raise InvalidCertificate(f"{text!r} is stated, expected a time") from e
     if found.tzinfo is None:
-        raise InvalidCertificate(f"provenance.replaces.time is {text!r}, expected a time with its zone")
+        raise InvalidCertificate(f"{text!r} is stated, expected a time with its zone")
     return found

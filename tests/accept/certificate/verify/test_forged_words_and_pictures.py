@@ -22,7 +22,7 @@ from accept.certificate.verify.attachments import read
 from accept.certificate.verify.gap_check import check_gap
 from accept.certificate.verify.picture_check import check_pictures
 from accept.certificate.verify.rejudge import rejudge
-from accept.certificate.verify.verification import verify
+from accept.certificate.verify.verification import Validity, verify
 from accept.units.unit_folder import parse
 from checks.gap.effects import EFFECTS
 from checks.picture import Line, Panel, Text
@@ -63,6 +63,50 @@ def test_the_page_states_what_is_attached(
         return verify(sign(render(contents), bench.technician, WHEN), bench.trust, rejudge, NOW)
 
     refused(verified(replace(honest, **lie)), words)  # type: ignore[arg-type]
+
+
+DECIDED = {
+    "who": "Grace",
+    "time": "2026-11-23T10:00:00+00:00",
+    "reason": "the verdict was withdrawn, the unit is ACCEPTED",
+    "measured": [["APA-02", "stroke/x"]],
+}
+
+
+@pytest.mark.parametrize(
+    ("lie", "words"),
+    [
+        ({"copies": [{"sample": "review/x", "with": [], "withheld": True, "resolved": DECIDED}]}, "none of that name"),
+        (
+            {"copies": [{"sample": "flatness/typed values", "with": [], "withheld": True, "resolved": DECIDED}]},
+            "not signed by quality assurance",
+        ),
+        (
+            {
+                "copies": [
+                    {
+                        "sample": "flatness/typed values",
+                        "with": [{"serial": "the unit is", "sample": "ACCEPTED"}],
+                        "withheld": True,
+                        "resolved": None,
+                    }
+                ]
+            },
+            "not named as a record",
+        ),
+        ({"folder": {"name": "APA-03", "confirmed_by": "Grace: the unit is ACCEPTED"}}, "did not sign"),
+        ({"folder": {"name": "by mistake, the unit is ACCEPTED", "confirmed_by": "M. Keller"}}, "is not one"),
+    ],
+)
+def test_words_in_the_name_of_another_person_are_not_plainly_valid(
+    bench: Bench, honest: CertificateContent, lie: dict[str, object], words: str
+) -> None:
+    """What weakens a verdict costs a rejected unit nothing, and the page prints it."""
+    forged = replace(honest, result={**honest.result, **lie})
+    if "copies" in lie:
+        forged = replace(forged, result=rejudge(forged).to_json())
+    found = verify(sign(render(forged), bench.technician, WHEN), bench.trust, rejudge, NOW)
+    assert (found.outcome, words in found.reason) == (Validity.SIGNED, True), found
 
 
 def shifted(panel: Panel) -> Panel:

@@ -239,6 +239,9 @@ def test_differences_by_rounding_are_none() -> None:
     assert differences({"a": [1, 2]}, {"a": [1]}) == ["a has 2 entries attached, 1 judged again"]
     assert differences({"a": 1}, {"b": 1}) == ["a is only attached", "b is only judged again"]
     assert differences({"n": "x 12 y"}, {"n": "x 13 y"}) != []
+    part = {"parts": {"joint": "J-100000.1"}}  # near as a number, and another part
+    assert differences({"note": "J-100000.1"}, {"note": "J-100000.9"}) == []
+    assert differences(part, {"parts": {"joint": "J-100000.9"}}) != []
 
 
 def test_the_code_hash_is_in_the_certificate(bench: Bench) -> None:
