@@ -11,8 +11,7 @@ from typing import Any
 from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_plain_validator_function, plain_serializer_function_ser_schema
 
-from specs.labels import CHANNEL_LABELS, model_label
-from specs.units import DIMENSIONLESS
+from specs.units import CHANNEL_LABELS, DIMENSIONLESS, model_label
 
 _RECORDS: dict[str, str] = {}  # input of a check -> its label, as declared
 _CHANNELS = frozenset({"channel", "other", "reference"})  # parameters that name a channel

@@ -10,9 +10,8 @@ from typing import Any
 
 from checks.cause import declare_record
 from checks.quantity import Outcome
-from specs.labels import label_from_name
 from specs.spec import CheckSpec
-from specs.units import unit_of
+from specs.units import label_from_name, unit_of
 
 
 @dataclass(frozen=True)

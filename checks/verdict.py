@@ -10,8 +10,8 @@ from enum import StrEnum
 
 from checks.cause import Cause, Reason, because, together
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
-from specs.labels import with_unit
 from specs.spec import Limit
+from specs.units import with_unit
 
 # Simple acceptance relies on a U that is small beside the limits: a value inside then lies outside with at most this
 # probability ([ILACG8] 4.2.1). A U as wide as the zone between two limits breaks that.

@@ -127,12 +127,12 @@ HEAVY: Mapping[str, Heavy] = {
         ["test_an_apa_with_a_reversed_plug_by_few_keys_then_put_right_and_accepted"],
         "a strut in training",
     ),
-    "tests/accept/tui/test_terminal_run.py": Heavy(
+    "tests/accept/tui/terminal_programs/test_terminal_run.py": Heavy(
         ["accept/tui", "accept/workflow", "hw"],
         ["test_an_apa_from_its_serial_to_a_certificate_that_verifies[peers-80x24]"],
         "a strut in a real terminal; an APA by keys in test_tui.py",
     ),
-    "tests/accept/tui/test_terminal_kill.py": Heavy(
+    "tests/accept/tui/terminal_programs/test_terminal_kill.py": Heavy(
         ["accept/tui", "accept/store", "accept/workflow"],
         ["test_a_run_that_is_killed_again_and_again_loses_nothing[0]"],
         "killed among its keys, in test_tui_kill.py",

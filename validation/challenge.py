@@ -20,10 +20,10 @@ from accept.base.cluster.connect import connected
 from accept.base.cluster.work import Cluster, ClusterError, WorkFailed
 from validation.cases import Case, seal
 from validation.model_files import write_model
-from validation.report import report_of_set, summary
-from validation.results_store import Mixed, Store, stamp
 from validation.run_cases import THREADS, WORKFLOW, Job, accept, run_all, talk
-from validation.scores import Lesson, Outcome
+from validation.scoring.report import report_of_set, summary
+from validation.scoring.results_store import Mixed, Store, stamp
+from validation.scoring.scores import Lesson, Outcome
 from validation.sets import SETS, Batch, Set, draw_set, order_of
 from validation.shell import MATRICES
 

@@ -23,7 +23,7 @@ from accept.gap.analyse_unit import run_gap
 from checks.gap.decision import build_result
 from validation.cases import Case
 from validation.model_files import write_model
-from validation.scores import share
+from validation.scoring.scores import share
 from validation.sets import SETS, draw_set
 
 SEED = 20261208

@@ -23,8 +23,8 @@ from accept.units.unit_folder import read
 from checks.cause import NoResult
 from validation.cases import Case
 from validation.model_files import write_model
-from validation.scores import wilson
-from validation.scores_as_built import LIMITS_UM, inside
+from validation.scoring.scores import wilson
+from validation.scoring.scores_as_built import LIMITS_UM, inside
 from validation.sets import SETS, draw_set
 from validation.shell import MATRICES
 

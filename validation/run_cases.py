@@ -22,8 +22,8 @@ from typing import Any, Protocol
 
 from accept.base.cluster.work import Cluster, GivenUp
 from validation.cases import Case
-from validation.results_store import Store, stamp
-from validation.scores import Outcome
+from validation.scoring.results_store import Store, stamp
+from validation.scoring.scores import Outcome
 from validation.shell import MATRICES
 from validation.strut import MODEL_FILE
 

@@ -10,7 +10,7 @@ from accept.pictures.interactive import PageTable
 from checks.gap.decision.panels import errors
 from checks.gap.decision.result import Result
 from checks.model.unidentified import Pair
-from specs.labels import model_label, with_unit
+from specs.units import model_label, with_unit
 
 PARAMETERS = 16  # of the fitted values: those that moved furthest
 

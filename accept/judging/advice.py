@@ -9,7 +9,7 @@ from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason
 from checks.declare import Check, Series
 from checks.verdict import Finding, Verdict
-from specs.labels import CHANNEL_LABELS
+from specs.units import CHANNEL_LABELS
 
 _PLUG = "check the plug of {channel}, then record again"
 _OFFSET = "check the acquisition settings: {channel} is stored with an offset; then record again"

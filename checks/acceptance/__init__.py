@@ -12,8 +12,8 @@ from checks.cause import Cause, NoResult
 from checks.declare import Check, Values
 from checks.quantity import Outcome, Quantity
 from specs import plugins
-from specs.labels import label_from_name
 from specs.spec import CheckSpec
+from specs.units import label_from_name
 
 RESERVED = ("serial", "kind", "parts", "channels", "measured", "notes", "experiments")  # of a unit.toml's own
 

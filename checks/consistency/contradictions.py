@@ -10,7 +10,7 @@ from checks.acceptance import CHECKS, label_of
 from checks.cause import Cause, Reason, because, together
 from checks.consistency.relations import RELATIONS, Known, Relation
 from checks.verdict import Finding, Verdict
-from specs.labels import with_unit
+from specs.units import with_unit
 
 
 def check_consistency(findings: Sequence[Finding], known: Known) -> list[Finding]:

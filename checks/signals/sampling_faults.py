@@ -19,7 +19,7 @@ from checks.record import Record
 from checks.signals.record_checks import overload
 from checks.signals.spectral.segments import hann
 from checks.signals.spectral.unexplained import SHARE, DrivePart, blocks, power
-from specs.labels import CHANNEL_LABELS
+from specs.units import CHANNEL_LABELS
 
 OUTPUTS = ("Vs", "de", "da")
 # Equal samples in a row: at the turns of a signal that is coarsely quantised some follow each other, with the longest

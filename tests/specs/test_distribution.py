@@ -93,7 +93,7 @@ def test_a_clean_environment_of_each_interpreter(wheel, python, tmp_path):
     site = run(place / "bin" / "accept", "site", "--out", tmp_path / "page", cwd=tmp_path, **home)
     assert "pip install" not in site.stderr
     done = run(*pip, "hatchling", cwd=tmp_path)
-    done = run(*pip, "--no-build-isolation", "--no-deps", ROOT / "tests" / "plugin_example", cwd=tmp_path)
+    done = run(*pip, "--no-build-isolation", "--no-deps", ROOT / "tests" / "plugins" / "example", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     listed = run(place / "bin" / "accept", "model", "effects", cwd=tmp_path, **home)
     assert "encoder_lowpass" in listed.stdout

@@ -19,8 +19,8 @@ from validation.cases import seal
 from validation.challenge import chosen_units
 from validation.outsiders import OUTSIDERS
 from validation.rational import butterworth, highpass_of_second_order, in_channels, resonance
-from validation.scores import Lesson, Outcome
-from validation.scores_laboratory import false_names_by_kind, scores_of, upper_limit
+from validation.scoring.scores import Lesson, Outcome
+from validation.scoring.scores_laboratory import false_names_by_kind, scores_of, upper_limit
 from validation.sets import SETS, draw_set, order_of
 from validation.strut import Flexible, Support
 

@@ -19,10 +19,20 @@ from validation import challenge
 from validation.cases import Case, counts, draw_cases, seal
 from validation.challenge import control_jobs
 from validation.effects import LIBRARY, OUTSIDE
-from validation.report import report_of_set
-from validation.results_store import Mixed, Store, stamp
 from validation.run_cases import WORKFLOW, Job, run_all
-from validation.scores import Outcome, Score, confusion, controls, power, scores, shuffled_labels, single, wilson
+from validation.scoring.report import report_of_set
+from validation.scoring.results_store import Mixed, Store, stamp
+from validation.scoring.scores import (
+    Outcome,
+    Score,
+    confusion,
+    controls,
+    power,
+    scores,
+    shuffled_labels,
+    single,
+    wilson,
+)
 
 Json = dict[str, Any]
 BLIND = 24 if SOAK else 4

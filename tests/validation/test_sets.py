@@ -15,9 +15,9 @@ from validation.bench import FS, Playing, World, draw_rough, draw_setting, recor
 from validation.cases import seal
 from validation.false_acceptance import Answer, table
 from validation.model_files import text_for
-from validation.results_store import CODE, ROOT, THRESHOLDS
-from validation.scores import Outcome
-from validation.scores_as_built import above_limit, acceptances, faulty_right, scores_of, wrong_acceptances
+from validation.scoring.results_store import CODE, ROOT, THRESHOLDS
+from validation.scoring.scores import Outcome
+from validation.scoring.scores_as_built import above_limit, acceptances, faulty_right, scores_of, wrong_acceptances
 from validation.sets import DAMPING, SETS, draw_set
 from validation.shell import Built
 

@@ -9,7 +9,7 @@ import typer
 
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.options import Choice, ExpectedGolden, GaugeOptions, Outputs
+from accept.commands.fleet.options import ExpectedGolden, GaugeOptions, JudgementFilter, Outputs
 from accept.commands.fleet.questions import check_plot, chosen, draw
 from accept.commands.fleet.tables import check, show, write_documents
 from accept.commands.options import Plot, QaPassphrase
@@ -29,7 +29,7 @@ AtTheBench = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="
 @clear_errors
 def gauge_study(
     wanted: GaugeOptions,
-    choice: Choice,
+    choice: JudgementFilter,
     outputs: Outputs,
     table: Annotated[Path | None, typer.Argument(help="CSV file with columns part, operator, value.")] = None,
     plot: Plot = None,

@@ -57,7 +57,7 @@ class ExpectedGolden(StrEnum):
 
 
 @dataclass(frozen=True)
-class Choice:
+class JudgementFilter:
     """Which judgements are asked about."""
 
     since: Annotated[str | None, typer.Option(help="First day (2026-10-05) or month (2026-10), UTC.")] = None

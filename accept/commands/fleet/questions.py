@@ -12,7 +12,7 @@ import typer
 from accept.base.atomic_files import check_place, write_atomic
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.options import By, Choice, ListOptions, Outputs, TrendBy
+from accept.commands.fleet.options import By, JudgementFilter, ListOptions, Outputs, TrendBy
 from accept.commands.fleet.tables import check, show, telling, write, write_documents
 from accept.commands.options import Operator, Plot
 from accept.fleet import history as histories
@@ -30,7 +30,7 @@ from checks.rounding import rounded, rounded_U
 MOST_NAMED = 10  # void attempts in one line
 
 
-def is_chosen(frame: pd.DataFrame, choice: Choice) -> pd.Series:
+def is_chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.Series:
     """Return which rows are asked about. Raises FleetError if there are none."""
     rows = frame.index.isin(between(frame, day(choice.since), day(choice.until, last=True)).index)
     if choice.kind is not None:
@@ -40,7 +40,7 @@ def is_chosen(frame: pd.DataFrame, choice: Choice) -> pd.Series:
     return pd.Series(rows, index=frame.index)
 
 
-def chosen(frame: pd.DataFrame, choice: Choice) -> pd.DataFrame:
+def chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.DataFrame:
     """Return the rows that are asked about. Raises FleetError if there are none."""
     return frame[is_chosen(frame, choice)]
 
@@ -107,7 +107,7 @@ def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 @clear_errors
-def units(wanted: ListOptions, choice: Choice, outputs: Outputs) -> Exit:
+def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exit:
     """List the units in the store. With their last verdict and what stopped them."""
     check(outputs)
     frame, every = chosen(_stored(), choice), wanted.all_attempts
@@ -158,7 +158,7 @@ def _stopped_by(frame: pd.DataFrame, check: str) -> pd.Series:
 def first_pass(
     *,
     by: Annotated[By, typer.Option(help="Groups.")] = By.MONTH,
-    choice: Choice,
+    choice: JudgementFilter,
     plot: Plot = None,
     outputs: Outputs,
 ) -> Exit:
@@ -207,7 +207,7 @@ def trend(
     rules: Annotated[
         str | None, typer.Option(help="Nelson's rules asked for beside gross values and shifts, such as 2,3.")
     ] = None,
-    choice: Choice,
+    choice: JudgementFilter,
     plot: Plot = None,
     outputs: Outputs,
 ) -> Exit:
@@ -240,7 +240,7 @@ def trend(
     return Exit.INCOMPLETE if any(d["alarms"] for d in documents) else Exit.ACCEPTED
 
 
-def _within(days: str, choice: Choice) -> Choice:
+def _within(days: str, choice: JudgementFilter) -> JudgementFilter:
     """Return the choice narrowed to the days of a baseline. Raises FleetError for anything but two days."""
     since, dots, until = days.partition("..")
     if not dots:

@@ -22,9 +22,8 @@ from accept.pictures.pdf.page_style import words
 from checks.fitting.hierarchy import determined_parameters
 from checks.picture import Band, Line, Mark, Panel
 from checks.rounding import with_U
-from specs.labels import with_unit
 from specs.model_sections import PopulationRecord
-from specs.units import unit_of
+from specs.units import unit_of, with_unit
 
 HEAD = 20 * mm
 DIGITS = 6  # of what is written: a batch knows nothing to a part in a million

@@ -27,7 +27,7 @@ from checks.gap.search.disagreement import with_disagreement
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import at_known
-from specs.labels import model_label
+from specs.units import model_label
 
 RIVALS = 3  # in the place of an effect, that are shown
 

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from accept.base.exit_codes import Exit
 from accept.cli.main import app
 from accept.simulate.published_units import write_units
-from tests.accept.tui.terminal import TIMEOUT_S
+from tests.accept.tui.terminal_programs.terminal import TIMEOUT_S
 from tests.conftest import DATA
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are of Unix")

@@ -20,8 +20,8 @@ from checks.cause import Cause, because
 from checks.picture import Band, Image, Line, Panel
 from checks.quantity import Quantity
 from checks.verdict import judge
-from specs.labels import model_label, with_unit
 from specs.spec import Limit
+from specs.units import model_label, with_unit
 
 MOVES = {"channel": "Vs", "reference": "Va", "found": "with", "expected": "against"}
 ROOM = 59  # columns beside the list of steps in a terminal of 80

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.accept.tui.terminal import FILES
+from tests.accept.tui.terminal_programs.terminal import FILES
 from tests.accept.tui.test_tui_web import free_port
 from tests.conftest import CHROMIUM
 from tests.soak import SOAK

@@ -48,7 +48,7 @@ from tests.checks.gap.gap_units import make_strut
 from validation import run_cases
 from validation.cases import draw_cases, seal
 from validation.run_cases import Job, run_all
-from validation.scores import Outcome
+from validation.scoring.scores import Outcome
 
 pytestmark = pytest.mark.slow
 T = TypeVar("T")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from accept.base.exit_codes import Exit
-from tests.accept.tui.terminal import ACCEPT, FILES, Technician, Terminal, bench_for_seed
+from tests.accept.tui.terminal_programs.terminal import ACCEPT, FILES, Technician, Terminal, bench_for_seed
 from tests.soak import SOAK
 
 pytestmark = pytest.mark.terminal

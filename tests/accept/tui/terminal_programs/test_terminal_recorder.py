@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from accept.base.exit_codes import Exit
-from tests.accept.tui.terminal import ACCEPT, Technician, Terminal
+from tests.accept.tui.terminal_programs.terminal import ACCEPT, Technician, Terminal
 
 pytestmark = [pytest.mark.terminal, pytest.mark.slow]
-DRIVERS = Path(__file__).parents[2] / "hw" / "recorders" / "drivers"
+DRIVERS = Path(__file__).parents[3] / "hw" / "recorders" / "drivers"
 SPEC = """
 name = "hammer"
 kind = "apa"

@@ -13,7 +13,7 @@ import pytest
 
 from specs.products import BUILT_IN, Product, ProductError, product_named, product_problem
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 NAME = "lever_2"
 INSTALLED = "installed: apa, strut"
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.windows_run import OURS, POSIX_ONLY, SIGNAL_TIMER
+from tests.windows.windows_run import OURS, POSIX_ONLY, SIGNAL_TIMER
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 # What `os` and `signal` have on POSIX only, as far as programs use it (Python's documentation: "Availability: Unix").
 FUNCTIONS = {
     "fork", "forkpty", "openpty", "getuid", "geteuid", "getgid", "getegid", "getpgid", "setsid", "killpg", "mkfifo",
@@ -25,7 +25,7 @@ ASKS = {Path("accept/base/watchdog.py"): set(SIGNAL_TIMER)}
 
 def test_the_whole_way_without_posix_modules(tmp_path: Path):
     """All modules imported; workflow, batch, certificate and a driver run."""
-    run = [sys.executable, "-m", "tests.windows_run", str(tmp_path)]
+    run = [sys.executable, "-m", "tests.windows.windows_run", str(tmp_path)]
     done = subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert [line for line in done.stdout.splitlines() if line in ("workflow", "batch_and_certificate", "driver")] == [
@@ -38,7 +38,7 @@ def test_the_whole_way_without_posix_modules(tmp_path: Path):
 def test_a_posix_module_would_be_missed(tmp_path: Path):
     """The hiding bites: a module of ours that imports one ends the run."""
     code = (
-        "from tests import windows_run as w; w.hide(); import types; m = types.ModuleType('hw.x')\n"
+        "from tests.windows import windows_run as w; w.hide(); import types; m = types.ModuleType('hw.x')\n"
         "exec('import {name}', m.__dict__)"
     )
     for name in ("termios", "fcntl"):

@@ -20,7 +20,7 @@ from accept.workflow.state.unit_state import Attempt, fold_run
 from accept.workflow.status import next_step
 from accept.workflow.steps.plan import steps_of
 from tests.accept.batch.killing import gone, until
-from tests.accept.tui.terminal import ACCEPT, FILES, Technician, Terminal, bench_for_seed
+from tests.accept.tui.terminal_programs.terminal import ACCEPT, FILES, Technician, Terminal, bench_for_seed
 from tests.soak import SOAK
 
 pytestmark = pytest.mark.terminal

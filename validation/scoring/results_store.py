@@ -10,11 +10,11 @@ import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from validation.scores import Outcome
+from validation.scoring.scores import Outcome
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 THRESHOLDS = ROOT / "checks" / "gap" / "modelling" / "thresholds.py"
-CODE = ("checks/**/*.py", "hw/**/*.py", "specs/**/*.py", "accept/**/*.py", "validation/*.py")
+CODE = ("checks/**/*.py", "hw/**/*.py", "specs/**/*.py", "accept/**/*.py", "validation/**/*.py")
 
 
 class Mixed(ValueError):

@@ -10,7 +10,7 @@ from math import nan
 
 from scipy import stats
 
-from validation.scores import (
+from validation.scoring.scores import (
     OPEN,
     Lesson,
     Outcome,
@@ -24,7 +24,7 @@ from validation.scores import (
     right,
     share,
 )
-from validation.scores_as_built import LIMITS_UM, acceptances, answered_um, error_um
+from validation.scoring.scores_as_built import LIMITS_UM, acceptances, answered_um, error_um
 
 UPPER = 0.95  # of the one-sided limit beside every number of false names
 COVERS = (0.90, 0.99)

@@ -2,9 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 
-from validation import scores_laboratory
-from validation.scores import Lesson, Outcome, Outcomes, Score, confusion, controls, details, most, power, scores, share
-from validation.scores_as_built import acceptances, scores_of, time_of_all
+from validation.scoring import scores_laboratory
+from validation.scoring.scores import (
+    Lesson,
+    Outcome,
+    Outcomes,
+    Score,
+    confusion,
+    controls,
+    details,
+    most,
+    power,
+    scores,
+    share,
+)
+from validation.scoring.scores_as_built import acceptances, scores_of, time_of_all
 from validation.sets import SETS
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import stats
 
 from validation.effects import LIBRARY
-from validation.scores import (
+from validation.scoring.scores import (
     Json,
     Outcome,
     Outcomes,

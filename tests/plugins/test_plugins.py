@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
-EXAMPLE = ROOT / "tests" / "plugin_example"
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "tests" / "plugins" / "example"
 SPEC = """
 name = "with-insulation"
 kind = "apa"

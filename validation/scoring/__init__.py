@@ -1,0 +1,1 @@
+"""Scores of the blind tests against their targets, their reports, and the finished units on disk."""
