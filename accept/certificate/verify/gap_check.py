@@ -11,18 +11,22 @@ from accept.gap.text import on_certificate
 from accept.judging.result import GAP_PICTURES
 from accept.pictures.jsonform import panels_to_json
 from accept.units.unit_folder import UnitFolder
+from checks.acceptance import CHECKS
+from checks.fitting.fit_panels import UNITS
 from checks.picture import Panel
 
+_CHANNEL = "|".join(sorted({*UNITS, *(c for i in CHECKS["frf"].inputs.values() for c in getattr(i, "channels", ()))}))
 _WORDS = re.compile(  # every text of the pictures that `checks.gap.decision.panels` draws
-    r"|\w+ / Va|\|\w+ / Va\| \[[^\]]{0,12}\]|\w+: what is left|\|data - model\| / \|data\||frequency \[Hz\]"
-    r"|measured|model before|model after|before|after|disagrees, before|95 % of noise and tolerance|pole [\d.]+ Hz"
+    rf"|({_CHANNEL}) / Va|\|({_CHANNEL}) / Va\| \[({'|'.join(UNITS.values())}|)\]|({_CHANNEL}): what is left"
+    r"|\|data - model\| / \|data\||frequency \[Hz\]"
+    r"|measured|model before|model after|before|after|disagrees, before|95 % of noise and tolerance|pole [0-9.]+ Hz"
     r"|nan|inf|-inf"
 )
 _FAULT = re.compile(  # faults of the records, which are found before the search
-    r"\w+ does not answer the drive\.|\w+ comes -?\d+ samples late\.|\w+ has the wrong sign\."
-    r"|\w+ and \w+ are exchanged\."
+    rf"({_CHANNEL}) does not answer the drive\.|({_CHANNEL}) comes -?[0-9]+ samples late\."
+    rf"|({_CHANNEL}) has the wrong sign\.|({_CHANNEL}) and ({_CHANNEL}) are exchanged\."
 )
-_NUMBER = r"[^A-DF-Za-df-z]{1,24}"  # with an exponent, and whatever signs stand in it
+_NUMBER = r"-?(?:[0-9.]{1,20}(?:e[-+]?[0-9]{1,3})?|nan|inf)"  # as an effect writes it
 _NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}
 
 
@@ -34,6 +38,9 @@ def check_gap(unit: UnitFolder, gap: Mapping[str, Any] | None, panels: Mapping[s
     for named in (gap or {}).get("named", ()):
         if not _is_sentence(str(named["effect"]), str(named["sentence"])):
             raise InvalidCertificate(f"the gap analysis describes '{named['effect']}' in words that are not its own")
+    for pole in (gap or {}).get("unnamed", ()):
+        if not re.fullmatch(_CHANNEL, str(pole["channel"])):
+            raise InvalidCertificate(f"the gap analysis names a channel '{str(pole['channel'])[:60]}', which is none")
     known = {f"{GAP_PICTURES}{name}" for name in (on_certificate(gap) if gap and "named" in gap else ())}
     for panel in panels_to_json({name: p for name, p in panels.items() if name.startswith(GAP_PICTURES)}):
         if panel["name"] not in known:

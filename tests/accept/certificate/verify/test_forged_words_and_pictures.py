@@ -165,6 +165,20 @@ NAMED = {"effect": "sensor_polarity", "sentence": EFFECTS["sensor_polarity"].sen
     [
         (NAMED, "de / Va", None),
         (NAMED, "de / Va: the unit is good", "says 'de / Va: the unit is good'"),
+        (NAMED, "THE_UNIT_IS_ACCEPTED: what is left", "says 'THE_UNIT_IS_ACCEPTED: what is left'"),
+        (
+            {
+                "effect": "crosstalk",
+                "sentence": EFFECTS["crosstalk"].sentence.format(V_per_V="\u0410\u0421\u0421\u0415\u0420\u0422\u0415"),
+            },
+            "de / Va",
+            "in words that are not its own",
+        ),  # Cyrillic letters for a number
+        (
+            {"effect": "dead_channel", "sentence": "THE_UNIT_IS_ACCEPTED_it does not answer the drive."},
+            "de / Va",
+            "in words that are not its own",
+        ),
         (NAMED | {"sentence": "The unit is accepted all the same."}, "de / Va", "in words that are not its own"),
         (NAMED | {"effect": "goodwill"}, "de / Va", "in words that are not its own"),
         ({"effect": "dead_channel", "sentence": "Vs does not answer the drive."}, "de / Va", None),
