@@ -1,5 +1,6 @@
 """The package: its name, its version, what is in it, how it installs, and what happens beside modules of others."""
 
+import ast
 import os
 import re
 import shutil
@@ -102,9 +103,58 @@ def test_a_clean_environment_of_each_interpreter(wheel, python, tmp_path):
     assert run(place / "bin" / "accept", "--version", cwd=tmp_path).stdout.startswith(f"accept {PROJECT['version']}")
 
 
-def test_every_environment_variable_is_in_the_table():
-    """As the code names them, but for those of the tests."""
+PAGE = ROOT / "docs/reference/environment.md"
+READ_BY_LIBRARIES = {"NO_COLOR"}  # rich and Textual
+
+
+def variables(tree: ast.Module) -> set[str]:
+    """Return the names of environment variables that a module asks for, as far as they stand in it."""
+    known: dict[str, set[str]] = {}
+    for node in ast.walk(tree):
+        values: list[tuple[ast.expr, ast.expr]] = []
+        if isinstance(node, ast.Assign):
+            target = node.targets[0]
+            pair = isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple)
+            values = list(zip(target.elts, node.value.elts, strict=False)) if pair else [(target, node.value)]
+        elif isinstance(node, ast.For) and isinstance(node.iter, ast.Tuple):
+            values = [(node.target, value) for value in node.iter.elts]
+        for target, value in values:
+            if isinstance(target, ast.Name) and isinstance(value, ast.Constant):
+                known.setdefault(target.id, set()).add(str(value.value))
+    asked: list[ast.expr] = []
+    for node in ast.walk(tree):
+        match node:
+            case ast.Call(func=ast.Attribute(value=place, attr="get" | "setdefault" | "pop"), args=[name, *_]):
+                asked += [name] if ast.unparse(place) == "os.environ" else []
+            case ast.Call(func=function, args=[name, *_]) if ast.unparse(function) == "os.getenv":
+                asked.append(name)
+            case ast.Subscript(value=place, slice=name) if ast.unparse(place) == "os.environ":
+                asked.append(name)
+            case ast.Compare(left=name, comparators=[place]) if ast.unparse(place) == "os.environ":
+                asked.append(name)
+            case ast.keyword(arg="envvar", value=name):
+                asked.append(name)
+    found: set[str] = set()
+    for name in asked:
+        found |= {str(name.value)} if isinstance(name, ast.Constant) else known.get(ast.unparse(name), set())
+    return found
+
+
+def test_every_environment_variable_is_on_its_page():
+    """As the code asks for them, and as it names its own; without those of the tests."""
     sources = [p for folder in ("accept", "hw", "checks", "specs") for p in (ROOT / folder).rglob("*.py")]
-    used = {name for p in sources for name in re.findall(r"\bACCEPT_[A-Z_]+\b", p.read_text())} - {"ACCEPT_SOAK"}
-    told = set(re.findall(r"`(ACCEPT_[A-Z_]+)`", (ROOT / "docs/how-to/install.md").read_text()))
-    assert used == told
+    texts = [p.read_text(encoding="utf-8") for p in sources]
+    used = {name for text in texts for name in re.findall(r"\bACCEPT_[A-Z_]+\b", text)} - {"ACCEPT_SOAK"}
+    used |= {name for text in texts for name in variables(ast.parse(text))}
+    rows = [line.split("|")[1] for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| `")]
+    told = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
+    assert used == told - READ_BY_LIBRARIES
+
+
+@pytest.mark.parametrize("code", [
+    "os.environ.get('X')", "os.environ['X']", "'X' in os.environ", "os.getenv('X')",
+    "V, W = 'X', 'Y'; os.environ.get(V)",
+    "typer.Option(envvar='X')", "for v in ('X',): os.environ.setdefault(v, '1')",
+])  # fmt: skip
+def test_a_variable_is_found_however_it_is_asked_for(code):
+    assert variables(ast.parse(code)) == {"X"}
