@@ -52,9 +52,14 @@ def _with_experiment(
     # A rival is another explanation of the search; a set of other calibrated values has no name in the library.
     others: list[Candidate | None] = []
     for name in a.effects:
-        if name != claim.effect.name:
+        if name not in EFFECTS:
+            others.append(None)
+        elif name != claim.effect.name:
             names = frozenset({*full.names, name} - {claim.effect.name})
-            others.append(next(c for c in result.rivals if c.names == names) if name in EFFECTS else None)
+            rival = next((c for c in result.rivals if c.names == names), None)
+            if rival is None:  # a lag of another form, which was not fitted: nothing on the menu changes either
+                return a
+            others.append(rival)
     first = {Experiment.RESISTOR: OTHER_RESISTOR}.get(claim.effect.experiment, ADDED_MASS)
     for kind, value in sorted(MENU, key=lambda each: each[0] is not first):
         trial = ConditionTrial(kind.name, kind, value, A, A)

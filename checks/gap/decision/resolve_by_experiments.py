@@ -79,7 +79,9 @@ def _resolve(
     ranked = [(claim.effect, few.explained(full.response, full.at))]
     for name in sorted(rivals & EFFECTS.keys()):
         names = frozenset({*full.response.names, name} - {claim.effect.name})
-        rival = next(c for c in result.rivals if c.names == names)
+        rival = next((c for c in result.rivals if c.names == names), None)
+        if rival is None:  # the band shows no difference in form, and no experiment changes a lag
+            return decision.noting(f"the experiments do not tell {claim.effect.name} and {name} apart")
         ranked.append((EFFECTS[name], few.explained(rival.response, rival.at)))
     ranked.sort(key=lambda each: -each[1].lnL)
     effect, best = ranked[0]

@@ -27,6 +27,14 @@ def test_a_hold_of_another_rate_is_no_amplifier() -> None:
     assert all(set(a.effects) == IN_THE_DRIVE for a in found.ambiguous)
 
 
+def test_a_lag_whose_form_the_band_does_not_show_is_ambiguous() -> None:
+    """An amplifier of second order at 20 kHz is 8 us of delay up to 2 kHz. Red before: StopIteration, since no rival of
+    another form had been fitted."""
+    found = run(inputs(3, {"amplifier_second_order": {"f_Hz": 9000.0, "damping_ratio": 0.95}}), quiet)
+    assert found.verdict == "ambiguous"
+    assert {"loop_delay", "amplifier_second_order"} <= {name for a in found.ambiguous for name in a.effects}
+
+
 @pytest.mark.parametrize(
     ("effect", "values"),
     [
