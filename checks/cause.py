@@ -316,11 +316,13 @@ class Reason:
     def __get_pydantic_core_schema__(cls, *_: Any) -> CoreSchema:
         """Let typed documents hold reasons. A code of another version of the program stays as words."""
         return no_info_plain_validator_function(
-            cls._read, serialization=plain_serializer_function_ser_schema(cls.to_json)
+            cls.read, serialization=plain_serializer_function_ser_schema(cls.to_json)
         )
 
     @classmethod
-    def _read(cls, entry: Any) -> "Reason":
+    def read(cls, entry: Any) -> "Reason":
+        """Return the reason of a JSON object; a code of another version stays as words. Raises ValueError if it is no
+        such object."""
         try:
             return cls.from_json(entry)
         except KeyError as e:

@@ -8,14 +8,15 @@ from rich.table import Table
 from rich.text import Text
 
 from accept.gap.text import one_line
+from accept.judging.advice import stored_advice
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_and_name, label_of
+from checks.cause import Reason
 from checks.rounding import rounded
 from checks.verdict import Verdict
 
 MAX_COLUMNS = 7  # more do not fit into 80 columns; the reasons below the table say what matters
-SHORT = 30  # characters of a reason that is said again: no longer than to say where it stands
 
 
 def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | None = None) -> Table:
@@ -42,30 +43,42 @@ def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | 
 
 
 def reasons(units: list[dict[str, Any]]) -> list[str]:
-    """Return a line per finding that is not a pass: unit, quantity, verdict, reason."""
-    return [
-        line
-        for unit in units
-        for line in _reasons(unit["serial"], [(f["quantity"], f["verdict"], f["reason"]) for f in unit["findings"]])
-    ]
+    """Return a line per finding that is not a pass (unit, quantity, verdict, reason), and below it what to do."""
+    return [line for unit in units for line in _reasons(unit)]
 
 
 def reasons_of(result: UnitResult) -> list[str]:
-    """Return a line per finding that is not a pass, of one unit that was just judged."""
-    return list(_reasons(result.serial, [(f.quantity, str(f.verdict), f.reason) for f in result.findings]))
+    """Return the same of one unit that was just judged."""
+    return list(_reasons(result.to_json()))
 
 
-def _reasons(serial: str, findings: list[tuple[str, str, str | None]]) -> Iterator[str]:
-    """Yield the reasons; a long one is printed once, and a later finding with the same reason names the first."""
+def _reasons(unit: dict[str, Any]) -> Iterator[str]:
+    """Yield the reasons; one is printed once, and a later finding with the same reason names the first. What was said
+    as the unit's action, or above, is not said again."""
     told: dict[str, str] = {}
-    for quantity, verdict, reason in findings:
-        if verdict == Verdict.PASS:
+    advised = {unit.get("action") or ""}
+    for finding in unit["findings"]:
+        if finding["verdict"] == Verdict.PASS:
             continue
-        parts = (reason or "no reason is stated").split("; ")
-        new = "; ".join(part for part in parts if part not in told or len(part) <= SHORT)
-        why = new or f"same reason as {told[parts[0]]}"
-        yield f"{serial}: {label_and_name(quantity)}: {verdict.replace('_', ' ')}, {why}"
-        told |= {part: label_of(quantity) for part in parts if part not in told}
+        sentences = _sentences(finding)
+        new = "; ".join(sentence for sentence in sentences if sentence not in told)
+        why = new or f"as {told[sentences[0]]}"
+        yield f"{unit['serial']}: {label_and_name(finding['quantity'])}: {finding['verdict'].replace('_', ' ')}, {why}"
+        told |= {sentence: label_of(finding["quantity"]) for sentence in sentences if sentence not in told}
+        for line in stored_advice(finding):
+            if not any(line in said for said in advised):
+                yield f"{unit['serial']}:   → {line}"
+            advised.add(line)
+
+
+def _sentences(finding: dict[str, Any]) -> list[str]:
+    """Return the sentences of a reason, which may hold semicolons themselves; the reason if its causes tell another."""
+    reason = finding["reason"] or "no reason is stated"
+    try:
+        each = [one.sentence() for one in Reason.read(finding.get("cause")).all()]
+    except (KeyError, ValueError, TypeError):  # no cause, or one of another version
+        return [reason]
+    return each if "; ".join(each) == reason else [reason]
 
 
 def actions(units: list[dict[str, Any]]) -> list[str]:

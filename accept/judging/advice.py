@@ -4,6 +4,7 @@ A cause without an entry needs no advice beside its sentence. The texts take the
 """
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason
@@ -84,8 +85,24 @@ IMPACT_ADVICE: Mapping[str, str] = {
 
 def advice(check: Check, finding: Finding) -> list[str]:
     """Return what to do about a finding, one line each; empty for a pass."""
-    known = [] if finding.cause is None else lines(check, finding.cause)
-    failed = finding.verdict is Verdict.FAIL and set(known) <= {ADVICE[Cause.CONTRADICTION]}
+    return _told(check, finding.verdict, finding.cause)
+
+
+def stored_advice(finding: Mapping[str, Any]) -> list[str]:
+    """Return the advice on a finding as results.json holds it. It follows from the finding and this program alone: a
+    check of another package, which may be missing where it is read, gives none, nor does a cause of another version."""
+    if not CHECKS.is_own(finding["check"]):
+        return []
+    try:
+        cause = None if finding.get("cause") is None else Reason.read(finding["cause"])
+        return _told(CHECKS[finding["check"]], Verdict(finding["verdict"]), cause)
+    except (KeyError, ValueError, TypeError):  # parameters that the sentences here do not know
+        return []
+
+
+def _told(check: Check, verdict: Verdict, cause: Reason | None) -> list[str]:
+    known = [] if cause is None else lines(check, cause)
+    failed = verdict is Verdict.FAIL and set(known) <= {ADVICE[Cause.CONTRADICTION]}
     return [check.failed, *known] if failed and check.failed else known  # a contradiction names two suspects
 
 

@@ -59,6 +59,10 @@ class Checks(Mapping[str, Check]):
     def __contains__(self, name: object) -> bool:
         return name in _OWN or name in self._loaded
 
+    def is_own(self, name: object) -> bool:
+        """Return whether the check is the program's own, and not another package's."""
+        return name in _OWN
+
     @property
     def loaded(self) -> tuple[Check, ...]:
         """Return the checks that are loaded already, and those of other packages."""

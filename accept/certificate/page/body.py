@@ -10,6 +10,7 @@ from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.statements import statements
 from accept.certificate.page.clauses import days_words, entered_words, environment_words, item_words, rule_words
+from accept.judging.advice import stored_advice
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
@@ -42,7 +43,8 @@ def identity(contents: CertificateContent) -> list[Flowable]:
 
 
 def findings(contents: CertificateContent) -> list[Flowable]:
-    """Return the table of findings; the reason of a finding is printed below its row, on the same page."""
+    """Return the table of findings; the reason of a finding is printed below its row, on the same page, with what to
+    do; a reason or an advice that several findings share is printed once."""
     head = ("Quantity", "Value ± U (k = 2)", "Limits", "Position", "Rule", "P(false)", "Verdict")
     right = (1, 2, 5)
     cells: list[list[Any]] = [
@@ -55,12 +57,13 @@ def findings(contents: CertificateContent) -> list[Flowable]:
         ("RIGHTPADDING", (2, 0), (2, -1), 9),
         ("RIGHTPADDING", (5, 0), (5, -1), 6),
     ]
+    told: dict[str, str] = {}
     for finding in contents.result["findings"]:
         first = len(cells)
         cells.append(_finding_row(finding))
-        remark = _remark(finding)
+        remark = _remark(finding, told)
         if remark:
-            cells.append([words(remark, page_style.SMALL), *[""] * 6])
+            cells.append([[words(line, page_style.SMALL) for line in remark], *[""] * 6])
             style += [("SPAN", (0, first + 1), (-1, first + 1)), ("NOSPLIT", (0, first), (-1, first + 1))]
             style += [("TOPPADDING", (0, first + 1), (-1, first + 1), 0)]
         style.append(("LINEBELOW", (0, len(cells) - 1), (-1, len(cells) - 1), 0.4, page_style.PALE_COLOUR))
@@ -131,14 +134,19 @@ def _finding_row(finding: Mapping[str, Any]) -> list[Any]:
     ]
 
 
-def _remark(finding: Mapping[str, Any]) -> str:
-    """Return reason, assumption and note of a finding in one paragraph."""
+def _remark(finding: Mapping[str, Any], told: dict[str, str]) -> list[str]:
+    """Return reason, assumption and note of a finding in one paragraph, and what to do in another. told: what was said
+    already -> label of the finding where it stands; what is said here is added."""
+    label, reason = label_of(finding["quantity"]), finding["reason"]
+    advised = [] if finding["verdict"] == "pass" else [line for line in stored_advice(finding) if line not in told]
     parts = [
-        finding["reason"],
+        f"as {told[reason]}" if reason in told else reason,
         "the limit is an assumption of the spec" if finding.get("assumed") else None,
         finding.get("note"),
     ]
-    return _shortened("; ".join(part for part in parts if part))
+    told |= dict.fromkeys(advised, label) | ({reason: told.get(reason, label)} if reason else {})
+    paragraphs = ["; ".join(part for part in parts if part), f"What to do: {'; '.join(advised)}" if advised else ""]
+    return [_shortened(paragraph) for paragraph in paragraphs if paragraph]
 
 
 def _information_row(row: Mapping[str, Any]) -> list[Any]:
