@@ -1,14 +1,19 @@
 """The web server of `accept run --web`; imported only where the extra `web` is installed."""
 
+import asyncio
 import re
 import secrets
+from asyncio.subprocess import PIPE, Process
+from collections.abc import Sequence
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from aiohttp import web
 from aiohttp.typedefs import Handler
-from textual_serve.server import Server
+from textual_serve import server
+from textual_serve.app_service import AppService
 
 COOKIE = "accept-session"
 _ELSEWHERE = re.compile(r"<(link|script)\b[^>]*(?:href|src)\s*=\s*[\"']https?://[^>]*>(?:\s*</script>)?", re.DOTALL)
@@ -25,12 +30,29 @@ _FOCUS = """<script>
 """
 
 
-class Loopback(Server):
+class Window(AppService):
+    """The program of one window, started without a shell: the library starts a line of text by one, and no quoting
+    holds for both that of POSIX and cmd of Windows."""
+
+    def __init__(self, words: Sequence[str], *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._words = words
+
+    async def _open_app_process(self, width: int = 80, height: int = 24) -> Process:
+        given = self._build_environment(width=width, height=height)
+        started = await asyncio.create_subprocess_exec(*self._words, stdin=PIPE, stdout=PIPE, stderr=PIPE, env=given)
+        self._process = started
+        self._stdin = started.stdin
+        return started
+
+
+class Loopback(server.Server):
     """Answers pages of its own address only: another site that is open in the same browser could otherwise press keys
     here, by name or by a name that points to this machine."""
 
-    def __init__(self, *arguments: Any, **options: Any) -> None:
-        super().__init__(*arguments, **options)
+    def __init__(self, words: Sequence[str], *arguments: Any, **options: Any) -> None:
+        super().__init__("accept run", *arguments, **options)
+        vars(server)["AppService"] = partial(Window, words)  # the name by which the library starts a window
         self._token: str | None = secrets.token_urlsafe(24)
         self._session = secrets.token_urlsafe(24)
 

@@ -1,6 +1,5 @@
 """`accept run --web`: the same screens in a browser on this machine, and on no other."""
 
-import shlex
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -36,6 +35,6 @@ def run(arguments: Sequence[str], port: int) -> Exit:
     return Exit.ACCEPTED
 
 
-def command(arguments: Sequence[str]) -> str:
-    """Return what is started for every window."""
-    return shlex.join([sys.executable, "-P", "-m", "accept", "run", *arguments])
+def command(arguments: Sequence[str]) -> list[str]:
+    """Return what is started for every window: words, not a line for a shell, whose quoting differs on Windows."""
+    return [sys.executable, "-P", "-m", "accept", "run", *arguments]

@@ -2,6 +2,7 @@
 
 import asyncio
 import socket
+import sys
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,32 @@ async def first_screen(session, url: str, own: str) -> bytes:
         while FIRST_SCREEN not in got:
             got += (await line.receive()).data
     return got
+
+
+async def test_a_window_is_started_without_a_shell(tmp_path: Path, monkeypatch):
+    """Words with what a shell of POSIX or of Windows would take apart arrive as they are."""
+    from textual_serve import server
+
+    from accept.commands.bench import loopback
+
+    async def by_a_shell(*_, **__):
+        raise AssertionError("a shell")
+
+    monkeypatch.setattr(asyncio, "create_subprocess_shell", by_a_shell)
+    written = [r"C:\Program Files\python", "it's", 'a "word"', "%PATH%", "$HOME", "a;b&c"]
+    words = [sys.executable, "-c", "import sys; print(sys.argv[1:])", *written]
+    serving = loopback.Loopback(words, web.HOST, free_port(), "accept")
+    window = server.AppService(
+        serving.command, write_bytes=None, write_str=None, close=None, download_manager=serving.download_manager
+    )
+    started = await window._open_app_process()
+    out, _ = await started.communicate()
+    started._transport.close()
+    assert out.decode().strip() == str(written)
+
+
+def test_the_command_of_a_window_is_words():
+    assert web.command(["it's here"])[-2:] == ["run", "it's here"]
 
 
 async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: Path):
