@@ -154,7 +154,7 @@ HEAVY: Mapping[str, Heavy] = {
     "tests/accept/store/test_store_postgres.py": Heavy(
         ["accept/store"],
         [
-            "test_a_server_that_is_killed_under_two_benches[1]",
+            "test_a_server_that_is_killed_under_two_benches",
             "test_a_connection_that_drops_at_any_message_of_a_read[check]",
             "test_a_connection_that_drops_at_any_message_of_a_read[last_of_each]",
             "test_a_connection_that_drops_at_any_message_of_a_read[judgements_with]",

