@@ -2,9 +2,10 @@
 unit was judged since. It needs the authority's certificate and the file, and no store."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from cryptography import x509
 
@@ -65,11 +66,29 @@ def check_list(signed: bytes, contents: CertificateContent, when: datetime, list
     if contents.provenance.get("attempt") != judged[-1].attempt:
         words = f"it states attempt {contents.provenance.get('attempt')}, the list of its bench {judged[-1].attempt}"
         steps.append(Step(words, complete=False))
+    if problem := _problem_of_replaced(contents.provenance.get("replaces"), judged[-1], mine):
+        steps.append(Step(f"{problem} (provenance.replaces)", complete=False))
     void = next((e for e in mine if e.what == VOIDED and e.content == judged[-1].content), None)
     if void is not None:
         words = f"the list says that this attempt was declared void, on {_minute(void.time)}"
         return [*steps, Step(words, complete=False, current=False)]
     return [*steps, _later(own, judged[-1], lists)]
+
+
+def _problem_of_replaced(stated: Mapping[str, Any] | None, judged: Entry, mine: Sequence[Entry]) -> str | None:
+    """Return why the stated judgement before is not the one that the list has, None if it is. In the workflow an
+    attempt may be judged more than once: then what it replaces is of the attempt before."""
+    earlier = [e for e in mine if e.what == JUDGED and e.seq < judged.seq]
+    if stated is None:
+        first = all(e.attempt == judged.attempt for e in earlier)
+        return None if first else "it states that it replaces nothing, the list holds an earlier judgement"
+    other = [e for e in earlier if e.attempt != judged.attempt]
+    if stated["time"] not in {e.time for e in (*earlier[-1:], *other[-1:])}:
+        return f"it states that it replaces a judgement of {_minute(stated['time'])}, which the list does not hold so"
+    known = {e.content for e in mine if e.what == SIGNED and e.seq < judged.seq} | {None}
+    if not {stated["certificate"], stated.get("earlier_certificate")} <= known:
+        return "it states that it replaces a certificate that the list does not hold before it"
+    return None
 
 
 def _later(own: BenchList, judged: Entry, lists: Sequence[BenchList]) -> Step:

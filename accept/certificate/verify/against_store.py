@@ -11,6 +11,7 @@ from pathlib import PurePath
 from typing import Any
 
 from accept.base.home import home
+from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
 from accept.certificate.contents.step import Step
 from accept.certificate.trust.names import same_person
@@ -128,7 +129,8 @@ def _comparisons(events: Sequence[Event], own: Event, contents: CertificateConte
         "code": own.data["code_sha256"] == contents.code_sha256,
         "attempt": given.get("attempt") in numbers,
         "replaced judgement": given.get("replaces") in [judgement for judgement, _ in replaced],
-        "values before": "before" not in given or (given["replaces"], given["before"]) in replaced,
+        "values before": ("before" not in given and contents.code_sha256 != code_sha256())  # older ones state none
+        or (given.get("replaces"), given.get("before")) in replaced,
     }
 
 

@@ -54,7 +54,7 @@ STATEMENTS = (
         ("inputs", _DERIVED, "names in unit.toml; hash and size of each file; what is absent is too large"),
         ("models", _DERIVED, "the attached model files, named by the spec"),
         ("provenance.attempt", _LOOKED_UP, "number of the unit's judgements"),
-        ("provenance.replaces", _LOOKED_UP, "the judgement before, with its certificate; signed later than that"),
+        ("provenance.replaces", _LOOKED_UP, "judgement and certificate before, also in a list; signed later than that"),
         ("provenance.before", _LOOKED_UP, "values of the judgement that is replaced, in the store"),
         ("provenance.laboratory", _SIGNED, "the bench's key; it is the bench's laboratory.toml of that day"),
         ("provenance.number", (Way.SIGNED, Way.LOOKED_UP), "the bench's key; in the store, once"),

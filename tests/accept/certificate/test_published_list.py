@@ -8,7 +8,8 @@ import pytest
 
 from accept.base.home import home
 from accept.certificate.trust import keys, merkle
-from tests.accept.certificate.verify.test_statements import accept, certified, plainly, verified
+from accept.certificate.verify.attachments import read
+from tests.accept.certificate.verify.test_statements import accept, certified, forged, plainly, replaced, verified
 
 # Of the reference implementation of [RFC6962]: these entries, and the roots over the first 0 to 8 of them.
 ENTRIES = ["", "00", "10", "2021", "3031", "40414243", "5051525354555657", "606162636465666768696a6b6c6d6e6f"]
@@ -116,6 +117,26 @@ def test_a_deleted_attempt_and_a_rolled_back_store_show_up(
     assert accept("store", "publish", log).exit_code == 0  # a new list, without the rejected attempt
     done = elsewhere(monkeypatch, office, pdf, "--log", log, "--log", kept)
     assert (done.exit_code, "was rewritten" in done.stderr) == (6, True), done.output
+
+
+@pytest.mark.parametrize(
+    "other",
+    [None, {"time": "2026-01-01T00:00:00+00:00"}, {"certificate": "ab" * 32}],
+    ids=["nothing", "another time", "another certificate"],
+)
+def test_what_it_replaces_is_that_of_the_list(
+    office: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, other: dict[str, str] | None
+) -> None:
+    log = tmp_path / "list.json"
+    certified(tmp_path, "A-1", serial="A-1", stroke=265.5)
+    honest = certified(tmp_path, "A-1", serial="A-1", stroke=366.1)
+    contents = read(honest.read_bytes())
+    stated = None if other is None else contents.provenance["replaces"] | other
+    pdf = forged(tmp_path / "f.pdf", replaced(contents, replaces=stated))
+    assert accept("store", "publish", log).exit_code == 0
+    assert plainly(elsewhere(monkeypatch, office, honest, "--log", log))
+    done = elsewhere(monkeypatch, office, pdf, "--log", log)
+    assert (done.exit_code, "provenance.replaces" in done.stdout) == (4, True), done.output
 
 
 def test_a_changed_list_and_a_foreign_one_are_refused(

@@ -251,7 +251,11 @@ def _calibrated(contents: CertificateContent) -> CertificateContent:
     return replace(contents, result={**contents.result, "calibration": made_up})
 
 
-@pytest.mark.parametrize("change", [_attempt, _replaces, _calibrated])
+def _values_before(contents: CertificateContent) -> CertificateContent:
+    return replaced(contents, without="before")
+
+
+@pytest.mark.parametrize("change", [_attempt, _replaces, _calibrated, _values_before])
 def test_what_the_store_knows_is_compared(
     tmp_path: Path, change: Callable[[CertificateContent], CertificateContent]
 ) -> None:
