@@ -88,12 +88,12 @@ class Cause(Enum):
         "Va reaches {value:.3g} V, a DAC at most {most:g} V: Va was measured at the output of the amplifier"
     )
     CONTRADICTION = (
-        "{one_called} and {other_called} contradict each other: {title} is {ratio:.3g} ± {U:.2g}; expected {lo:g} to "
-        "{hi:g}. One of the two measurements is wrong, of another unit, or by another scale"
+        "{one_called} and {other_called} contradict each other: one of them is wrong, or of another unit ({title}: "
+        "{ratio:.3g} ± {U:.2g}, expected {lo:g} to {hi:g})"
     )
     SAMPLES_COPIED = (
-        "holds the same samples as {others}; one recording measures one thing, so it counts for none of them until "
-        "somebody says whose it is"
+        "holds the same data as {others}; it counts for none of them until it is decided whose it is "
+        "(`accept store resolve`)"
     )
     # Flatness
     POINTS_MISSING = "{points} points on the interface at {side}; at least {needed} are needed"
@@ -204,12 +204,12 @@ class Cause(Enum):
     SEARCH_FAILED = "the parameters of {model} left the range of a strut during the search"
     NOT_CONVERGED = "the fit did not converge ({detail})"
     PRIOR_EXCEEDED = (
-        "the data fit only with {parameter} = {value:.4g}{in_unit}; the model allows {expected:.4g} ± {sd:.2g}{in_unit}"
-        " ({z:.1f} standard deviations)"
+        "the responses do not fit this model: it allows {expected:.4g} ± {sd:.2g}{in_unit} as {parameter}, and they "
+        "need {value:.4g}{in_unit} ({z:.1f} standard deviations off)"
     )
     PRIORS_EXCEEDED = (
-        "the data fit only with parameters that together lie off what the model allows (chi-square {chi2:.0f} for the "
-        "{told:.0f} that the data determine)"
+        "the responses do not fit this model: they need parameters that together lie off what it allows (chi-square "
+        "{chi2:.0f} for the {told:.0f} that the data determine)"
     )
     AXIAL_STIFFNESS = (
         "the data fit only with an APA {percent:.1f} % {how} along its axis than the model's, which is "

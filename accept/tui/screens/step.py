@@ -18,7 +18,15 @@ from accept.tui.screens.step_form import StepForm
 from accept.tui.widgets.fields import Field, FieldPlace, places
 from accept.tui.widgets.live_value import Gauge
 from accept.workflow.capture import capture
-from accept.workflow.entry.parse_entry import EntryError, doubt, parse_list, parse_number, parse_scalar, usual_range
+from accept.workflow.entry.parse_entry import (
+    EntryError,
+    doubt,
+    parse_list,
+    parse_number,
+    parse_scalar,
+    passing_range,
+    usual_range,
+)
 from accept.workflow.steps.plan import has_files, is_needed
 from accept.workflow.steps.section import full
 from checks.cause import Cause
@@ -135,7 +143,8 @@ class StepScreen(StepForm):
         declared = place.declared
         if not isinstance(declared, Scalar | Vector):
             return ""
-        return doubt(value, place.unit, usual_range(declared, self.step.asked.limits))
+        limits = self.step.asked.limits
+        return doubt(value, place.unit, usual_range(declared, limits), passing_range(declared, limits))
 
     def _take_all(self, values: list[float], text: str, sure: bool) -> None:
         fields = list(self.query(Field))

@@ -32,6 +32,8 @@ def parse_scalar(text: str, declared: Scalar) -> Measured:
 
 def check_plausible(value: float, declared: Scalar) -> None:
     """Raise EntryError if a value is impossible."""
+    if value <= 0.0 < declared.lo:
+        raise EntryError(f"{value:g} {declared.unit} is not plausible: expected a positive number")
     if not declared.lo <= value <= declared.hi:
         raise EntryError(
             f"{value:g} {declared.unit} is not plausible: expected {declared.lo:g} to {declared.hi:g} {declared.unit}"
@@ -46,7 +48,7 @@ def usual_range(declared: Scalar | Vector, limits: Mapping[str, Limit]) -> tuple
     quantity of that name; None if neither is given. A limit on one side reaches to three times itself."""
     if declared.usual is not None:
         return declared.usual
-    limit = limits.get(declared.name) or limits.get(declared.name.replace("k_", "k_closed_", 1))
+    limit = _limit(declared, limits)
     if limit is None:
         return None
     lower, upper = limit.lower, limit.upper
@@ -55,14 +57,28 @@ def usual_range(declared: Scalar | Vector, limits: Mapping[str, Limit]) -> tuple
     return None
 
 
-def doubt(value: float, unit: str, usual: tuple[float, float] | None) -> str:
+def passing_range(declared: Scalar | Vector, limits: Mapping[str, Limit]) -> tuple[float, float] | None:
+    """Return the limits of the quantity of that name; None without two of them."""
+    limit = _limit(declared, limits)
+    return None if limit is None or limit.lower is None or limit.upper is None else (limit.lower, limit.upper)
+
+
+def _limit(declared: Scalar | Vector, limits: Mapping[str, Limit]) -> Limit | None:
+    return limits.get(declared.name) or limits.get(declared.name.replace("k_", "k_closed_", 1))
+
+
+def doubt(
+    value: float, unit: str, usual: tuple[float, float] | None, passing: tuple[float, float] | None = None
+) -> str:
     """Return the question to ask before a value is stored that a mistyped point or another unit would explain, or that
     lies ten times outside the usual range; "" if none is needed. A value that is simply bad is not doubted: a dead
-    stack reads a third."""
+    stack reads a third. passing: the limits; no value beyond them is proposed in place of the one typed."""
     if usual is None or usual[0] <= value <= usual[1]:
         return ""
     meant = next((value * 10.0**p for p in _POWERS if usual[0] <= value * 10.0**p <= usual[1]), None)
     if usual[0] > 0 and meant is not None:
+        if passing is not None and not passing[0] <= meant <= passing[1]:
+            return f"{value:.6g} {unit} is unusual; {passing[0]:g} to {passing[1]:g} {unit} would pass"
         return f"{value:.6g} {unit}: {meant:.6g} {unit} would be usual"
     if usual[0] > 0 and usual[0] / 10 <= value <= usual[1] * 10:
         return ""

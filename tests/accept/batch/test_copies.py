@@ -231,7 +231,7 @@ def test_readings_that_are_all_those_of_another_serial_were_not_measured_twice(t
     assert verdicts_again(out, "apa-basic", units) == {"A-1": "incomplete", "B-1": "incomplete", "C-1": "accepted"}
     (entry, *_) = json.loads((out / "results.json").read_text())["units"]
     assert {f["cause"]["code"] for f in entry["findings"]} == {"samples_copied"}
-    assert "typed values: holds the same samples as capacitance/typed values of B-1" in entry["findings"][1]["reason"]
+    assert "typed values: holds the same data as capacitance/typed values of B-1" in entry["findings"][1]["reason"]
     certificate = out / "certificates" / "A-1.pdf"
     assert "valid: A-1 incomplete" in accept("verify", certificate).stdout
 

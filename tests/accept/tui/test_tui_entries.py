@@ -16,7 +16,7 @@ from textual.widgets import DataTable, Input, Static
 
 from accept.store import Store, open_store
 from accept.tui.widgets.fields import Field
-from accept.workflow.entry.parse_entry import doubt, usual_range
+from accept.workflow.entry.parse_entry import doubt, passing_range, usual_range
 from checks.acceptance import CHECKS
 from specs.spec import Limit
 from tests.accept.tui.tui_help import begin, loader, press, running, settled, type_line, words
@@ -184,5 +184,11 @@ def test_what_is_bad_is_no_slip_and_what_is_a_slip_is_seen():
     assert doubt(6.4, "kg", usual_range(mass, {})) == ""
     assert "unusual" in doubt(99999.0, "um", usual_range(height, {}))
     assert "4.99 uF would be usual" in doubt(4990.0, "uF", sensor)  # nF
+    both = {"actuator_uF": Limit(lower=8.8, upper=11.0, unit="uF", rule="guarded", source="test")}
+    declared = CHECKS["capacitance"].inputs["actuator_uF"]
+    asked = doubt(49.3, "uF", usual_range(declared, both), passing_range(declared, both))
+    assert "4.93" not in asked  # the sensor's value: it would fail here too
+    assert "8.8 to 11 uF" in asked
+    assert "9.9 uF would be usual" in doubt(9900.0, "uF", usual_range(declared, both), passing_range(declared, both))
     assert doubt(1.72, "uF", sensor) == ""  # a dead stack: bad, and true
     assert doubt(1.72, "uF", None) == ""
