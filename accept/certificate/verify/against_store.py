@@ -119,8 +119,8 @@ def _comparisons(events: Sequence[Event], own: Event, contents: CertificateConte
     before = fold(counted).units.get(own.subject)
     numbers = {1 if before is None else before.attempts + 1}
     replaced: list[Any] = [(replaced_by(before), values_before(before))]
-    if (folder := _ATTEMPT.fullmatch(PurePath(str(own.data["path"])).name)) and started:
-        numbers.add(int(folder[1]))  # in the workflow an attempt may be judged more than once
+    if started and _is_of_attempt(own, started[-1], counted):
+        numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
         earlier = fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject)
         replaced.append((replaced_by(earlier), values_before(earlier)))
     return {
@@ -132,6 +132,15 @@ def _comparisons(events: Sequence[Event], own: Event, contents: CertificateConte
         "values before": ("before" not in given and contents.code_sha256 != code_sha256())  # older ones state none
         or (given.get("replaces"), given.get("before")) in replaced,
     }
+
+
+def _is_of_attempt(own: Event, started: Event, counted: Sequence[Event]) -> bool:
+    """Return whether a judgement is one of the workflow's attempt that was started last: its folder has the attempt's
+    number, and no other folder of the unit was judged in between. Else a folder of that name would hide an attempt."""
+    folder = _ATTEMPT.fullmatch(PurePath(str(own.data["path"])).name)
+    if folder is None or int(folder[1]) != started.data["number"]:
+        return False
+    return all(e.data["path"] == own.data["path"] for e in counted if e.what == JUDGED and e.seq > started.seq)
 
 
 def _later_than(events: Sequence[Event], when: datetime) -> list[Step]:

@@ -34,6 +34,7 @@ from accept.certificate.verify.verification import Validity, verify
 from accept.cli.main import app
 from accept.pictures.pdf.assemble import assemble
 from accept.store import open_store
+from accept.store.payloads import AttemptStarted
 from accept.store.seal import own_key
 from specs.model import builtin_models
 from tests.soak import SOAK
@@ -264,6 +265,30 @@ def test_what_the_store_knows_is_compared(
     assert plainly(verified(second))
     done = verified(forged(tmp_path / "f.pdf", change(read(second.read_bytes()))))
     assert done.exit_code in (3, 4), done.output
+
+
+@pytest.mark.parametrize(
+    ("started", "rejected_in", "stated", "plain"),
+    [
+        (1, "B-1", 1, False),  # a rejected attempt lies in between
+        (1, "B-1", 2, True),  # and is stated
+        (2, "x/attempt-1", 1, False),  # the event has another number
+        (1, "x/attempt-1", 1, True),  # judged twice in the workflow
+    ],
+)
+def test_a_folder_with_the_name_of_an_attempt_hides_none(
+    tmp_path: Path, started: int, rejected_in: str, stated: int, plain: bool
+) -> None:
+    keys.init(home(), PHRASE, "Test Technician")
+    with open_store() as store:
+        store.write(AttemptStarted(started, "apa", {}, "", {}), "B-1", who="Test Technician")
+    certified(tmp_path, rejected_in, stroke=265.5)
+    contents = read(certified(tmp_path, "x/attempt-1").read_bytes())
+    if stated == 1:
+        contents = replaced(contents, without="before", attempt=1, replaces=None)
+    done = verified(forged(tmp_path / "f.pdf", contents))
+    assert plainly(done) == plain, done.output
+    assert plain or "another attempt, another replaced judgement than stated" in done.stdout
 
 
 def test_newest_wins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
