@@ -35,9 +35,9 @@ def check(store: Store, since: datetime.datetime, who: str) -> list[Checked]:
     found = [_checked(golden, _recent(store, golden.serial, since, after, bench)) for golden in named.values()]
     missed = {c.serial: c.problems for c in found if c.problems}
     if missed:
-        store.write(GoldenMissed(tuple(sorted(missed)), missed, bench), who=who)
+        store.write(GoldenMissed(tuple(sorted(missed)), missed, bench, signed_changes=True), who=who)
     elif all(c.measured for c in found):
-        store.write(GoldenMet(tuple(sorted(named)), bench), who=who)
+        store.write(GoldenMet(tuple(sorted(named)), bench, signed_changes=True), who=who)
     return found
 
 

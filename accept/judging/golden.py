@@ -1,19 +1,21 @@
 """Golden units: known good and known bad units that show, at the start of a shift, that the bench measures as before.
 
 The values and uncertainties of a golden unit are fixed when it is named; only naming it again, with a reason, changes
-them. A bench whose golden units miss them judges nothing else until quality assurance has signed why. All of it is
-events of the store; several benches may share one, and each is stopped for itself.
+them. Quality assurance signs every change but the first naming in a store: else a bench that has drifted gets its
+drifted values as a reference. A bench whose golden units miss them judges nothing else until quality assurance has
+signed why. All of it is events of the store; several benches may share one, and each is stopped for itself.
 """
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from accept.base.documents.results import Information
 from accept.judging.decisions import Signer, problem_here, sign_decision
 from accept.store import Event, Store
 from accept.store.payloads import (
+    GoldenMet,
     GoldenMissed,
     GoldenNamed,
     GoldenResolved,
@@ -46,10 +48,19 @@ class Golden:
     since: int
 
 
-def name_golden(store: Store, serial: str, expected: str, who: str, reason: str = "", last: int = 1) -> None:
+def needs_signature(store: Store) -> bool:
+    """Return whether quality assurance signs the next naming: any but the first one in this store."""
+    return bool(_changes(store))
+
+
+def name_golden(
+    store: Store, serial: str, expected: str, who: str, reason: str = "", last: int = 1, signer: Signer | None = None
+) -> None:
     """Make a judged unit a golden one, with the mean of its last judgements as its reference.
 
-    reason: why the reference of a golden unit is changed. Raises GoldenError if it has not been judged as expected."""
+    reason: why the reference of a golden unit is changed; signer: of quality assurance, if `needs_signature`. Raises
+    GoldenError if it has not been judged as expected or a signature is missing, DecisionError for a key of another
+    role."""
     if expected not in EXPECTED:
         raise GoldenError(f"'{expected}' is not a verdict of a golden unit; write {' or '.join(EXPECTED)}")
     judged = [UnitJudged.of(event) for event in store.events(serial, UnitJudged.KIND)][-last:]
@@ -62,7 +73,14 @@ def name_golden(store: Store, serial: str, expected: str, who: str, reason: str 
             raise GoldenError(f"{serial} was last {each.result.verdict}, not {expected}")
     if serial in goldens(store) and not reason.strip():
         raise GoldenError(f"{serial} is a golden unit: say why its reference is changed: --reason")
-    store.write(GoldenNamed(expected, reference_of(judged), " ".join(reason.split())), serial, who=who)
+    if signer is None and needs_signature(store):
+        raise GoldenError("quality assurance signs every naming of a golden unit but the first one")
+    said = GoldenNamed(
+        expected, reference_of(judged), " ".join(reason.split()), signed_changes=True, after=_last(store, serial)
+    )
+    if signer is not None:
+        said = replace(said, signed=sign_decision(GoldenNamed.KIND, _change(serial, said), signer))
+    store.write(said, serial, who=who if signer is None else signer.person)
 
 
 def reference_of(judged: "list[UnitJudged]") -> dict[str, Reference]:
@@ -87,21 +105,23 @@ def values_of(judged: UnitJudged) -> dict[str, Information | Finding]:
     return {row.quantity: row for row in rows}
 
 
-def retire(store: Store, serial: str, reason: str, who: str) -> None:
-    """Make a golden unit an ordinary one. Raises GoldenError without a reason, or if the unit is not golden."""
+def retire(store: Store, serial: str, reason: str, signer: Signer) -> None:
+    """Make a golden unit an ordinary one, by a decision that quality assurance signs. Raises GoldenError without a
+    reason, or if the unit is not golden, DecisionError for a key of another role."""
     if serial not in goldens(store):
         raise GoldenError(f"{serial} is not a golden unit")
     if not reason.strip():
         raise GoldenError("say why it is retired: --reason")
-    store.write(GoldenRetired(" ".join(reason.split())), serial, who=who)
+    said = GoldenRetired(" ".join(reason.split()), _last(store, serial))
+    signed = sign_decision(GoldenRetired.KIND, _change(serial, said), signer)
+    store.write(replace(said, signed=signed), serial, who=signer.person)
 
 
 def goldens(store: Store) -> dict[str, Golden]:
     """Return every golden unit by serial. If an earlier program named it, its reference is the values of its last
-    judgement before that."""
-    events = [*store.events(what=GoldenNamed.KIND), *store.events(what=GoldenRetired.KIND)]
+    judgement before that. A change without a valid signature counts only if an earlier program made it."""
     found: dict[str, Golden] = {}
-    for event in sorted(events, key=lambda e: e.seq):
+    for event in _counted(store):
         if event.what == GoldenRetired.KIND:
             found.pop(event.subject, None)
             continue
@@ -174,6 +194,41 @@ def check_may_judge(store: Store, serial: str) -> None:
         f"{serial}: not judged, because the bench missed its golden units ({words}); "
         "find out why, then quality assurance signs: accept golden resolve --reason '...'"
     )
+
+
+def _changes(store: Store) -> list[Event]:
+    """Return every naming and retiring, in order, whether it counts or not."""
+    events = [*store.events(what=GoldenNamed.KIND), *store.events(what=GoldenRetired.KIND)]
+    return sorted(events, key=lambda e: e.seq)
+
+
+def _last(store: Store, serial: str) -> int:
+    """Return the number of the last naming or retiring of a unit, 0 without one."""
+    return max((event.seq for event in _changes(store) if event.subject == serial), default=0)
+
+
+def _counted(store: Store) -> list[Event]:
+    """Return the changes that count: the first naming, those that earlier programs stored, and those signed for the
+    state that they changed, so that a signature of before does not count once more."""
+    changes = _changes(store)
+    marks = [*store.events(what=GoldenMet.KIND), *store.events(what=GoldenMissed.KIND), *changes]
+    since = min((e.seq for e in marks if e.data.get("signed_changes") or e.data.get("signed")), default=math.inf)
+    counted, last = [], dict[str, int]()
+    for event in changes:
+        said = GoldenNamed.of(event) if event.what == GoldenNamed.KIND else GoldenRetired.of(event)
+        if said.signed is None:
+            counts = event.seq < since or event is changes[0]
+        else:
+            signed_now = said.after == last.get(event.subject, 0)
+            counts = signed_now and problem_here(event.what, _change(event.subject, said), said.signed) is None
+        if counts:
+            counted.append(event)
+        last[event.subject] = event.seq
+    return counted
+
+
+def _change(serial: str, said: GoldenNamed | GoldenRetired) -> dict[str, Any]:
+    return {"serial": serial, **replace(said, signed=None).to_json()}
 
 
 def _lifts(said: GoldenResolved, bench: str) -> bool:

@@ -202,6 +202,9 @@ class GoldenNamed(Payload, what="golden_named"):
         field(default_factory=dict)
     )
     reason: Annotated[str, only_if(bool), "why the reference was changed"] = ""
+    signed_changes: Annotated[bool, only_if(bool), "later changes of golden units count only with a signature"] = False
+    after: Annotated[int, only_if(bool), "number of the unit's last `golden_named` or `golden_retired`"] = 0
+    signed: Annotated[SignedBy | None, only_if(), "a change counts only with it"] = None
 
 
 @dataclass(frozen=True)
@@ -209,6 +212,8 @@ class GoldenRetired(Payload, what="golden_retired"):
     """A unit is no longer a golden unit."""
 
     reason: str
+    after: Annotated[int, only_if(bool), "number of the unit's last `golden_named` or `golden_retired`"] = 0
+    signed: Annotated[SignedBy | None, only_if(), "a change counts only with it"] = None
 
 
 @dataclass(frozen=True)
@@ -217,6 +222,7 @@ class GoldenMet(Payload, what="golden_met"):
 
     serials: tuple[str, ...]
     bench: Annotated[str, only_if(bool), "public key of the bench"] = ""
+    signed_changes: Annotated[bool, only_if(bool), "later changes of golden units count only with a signature"] = False
 
 
 @dataclass(frozen=True)
@@ -226,6 +232,7 @@ class GoldenMissed(Payload, what="golden_missed"):
     serials: tuple[str, ...]
     reasons: Annotated[Mapping[str, tuple[str, ...]], "what differs, by serial"]
     bench: Annotated[str, only_if(bool), "public key of the bench; every bench of the store without it"] = ""
+    signed_changes: Annotated[bool, only_if(bool), "later changes of golden units count only with a signature"] = False
 
 
 @dataclass(frozen=True)

@@ -134,10 +134,13 @@ def golden_name(
     last: Annotated[int, typer.Option(min=1, help="How many of its last judgements give the reference.")] = 1,
     reason: Annotated[str, typer.Option(help="Why the reference of a golden unit is changed.")] = "",
     operator: AtTheBench = None,
+    passphrase_file: QaPassphrase = None,
 ) -> Exit:
-    """Make a judged unit a golden one. Its values and uncertainties are fixed from then on."""
+    """Make a judged unit a golden one. Its values and uncertainties are fixed from then on; quality assurance signs
+    every naming but the first one with its key."""
     with open_store() as store:
-        golden.name_golden(store, serial, expect.value, operator_name(operator), reason, last)
+        signer = decision_signer(passphrase_file) if golden.needs_signature(store) else None
+        golden.name_golden(store, serial, expect.value, operator_name(operator), reason, last, signer)
     say(f"{serial} is a golden unit, expected {expect}")
     return Exit.ACCEPTED
 
@@ -164,11 +167,12 @@ def golden_list() -> Exit:
 def golden_retire(
     serial: Annotated[str, typer.Argument(help="Serial of a golden unit.")],
     reason: Annotated[str, typer.Option(help="Why.")],
-    operator: AtTheBench = None,
+    passphrase_file: QaPassphrase = None,
 ) -> Exit:
-    """Make a golden unit an ordinary one."""
+    """Make a golden unit an ordinary one. Quality assurance signs the decision with its key."""
+    signer = decision_signer(passphrase_file)
     with open_store() as store:
-        golden.retire(store, serial, reason, operator_name(operator))
+        golden.retire(store, serial, reason, signer)
     say(f"{serial} is not a golden unit any more")
     return Exit.ACCEPTED
 

@@ -43,7 +43,7 @@ def store(monkeypatch):
     with open_store() as opened:
         add(opened, [judgement("GOLD", GOOD), judgement("BAD", GOOD | {"stroke_um": 100.0})], at=BEFORE)
         golden.name_golden(opened, "GOLD", "accepted", "Ann")
-        golden.name_golden(opened, "BAD", "rejected", "Ann")
+        golden.name_golden(opened, "BAD", "rejected", "Ann", signer=signer())
         yield opened
 
 
@@ -121,7 +121,7 @@ def signer():
 @pytest.fixture
 def alone(store):
     """One golden unit, of 360 um."""
-    golden.retire(store, "BAD", "it broke", "Ann")
+    golden.retire(store, "BAD", "it broke", signer())
     return store
 
 
@@ -141,11 +141,11 @@ def test_a_unit_that_is_made_golden_after_the_stop_is_not_judged(alone):
     """Else a rejected unit is named a golden one, and judged on a bench that measures wrongly."""
     add(alone, [judgement("X-01", GOOD | {"stroke_um": 265.5})])
     assert read_as(alone, 340.0) == 3
-    golden.name_golden(alone, "X-01", "rejected", "Ann")
+    golden.name_golden(alone, "X-01", "rejected", "Ann", signer=signer())
     assert read_as(alone, 340.0) == 3  # the stop is stated once more
     with pytest.raises(BenchStopped):
         golden.check_may_judge(alone, "X-01")
-    golden.name_golden(alone, "GOLD", "accepted", "Ann", "again")
+    golden.name_golden(alone, "GOLD", "accepted", "Ann", "again", signer=signer())
     golden.check_may_judge(alone, "GOLD")
 
 
@@ -223,7 +223,7 @@ def test_a_reference_is_changed_with_a_reason_only(alone):
     with pytest.raises(golden.GoldenError, match="--reason"):
         golden.name_golden(alone, "GOLD", "accepted", "Ann")
     add(alone, [judgement("GOLD", GOOD | {"stroke_um": 361.0})])
-    golden.name_golden(alone, "GOLD", "accepted", "Ann", "lapped anew", last=2)
+    golden.name_golden(alone, "GOLD", "accepted", "Ann", "lapped anew", last=2, signer=signer())
     reference = golden.goldens(alone)["GOLD"].reference["stroke_um"]
     assert (reference.value, reference.U, reference.n) == (360.5, 0.5, 2)
     listed = ask("golden", "list")
@@ -233,11 +233,49 @@ def test_a_reference_is_changed_with_a_reason_only(alone):
     assert golden.goldens(alone) == {}
 
 
-def test_a_golden_unit_of_an_earlier_program_has_its_values_of_then(alone):
-    alone.append("golden_named", "GOLD", {"expect": "accepted"}, who="Ann")
-    assert golden.goldens(alone)["GOLD"].reference["stroke_um"].value == 360.0
-    assert read_as(alone, 340.0) == 3
-    assert golden.goldens(alone)["GOLD"].reference["stroke_um"].value == 360.0
+def test_a_golden_unit_of_an_earlier_program_has_its_values_of_then():
+    """Its events without signatures count, until this program has stored one."""
+    keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
+    with open_store() as early:
+        add(early, [judgement("GOLD", GOOD), judgement("OLD", GOOD)], at=BEFORE)
+        for serial in ("OLD", "GOLD", "GOLD"):
+            early.append("golden_named", serial, {"expect": "accepted"}, who="Ann")
+        early.append("golden_retired", "OLD", {"reason": "worn"}, who="Ann")
+        assert list(golden.goldens(early)) == ["GOLD"]
+        assert golden.goldens(early)["GOLD"].reference["stroke_um"].value == 360.0
+        assert read_as(early, 340.0) == 3
+        assert golden.goldens(early)["GOLD"].reference["stroke_um"].value == 360.0
+        early.append("golden_named", "GOLD", {"expect": "accepted"}, who="Ann")  # this program had checked
+        early.append("golden_retired", "GOLD", {"reason": "x"}, who="Ann")
+        assert golden.goldens(early)["GOLD"].reference["stroke_um"].value == 360.0
+
+
+def test_a_reference_is_changed_by_a_signature_of_quality_assurance_only(alone, monkeypatch):
+    """Else a bench that has drifted gets its drifted values as a reference."""
+    monkeypatch.delenv("ACCEPT_QA_PASSPHRASE")
+    add(alone, [judgement("GOLD", GOOD | {"stroke_um": 340.0}), judgement("X-01", GOOD)])
+    assert ask("golden", "name", "GOLD", "--reason", "x").exit_code == 6
+    assert ask("golden", "name", "X-01").exit_code == 6
+    assert ask("golden", "retire", "GOLD", "--reason", "x").exit_code == 6
+    with pytest.raises(golden.GoldenError, match="quality assurance signs"):
+        golden.name_golden(alone, "GOLD", "accepted", "Ann", "x")
+    technician = keys.unlock(home(), "technician", "correct horse")
+    with pytest.raises(DecisionError, match="not of quality assurance"):
+        golden.retire(alone, "GOLD", "x", Signer(technician.key, technician.certificate))
+
+    def present():
+        return {serial: each.reference["stroke_um"].value for serial, each in golden.goldens(alone).items()}
+
+    golden.name_golden(alone, "GOLD", "accepted", "Ann", "lapped anew", signer=signer())
+    assert present() == {"GOLD": 340.0}
+    *_, drifted = alone.events("GOLD", "golden_named")
+    add(alone, [judgement("GOLD", GOOD)])
+    golden.name_golden(alone, "GOLD", "accepted", "Ann", "lapped again", signer=signer())
+    assert present() == {"GOLD": 360.0}
+    alone.append("golden_named", "GOLD", drifted.data, who="Grace")  # the signature of before, once more
+    alone.append("golden_named", "X-01", drifted.data, who="Grace")  # and for another unit
+    alone.append("golden_retired", "GOLD", {"reason": "x"}, who="Grace")
+    assert present() == {"GOLD": 360.0}
 
 
 def test_the_published_study_from_a_table(tmp_path):
