@@ -64,7 +64,7 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
         joint=joint,
         learned=_learned_bench(spec),
         tolerance=spec.tolerance.relative,
-        least=min(spec.tolerance.least, spec.tolerance.relative),
+        least=_least_tolerance(spec),
         sha256=sha256,
         damping=spec.damping,
         up_to_Hz=spec.tolerance.up_to_Hz,
@@ -77,6 +77,15 @@ def _batch_prior(spec: ModelSpec) -> JointPrior | None:
     if batch is None:
         return None
     return JointPrior(tuple(batch.names), np.array(batch.mean), np.array(batch.full))
+
+
+def _least_tolerance(spec: ModelSpec) -> float:
+    """Return the tolerance that a fit may fall to if the data bear it. On a learned bench it stays that of the file:
+    the error of a learned factor is common to all bins about it, and noise that is counted bin by bin would make a
+    misalignment of it with a U two to seven times too small."""
+    if spec.learned_bench is not None:
+        return spec.tolerance.relative
+    return min(spec.tolerance.least, spec.tolerance.relative)
 
 
 def _learned_bench(spec: ModelSpec) -> LearnedBench | None:
