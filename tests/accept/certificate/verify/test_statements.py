@@ -288,7 +288,7 @@ def test_a_folder_with_the_name_of_an_attempt_hides_none(
         contents = replaced(contents, without="before", attempt=1, replaces=None)
     done = verified(forged(tmp_path / "f.pdf", contents))
     assert plainly(done) == plain, done.output
-    assert plain or "another attempt, another replaced judgement than stated" in done.stdout
+    assert plain or "another attempt, another replaced judgement" in done.stdout
 
 
 def test_newest_wins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

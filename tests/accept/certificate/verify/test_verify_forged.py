@@ -4,7 +4,7 @@ import asyncio
 import io
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import timedelta
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -146,8 +146,15 @@ def test_swapped_roles_are_refused(bench: Bench) -> None:
     refused(bench.check(sign(sign(bench.unsigned, as_technician, WHEN), as_qa, LATER)), "by a certificate for")
 
 
+def appended(pdf: bytes, credential: Credential, when: datetime) -> bytes:
+    """Return the document with one more signature, whatever the rules of signing say of it."""
+    out = io.BytesIO()
+    asyncio.run(_append(out, pdf, credential, when, _signer(credential), None, RevocationData(), None))
+    return out.getvalue()
+
+
 def test_quality_assurance_alone_and_first_is_refused(bench: Bench) -> None:
-    alone = asyncio.run(_append(bench.unsigned, bench.qa, WHEN, _signer(bench.qa), None, RevocationData(), None))
+    alone = appended(bench.unsigned, bench.qa, WHEN)
     refused(bench.check(alone), "signed by qa")
     refused(bench.check(approval(alone, bench.technician, TECHNICIAN)), "signed by qa, technician")
 
@@ -163,8 +170,7 @@ def test_outside_the_life_of_the_certificate_is_refused(bench: Bench, days: int)
     when = WHEN + timedelta(days=days)
     with pytest.raises(SigningRefused, match="is not valid at"):
         sign(bench.unsigned, bench.technician, when)
-    signer, nothing = _signer(bench.technician), RevocationData()
-    signed = asyncio.run(_append(bench.unsigned, bench.technician, when, signer, None, nothing, None))
+    signed = appended(bench.unsigned, bench.technician, when)
     refused(verify(signed, bench.trust, now=when), "was not valid at")
 
 
