@@ -345,7 +345,7 @@ OUTSIDERS: Mapping[str, Outsider] = {
         ("support_mode", "bench_mode"),
     ),
     "pickup_of_the_derivative": Outsider(
-        lambda rng: {"V_us_per_V": _sign(rng) * _log(rng, 2.0, 8.0)}, _pickup, ("crosstalk",)
+        lambda rng: {"V_us_per_V": _sign(rng) * _log(rng, 2.0, 8.0)}, _pickup, ("crosstalk", "sensor_pickup")
     ),
     "neighbour_in_vs": Outsider(
         lambda rng: {
