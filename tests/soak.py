@@ -127,6 +127,11 @@ HEAVY: Mapping[str, Heavy] = {
         ["test_an_apa_with_a_reversed_plug_by_few_keys_then_put_right_and_accepted"],
         "a strut in training",
     ),
+    "tests/accept/tui/terminal_programs/test_terminal_recorder.py": Heavy(
+        ["accept/tui", "accept/capture", "hw/recorders"],
+        ["test_from_the_hammer_to_the_certificate[audio]"],
+        "the simulated recorder in a terminal, and the audio interface in tests/hw/recorders",
+    ),
     "tests/accept/tui/terminal_programs/test_terminal_run.py": Heavy(
         ["accept/tui", "accept/workflow", "hw"],
         ["test_an_apa_from_its_serial_to_a_certificate_that_verifies[peers-80x24]"],

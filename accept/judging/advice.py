@@ -89,8 +89,8 @@ def advice(check: Check, finding: Finding) -> list[str]:
 
 
 def stored_advice(finding: Mapping[str, Any]) -> list[str]:
-    """Return the advice on a finding as results.json holds it. It follows from the finding and this program alone: a
-    check of another package, which may be missing where it is read, gives none, nor does a cause of another version."""
+    """Return the advice on a finding as results.json holds it, from the finding and this program alone; empty for
+    checks of other packages and for causes of later versions."""
     if not CHECKS.is_own(finding["check"]):
         return []
     try:

@@ -3,6 +3,7 @@ pictures say is known without it."""
 
 import re
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Any
 
 from accept.certificate.contents.errors import InvalidCertificate
@@ -12,22 +13,42 @@ from accept.judging.result import GAP_PICTURES
 from accept.pictures.jsonform import panels_to_json
 from accept.units.unit_folder import UnitFolder
 from checks.acceptance import CHECKS
-from checks.fitting.fit_panels import UNITS
 from checks.picture import Panel
 
-_CHANNEL = "|".join(sorted({*UNITS, *(c for i in CHECKS["frf"].inputs.values() for c in getattr(i, "channels", ()))}))
-_WORDS = re.compile(  # every text of the pictures that `checks.gap.decision.panels` draws
-    rf"|({_CHANNEL}) / Va|\|({_CHANNEL}) / Va\| \[({'|'.join(UNITS.values())}|)\]|({_CHANNEL}): what is left"
-    r"|\|data - model\| / \|data\||frequency \[Hz\]"
-    r"|measured|model before|model after|before|after|disagrees, before|95 % of noise and tolerance|pole [0-9.]+ Hz"
-    r"|nan|inf|-inf"
-)
-_FAULT = re.compile(  # faults of the records, which are found before the search
-    rf"({_CHANNEL}) does not answer the drive\.|({_CHANNEL}) comes -?[0-9]+ samples late\."
-    rf"|({_CHANNEL}) has the wrong sign\.|({_CHANNEL}) and ({_CHANNEL}) are exchanged\."
-)
 _NUMBER = r"-?(?:[0-9.]{1,20}(?:e[-+]?[0-9]{1,3})?|nan|inf)"  # as an effect writes it
 _NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}
+
+
+@cache
+def _channel() -> str:
+    """Return the pattern of a response's channel. The check is loaded for it, so it is made when a gap is read."""
+    from checks.fitting.fit_panels import UNITS  # loads scipy: only if a certificate has a gap analysis
+
+    return "|".join(sorted({*UNITS, *(c for i in CHECKS["frf"].inputs.values() for c in getattr(i, "channels", ()))}))
+
+
+@cache
+def _words() -> re.Pattern[str]:
+    """Return every text of the pictures that `checks.gap.decision.panels` draws."""
+    from checks.fitting.fit_panels import UNITS  # as in `_channel`
+
+    c = _channel()
+    return re.compile(
+        rf"|({c}) / Va|\|({c}) / Va\| \[({'|'.join(UNITS.values())}|)\]|({c}): what is left"
+        r"|\|data - model\| / \|data\||frequency \[Hz\]"
+        r"|measured|model before|model after|before|after|disagrees, before|95 % of noise and tolerance|pole [0-9.]+ Hz"
+        r"|nan|inf|-inf"
+    )
+
+
+@cache
+def _fault() -> re.Pattern[str]:
+    """Return the faults of the records, which are found before the search."""
+    c = _channel()
+    return re.compile(
+        rf"({c}) does not answer the drive\.|({c}) comes -?[0-9]+ samples late\."
+        rf"|({c}) has the wrong sign\.|({c}) and ({c}) are exchanged\."
+    )
 
 
 def check_gap(unit: UnitFolder, gap: Mapping[str, Any] | None, panels: Mapping[str, Panel]) -> None:
@@ -39,13 +60,13 @@ def check_gap(unit: UnitFolder, gap: Mapping[str, Any] | None, panels: Mapping[s
         if not _is_sentence(str(named["effect"]), str(named["sentence"])):
             raise InvalidCertificate(f"the gap analysis describes '{named['effect']}' in words that are not its own")
     for pole in (gap or {}).get("unnamed", ()):
-        if not re.fullmatch(_CHANNEL, str(pole["channel"])):
+        if not re.fullmatch(_channel(), str(pole["channel"])):
             raise InvalidCertificate(f"the gap analysis names a channel '{str(pole['channel'])[:60]}', which is none")
     known = {f"{GAP_PICTURES}{name}" for name in (on_certificate(gap) if gap and "named" in gap else ())}
     for panel in panels_to_json({name: p for name, p in panels.items() if name.startswith(GAP_PICTURES)}):
         if panel["name"] not in known:
             raise InvalidCertificate(f"the picture {panel['name']} is not of the stated gap analysis")
-        if (other := next((t for t in _texts(panel) if not _WORDS.fullmatch(t)), None)) is not None:
+        if (other := next((t for t in _texts(panel) if not _words().fullmatch(t)), None)) is not None:
             raise InvalidCertificate(f"the picture {panel['name']} says '{other[:60]}'")
 
 
@@ -54,7 +75,7 @@ def _is_sentence(effect: str, text: str) -> bool:
     numbers."""
     from checks.gap.effects import EFFECTS  # loads the library: only for a unit whose responses were searched
 
-    if _FAULT.fullmatch(text):
+    if _fault().fullmatch(text):
         return True
     if effect not in EFFECTS:
         return False

@@ -18,10 +18,12 @@ from accept.store import NewEvent, Store, StoreError, fold, open_store
 from accept.store.event import Event, sealed
 from accept.store.payloads import (
     KINDS,
+    AttemptVoided,
     BaselineSet,
     GoldenMet,
     GoldenRetired,
     InstrumentChecked,
+    NonconformanceDecided,
     Payload,
     UnitJudged,
     UnitRefused,
@@ -54,10 +56,12 @@ def test_every_event_is_written_again_as_it_was(store: Store) -> None:
         assert payload.about(event.subject, event.spec).text() == event.payload
         kinds.add(type(payload))
     assert set(KINDS.values()) - kinds == {
+        AttemptVoided,
         BaselineSet,
         GoldenMet,
         GoldenRetired,
         InstrumentChecked,
+        NonconformanceDecided,
     }  # which that store has none of
 
 
