@@ -62,6 +62,18 @@ def listed(package: str) -> list[str]:
     return sorted(module.name for module in found if not module.ispkg)
 
 
+def fill_by_names(
+    table: dict[str, Any], package: str, attribute: str, group: str, problem: Callable[[Any], str]
+) -> None:
+    """Put into a table the objects called `attribute` of a package's modules, by each of their `names`, then those of
+    other packages, which can add but never replace."""
+    for module in listed(package):
+        if (own := getattr(import_module(module), attribute, None)) is not None:
+            table.update(dict.fromkeys(own.names, own))
+    for other in plugins(group, problem, table).values():
+        table.update({name: other for name in other.names if name not in table})
+
+
 def packaged() -> list[tuple[str, bytes]]:
     """Return path and content of every file of the packages that bring plug-ins, but for what was compiled from
     them."""

@@ -109,6 +109,8 @@ def _plain(word: str) -> str:
     return ALIASES.get(word, word)
 
 
+RESPONSE_UNITS = {"Vs": "V/V", "de": "m/V", "da": "m/V"}  # of the responses to Va
+
 CHANNEL_LABELS = {
     "t": "time t",
     "Va": "drive Va",

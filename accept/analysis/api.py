@@ -49,7 +49,7 @@ from checks.errors import RecordError
 from checks.fitting.calibrate import Calibration
 from checks.fitting.dataset import F_HI, F_LO, Dataset
 from checks.fitting.fit import Fit
-from checks.fitting.fit_panels import UNITS, fit_panels, frf_panels
+from checks.fitting.fit_panels import fit_panels, frf_panels
 from checks.gap.decision.bode_panels import bode_panels
 from checks.gap.decision.panels import disagreement
 from checks.misalignment.estimate_types import MisalignmentEstimate
@@ -62,6 +62,7 @@ from checks.signals.impact.impacts import ImpactRules
 from checks.signals.spectral.bode import bode
 from checks.signals.spectral.frf import Frf
 from specs.errors import AcceptError as AcceptError
+from specs.units import RESPONSE_UNITS
 
 UnitLike = str | Path | LoadedUnit
 Drawable = (
@@ -530,7 +531,7 @@ def _picture_of(what: Drawable) -> Plot:
             return _picture_of(what.first)
         case Dataset():
             frf = Frf(what.f, what.H, what.channels, "Va", np.full(what.H.shape, np.nan), what.cov, what.nu, (), "")
-            return Plot(bode(frf, {c: UNITS[c] for c in what.channels if c in UNITS}), what.name)
+            return Plot(bode(frf, {c: RESPONSE_UNITS[c] for c in what.channels if c in RESPONSE_UNITS}), what.name)
         case Fit() | Calibration():
             fit = what if isinstance(what, Fit) else what.fit
             data = fit.datasets[0]

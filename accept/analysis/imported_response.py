@@ -95,8 +95,8 @@ def _in_our_units(found: ResponseFile, input: str) -> tuple[Any, dict[str, str]]
 def _noise(
     found: ResponseFile, H: Any, var: Any, averages: float | None, noise: float | None
 ) -> tuple[Any, float, tuple[str, ...]]:
-    """Return the variance (F, C), its degrees of freedom, and what is not known. That of coherence and n averages is
-    |H|^2 (1 - coherence) / (coherence (n - 1)) ([PS12] 2.5)."""
+    """Return the variance (F, C), its degrees of freedom, and a note on missing noise. The variance that follows from
+    coherence and n averages is |H|^2 (1 - coherence) / (coherence (n - 1)) ([PS12] 2.5)."""
     n = averages or found.averages
     if np.isfinite(var).all():
         return var, (n or 2.0) - 1.0, ()

@@ -7,6 +7,12 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
+def as_utf8(text: str) -> str:
+    """Return text that every document and store can hold: each byte of a file's name that is no UTF-8, for which Python
+    writes half of a surrogate pair, is escaped."""
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
 def lines(text: str) -> str:
     """Return the same of several lines."""
     return "\n".join(one_line(line) for line in text.split("\n"))

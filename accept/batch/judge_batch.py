@@ -12,6 +12,7 @@ from typing import Any
 from accept.base.atomic_files import remove_leftovers
 from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.exit_codes import Exit, of_verdicts
+from accept.base.plain_text import as_utf8
 from accept.base.progress import steps
 from accept.batch.executors import executor
 from accept.batch.job import Judgement, Refusal, UnitJob
@@ -261,8 +262,7 @@ class _Batch:
 
     def _refuse(self, path: Path | str, reason: str, prefix: str = "") -> None:
         self.pipeline.refuse(path, reason)
-        shown = str(path).encode("utf-8", "backslashreplace").decode()  # a path may be no UTF-8, a document is
-        self.report.refused.append({"path": shown, "reason": reason})
+        self.report.refused.append({"path": as_utf8(str(path)), "reason": reason})
         self.say(f"{prefix}refused: {reason}")
 
 

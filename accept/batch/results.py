@@ -87,7 +87,7 @@ class Results:
                 self._put()
 
     def finish(self, specs: list[dict[str, str]], refused: list[dict[str, str]], verdicts: Mapping[str, int]) -> None:
-        """Write what is left, then results.json last, so that the others are there with it."""
+        """Write the remaining files, and results.json last, so that the others are there with it."""
         if self._dataset and (self._units or not self._parts):
             self._put()
         self._junit.write(outputs.junit_refused(refused) + outputs.JUNIT_END)

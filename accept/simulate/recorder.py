@@ -17,8 +17,9 @@ from checks.arrays import Array
 from checks.model.time.adc_dac import RANGE_V, in_steps
 from checks.model.time.hysteresis_creep import loops_of, stroke_of
 from hw.errors import InstrumentRefused, SettingsError
+from hw.instruments.driver import settings_of
 from hw.instruments.reading import Identity
-from hw.recorders.recorder import Heard, Recorder, settings_of
+from hw.recorders.recorder import Heard, Recorder
 from hw.simulated.world import StageFile
 from specs.bench import RecorderChannel, RecorderEntry
 from specs.bench_ranges import AMPLIFIER_GAIN, STACK_V

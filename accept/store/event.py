@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import astuple, dataclass, field
 from typing import Any
 
+from accept.base.plain_text import as_utf8
 from accept.store.errors import StoreError
 
 GENESIS = "0" * 64  # stands for the event before the first
@@ -41,7 +42,7 @@ class Event:
     def name(self) -> str:
         """The event's name in messages: `event 57 (unit_judged APA-03)`."""
         words = " ".join(str(word) for word in (self.what, self.subject) if word)
-        return f"event {self.seq} ({words.encode('utf-8', 'backslashreplace').decode()})"
+        return f"event {self.seq} ({as_utf8(words)})"
 
     @property
     def intact(self) -> bool:

@@ -9,6 +9,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+from accept.base.plain_text import as_utf8
 from accept.units import folder_header
 from accept.units.unit_entry import UnitSection, section_of
 from accept.units.unit_experiments import EXPERIMENTS, Experiments, experiments_of
@@ -84,7 +85,8 @@ def find(path: Path) -> list[Path]:
 def read(folder: Path) -> UnitFolder:
     """Return unit of a folder. Raises UnitError listing every problem of its `unit.toml`; no other file is opened."""
     path = folder / UNIT_FILE
-    if (shown := _as_utf8(folder)) != str(folder.resolve()):
+    whole = str(folder.resolve())
+    if (shown := as_utf8(whole)) != whole:
         raise UnitError(Path(shown), ["the path is not UTF-8, so no store can hold it; give the folder another name"])
     if not folder.is_dir():
         raise UnitError(folder, [f"{'is a file' if folder.exists() else 'does not exist'}; expected a unit folder"])
@@ -94,11 +96,6 @@ def read(folder: Path) -> UnitFolder:
     except ValueError as e:
         raise UnitError(path, [str(e)]) from e
     return parse(folder, text, data)
-
-
-def _as_utf8(folder: Path) -> str:
-    """Return a folder's whole path, with each byte that is no UTF-8 written as an escape."""
-    return str(folder.resolve()).encode("utf-8", "backslashreplace").decode()
 
 
 def _read_text(path: Path) -> bytes:

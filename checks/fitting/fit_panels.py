@@ -7,10 +7,10 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.fitting.dataset import Dataset
 from checks.picture import Band, Line, Panel, PanelKind
+from specs.units import RESPONSE_UNITS
 
 BEFORE, AFTER = "model before the fit", "model fitted"
 LEAST_RESIDUAL = 1e-4  # below, a picture tells nothing: no tolerance and no noise is as small
-UNITS: Mapping[str, str] = {"Vs": "V/V", "de": "m/V", "da": "m/V"}
 
 
 def fit_panels(data: Dataset, before: Complex, after: Complex) -> dict[str, Panel]:
@@ -41,7 +41,7 @@ _ROLES = {"measured": "data", BEFORE: "before", AFTER: "model", "model": "model"
 
 def _magnitude(f: Array, name: str, curves: Mapping[str, Complex]) -> Panel:
     lines = tuple(Line(f, np.abs(H), label, _style(label), _ROLES[label]) for label, H in curves.items())
-    label = f"|{name} / Va| [{UNITS.get(name, '')}]"
+    label = f"|{name} / Va| [{RESPONSE_UNITS.get(name, '')}]"
     return Panel(f"{name} / Va", "frequency [Hz]", label, lines, x_log=True, y_log=True)
 
 

@@ -1,7 +1,5 @@
 """Instruments: each file of this folder with a `DRIVER`. Other packages bring theirs as `accept.instruments`."""
 
-from importlib import import_module
-from pkgutil import iter_modules
 from typing import Any
 
 from hw.errors import SettingsError
@@ -38,12 +36,7 @@ DRIVERS: dict[str, Driver] = {}  # by each of its names in a bench file
 
 def find_drivers() -> None:
     """Put the drivers of this folder into `DRIVERS`, then those of other packages, which can add but never replace."""
-    for module in iter_modules(__path__):
-        driver = getattr(import_module(f"{__name__}.{module.name}"), "DRIVER", None)
-        if driver is not None:
-            DRIVERS.update(dict.fromkeys(driver.names, driver))
-    for driver in plugins.plugins(plugins.INSTRUMENTS, driver_problem, DRIVERS).values():
-        DRIVERS.update({name: driver for name in driver.names if name not in DRIVERS})
+    plugins.fill_by_names(DRIVERS, __name__, "DRIVER", plugins.INSTRUMENTS, driver_problem)
 
 
 def driver_problem(driver: Any) -> str:

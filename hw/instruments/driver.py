@@ -10,7 +10,7 @@ from hw.errors import SettingsError
 from hw.instruments.reading import Identity, Reading
 from hw.link import Link
 from hw.serial_port import LineSettings
-from specs.bench import InstrumentEntry
+from specs.bench import InstrumentEntry, RecorderEntry
 from specs.strict import Strict, problem_line
 
 Ask = Callable[[str], str]
@@ -91,10 +91,11 @@ def link_of(name: str, entry: InstrumentEntry) -> Link:
     return Link(LineSettings(**entry.link.model_dump()))
 
 
-def settings_of(name: str, kind: type[S], entry: InstrumentEntry) -> S:
+def settings_of(name: str, kind: type[S], entry: InstrumentEntry | RecorderEntry) -> S:
     """Return an entry's settings, of the driver's own kind. Raises SettingsError."""
     try:
         return kind.model_validate(entry.settings)
     except ValidationError as e:
         problems = "; ".join(problem_line(problem) for problem in e.errors())
-        raise SettingsError(f"{name}: [instruments.{name}.settings] {problems}") from e
+        section = "recorders" if isinstance(entry, RecorderEntry) else "instruments"
+        raise SettingsError(f"{name}: [{section}.{name}.settings] {problems}") from e

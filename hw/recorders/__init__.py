@@ -1,11 +1,10 @@
 """Recorders: each file of this folder with a `RECORDER`. Other packages bring theirs as `accept.recorders`."""
 
-from importlib import import_module
-from pkgutil import iter_modules
 from typing import Any
 
 from hw.errors import SettingsError
-from hw.recorders.recorder import Converter, Recorder, RecorderDriver, settings_of
+from hw.instruments.driver import settings_of
+from hw.recorders.recorder import Converter, Recorder, RecorderDriver
 from specs import plugins
 from specs.bench import RecorderEntry
 
@@ -25,12 +24,7 @@ RECORDERS: dict[str, RecorderDriver] = {}  # by each of its names in a bench fil
 def find_recorders() -> None:
     """Put the back ends of this folder into `RECORDERS`, then those of other packages, which can add but never
     replace."""
-    for module in iter_modules(__path__):
-        driver = getattr(import_module(f"{__name__}.{module.name}"), "RECORDER", None)
-        if driver is not None:
-            RECORDERS.update(dict.fromkeys(driver.names, driver))
-    for driver in plugins.plugins(plugins.RECORDERS, recorder_problem, RECORDERS).values():
-        RECORDERS.update({name: driver for name in driver.names if name not in RECORDERS})
+    plugins.fill_by_names(RECORDERS, __name__, "RECORDER", plugins.RECORDERS, recorder_problem)
 
 
 def recorder_problem(driver: Any) -> str:

@@ -18,8 +18,9 @@ import numpy as np
 
 from checks.arrays import Array
 from hw.errors import InstrumentRefused, NoReply, SettingsError
+from hw.instruments.driver import settings_of
 from hw.instruments.reading import Identity
-from hw.recorders.recorder import Heard, RecorderDriver, settings_of
+from hw.recorders.recorder import Heard, RecorderDriver
 from specs.bench import RecorderChannel, RecorderEntry
 from specs.distribution import install
 from specs.strict import Strict, Words

@@ -16,8 +16,9 @@ import numpy as np
 
 from checks.arrays import Array
 from hw.errors import InstrumentError, InstrumentRefused, SettingsError
+from hw.instruments.driver import settings_of
 from hw.instruments.reading import Identity
-from hw.recorders.recorder import Heard, RecorderDriver, settings_of, vet_rate
+from hw.recorders.recorder import Heard, RecorderDriver, vet_rate
 from specs.bench import RecorderChannel, RecorderEntry
 from specs.distribution import install
 from specs.strict import Strict, Words

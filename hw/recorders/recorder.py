@@ -5,10 +5,9 @@ all of them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
-from pydantic import ValidationError
 
 from checks.arrays import Array
 from checks.record import Record
@@ -16,7 +15,6 @@ from checks.signals.integration import integrated
 from hw.errors import Garbled, Implausible, InstrumentError, NoReply, OverRange, SettingsError
 from hw.instruments.reading import Identity, check_identity
 from specs.bench import RecorderChannel, RecorderEntry
-from specs.strict import Strict, problem_line
 from specs.units import UnitMismatch, factor
 
 DRIVE = "drive"  # as `physical` of a channel: what is played, if one clock plays and records
@@ -28,7 +26,6 @@ Heard = Callable[[Array], bool]
 """Receives each block (C, n) of the converters' numbers as it comes; returns whether that is enough."""
 Follow = Callable[[Callable[[], Record]], bool]
 """Receives a function that makes the record so far; returns whether that is enough."""
-S = TypeVar("S", bound=Strict)
 
 
 class Converter(Protocol):
@@ -225,12 +222,3 @@ def vet_rate(name: str, asked_Hz: float, actual_Hz: float) -> None:
     """Raise InstrumentError if a device runs at another rate than it was asked for."""
     if not abs(actual_Hz / asked_Hz - 1.0) <= RATE_WITHIN:
         raise InstrumentError(f"{name}: it runs at {actual_Hz:.8g} Hz and was asked for {asked_Hz:.8g} Hz")
-
-
-def settings_of(name: str, kind: type[S], entry: RecorderEntry) -> S:
-    """Return an entry's settings, of the back end's own kind. Raises SettingsError."""
-    try:
-        return kind.model_validate(entry.settings)
-    except ValidationError as e:
-        problems = "; ".join(problem_line(problem) for problem in e.errors())
-        raise SettingsError(f"{name}: [recorders.{name}.settings] {problems}") from e

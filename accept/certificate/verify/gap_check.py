@@ -14,6 +14,7 @@ from accept.pictures.jsonform import panels_to_json
 from accept.units.unit_folder import UnitFolder
 from checks.acceptance import CHECKS
 from checks.picture import Panel
+from specs.units import RESPONSE_UNITS
 
 _NUMBER = r"-?(?:[0-9.]{1,20}(?:e[-+]?[0-9]{1,3})?|nan|inf)"  # as an effect writes it
 _NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}
@@ -22,19 +23,17 @@ _NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}
 @cache
 def _channel() -> str:
     """Return the pattern of a response's channel. The check is loaded for it, so it is made when a gap is read."""
-    from checks.fitting.fit_panels import UNITS  # loads scipy: only if a certificate has a gap analysis
-
-    return "|".join(sorted({*UNITS, *(c for i in CHECKS["frf"].inputs.values() for c in getattr(i, "channels", ()))}))
+    return "|".join(
+        sorted({*RESPONSE_UNITS, *(c for i in CHECKS["frf"].inputs.values() for c in getattr(i, "channels", ()))})
+    )
 
 
 @cache
 def _words() -> re.Pattern[str]:
     """Return every text of the pictures that `checks.gap.decision.panels` draws."""
-    from checks.fitting.fit_panels import UNITS  # as in `_channel`
-
     c = _channel()
     return re.compile(
-        rf"|({c}) / Va|\|({c}) / Va\| \[({'|'.join(UNITS.values())}|)\]|({c}): what is left"
+        rf"|({c}) / Va|\|({c}) / Va\| \[({'|'.join(RESPONSE_UNITS.values())}|)\]|({c}): what is left"
         r"|\|data - model\| / \|data\||frequency \[Hz\]"
         r"|measured|model before|model after|before|after|disagrees, before|95 % of noise and tolerance|pole [0-9.]+ Hz"
         r"|nan|inf|-inf"
@@ -61,7 +60,9 @@ def check_gap(unit: UnitFolder, gap: Mapping[str, Any] | None, panels: Mapping[s
             raise InvalidCertificate(f"the gap analysis describes '{named['effect']}' in words that are not its own")
     for pole in (gap or {}).get("unnamed", ()):
         if not re.fullmatch(_channel(), str(pole["channel"])):
-            raise InvalidCertificate(f"the gap analysis names a channel '{str(pole['channel'])[:60]}', which is none")
+            raise InvalidCertificate(
+                f"the gap analysis names a channel '{str(pole['channel'])[:60]}', which no response has"
+            )
     known = {f"{GAP_PICTURES}{name}" for name in (on_certificate(gap) if gap and "named" in gap else ())}
     for panel in panels_to_json({name: p for name, p in panels.items() if name.startswith(GAP_PICTURES)}):
         if panel["name"] not in known:

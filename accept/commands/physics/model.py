@@ -21,7 +21,7 @@ from accept.models.model_file import open_model_file
 from accept.pictures.draw import PictureError, picture
 from checks.arrays import Array
 from checks.errors import ModelError
-from checks.fitting.fit_panels import UNITS, frf_panels
+from checks.fitting.fit_panels import frf_panels
 from checks.model.model import Model, frequency_and_damping
 from checks.model.parameter_sweep import PUBLISHED_SWEEPS, panels, sweep, table
 from checks.model.time.state_space import state_space
@@ -29,7 +29,7 @@ from checks.picture import Panel
 from hw.records.uff import frf_bytes
 from hw.records.writers import csv_bytes, frd_mat
 from specs.model import builtin_models
-from specs.units import unit_of
+from specs.units import RESPONSE_UNITS, unit_of
 
 
 @clear_errors
@@ -105,7 +105,7 @@ def frf(wanted: FrfOptions) -> Exit:
         "model": model.name,
         "f_Hz": f.tolist(),
         "channels": {
-            c: {"unit": UNITS[c], "real": H[:, i].real.tolist(), "imag": H[:, i].imag.tolist()}
+            c: {"unit": RESPONSE_UNITS[c], "real": H[:, i].real.tolist(), "imag": H[:, i].imag.tolist()}
             for i, c in enumerate(model.channels)
         },
     }

@@ -130,8 +130,8 @@ def measured_units(folders: Sequence[Path], given: OpenedModel) -> list[Response
 
 
 def learn_population(measured: Sequence[Responses], given: OpenedModel, say: Say) -> Population:
-    """Fit every unit, learn bench and batch, judge each unit by the others. Raises ModelError where nothing is
-    uncertain, NothingLearned where no unit can be fitted at all."""
+    """Fit every unit, learn bench and batch, judge each unit by the others. Raises ModelError if the model has no
+    uncertain value, NothingLearned if no unit can be fitted at all."""
     if not given.model.sds:
         raise ModelError(f"{given.spec.name}: no value has an sd, so there is nothing to learn")
     alone = replace(given, model=with_latencies(replace(given.model, joint=None, learned=None)))

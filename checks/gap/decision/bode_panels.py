@@ -12,13 +12,13 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
-from checks.fitting.fit_panels import UNITS
 from checks.fitting.prior import prior_rows
 from checks.gap.decision.panels import shown, smooth
 from checks.gap.decision.result import Result
 from checks.gap.statistics.projected_residual import Projected
 from checks.model.unidentified import Element
 from checks.picture import Band, Item, Line, Mark, Panel, PanelKind
+from specs.units import RESPONSE_UNITS
 
 GRID = 1200  # frequencies of a curve of the model, beside those of the bins
 DRAWS = 80  # of units as the model's file describes them: the 2.5 % ends are then good to a third of their distance
@@ -109,7 +109,7 @@ def _magnitude(result: Result, c: int, f: Array, curves: Mapping[str, Complex], 
     items: list[Item] = [*lines, Line(data.f, size, "measured", "points", "data"), noise, *bands]
     seen = np.concatenate([size, *(np.abs(H) for H in curves.values())])
     y_range = 0.6 * float(seen.min()), 1.7 * float(seen.max())
-    label = f"|{name} / Va| [{UNITS.get(name, '')}]"
+    label = f"|{name} / Va| [{RESPONSE_UNITS.get(name, '')}]"
     return Panel(
         f"{name} / Va", "frequency [Hz]", label, tuple(items), True, True, y_range=y_range, x_range=_range(data.f),
         kind=PanelKind.RESPONSE,

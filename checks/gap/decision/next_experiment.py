@@ -56,7 +56,7 @@ def _with_experiment(
             others.append(None)
         elif name != claim.effect.name:
             names = frozenset({*full.names, name} - {claim.effect.name})
-            rival = next((c for c in result.rivals if c.names == names), None)
+            rival = result.rival_of_names(names)
             if rival is None:  # a lag of another form, which was not fitted: nothing on the menu changes either
                 return a
             others.append(rival)

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from checks.arrays import Array, Complex
-from checks.fitting.fit_panels import UNITS
 from checks.gap.decision.result import Result
 from checks.gap.statistics.projected_residual import Projected
 from checks.picture import Band, Image, Item, Line, Mark, Panel, Span
+from specs.units import RESPONSE_UNITS
 
 CELLS = 120  # of the map along log f
 SHOWN = 0.0, 4.0  # of log10 G on the map: below it agrees, above the colour stays
@@ -73,7 +73,7 @@ def _magnitude(f: Array, name: str, H: Complex, before: Complex, after: Complex)
         Line(f, np.abs(before), "model before", "dashed", "before"),
         Line(f, np.abs(after), "model after", "solid", "model"),
     )
-    return Panel(f"{name} / Va", "frequency [Hz]", f"|{name} / Va| [{UNITS.get(name, '')}]", lines, True, True)
+    return Panel(f"{name} / Va", "frequency [Hz]", f"|{name} / Va| [{RESPONSE_UNITS.get(name, '')}]", lines, True, True)
 
 
 def _residual(result: Result, c: int, before: Complex, after: Complex) -> Panel:

@@ -79,7 +79,7 @@ def _resolve(
     ranked = [(claim.effect, few.explained(full.response, full.at))]
     for name in sorted(rivals & EFFECTS.keys()):
         names = frozenset({*full.response.names, name} - {claim.effect.name})
-        rival = next((c for c in result.rivals if c.names == names), None)
+        rival = result.rival_of_names(names)
         if rival is None:  # the band shows no difference in form, and no experiment changes a lag
             return decision.noting(f"the experiments do not tell {claim.effect.name} and {name} apart")
         ranked.append((EFFECTS[name], few.explained(rival.response, rival.at)))

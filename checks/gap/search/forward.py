@@ -30,6 +30,10 @@ class SearchResult:
         """Return whether the explanation is complete and consists of named effects only."""
         return self.best.adequate and not self.best.response.unmodelled_modes
 
+    def rival_of_names(self, names: frozenset[str]) -> Candidate | None:
+        """Return the rival explanation of exactly these members, None if none of them was fitted."""
+        return next((c for c in self.rivals if c.names == names), None)
+
     def continued_by(self, other: "SearchResult") -> "SearchResult":
         """Return the result together with that of a search that started from its end."""
         return SearchResult(self.base, other.best, other.rivals, (*self.tried, *other.tried))
