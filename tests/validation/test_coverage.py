@@ -1,6 +1,7 @@
 """The comparison of intervals with and without a disagreement: what counts, and that the two ways differ."""
 
 import numpy as np
+import pytest
 
 from checks.gap.decision import build_result
 from validation.cases import Case
@@ -14,12 +15,14 @@ def case_of(effect: str) -> Case:
     return next(c for batch in every for c in batch.judge if effect in c.effects)
 
 
+@pytest.mark.needs_data
 def test_every_unit_hides_one_effect_that_the_bench_does_not_add_to() -> None:
     hidden = [set(c.effects) for batch in draw_set("laboratory-unlearned", 5, 24, of=SET) for c in batch.judge]
     assert len(hidden) == 24
     assert all(len(h) == 1 and h <= set(EFFECTS) & set(LIBRARY) for h in hidden)
 
 
+@pytest.mark.needs_data
 def test_intervals_are_those_of_the_hidden_effect_beside_something_that_is_left() -> None:
     case = case_of("crosstalk")
     (true,) = case.effects["crosstalk"].values()

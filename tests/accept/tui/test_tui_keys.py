@@ -18,6 +18,7 @@ from tests.accept.tui.tui_help import begin, loader, press, running, settled
 from tests.soak import SOAK
 
 COUNT = 20_000 if SOAK else 400
+MOST = 5  # times as many, if a field was not reached
 BATCH = 20
 TURNS = 50  # of the event loop for a key to bubble up from the line to the screen, which is five widgets away
 NAMED = (
@@ -75,18 +76,23 @@ async def back_at_a_step(pilot: Pilot[None], serial: str) -> None:
 @pytest.mark.slow
 async def test_random_keys(tmp_path):
     signing_keys.init(home(), "correct horse", "Ann", "Quinn", "battery staple")
-    rng, sent, kept = random.Random(8), 0, None
-    while sent < COUNT:
+    rng, sent, kept, kinds = random.Random(8), 0, None, set()
+    reached = {"value_taken", "step_judged"}  # the keys did reach the fields
+
+    def is_enough() -> bool:
+        """Return whether all keys were sent; on a slow machine fewer of them reach a field, so that more are sent."""
+        return sent >= COUNT and (reached <= kinds or sent >= MOST * COUNT)
+
+    while not is_enough():
         async with running(loader("apa-basic", tmp_path)) as pilot:
-            while sent < COUNT and pilot.app.is_running and not pilot.app._exit:
+            while not is_enough() and pilot.app.is_running and not pilot.app._exit:
                 await back_at_a_step(pilot, f"R-{sent // 500}")
                 sent += await send(pilot, rng, 5 * BATCH)
                 with open_store() as store:
                     assert store.check(kept) is None  # every event is as it was when last looked at
                     kept = store.head()
-    with open_store() as store:
-        kinds = {event.what for event in store.events()}
-    assert {"value_taken", "step_judged"} <= kinds  # the keys did reach the fields
+                    kinds = {event.what for event in store.events()}
+    assert reached <= kinds
     assert "certificate_signed" not in kinds
     assert not list(home().glob("certificates/*"))
 
