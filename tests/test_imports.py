@@ -65,6 +65,19 @@ def test_verifying_loads_no_analysis() -> None:
     assert done.stdout == "[]\n", done.stderr
 
 
+def test_judging_and_verifying_load_no_scipy_signal() -> None:
+    """It takes as long to load as an APA to judge; `checks.signals.recursion` has what checks need of it. Pictures of a
+    drive and simulated records load it when they are made."""
+    late = {"checks/signals/drive/excitation_panels.py", "checks/model/time/partial_fractions.py"}
+    sources = (
+        p
+        for room in ("checks", "accept/judging", "accept/units", "accept/certificate")
+        for p in (ROOT / room).rglob("*.py")
+    )
+    users = {p.relative_to(ROOT).as_posix() for p in sources if "scipy.signal import" in p.read_text(encoding="utf-8")}
+    assert users == late
+
+
 def lint(folder: Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()", "--no-cache"]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=_env(folder))

@@ -17,6 +17,7 @@ from accept.pictures.formats import PictureError
 from accept.pictures.interactive import page
 from checks.picture import Line, Panel
 from tests.accept.units.modelled_records import write_answers
+from tests.checks.gap.gap_units import make_strut
 from tests.soak import SOAK
 
 NOTEBOOK = Path(__file__).parents[2] / "docs" / "tutorial" / "tutorial.ipynb"
@@ -103,7 +104,7 @@ def test_an_estimate_starts_no_process_which_would_run_the_callers_script_again(
 
 def test_what_is_returned_says_in_short_what_it_holds(tmp_path: Path):
     """A judged strut printed half a million characters into a notebook."""
-    unit = accept.simulate_unit(tmp_path / "T-1", seed=3)
+    unit = accept.read_unit(make_strut(tmp_path / "T-1", "T-1", seed=3))
     result, measured = accept.judge(unit, "strut-basic"), accept.responses(unit)
     lines = repr(result).splitlines()
     assert lines[0] == "T-1 (strut): accepted by spec strut-basic"

@@ -91,7 +91,7 @@ class CertificateContent:
     def spec_sha256(self) -> str:
         return _sha256(self.spec_text.encode())
 
-    @property
+    @cached_property
     def record_sha256(self) -> str:
         """Return the hash of the attached results.json, which is the result in canonical form."""
         return _sha256(canonical(self.result))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array
+from checks.signals.recursion import peaks
 
 DOUBLE, OVERLOAD, CLOSE = "double hit", "overload", "too close"
 LEVEL, MOVING, COHERENCE = "off level", "already moving", "low coherence"
@@ -115,9 +116,7 @@ def _double_hit(upward: Array, impact: Impact, sigma: float, fs: float, rules: I
     away = np.abs(np.arange(part.size) + first - impact.peak)
     share = np.where(away <= ringing(fs, rules), _RINGING_SHARE, rules.double_hit_share)
     height = np.maximum(share * impact.force_N, 8.0 * sigma)
-    from scipy.signal import find_peaks  # loads slowly: only when wanted
-
-    others = first + find_peaks(part, height=height, prominence=0.5 * height.min())[0]
+    others = first + peaks(part, 0.5 * height.min(), height=height)
     lo, hi = half_height(upward, impact)
     others = others[(others < lo) | (others > hi)]
     if others.size == 0:

@@ -26,6 +26,7 @@ from checks.signals.impact.local_rational import (
     solve_pole,
     weighted_inverse,
 )
+from checks.signals.recursion import peaks
 
 _ORDER = 2  # of the local polynomial
 _PROMINENCE = 0.3  # in log10: 6 dB
@@ -76,8 +77,7 @@ def find_modes(
 ) -> tuple[Mode, ...]:
     """Return the modes of an impact FRF inside band_Hz, by frequency; peaks below `floor` times the highest are left
     out, of peaks within separation_Hz all but the highest."""
-    peaks = _peaks(frf, band_Hz, floor, separation_Hz)
-    fitted = (fit_mode(frf, frf.f[k]) for k in peaks)
+    fitted = (fit_mode(frf, frf.f[k]) for k in _peaks(frf, band_Hz, floor, separation_Hz))
     slowest = _DECAY_BINS * frf.df
     modes = [m for m in fitted if m is not None and m.significant and m.damping_ratio * m.f_Hz > slowest]
     return tuple(
@@ -92,12 +92,10 @@ def _peaks(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float, separatio
     magnitude = np.abs(frf.H[inside])
     noise = np.sqrt(smooth(frf.var[inside]))
     distance = max(round(separation_Hz / frf.df), 3)
-    from scipy.signal import find_peaks  # loads slowly: only when wanted
-
-    found, _ = find_peaks(np.log10(np.maximum(magnitude, 1e-300)), prominence=_PROMINENCE, distance=distance)
+    found = peaks(np.log10(np.maximum(magnitude, 1e-300)), _PROMINENCE, distance)
     strong = (magnitude[found] > floor * magnitude.max()) & (magnitude[found] > 3.0 * noise[found])
-    peaks: NDArray[np.intp] = inside[found[strong & frf.driven[inside[found]]]]
-    return peaks
+    kept: NDArray[np.intp] = inside[found[strong & frf.driven[inside[found]]]]
+    return kept
 
 
 def _distinct(modes: list[Mode], separation_Hz: float) -> list[Mode]:

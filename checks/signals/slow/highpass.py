@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array
+from checks.signals.recursion import recursion, smooth_lowpass
 from checks.signals.slow.loops import ScalarEstimate
 from checks.signals.slow.regression import least_squares
 
@@ -89,10 +90,7 @@ def _band(t: Array, u: Array, y: Array, top_Hz: float) -> tuple[Array, Array, Ar
         raise ValueError(f"{t.size} samples are too short a record, {MIN_SAMPLES} are needed")
     fs = (t.size - 1) / (t[-1] - t[0])
     if fs > 2.5 * top_Hz:
-        from scipy.signal import butter, sosfiltfilt  # loads slowly: only when wanted
-
-        sos = butter(4, top_Hz, fs=fs, output="sos")
-        u, y = (sosfiltfilt(sos, x - x[0]) + x[0] for x in (u, y))
+        u, y = smooth_lowpass(u, fs, top_Hz), smooth_lowpass(y, fs, top_Hz)
     every = max(1, int(fs / (PER_TOP * top_Hz)))
     edge = int(EDGE_PERIODS * fs / top_Hz)
     kept = slice(edge, t.size - edge, every)
@@ -109,9 +107,7 @@ def _design(t: Array, u: Array, corner: float) -> Array:
     # s/(s + w) = 1 - w/(s + w), the latter exact for a drive that runs straight from sample to sample; how a smooth one
     # bulges above its chords goes into the second derivative.
     drive = u - u[0]
-    from scipy.signal import lfilter  # loads slowly: only when wanted
-
-    passed = drive - lfilter([1 - mean, mean - a], [1.0, -a], drive)
+    passed = drive - recursion([1 - mean, mean - a], [1.0, -a], drive)
     rate = np.gradient(passed, dt)
     after = t - t[0]
     decay = np.exp(-2 * math.pi * corner * after)

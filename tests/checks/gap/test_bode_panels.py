@@ -3,17 +3,15 @@
 import numpy as np
 import pytest
 
-from accept.gap import analyse_unit
 from checks.gap.decision.bode_panels import _broken, _covariance, _cut, _from, bode_panels
 from checks.gap.decision.result import Result
 from checks.picture import Band, Line
-from tests.checks.gap.gap_units import HIGHPASS, make_strut
+from tests.checks.gap.gap_units import highpass_answer
 
 
 @pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
-    unit = make_strut(tmp_path_factory.mktemp("units") / "X-1", "X-1", HIGHPASS)
-    return analyse_unit.analyse(unit, "strut").result
+def result() -> Result:
+    return highpass_answer()
 
 
 def test_three_panels_of_a_channel_stand_on_one_axis(result: Result) -> None:

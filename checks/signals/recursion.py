@@ -1,0 +1,94 @@
+"""Recursive filters in time, and peaks of a curve, as scipy.signal has them: loading that package takes as long as
+judging an APA."""
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import blas
+
+from checks.arrays import Array, Complex
+
+_Series = TypeVar("_Series", Array, Complex)
+_EXTENSION = 15  # samples that the record is continued by at each end, turned about the end point: as scipy.signal does
+
+
+def recursion(b: Sequence[complex], a: Sequence[complex], x: _Series) -> _Series:
+    """Return y (N,) of a[0] y[n] + a[1] y[n - 1] + ... = b[0] x[n] + b[1] x[n - 1] + ... from rest; a[0] is 1. The
+    samples
+    of y solve a triangular band matrix ([OPPENHEIM10] 6.1). Complex coefficients need a complex x."""
+    band = np.empty((len(a), x.size), dtype=x.dtype, order="F")
+    band[:] = np.asarray(a, dtype=x.dtype)[:, None]
+    moving = np.convolve(x, np.asarray(b, dtype=x.dtype))[: x.size]
+    solve = blas.ztbsv if np.iscomplexobj(x) else blas.dtbsv
+    y: _Series = solve(len(a) - 1, band, moving, lower=1, diag=1, overwrite_x=True)
+    return y
+
+
+def smooth_lowpass(x: Array, fs: float, corner_Hz: float) -> Array:
+    """Return x (N,), sampled at fs [Hz], through a Butterworth low-pass of fourth order forwards and backwards: no
+    delay, and half of the amplitude at the corner. At both ends the record goes on turned about its end point, and the
+    filter begins as if the first value had always been there."""
+    k = min(_EXTENSION, x.size - 1)
+    y = np.concatenate([2 * x[0] - x[k:0:-1], x, 2 * x[-1] - x[-2 : -k - 2 : -1]])
+    for _ in range(2):
+        start = y[0]
+        y = y - start
+        for b, a in _butterworth(corner_Hz / fs):
+            y = recursion(b, a, y)
+        y = (y + start)[::-1]
+    return np.asarray(y[k : y.size - k])
+
+
+def _butterworth(corner: float) -> list[tuple[list[float], list[float]]]:
+    """Return (b, a) of the two sections of fourth order, for a corner in cycles a sample: by the bilinear transform, so
+    that the corner is met ([OPPENHEIM10] 7.2)."""
+    w = np.tan(np.pi * corner)
+    sections = []
+    for half_turn in (np.pi / 8, 3 * np.pi / 8):
+        damping = 2.0 * np.cos(half_turn) * w
+        scale = 1.0 / (1.0 + damping + w * w)
+        gain = w * w * scale
+        a = [1.0, 2.0 * (w * w - 1.0) * scale, (1.0 - damping + w * w) * scale]
+        sections.append(([gain, 2.0 * gain, gain], a))
+    return sections
+
+
+def peaks(x: Array, prominence: float, distance: int = 1, height: Array | None = None) -> NDArray[np.intp]:
+    """Return the indices of the maxima of x (N,), of a flat top its middle, in order: at least as high as `height`
+    (N,), the highest of all within less than `distance` samples, and standing out by `prominence` above the higher of
+    the two lowest points between it and the next higher one on each side. As scipy.signal.find_peaks."""
+    tops = _maxima(x)
+    if height is not None:
+        tops = tops[x[tops] >= height[tops]]
+    tops = tops[_highest_around(tops, x[tops], distance)]
+    return np.asarray([k for k in tops if _prominence(x, int(k)) >= prominence], dtype=np.intp)
+
+
+def _maxima(x: Array) -> NDArray[np.intp]:
+    """Return the middle of each run of equal values that is above both of its neighbours."""
+    first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
+    last = np.append(first[1:], x.size) - 1
+    level = x[first]
+    top = np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])) + 1
+    return np.asarray((first[top] + last[top]) // 2)
+
+
+def _highest_around(at: NDArray[np.intp], height: Array, distance: int) -> NDArray[np.bool_]:
+    """Return which of the points at (P,) have no higher one that stays within less than `distance` samples."""
+    stays = np.ones(at.size, dtype=bool)
+    for k in np.argsort(height)[::-1]:
+        if stays[k]:
+            stays[np.searchsorted(at, at[k] - distance, "right") : np.searchsorted(at, at[k] + distance)] = False
+            stays[k] = True
+    return stays
+
+
+def _prominence(x: Array, top: int) -> float:
+    """Return by how much a maximum stands above the higher of the lowest points on its way to a higher one."""
+    higher = np.flatnonzero(x > x[top])
+    place = int(np.searchsorted(higher, top))
+    lo = int(higher[place - 1]) + 1 if place else 0
+    hi = int(higher[place]) if place < higher.size else x.size
+    return float(x[top] - max(x[lo : top + 1].min(), x[top:hi].min()))
