@@ -53,7 +53,8 @@ def _level_dependence(problem: Problem) -> float:
     if slow is None:
         return 0.0
     bend = BENT * abs(slow.bends.value) if slow.is_bent(problem.table) else 0.0
-    return max(slow.grows.value if problem.in_slow else 0.0, bend)
+    opens = slow.grows.value if problem.in_slow or slow.opens(problem.table) else 0.0
+    return max(opens, bend)
 
 
 def correct_records(search: Search, base: Candidate, problem: Problem) -> Problem | None:

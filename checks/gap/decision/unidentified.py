@@ -55,12 +55,18 @@ def unidentified_effects(
 
 
 def static_bend(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
-    """Return the bend of the static curve between drive and displacement as an unidentified effect; the library has no
-    effect for it."""
-    if slow is None or not slow.is_bent(table):
+    """Return the bend of the static curve between drive and displacement, and loops that open otherwise than those of a
+    hysteresis of the drive, as unidentified effects; the library has no effect for them."""
+    if slow is None:
         return ()
-    words = f"under slow sines de bends: the cubic part of the curve is {slow.bends.value:.3f} of the straight one"
-    return (Nameless("de", (), (), True, words),)
+    found = []
+    if slow.is_bent(table):
+        found.append(
+            f"under slow sines de bends: the cubic part of the curve is {slow.bends.value:.3f} of the straight one"
+        )
+    if slow.opens(table) and not slow.is_of_drive:
+        found.append("under slow sines loops of de open, but not as those of the drive's hysteresis: a friction?")
+    return tuple(Nameless("de", (), (), True, words) for words in found)
 
 
 def from_window(full: Candidate, channel: str, level: bool) -> Nameless:

@@ -3,6 +3,11 @@ bends.
 
 The opening of a loop relative to its height is  creep's share (alike at every amplitude) + hysteresis' share (in
 proportion to it: Rayleigh; [BERTOTTI98] 2.3). Both by weighted least squares.
+
+Not every loop that opens with the amplitude is a hysteresis of the drive. In Rayleigh's law the same density of plays
+opens the loop and makes it steeper: if it opens by w of its height, the slope grows by 2 w between no amplitude and
+this one. A guide that sticks and slips opens its loops until it slips and less beyond, so their openings lie on no
+straight line over the amplitude; while it still sticks they do, but the loop hardly gets steeper.
 """
 
 from dataclasses import dataclass
@@ -19,6 +24,11 @@ from checks.signals.slow.loops import ScalarEstimate
 
 SPREAD = 1e-4  # of the height: what the model of a loop itself may be wrong by
 MANY = 2  # amplitudes at least
+BEYOND_NOISE = 6.0  # standard uncertainties
+CURVE = 2  # order of a polynomial that tells a curve from a line
+CURVED = 0.35  # of the rise, between proportional and squared parts of an opening: ceramics keep to a tenth at mid-way
+COUPLED = 0.5  # of the steepening that Rayleigh's law expects: that of ceramics differs; sticking friction has none
+DRIFT = 0.02  # of a gain, between the first amplitude and the last: no bench holds it better than by some percent
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +48,26 @@ class Slow:
         """Return the opening (L,) of every loop by the two shares."""
         a = np.array([p.amplitude for p in self.loops])
         return np.asarray(self.constant.value + self.grows.value * a / a.max())
+
+    @property
+    def is_of_drive(self) -> bool:
+        """Return whether the loops open and get steeper with the amplitude as those of a hysteresis of the drive do."""
+        x = np.array([p.amplitude for p in self.loops]) / max(p.amplitude for p in self.loops)
+        opening = np.array([p.width.value for p in self.loops])
+        slope = np.array([float(p.drive @ p.response) / float(p.drive @ p.drive) for p in self.loops])
+        # Errors of a loop count in its height, so weights are the amplitudes. w / (1 - 2 w) is straight in Rayleigh's
+        # law, and so is one over the slope.
+        if x.size > CURVE:
+            squared, straight, _ = np.polyfit(x, opening / (1.0 - 2.0 * opening), CURVE, w=x)
+            if abs(squared) > CURVED * abs(straight + squared):
+                return False
+        per_amplitude, at_rest = np.polyfit(x, 1.0 / slope, 1, w=x)
+        steeper, expected = -float(per_amplitude / at_rest), 2.0 * self.grows.value
+        return abs(steeper - expected) < COUPLED * expected + DRIFT
+
+    def opens(self, table: Thresholds) -> bool:
+        """Return whether the loops open with the amplitude beyond noise, for whatever reason."""
+        return self.grows.value > table.loop_width and self.grows.value > BEYOND_NOISE * self.grows.u
 
     def is_bent(self, table: Thresholds) -> bool:
         """Return whether the static curve between drive and displacement bends enough to be reported."""

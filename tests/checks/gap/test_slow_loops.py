@@ -1,0 +1,63 @@
+"""Loops under slow sines: those of a hysteresis of the drive, and those of a guide that sticks and slips."""
+
+import numpy as np
+import pytest
+
+from checks.arrays import Array
+from checks.gap.effects import effect_named
+from checks.gap.modelling.slow_sines import Slow, slow_record
+from checks.gap.modelling.thresholds import THRESHOLDS
+from checks.model.time.hysteresis_creep import loops_of
+from checks.record import Record
+
+FS = 1000.0  # [Hz], sines of 1 Hz
+AMPLITUDES_V = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
+GAIN_M_PER_V = 3e-5
+NOISE_M = 2e-9
+
+
+def drive() -> Array:
+    cycle = np.sin(2 * np.pi * np.arange(int(FS)) / FS)
+    return np.concatenate([a * np.tile(cycle, 3) for a in AMPLITUDES_V])
+
+
+def analysed(de: Array) -> Slow:
+    Va = drive()
+    noise = NOISE_M * np.random.default_rng(1).standard_normal(Va.size)
+    channels = {"Va": Va, "de": GAIN_M_PER_V * de + noise}
+    found = slow_record(Record(np.arange(Va.size) / FS, channels, {"Va": "V", "de": "m"}))
+    assert found is not None
+    return found
+
+
+def with_friction(share: float, slips_at_V: float) -> Array:
+    """Dahl's friction: a spring of this share of the stiffness until it slips, in volts of drive."""
+    u, held, out = drive(), 0.0, []
+    for step, x in zip(np.diff(u, prepend=0.0).tolist(), u.tolist(), strict=True):
+        held += step - abs(step) * held / slips_at_V
+        out.append(x - share * held)
+    return np.array(out)
+
+
+@pytest.mark.parametrize("width", [0.01, 0.05, 0.12])
+def test_hysteresis_of_the_drive_is_named(width: float) -> None:
+    slow = analysed(loops_of(width, max(AMPLITUDES_V))(drive()))
+    finding = effect_named("hysteresis").slow.named(slow, THRESHOLDS)
+    assert finding is not None
+    # the share that grows is a straight line through openings that bend by 2 w: 7 % of it at w = 0.12
+    assert finding.values["relative_width"] == pytest.approx(width, rel=0.08)
+
+
+def test_hysteresis_on_a_gain_that_drifts_is_named() -> None:
+    """One percent from the first amplitude to the last, as amplifiers do in a minute."""
+    y = loops_of(0.05, max(AMPLITUDES_V))(drive())
+    slow = analysed(y * np.linspace(1.0, 0.99, y.size))
+    assert effect_named("hysteresis").slow.named(slow, THRESHOLDS) is not None
+
+
+@pytest.mark.parametrize("slips_at_V", [1.0, 1.5, 10.0])
+def test_friction_is_no_hysteresis_of_the_drive(slips_at_V: float) -> None:
+    """Its loops open with the amplitude too, while it sticks. Red before: named, with up to 60 standard deviations."""
+    slow = analysed(with_friction(0.25, slips_at_V))
+    assert slow.opens(THRESHOLDS)
+    assert effect_named("hysteresis").slow.named(slow, THRESHOLDS) is None
