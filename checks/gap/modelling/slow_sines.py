@@ -55,6 +55,8 @@ class Slow:
         x = np.array([p.amplitude for p in self.loops]) / max(p.amplitude for p in self.loops)
         opening = np.array([p.width.value for p in self.loops])
         slope = np.array([float(p.drive @ p.response) / float(p.drive @ p.drive) for p in self.loops])
+        if np.any(opening >= 0.5) or np.any(slope == 0.0):
+            return False
         # Errors of a loop count in its height, so weights are the amplitudes. w / (1 - 2 w) is straight in Rayleigh's
         # law, and so is one over the slope.
         if x.size > CURVE:

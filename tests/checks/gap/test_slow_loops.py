@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from checks.arrays import Array
+from checks.gap.decision.unidentified import static_bend
 from checks.gap.effects import effect_named
 from checks.gap.modelling.slow_sines import Slow, slow_record
 from checks.gap.modelling.thresholds import THRESHOLDS
@@ -55,9 +56,19 @@ def test_hysteresis_on_a_gain_that_drifts_is_named() -> None:
     assert effect_named("hysteresis").slow.named(slow, THRESHOLDS) is not None
 
 
+@pytest.mark.parametrize("width", [0.01, 0.03])
+def test_hysteresis_is_named_through_an_encoder_that_interpolates(width: float) -> None:
+    """10 nm that repeat every 2 um: a hundredth of the smallest loop."""
+    y = loops_of(width, max(AMPLITUDES_V))(drive())
+    error_V = 10e-9 / GAIN_M_PER_V * np.sin(2 * np.pi * y * GAIN_M_PER_V / 2e-6)
+    assert effect_named("hysteresis").slow.named(analysed(y + error_V), THRESHOLDS) is not None
+
+
 @pytest.mark.parametrize("slips_at_V", [1.0, 1.5, 10.0])
 def test_friction_is_no_hysteresis_of_the_drive(slips_at_V: float) -> None:
     """Its loops open with the amplitude too, while it sticks. Red before: named, with up to 60 standard deviations."""
     slow = analysed(with_friction(0.25, slips_at_V))
     assert slow.opens(THRESHOLDS)
     assert effect_named("hysteresis").slow.named(slow, THRESHOLDS) is None
+    (missing,) = [n for n in static_bend(slow, THRESHOLDS) if "loops" in n.words]
+    assert (missing.channel, missing.level_dependent) == ("de", True)
