@@ -28,7 +28,7 @@ from accept.certificate.contents.content import canonical
 from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import numbers_of, provenance
+from accept.certificate.trust.provenance import numbers_of, provenance, store_bench
 from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
 from accept.judging.calibration import Statement
@@ -226,6 +226,7 @@ class Pipeline:
     def _provenance(self, spec: Spec, serial: str, before: UnitState | None) -> dict[str, Any]:
         if self._head is None:
             self._head = self.store.signed_head()
+        store_bench(self.store, self.home, self.credential, self.operator)
         taken = numbers_of(self.store.events(serial))
         return provenance(spec, serial, before, self._head, self.home, self.credential, taken=taken)
 

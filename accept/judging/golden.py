@@ -15,6 +15,7 @@ from accept.base.documents.results import Information
 from accept.judging.decisions import Signer, problem_here, sign_decision
 from accept.store import Event, Store
 from accept.store.payloads import (
+    BenchStated,
     GoldenMet,
     GoldenMissed,
     GoldenNamed,
@@ -190,8 +191,11 @@ def check_may_judge(store: Store, serial: str) -> None:
         return  # named while the bench was trusted, not to get past the stop
     problems = missed(store) or {}
     words = "; ".join(f"{golden}: {', '.join(differences)}" for golden, differences in problems.items())
+    lifted = store.events(what=GoldenResolved.KIND, after=stops[-1].seq)
+    unsigned = any(GoldenResolved.of(event).signed is None for event in lifted)
+    why = "; an earlier version stored that this was resolved, without a signature" if unsigned else ""
     raise BenchStopped(
-        f"{serial}: not judged, because the bench missed its golden units ({words}); "
+        f"{serial}: not judged, because the bench missed its golden units ({words}){why}; "
         "find out why, then quality assurance signs: accept golden resolve --reason '...'"
     )
 
@@ -212,7 +216,9 @@ def _counted(store: Store) -> list[Event]:
     state that they changed, so that a signature of before does not count once more."""
     changes = _changes(store)
     marks = [*store.events(what=GoldenMet.KIND), *store.events(what=GoldenMissed.KIND), *changes]
-    since = min((e.seq for e in marks if e.data.get("signed_changes") or e.data.get("signed")), default=math.inf)
+    marks = [e for e in marks if e.data.get("signed_changes") or e.data.get("signed")]
+    this_program = next(store.events(what=BenchStated.KIND), None)  # earlier ones store no such event
+    since = min((e.seq for e in (*marks, *([this_program] if this_program else []))), default=math.inf)
     counted, last = [], dict[str, int]()
     for event in changes:
         said = GoldenNamed.of(event) if event.what == GoldenNamed.KIND else GoldenRetired.of(event)

@@ -119,6 +119,16 @@ class CertificateSigned(Payload, what="certificate_signed"):
 
 
 @dataclass(frozen=True)
+class BenchStated(Payload, what="bench_stated"):
+    """A bench states this on its certificates beside their results, until its next such event. It has no subject."""
+
+    bench: Annotated[str, "public key of the bench"]
+    laboratory: Annotated[Mapping[str, Any] | None, "the keys of its `laboratory.toml`"]
+    authority: Annotated[bool, "the authority's key lies at the bench"]
+    crl: Annotated[str | None, "sha256 of the authority's list of revoked keys"]
+
+
+@dataclass(frozen=True)
 class BatchStarted(Payload, what="batch_started"):
     """A batch was started."""
 

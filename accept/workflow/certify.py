@@ -12,7 +12,7 @@ from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import numbers_of, provenance
+from accept.certificate.trust.provenance import numbers_of, provenance, store_bench
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, verify_file
 from accept.certificate.verify.verification import Verification
@@ -39,6 +39,7 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     result = session.result or session.judge()
     number = session.attempt.number
     before = fold(session.before_attempt()).units.get(session.serial)
+    store_bench(session.store, session.home, credential, credential.person)
     stated = provenance(
         session.spec, session.serial, before, session.store.signed_head(), session.home, credential, number,
         numbers_of(session.store.events(session.serial)),
@@ -121,4 +122,4 @@ def _keep_older(path: Path) -> None:
 
 def _verified(session: Session, path: Path, credential: Credential) -> Verification:
     session.refresh()
-    return verify_file(path, [credential.ca], records=session.folder)
+    return verify_file(path, [credential.ca], records=session.folder, known=check_store)

@@ -76,16 +76,21 @@ def laboratory_of(home: Path) -> Laboratory | None:
     return parse_as(Laboratory, LaboratoryFile, file_bytes(path), str(path), path=str(path))
 
 
-def statement_of(laboratory: Laboratory, checks: Iterable[str]) -> dict[str, Any]:
+def statement_of(laboratory: LaboratoryFile, checks: Iterable[str]) -> dict[str, Any]:
     """Return what a certificate states of the laboratory: the texts that are given, and the method of each check."""
     stated: dict[str, Any] = {name: text for name in STATED if (text := getattr(laboratory, name)) is not None}
     methods = {name: method for name in checks if (method := method_of(laboratory, name)) is not None}
     return stated | ({"methods": methods} if methods else {})
 
 
-def method_of(laboratory: Laboratory, check: str) -> str | None:
+def method_of(laboratory: LaboratoryFile, check: str) -> str | None:
     """Return the method by which a check is measured, with its revision; None if it is not stated."""
     return laboratory.methods.get(check, laboratory.methods.get(OTHERS))
+
+
+def contents_of(laboratory: LaboratoryFile) -> dict[str, Any]:
+    """Return the keys of the file that are given, as `LaboratoryFile` takes them."""
+    return laboratory.model_dump(include=set(LaboratoryFile.model_fields), exclude_defaults=True)
 
 
 def number_of(scheme: str, serial: str, attempt: int, year: int, taken: Collection[str]) -> str:

@@ -105,17 +105,20 @@ def init(
     authority_passphrase: str | None = None,
     demo: bool = False,
     bench_key: Path | None = None,
+    office: Path | None = None,
 ) -> Path:
     """Make the authority, the technician's key and the certificate of the bench, all or none, and return their folder.
 
     qa_name, qa_passphrase: make a QA key too, of another person and with a passphrase of its own. authority_passphrase:
     if None, one is generated and left in `authority-passphrase.txt` of the folder, for its owner to take off the bench.
-    demo: an authority that only demonstrations trust. bench_key: the bench's own key, by default in `home`. Raises
-    KeysError if there are keys already, a name is empty or taken twice, a passphrase is too short or used twice, or the
+    demo: an authority that only demonstrations trust. bench_key: the bench's own key, by default in `home`. office:
+    folder off the bench, such as a memory stick, for the authority's key and passphrase; by default the bench's. Raises
+    KeysError if there are keys already, a name is empty or taken twice, a passphrase is too short or used twice, or a
     folder cannot be written.
     """
-    if exist(home):
-        raise KeysError(f"{folder(home)}: there are keys already; move them away to make new ones")
+    for place in (folder(home), *([office] if office else [])):
+        if (place / f"{CA}.pem").is_file():
+            raise KeysError(f"{place}: there are keys already; move them away to make new ones")
     check_name(technician_name)
     check_passphrase(passphrase)
     bench = own_key(bench_key or home / BENCH_KEY).public_key()
@@ -130,12 +133,23 @@ def init(
         persons[QA] = (qa_name, qa_passphrase or "")
     if authority_passphrase is not None:
         check_passphrase(authority_passphrase)
+        if authority_passphrase in (passphrase, qa_passphrase):
+            raise KeysError("the authority needs a passphrase of its own; no key was made")
     now = (when or datetime.now(UTC)).replace(microsecond=0)
     files = _make(persons, bench, authority_passphrase, now, demo)
+    taken_off = (f"{CA}.key.pem", AUTHORITY_PASSPHRASE) if office else ()
+    written: list[Path] = []
     try:
-        _place(files, folder(home))
+        for name in (f"{CA}.pem", *taken_off) if office else ():
+            if office and name in files:
+                office.mkdir(parents=True, exist_ok=True)
+                write_secret(office / name, files[name])
+                written.append(office / name)
+        _place({name: content for name, content in files.items() if name not in taken_off}, folder(home))
     except OSError as e:
-        raise KeysError(f"{folder(home)}: keys cannot be written ({e.strerror})") from e
+        for path in written:
+            path.unlink(missing_ok=True)
+        raise KeysError(f"{e.filename or folder(home)}: keys cannot be written ({e.strerror})") from e
     return folder(home)
 
 

@@ -1,6 +1,7 @@
 """The provenance that a certificate states beside its result: its attempt, what it replaces, the head of the bench's
 store, the approval of the spec, and whether a demo made it."""
 
+import hashlib
 from collections.abc import Collection, Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -9,13 +10,13 @@ from typing import Any
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.certificate.contents.content import canonical
-from accept.certificate.contents.laboratory import laboratory_of, number_of, statement_of
+from accept.certificate.contents.laboratory import contents_of, laboratory_of, number_of, statement_of
 from accept.certificate.trust import keys, revocation
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.spec_approval import approval_of
-from accept.store import Event, SignedHead, UnitState
+from accept.store import Event, SignedHead, Store, UnitState
 from accept.store.opening import BENCH_KEY
-from accept.store.payloads import CertificateSigned
+from accept.store.payloads import BenchStated, CertificateSigned
 from accept.store.seal import own_key
 from specs.spec import Spec
 
@@ -70,6 +71,30 @@ def provenance(
     if bench is not None:
         stated["signature"] = own_key(home / BENCH_KEY).sign(signed_text(serial, stated)).hex()
     return stated
+
+
+def store_bench(store: Store, home: Path, credential: Credential | None, who: str) -> None:
+    """Store what a bench states from its own folder, if it differs from what it stated before, so that a certificate
+    can be compared with it. A demonstration and a store in memory keep none.
+
+    Raises StoreError, RevocationError, SpecError."""
+    if credential is None or credential.demo or not store.bench:
+        return
+    laboratory, listed = laboratory_of(home), revocation.kept(keys.folder(home) / revocation.FILE)
+    now = BenchStated(
+        store.bench,
+        contents_of(laboratory) if laboratory else None,
+        keys.authority_here(home),
+        listed and digest_of(listed),
+    )
+    last = [each for each in map(BenchStated.of, store.events("", BenchStated.KIND)) if each.bench == store.bench]
+    if not last or last[-1].to_json() != now.to_json():
+        store.write(now, who=who)
+
+
+def digest_of(listed: str) -> str:
+    """Return the hash of a list of revoked keys, as the store keeps it."""
+    return hashlib.sha256(listed.encode()).hexdigest()
 
 
 def signed_text(serial: str, stated: Mapping[str, Any]) -> bytes:

@@ -103,21 +103,29 @@ def unit_key(serial: str) -> str:
 
 def entries_of(events: Iterable[Event]) -> tuple[Entry, ...]:
     """Return the entries of a store's events, in order."""
-    found, judged, started = list[Entry](), dict[str, int](), set[str]()
+    found, judged = list[Entry](), dict[str, int]()
+    started, since = (
+        dict[str, int](),
+        dict[str, set[str]](),
+    )  # number of a unit's last attempt, and folders judged since
     for event in events:
         if event.what == _STARTED:
-            started.add(event.subject)
+            started[event.subject], since[event.subject] = int(event.data["number"]), set()
         if event.what not in (JUDGED, SIGNED, VOIDED) or not event.subject:
             continue
         content, attempt = str(event.data.get("sha256", "")), 0
         if event.what == JUDGED:
             judged[event.subject] = attempt = judged.get(event.subject, 0) + 1
             content = hashlib.sha256(canonical(event.data["result"])).hexdigest()
-            folder = _ATTEMPT.fullmatch(PurePath(str(event.data["path"])).name)
-            attempt = int(folder[1]) if folder and event.subject in started else attempt
+            path, others = str(event.data["path"]), since.setdefault(event.subject, set())
+            others.add(path)
+            folder = _ATTEMPT.fullmatch(PurePath(path).name)
+            # A folder of that name hides no attempt: its number is that of the last one, and no other was judged since.
+            own = folder is not None and int(folder[1]) == started.get(event.subject) and others == {path}
+            attempt = started[event.subject] if own else attempt
         elif event.what == VOIDED:
-            own = next((e for e in found if e.seq == event.data.get("judged")), None)
-            content, attempt = (own.content, own.attempt) if own else ("", 0)
+            void = next((e for e in found if e.seq == event.data.get("judged")), None)
+            content, attempt = (void.content, void.attempt) if void else ("", 0)
         found.append(Entry(event.seq, event.time, event.what, unit_key(event.subject), content, event.hash, attempt))
     return tuple(found)
 

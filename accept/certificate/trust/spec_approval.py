@@ -101,9 +101,11 @@ def check_spec(
     own = contents.code_sha256 == version.code_sha256()
     shipped = builtin()
     if name in shipped and load(name).sha256 == sha256:
-        if own and approval not in ({"builtin": True}, None):
+        if own and "approval" in contents.provenance and approval != {"builtin": True}:
             raise InvalidCertificate(f"spec {name} comes with this program, which provenance.approval does not say")
         return Step(f"spec {name} comes with this program")
+    if own and "approval" in contents.provenance and not approval:
+        raise InvalidCertificate("provenance.approval is neither an approval nor a reason why there is none")
     approval = approval if isinstance(approval, Mapping) else {}
     if approval.get("signature"):
         return _check_approval(approval, contents, trust, revoked)

@@ -3,6 +3,7 @@ unit was judged since. It needs the authority's certificate and the file, and no
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,9 @@ from accept.certificate.trust.published_list import (
     unit_key,
 )
 from accept.certificate.verify.stated_check import SAME_SECOND
+from accept.certificate.verify.statements import OF_THE_RESULT
+
+_LISTED = ("provenance.attempt", "provenance.replaces", "provenance.head", *OF_THE_RESULT)  # the result by its hash
 
 
 def trusted_lists(paths: Sequence[Path], roots: Sequence[x509.Certificate]) -> list[BenchList]:
@@ -72,6 +76,8 @@ def check_list(signed: bytes, contents: CertificateContent, when: datetime, list
     if void is not None:
         words = f"the list says that this attempt was declared void, on {_minute(void.time)}"
         return [*steps, Step(words, complete=False, current=False)]
+    if all(step.complete for step in steps):
+        steps[0] = replace(steps[0], looked_up=_LISTED)
     return [*steps, _later(own, judged[-1], lists)]
 
 

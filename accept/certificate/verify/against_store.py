@@ -5,7 +5,7 @@ order."""
 import hashlib
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import datetime
 from pathlib import PurePath
 from typing import Any
@@ -13,10 +13,12 @@ from typing import Any
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
+from accept.certificate.contents.laboratory import LaboratoryFile, number_of, statement_of
 from accept.certificate.contents.step import Step
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import replaced_by, values_before
+from accept.certificate.trust.provenance import digest_of, replaced_by, values_before
 from accept.certificate.verify.stated_check import SAME_SECOND
+from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import Copy, copies_of
 from accept.judging.nonconformance import open_nonconformances
 from accept.judging.parts import part_doubts
@@ -26,8 +28,9 @@ from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
 from accept.store.chain import START
 from accept.store.indexes import JUDGED
 from accept.store.opening import BENCH_KEY
-from accept.store.payloads import CertificateSigned
+from accept.store.payloads import BenchStated, CertificateSigned
 from accept.store.seal import bench_of
+from specs.spec import parse
 
 _ATTEMPT = re.compile(r"attempt-(\d+)")  # the folder of an attempt in the workflow
 _STARTED = "attempt_started"
@@ -101,12 +104,18 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
             )
             return [Step(words, complete=False)]
     wrong = [name for name, same in _comparisons(events, own, contents).items() if not same]
+    own_program = contents.code_sha256 == code_sha256()
+    if own_program:  # earlier programs did not store what a bench states
+        found = list(_bench_differences(store, own, signature, contents)) or [["statement of the bench"]]
+        fewest: list[str] = min(found, key=len)
+        wrong += fewest
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
     if (void := voids(store, own.subject).get(own.seq)) is not None:
         return [Step(f"quality assurance declared this attempt void: {void.words}", complete=False, current=False)]
-    right = "operator, spec, code, attempt and what it replaces: as in this bench's store"
+    compared = f"attempt, what it replaces{' and what its bench states' if own_program else ''}"
+    right = f"operator, spec, code, {compared}: as in this bench's store"
     return [
-        Step(words, complete=False) if wrong else Step(right),
+        Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
         *_later([e for e in events if e.what == JUDGED and e.seq > own.seq]),
     ]
 
@@ -132,6 +141,31 @@ def _comparisons(events: Sequence[Event], own: Event, contents: CertificateConte
         "values before": ("before" not in given and contents.code_sha256 != code_sha256())  # older ones state none
         or (given.get("replaces"), given.get("before")) in replaced,
     }
+
+
+def _bench_differences(store: Store, own: Event, signature: Event, contents: CertificateContent) -> Iterator[list[str]]:
+    """Yield, for everything that the bench stated from the judgement until the signature, the fields of the provenance
+    that are stated otherwise. It states something else since its laboratory.toml, say, was changed."""
+    given, spec = contents.provenance, parse(contents.spec_text.encode(), "the attached spec")
+    bench = (given.get("head") or {}).get("bench")
+    events = [e for e in store.events("", BenchStated.KIND) if e.data["bench"] == bench and e.seq < signature.seq]
+    before = [e for e in events if e.seq < own.seq]
+    for stated in map(BenchStated.of, [*before[-1:], *(e for e in events if e.seq > own.seq)]):
+        laboratory = None if stated.laboratory is None else LaboratoryFile(**stated.laboratory)
+        scheme = laboratory.certificate_number if laboratory else None
+        years = {datetime.fromisoformat(e.time).year for e in (own, signature)}
+        numbers = (
+            {number_of(scheme, contents.serial, int(given["attempt"]), year, ()) for year in years} if scheme else ()
+        )
+        number = re.sub(r"-\d+$", "", str(given.get("number")))  # of a second certificate of the attempt
+        listed = given.get("crl")
+        same = {
+            "laboratory": given.get("laboratory") == (statement_of(laboratory, spec.checks) if laboratory else None),
+            "number": given.get("number") in numbers or number in numbers if scheme else "number" not in given,
+            "authority": ("authority" in given) == stated.authority,
+            "crl": (listed and digest_of(str(listed))) == stated.crl,
+        }
+        yield [f"provenance.{name}" for name, known in same.items() if not known]
 
 
 def _is_of_attempt(own: Event, started: Event, counted: Sequence[Event]) -> bool:

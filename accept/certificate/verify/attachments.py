@@ -104,7 +104,7 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
             raise
         said.append(str(e))  # another program may draw other pictures
     if own:
-        check_gap(_unit(contents), contents.result.get("gap"), contents.panels)
+        check_gap(unit_of(contents), contents.result.get("gap"), contents.panels)
     if missing:
         what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
@@ -136,7 +136,7 @@ def _some(lines: Sequence[str]) -> str:
 
 def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[str]:
     """Return the checks that read one of these files."""
-    unit = _unit(contents)
+    unit = unit_of(contents)
     reads = {name for name, section in unit.sections.items() if not set(section.files).isdisjoint(missing)}
     if any(not set(each.files).isdisjoint(missing) for each in unit.experiments.values()):
         reads.add(RESPONSES)  # compared with the experiments' records
@@ -177,7 +177,8 @@ def with_records(contents: CertificateContent, folder: Path) -> CertificateConte
     return replace(contents, files={**contents.files, **more})
 
 
-def _unit(contents: CertificateContent) -> UnitFolder:
+def unit_of(contents: CertificateContent) -> UnitFolder:
+    """Return the attached unit, without its records. Raises UnitError, ValueError."""
     text = contents.files[UNIT_FILE]
     return parse(Path(), text, toml_of(text))
 
@@ -205,7 +206,7 @@ def _check_inputs(contents: CertificateContent) -> None:
     if UNIT_FILE not in contents.files:
         raise InvalidCertificate(f"{UNIT_FILE} is not attached")
     try:
-        unit = _unit(contents)
+        unit = unit_of(contents)
     except (UnitError, ValueError) as e:
         raise InvalidCertificate(f"the attached {UNIT_FILE} cannot be used: {e}") from e
     phantom = sorted(set(contents.inputs) - set(unit.files) - {UNIT_FILE})

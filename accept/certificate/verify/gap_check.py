@@ -2,18 +2,21 @@
 pictures say is known without it."""
 
 import re
+import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 
+from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.gap.start_model import applies
-from accept.gap.text import on_certificate
+from accept.gap.text import REFUSED, on_certificate
 from accept.judging.result import GAP_PICTURES
 from accept.pictures.jsonform import panels_to_json
 from accept.units.unit_folder import UnitFolder
 from checks.acceptance import CHECKS
 from checks.picture import Panel
+from specs.model import builtin_models
 from specs.units import RESPONSE_UNITS
 
 _NUMBER = r"-?(?:[0-9.]{1,20}(?:e[-+]?[0-9]{1,3})?|nan|inf)"  # as an effect writes it
@@ -58,17 +61,59 @@ def check_gap(unit: UnitFolder, gap: Mapping[str, Any] | None, panels: Mapping[s
     for named in (gap or {}).get("named", ()):
         if not _is_sentence(str(named["effect"]), str(named["sentence"])):
             raise InvalidCertificate(f"the gap analysis describes '{named['effect']}' in words that are not its own")
-    for pole in (gap or {}).get("unnamed", ()):
-        if not re.fullmatch(_channel(), str(pole["channel"])):
-            raise InvalidCertificate(
-                f"the gap analysis names a channel '{str(pole['channel'])[:60]}', which no response has"
-            )
+        if unknown := _other_parameters(str(named["effect"]), named["parameters"]):
+            raise InvalidCertificate(f"the gap analysis gives '{named['effect']}' the parameter '{unknown[0][:60]}'")
+    compared = (gap or {}).get("gap_before", {}).get("channels", {})
+    for channel in (*(str(pole["channel"]) for pole in (gap or {}).get("unnamed", ())), *compared):
+        if not re.fullmatch(_channel(), channel):
+            raise InvalidCertificate(f"the gap analysis names a channel '{channel[:60]}', which no response has")
     known = {f"{GAP_PICTURES}{name}" for name in (on_certificate(gap) if gap and "named" in gap else ())}
     for panel in panels_to_json({name: p for name, p in panels.items() if name.startswith(GAP_PICTURES)}):
         if panel["name"] not in known:
             raise InvalidCertificate(f"the picture {panel['name']} is not of the stated gap analysis")
         if (other := next((t for t in _texts(panel) if not _words().fullmatch(t)), None)) is not None:
             raise InvalidCertificate(f"the picture {panel['name']} says '{other[:60]}'")
+
+
+def own_words(contents: CertificateContent) -> list[str]:
+    """Return the fields of the gap analysis whose words neither the library nor an attached model has: only a store or
+    a list shows that the bench's analysis wrote them."""
+    gap = contents.result.get("gap")
+    if gap is None:
+        return []
+    found = [] if _names_its_model(gap, contents) else ["start"]
+    if gap["verdict"] == REFUSED:
+        return [f"gap.{field}" for field in (*found, "reason")]
+    if gap["ambiguous"]:
+        from checks.gap.decision.next_experiment import every_experiment  # loads the library, as `_is_sentence`
+        from checks.gap.effects import EFFECTS
+
+        known = every_experiment()
+        if any(a["experiment"] not in known or not set(a["effects"]) <= EFFECTS.keys() for a in gap["ambiguous"]):
+            found.append("ambiguous")
+    if any(pole.get("words") for pole in gap["unnamed"]):
+        found.append("unnamed")
+    return [f"gap.{field}" for field in found]
+
+
+def _names_its_model(gap: Mapping[str, Any], contents: CertificateContent) -> bool:
+    """Return whether the model that the responses were compared with is built in or attached, and has this name."""
+    start, shipped = str(gap["start"]), builtin_models()
+    if start in contents.models:
+        text = next(iter(contents.models[start].values()), b"")
+    elif start in shipped:
+        text = shipped[start].read_bytes()
+    else:
+        return False
+    return gap.get("model") in (None, tomllib.loads(text.decode()).get("name"))
+
+
+def _other_parameters(effect: str, stated: Mapping[str, Any]) -> list[str]:
+    """Return the parameters that the effect does not have; of the faults of the records some have `samples`."""
+    from checks.gap.effects import EFFECTS  # as `_is_sentence`
+
+    own = {p.name for p in EFFECTS[effect].parameters} if effect in EFFECTS else {"samples"}
+    return [name for name in stated if name not in own]
 
 
 def _is_sentence(effect: str, text: str) -> bool:

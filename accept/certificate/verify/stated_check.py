@@ -60,7 +60,11 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
         raise InvalidCertificate("the page says of the verdicts what this program does not say")
     if unknown := unlisted(contents) if own else []:
         raise InvalidCertificate(f"{unknown[0]} is stated, which this program does not write")
+    if own and ("demo" in given) != demo:
+        raise InvalidCertificate("provenance.demo is not the kind of authority that signed")
     steps = [] if own else [_other_program(contents)]
+    if own and not demo and "head" in given and given["head"] is None:
+        steps.append(Step("it states no head of its bench's store (provenance.head)", complete=False))
     if absent := [name for name in EXPECTED if name not in given]:
         steps.append(Step(f"it does not state: {', '.join(absent)}", complete=False))
     return [*steps, *_check_folder(contents), *_times(given.get("replaces"), signatures)]

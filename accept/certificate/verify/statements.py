@@ -4,12 +4,17 @@ A statement is derived again from the attached bytes, or carries a signature tha
 bench's store or its published list. A field that is not in this table is refused (`unlisted`).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from accept.base.version import code_sha256
 from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC, CertificateContent
+from accept.certificate.contents.step import Step
+from accept.certificate.verify.gap_check import own_words
+from accept.judging.nonconformance import in_notes
+from accept.units.unit_folder import UnitFolder
 
 PAGE = "the page"
 
@@ -38,6 +43,7 @@ def _rows(document: str, *rows: tuple[str, tuple[Way, ...], str]) -> tuple[State
 
 
 _DERIVED, _SIGNED, _LOOKED_UP = (Way.DERIVED,), (Way.SIGNED,), (Way.LOOKED_UP,)
+_SIGNED_AND_LOOKED_UP = (Way.SIGNED, Way.LOOKED_UP)
 
 STATEMENTS = (
     *_rows(
@@ -48,7 +54,7 @@ STATEMENTS = (
         ("accept", _DERIVED, "hash of the program that verifies; another one is never plainly valid"),
         ("drawn_with", _DERIVED, "the page, which other libraries would draw otherwise"),
         ("spec", _DERIVED, "name, title and hash of the attached spec.toml"),
-        ("operator", (Way.SIGNED, Way.LOOKED_UP), "the technician's signature; who judged, in the store"),
+        ("operator", _SIGNED_AND_LOOKED_UP, "the technician's signature; who judged, in the store"),
         ("instruments", _DERIVED, "the attached spec.toml"),
         ("statement", _DERIVED, "the words that this program uses"),
         ("inputs", _DERIVED, "names in unit.toml; hash and size of each file; what is absent is too large"),
@@ -56,15 +62,15 @@ STATEMENTS = (
         ("provenance.attempt", _LOOKED_UP, "number of the unit's judgements"),
         ("provenance.replaces", _LOOKED_UP, "judgement and certificate before, also in a list; signed later than that"),
         ("provenance.before", _LOOKED_UP, "values of the judgement that is replaced, in the store"),
-        ("provenance.laboratory", _SIGNED, "the bench's key; it is the bench's laboratory.toml of that day"),
-        ("provenance.number", (Way.SIGNED, Way.LOOKED_UP), "the bench's key; in the store, once"),
+        ("provenance.laboratory", _SIGNED_AND_LOOKED_UP, "the bench's key; laboratory.toml as the store has it"),
+        ("provenance.number", _SIGNED_AND_LOOKED_UP, "the bench's key; its scheme in the store, where it stands once"),
         ("provenance.approval", (Way.DERIVED, Way.SIGNED), "the program's own; a QA key's, of spec and models"),
-        ("provenance.head", (Way.SIGNED, Way.LOOKED_UP), "signature of the bench; that event in its store"),
+        ("provenance.head", _SIGNED_AND_LOOKED_UP, "signature of the bench; that event in its store"),
         ("provenance.bench", _SIGNED, "certificate of the authority; its key signs head and provenance"),
-        ("provenance.authority", (Way.SIGNED, Way.LOOKED_UP), "signature of the bench; whether the key lies there"),
+        ("provenance.authority", _SIGNED_AND_LOOKED_UP, "the bench's key; in the store, as that day"),
         ("provenance.signature", _SIGNED, "the bench's key, over the serial and all of the provenance"),
-        ("provenance.crl", _SIGNED, "signature of the authority"),
-        ("provenance.demo", _DERIVED, "the kind of authority"),
+        ("provenance.crl", _SIGNED_AND_LOOKED_UP, "signature of the authority; its hash in the store"),
+        ("provenance.demo", _DERIVED, "the kind of authority that signed"),
     ),
     *_rows(
         RESULTS,
@@ -84,14 +90,14 @@ STATEMENTS = (
         ("measured", _DERIVED, "unit.toml"),
         ("origin", _DERIVED, "unit.toml"),
         ("environment", _DERIVED, "unit.toml"),
-        ("nonconformances", (Way.DERIVED, Way.LOOKED_UP), "notes in unit.toml; what the store has open"),
+        ("nonconformances", (Way.DERIVED, Way.LOOKED_UP), "notes in unit.toml; what the store has open, else exit 4"),
         ("folder", _LOOKED_UP, "the stored judgement; a name that is another serial weakens the verdict"),
-        ("part_doubts", _LOOKED_UP, "the parts' judgements in the store"),
+        ("part_doubts", _LOOKED_UP, "the parts' judgements in the store; without store and list exit 4"),
         ("action", _DERIVED, "the causes of its findings"),
         (
             "gap",
             (Way.DERIVED, Way.LOOKED_UP),
-            "its sentences are the library's; the rest in the stored judgement; no verdict depends on it",
+            "words of the library, else exit 4 without store and list; numbers in the stored judgement",
         ),
     ),
     *_rows(
@@ -101,6 +107,33 @@ STATEMENTS = (
     *_rows(SPEC, ("", (Way.DERIVED, Way.SIGNED), "its hash, under the approval")),
     *_rows(PAGE, ("", _DERIVED, "drawn again from the attachments: the same to the byte")),
 )  # fmt: skip
+
+
+LOOKED_UP = tuple(s.field for s in STATEMENTS if Way.LOOKED_UP in s.ways)
+OF_THE_RESULT = tuple(s.field for s in STATEMENTS if Way.LOOKED_UP in s.ways and s.document == RESULTS)
+
+
+def taken_on_trust(contents: CertificateContent, looked_up: Collection[str]) -> list[str]:
+    """Return the fields that are stated and that only a store or a list shows, without those that were looked up: they
+    are the word of bench and technician, who signed them."""
+    stated = {*_fields(contents.manifest()), *(key for key, value in contents.result.items() if value)}
+    rows = (s for s in STATEMENTS if s.field in LOOKED_UP and s.field != "operator")
+    return [s.field for s in rows if s.field in stated and s.field not in looked_up]
+
+
+def words_on_trust(contents: CertificateContent, unit: UnitFolder, looked_up: Collection[str]) -> Step:
+    """Check the sentences of the result that this program writes and that do not follow from the attachments: not
+    complete if neither a store nor a list has them, for they could say anything."""
+    if contents.code_sha256 != code_sha256():
+        return Step("")  # it is never plainly valid
+    result = contents.result
+    found = [field for field in own_words(contents) if "gap" not in looked_up]
+    if result.get("part_doubts") and "part_doubts" not in looked_up:
+        found.append("part_doubts")
+    if set(result.get("nonconformances", ())) - set(in_notes(unit.notes)) and "nonconformances" not in looked_up:
+        found.append("nonconformances")
+    words = "neither the store of its bench nor a list was asked for the words of"
+    return Step(f"{words} {', '.join(f'{RESULTS} {field}' for field in found)}", complete=False) if found else Step("")
 
 
 def statement_of(document: str, path: str) -> Statement | None:

@@ -26,7 +26,9 @@ from accept.certificate.verify.bench_check import check_bench
 from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_copies, check_stated
+from accept.certificate.verify.statements import taken_on_trust, words_on_trust
 from accept.judging.result import UnitResult
+from accept.units.unit_folder import UNIT_FILE
 from checks.verdict import UnitVerdict
 
 Known = Callable[[bytes, CertificateContent, datetime, UnitResult | None], Sequence[Step]]
@@ -139,7 +141,12 @@ def _verify(
             spec_step := guarded("the spec", check_spec, contents, roots, revoked),
             *([] if known is None else guarded("the store", known, signed, contents, signatures[0].when, again)),
         ]
+        looked_up = {field for step in steps for field in step.looked_up}
+        unit = guarded(UNIT_FILE, attachments.unit_of, contents)
+        steps += [] if demo else [guarded("the words", words_on_trust, contents, unit, looked_up)]
         details += [one_line(step.words) for step in steps if step.words]
+        if not demo and (trusted := taken_on_trust(contents, looked_up)):
+            details.append(f"not looked up, the word of bench and technician: {', '.join(trusted)}")
     except InvalidCertificate as e:
         return Verification(Validity.NOT_VALID, str(e), details=tuple(details), demo=demo)
     lacking = [step.words for step in steps if not step.complete] + [s.doubt for s in signatures if s.doubt]

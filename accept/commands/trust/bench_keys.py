@@ -26,11 +26,24 @@ def terminal_prompt(words: str) -> str | None:
     return getpass.getpass(words) if sys.stdin.isatty() else None
 
 
-def passphrase_of(file: Path | None, words: str, variable: str = keys.PASSPHRASE, *, only: bool = False) -> str:
+def new_prompt(words: str) -> str | None:
+    """Return a new passphrase that the person types twice, None without a terminal. Raises KeysError if the two differ:
+    a mistyped one would open nothing."""
+    typed = terminal_prompt(words)
+    if typed and terminal_prompt("the same once more: ") != typed:
+        raise KeysError("the two passphrases differ; nothing was made or changed")
+    return typed
+
+
+def passphrase_of(
+    file: Path | None, words: str, variable: str = keys.PASSPHRASE, *, only: bool = False, new: bool = False
+) -> str:
     """Return passphrase from a file named on the command line, the environment, or the terminal. Raises KeysError.
 
-    variable : asked before `ACCEPT_PASSPHRASE`; only : and instead of it, where another's would be wrong.
+    variable : asked before `ACCEPT_PASSPHRASE`; only : and instead of it, where another's would be wrong. new : it is
+    asked for twice.
     """
+    prompt = new_prompt if new else terminal_prompt
     if file is not None:
         try:
             return read_bounded(file).decode("utf-8").rstrip("\r\n")
@@ -40,11 +53,11 @@ def passphrase_of(file: Path | None, words: str, variable: str = keys.PASSPHRASE
             raise KeysError(f"{file}: no passphrase can be read from it (it is not UTF-8)") from e
     given = os.environ.get(variable)
     if only:
-        typed = given or terminal_prompt(words)
+        typed = given or prompt(words)
         if not typed:
             raise KeysError(f"no passphrase: set {variable}, or run in a terminal")
         return typed
-    return keys.passphrase(given, prompt=(lambda: terminal_prompt(words) or "") if sys.stdin.isatty() else None)
+    return keys.passphrase(given, prompt=(lambda: prompt(words) or "") if sys.stdin.isatty() else None)
 
 
 def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -> Credential | None:
@@ -55,7 +68,7 @@ def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -
     Raises KeysError, also where another than the operator would sign: the signer is the operator on the record.
     """
     try:
-        phrase = passphrase_of(None, f"passphrase of the technician's key in {home}: ")
+        phrase = passphrase_of(None, f"passphrase of the technician's key in {home}: ", new=not keys.exist(home))
     except KeysError as e:
         say(f"no certificates are written: {e}")
         return None

@@ -15,7 +15,7 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import key_changes, keys
 from accept.certificate.trust.keys import BENCH, QA
-from accept.commands.trust.bench_keys import QA_PASSPHRASE, passphrase_of, terminal_prompt
+from accept.commands.trust.bench_keys import QA_PASSPHRASE, new_prompt, passphrase_of
 
 CA_PASSPHRASE = "ACCEPT_CA_PASSPHRASE"
 NEW_PASSPHRASE = "ACCEPT_NEW_PASSPHRASE"
@@ -34,18 +34,22 @@ def init(
         str | None, typer.Option(help="Name on a QA engineer's certificate; without it none is made.")
     ] = None,
     passphrase_file: PassphraseFile = None,
+    office: Annotated[
+        Path | None, typer.Option("--authority", help="Folder off the bench for the authority's key, as on a stick.")
+    ] = None,
 ) -> Exit:
     """Make the bench's authority and the technician's key."""
-    phrase = passphrase_of(passphrase_file, "passphrase of the technician's key: ")
-    own = os.environ.get(CA_PASSPHRASE) or terminal_prompt("passphrase of the authority (empty: one is made): ")
+    phrase = passphrase_of(passphrase_file, "passphrase of the technician's key: ", new=True)
+    own = os.environ.get(CA_PASSPHRASE) or new_prompt("passphrase of the authority (empty: one is made): ")
     theirs = None
     if qa is not None:
-        theirs = passphrase_of(None, f"passphrase of the QA key of {qa}: ", QA_PASSPHRASE, only=True)
-    place = keys.init(home(), phrase, operator_name(technician), qa, theirs, authority_passphrase=own or None)
+        theirs = passphrase_of(None, f"passphrase of the QA key of {qa}: ", QA_PASSPHRASE, only=True, new=True)
+    named = operator_name(technician)
+    place = keys.init(home(), phrase, named, qa, theirs, authority_passphrase=own or None, office=office)
     stdout.print(f"keys made in {place}; give {place / 'ca.pem'} to everybody who verifies certificates")
     if not own:
-        left = place / keys.AUTHORITY_PASSPHRASE
-        say(f"the authority's passphrase is in {left}; move it and ca.key.pem off the bench")
+        left = (office or place) / keys.AUTHORITY_PASSPHRASE
+        say(f"the authority's passphrase is in {left}; {'keep' if office else 'move'} it and ca.key.pem off the bench")
     return Exit.ACCEPTED
 
 
@@ -61,7 +65,8 @@ def show() -> Exit:
             say(f"warning: the key of {key.person} ({key.role}) is valid until {key.valid_to:%Y-%m-%d}")
     stdout.print(table)
     if keys.authority_here(home()):
-        say("warning: the authority's key lies at this bench: who opens it can sign as everybody; docs: signing")
+        there = keys.folder(home()) / f"{keys.CA}.key.pem"
+        say(f"warning: the authority's key lies at this bench: who opens it can sign as everybody; move {there} off it")
     if keys.bench_certificate(home(), keys.ca(home())) is None:
         say("warning: this bench has no certificate of the authority: accept keys request --role bench --name NAME")
     for path in keys.exposed(home()):
@@ -79,13 +84,14 @@ def request(
     """Make a person's key and the request for its certificate. Of a bench: the request for the key that it has."""
     variable = QA_PASSPHRASE if role == QA else keys.PASSPHRASE
     words, only = f"passphrase of the key of {name}: ", role == QA
-    phrase = "" if role == BENCH else passphrase_of(passphrase_file, words, variable, only=only)
+    phrase = "" if role == BENCH else passphrase_of(passphrase_file, words, variable, only=only, new=True)
     made, text = key_changes.request(home(), role, name, phrase)
     beside = f"{BENCH}.request.pem" if role == BENCH else made.name.replace(".key.pem", ".request.pem")
     target = out or keys.folder(home()) / beside
     if out is not None:
         write_atomic(out, text)
-    stdout.print(f"key of {name} ({role}) made in {made}; to be issued: accept keys issue {target}")
+    place = "" if keys.authority_here(home()) else " --authority FOLDER"
+    stdout.print(f"key of {name} ({role}) made in {made}; to be issued: accept keys issue {target}{place}")
     return Exit.ACCEPTED
 
 
@@ -149,7 +155,7 @@ def passphrase(
     """Change the passphrase of a key."""
     variable = CA_PASSPHRASE if who == "authority" else QA_PASSPHRASE if who == QA else keys.PASSPHRASE
     old = passphrase_of(passphrase_file, f"present passphrase of {who}: ", variable)
-    new = passphrase_of(new_passphrase_file, f"new passphrase of {who}: ", NEW_PASSPHRASE, only=True)
+    new = passphrase_of(new_passphrase_file, f"new passphrase of {who}: ", NEW_PASSPHRASE, only=True, new=True)
     stdout.print(f"{key_changes.change_passphrase(home(), _office(office), who, old, new)} has a new passphrase")
     return Exit.ACCEPTED
 

@@ -72,6 +72,12 @@ def _with_experiment(
     return a
 
 
+def every_experiment() -> frozenset[str]:
+    """Return every experiment that can be asked for, in words."""
+    plain = [experiment.value for experiment in Experiment]
+    return frozenset([*plain, *(_words(before, kind, value) for before in plain for kind, value in MENU)])
+
+
 def _words(before: str, kind: ExperimentKind, value: float) -> str:
     key = "" if kind.value is None else f", {kind.value.name} = {value:g}"
     entry = f'in unit.toml [[experiments]] kind = "{kind.name}"{key}'

@@ -1,8 +1,10 @@
 """Benches have certificates of the authority; an unknown bench is exit 4, and a second home with copied keys is one."""
 
+import shlex
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
@@ -12,6 +14,8 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.keys import KeysError
 from accept.certificate.trust.names import same_person, scripts
 from accept.certificate.verify.attachments import read
+from accept.commands.trust import bench_keys
+from accept.commands.trust import keys as commands
 from tests.accept.certificate.certificate_help import stated_head
 from tests.accept.certificate.verify.test_statements import accept, certified, forged, plainly, replaced, verified
 
@@ -133,24 +137,62 @@ def test_a_name_has_letters_of_one_script() -> None:
         assert len(scripts(name)) <= 1
 
 
+def commands_of_the_page(stick: Path, pdf: Path, request: Path) -> list[list[str]]:
+    """Return the five commands of docs/explanation/signing.md, with folders of this test."""
+    page = (Path(__file__).parents[3] / "docs" / "explanation" / "signing.md").read_text()
+    section = page.partition("### The authority off the bench, in five commands")[2]
+    lines = [shlex.split(line) for line in section.splitlines() if line.startswith("    accept ")]
+    places = {"/media/qa/authority": str(stick), "grace.request.pem": str(request), "UNIT.pdf": str(pdf)}
+    return [[places.get(word, word) for word in words[1:]] for words in lines]
+
+
 def test_the_authority_off_the_bench_in_five_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As docs/explanation/signing.md has them."""
+    """As the page has them."""
     monkeypatch.setenv("ACCEPT_CA_PASSPHRASE", "authority phrase")
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
-    stick = tmp_path / "authority"
-    assert accept("keys", "init", "--technician", "Ada Lovelace").exit_code == 0
-    stick.mkdir()
-    (home() / "keys" / "ca.key.pem").rename(stick / "ca.key.pem")
-    shutil.copy(home() / "keys" / "ca.pem", stick)
-    assert accept("keys", "request", "--role", "qa", "--name", "Grace Hopper").exit_code == 0
-    request = home() / "keys" / "qa-grace-hopper.request.pem"
-    assert accept("keys", "issue", request, "--authority", stick).exit_code == 0
-    listed = accept("keys", "list")
-    assert "Grace Hopper" in listed.stdout
-    assert "authority's key lies at this bench" not in listed.stderr
     monkeypatch.delenv("ACCEPT_OPERATOR")
-    pdf = certified(tmp_path, "A-1", serial="A-1")
-    assert accept("countersign", pdf).exit_code == 0
+    stick, pdf = tmp_path / "stick" / "authority", tmp_path / "A-1.pdf"
+    *first, countersign = commands_of_the_page(stick, pdf, tmp_path / "grace.request.pem")
+    assert len(first) == 4
+    for words in first:
+        done = accept(*words)
+        assert done.exit_code == 0, done.output
+    assert "Grace Hopper" in done.stdout
+    assert "authority's key lies at this bench" not in done.stderr
+    assert {path.name for path in stick.glob("*.pem")} == {"ca.pem", "ca.key.pem"}
+    assert not (home() / "keys" / "ca.key.pem").exists()
+    assert certified(tmp_path, "A-1", serial="A-1") == pdf
+    assert accept(*countersign).exit_code == 0
     done = verified(pdf, "--require", "accepted,countersigned,approved,current")
     assert plainly(done), done.output
     assert "authority's key" not in done.stderr
+    again = accept("keys", "init", "--technician", "Ada", "--authority", stick)
+    assert (again.exit_code, "there are keys already" in again.stderr) == (6, True)
+
+
+def test_an_authority_that_cannot_be_written_leaves_no_keys(tmp_path: Path) -> None:
+    (tmp_path / "stick").write_text("no folder")
+    done = accept("keys", "init", "--technician", "Ada", "--authority", tmp_path / "stick")
+    assert (done.exit_code, "cannot be written" in done.stderr) == (6, True), done.output
+    assert not keys.exist(home())
+
+
+def test_new_passphrases_are_typed_twice_and_the_authority_has_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At a terminal; a mistyped one would open nothing."""
+    for name in ("ACCEPT_PASSPHRASE", "ACCEPT_CA_PASSPHRASE"):
+        monkeypatch.delenv(name, raising=False)
+    typed: list[str] = []
+    monkeypatch.setattr(bench_keys, "terminal_prompt", lambda words: typed.pop(0))
+    monkeypatch.setattr(bench_keys.sys, "stdin", SimpleNamespace(isatty=lambda: True))
+
+    def made(*words: str) -> int:
+        typed[:] = words
+        return int(commands.init("Ada", None, None, None))
+
+    assert made("correct horse", "correct hoarse") == 6
+    assert made("correct horse", "correct horse", "correct horse", "correct horse") == 6
+    assert not keys.exist(home())
+    assert made("correct horse", "correct horse", "authority phrase", "authority phrase") == 0
+    assert keys.unlock(home(), "technician", "correct horse").person == "Ada"

@@ -8,7 +8,10 @@ import pytest
 
 from accept.base.home import home
 from accept.certificate.trust import keys, merkle
+from accept.certificate.trust.published_list import JUDGED, entries_of
 from accept.certificate.verify.attachments import read
+from accept.store import open_store
+from accept.store.payloads import AttemptStarted
 from tests.accept.certificate.verify.test_statements import accept, certified, forged, plainly, replaced, verified
 
 # Of the reference implementation of [RFC6962]: these entries, and the roots over the first 0 to 8 of them.
@@ -117,6 +120,22 @@ def test_a_deleted_attempt_and_a_rolled_back_store_show_up(
     assert accept("store", "publish", log).exit_code == 0  # a new list, without the rejected attempt
     done = elsewhere(monkeypatch, office, pdf, "--log", log, "--log", kept)
     assert (done.exit_code, "was rewritten" in done.stderr) == (6, True), done.output
+
+
+@pytest.mark.parametrize(
+    ("started", "first_in", "numbers"),
+    [(1, "B-1", [1, 2]), (2, "x/attempt-1", [1, 2]), (1, "x/attempt-1", [1, 1])],
+    ids=["another folder in between", "another number", "judged twice in the workflow"],
+)
+def test_a_folder_with_the_name_of_an_attempt_hides_none_in_the_list(
+    office: Path, tmp_path: Path, started: int, first_in: str, numbers: list[int]
+) -> None:
+    with open_store() as store:
+        store.write(AttemptStarted(started, "apa", {}, "", {}), "B-1", who="Test Technician")
+    certified(tmp_path, first_in, stroke=265.5)
+    certified(tmp_path, "x/attempt-1")
+    with open_store() as store:
+        assert [entry.attempt for entry in entries_of(store.events()) if entry.what == JUDGED] == numbers
 
 
 @pytest.mark.parametrize(

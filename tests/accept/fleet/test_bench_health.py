@@ -21,7 +21,7 @@ from accept.judging import golden
 from accept.judging.decisions import DecisionError, Signer
 from accept.judging.golden import BenchStopped
 from accept.store import open_store
-from accept.store.payloads import GoldenResolved
+from accept.store.payloads import BenchStated, GoldenResolved
 from accept.store.seal import Sealer
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.units.units import make_unit
@@ -248,6 +248,32 @@ def test_a_golden_unit_of_an_earlier_program_has_its_values_of_then():
         early.append("golden_named", "GOLD", {"expect": "accepted"}, who="Ann")  # this program had checked
         early.append("golden_retired", "GOLD", {"reason": "x"}, who="Ann")
         assert golden.goldens(early)["GOLD"].reference["stroke_um"].value == 360.0
+
+
+def test_unsigned_changes_of_an_earlier_program_end_where_this_one_began():
+    """Else an earlier program beside this one retires a golden unit, or gives it the values of a bench that drifted."""
+    keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
+    with open_store() as early:
+        add(early, [judgement("GOLD", GOOD)], at=BEFORE)
+        early.append("golden_named", "GOLD", {"expect": "accepted"}, who="Ann")
+        early.append("golden_named", "GOLD", {"expect": "accepted"}, who="Ann")
+        early.write(BenchStated(early.bench, None, True, None), who="Ann")  # with its first certificate
+        add(early, [judgement("GOLD", GOOD | {"stroke_um": 340.0})])
+        early.append("golden_named", "GOLD", {"expect": "accepted"}, who="Ann")
+        assert golden.goldens(early)["GOLD"].reference["stroke_um"].value == 360.0
+        early.append("golden_retired", "GOLD", {"reason": "worn"}, who="Ann")
+        assert list(golden.goldens(early)) == ["GOLD"]
+
+
+def test_a_stop_that_an_earlier_program_lifted_without_a_signature_stands(alone):
+    assert read_as(alone, 340.0) == 3
+    with pytest.raises(BenchStopped) as before:
+        golden.check_may_judge(alone, "A-01")
+    alone.append("golden_resolved", "", {"reason": "the probe was loose"}, who="Grace")
+    with pytest.raises(BenchStopped) as since:
+        golden.check_may_judge(alone, "A-01")
+    assert "without a signature" in str(since.value)
+    assert "without a signature" not in str(before.value)
 
 
 def test_a_reference_is_changed_by_a_signature_of_quality_assurance_only(alone, monkeypatch):

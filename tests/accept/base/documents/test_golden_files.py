@@ -20,6 +20,7 @@ from accept.store.payloads import (
     KINDS,
     AttemptVoided,
     BaselineSet,
+    BenchStated,
     GoldenMet,
     GoldenRetired,
     InstrumentChecked,
@@ -58,6 +59,7 @@ def test_every_event_is_written_again_as_it_was(store: Store) -> None:
     assert set(KINDS.values()) - kinds == {
         AttemptVoided,
         BaselineSet,
+        BenchStated,
         GoldenMet,
         GoldenRetired,
         InstrumentChecked,

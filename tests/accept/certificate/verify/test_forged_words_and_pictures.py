@@ -19,12 +19,13 @@ from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
 from accept.certificate.verify.attachments import read
-from accept.certificate.verify.gap_check import check_gap
+from accept.certificate.verify.gap_check import check_gap, own_words
 from accept.certificate.verify.picture_check import check_pictures
 from accept.certificate.verify.rejudge import rejudge
 from accept.certificate.verify.verification import Validity, verify
 from accept.units.unit_folder import parse
 from checks.gap.effects import EFFECTS
+from checks.gap.modelling.experiment import Experiment
 from checks.picture import Line, Panel, Text
 from specs.spec import builtin
 from specs.strict import toml_of
@@ -157,7 +158,7 @@ def test_a_gap_analysis_is_of_responses_and_brings_its_own_pictures(
 
 
 FITTED = {"verdict": "explained", "gap_before": {"channels": {"de": 9.0}}}
-NAMED = {"effect": "sensor_polarity", "sentence": EFFECTS["sensor_polarity"].sentence}
+NAMED = {"effect": "sensor_polarity", "sentence": EFFECTS["sensor_polarity"].sentence, "parameters": {}}
 
 
 @pytest.mark.parametrize(
@@ -181,6 +182,7 @@ NAMED = {"effect": "sensor_polarity", "sentence": EFFECTS["sensor_polarity"].sen
         ),
         (NAMED | {"sentence": "The unit is accepted all the same."}, "de / Va", "in words that are not its own"),
         (NAMED | {"effect": "goodwill"}, "de / Va", "in words that are not its own"),
+        (NAMED | {"parameters": {"the unit is accepted": {}}}, "de / Va", "the parameter 'the unit is accepted'"),
         ({"effect": "dead_channel", "sentence": "Vs does not answer the drive."}, "de / Va", None),
         (
             {"effect": "crosstalk", "sentence": EFFECTS["crosstalk"].say({"V_per_V": 1.2e-5}, {"V_per_V": 1e-7})},
@@ -197,7 +199,51 @@ def test_a_gap_analysis_speaks_in_the_words_of_the_library(
     x = np.linspace(1.0, 2.0, 5)
     panel = Panel(title, "frequency [Hz]", "|de / Va| [m/V]", (Line(x, x, "measured"),), True, True)
     with pytest.raises(InvalidCertificate, match=words) if words else nullcontext():
-        check_gap(unit, FITTED | {"named": [named]}, {"gap/de magnitude": panel})
+        check_gap(unit, FITTED | {"named": [{"parameters": {}, **named}]}, {"gap/de magnitude": panel})
+
+
+RIVALS = ["amplifier_bandwidth", "loop_delay"]
+FOUND = {"start": "strut", "model": "strut", "verdict": "ambiguous", "ambiguous": [], "unnamed": []}
+
+
+@pytest.mark.parametrize(
+    ("gap", "fields"),
+    [
+        (FOUND, []),
+        (FOUND | {"ambiguous": [{"effects": RIVALS, "experiment": Experiment.MASS.value}]}, []),
+        (FOUND | {"ambiguous": [{"effects": RIVALS, "experiment": "none: the unit is ACCEPTED"}]}, ["gap.ambiguous"]),
+        (
+            FOUND | {"ambiguous": [{"effects": ["the unit is ACCEPTED"], "experiment": Experiment.MASS.value}]},
+            ["gap.ambiguous"],
+        ),
+        (FOUND | {"unnamed": [{"channel": "de", "words": "the unit is ACCEPTED"}]}, ["gap.unnamed"]),
+        (FOUND | {"unnamed": [{"channel": "de"}]}, []),
+        (FOUND | {"model": "of the institute, which ACCEPTED the unit"}, ["gap.start"]),
+        (FOUND | {"start": "/home/strut.toml"}, ["gap.start"]),  # typed, so it is not attached
+        ({"start": "strut", "verdict": "refused", "reason": "it was ACCEPTED by hand"}, ["gap.reason"]),
+    ],
+)
+def test_what_a_gap_analysis_says_in_words_of_its_own_is_known(
+    honest: CertificateContent, gap: dict[str, object], fields: list[str]
+) -> None:
+    assert own_words(replace(honest, result={**honest.result, "gap": gap})) == fields
+
+
+@pytest.mark.parametrize(
+    "lie",
+    [
+        {"part_doubts": ["the verdict below was withdrawn, the unit is ACCEPTED"]},
+        {"nonconformances": ["a scratch, released by Grace: the unit is ACCEPTED"]},
+    ],
+)
+def test_reservations_that_neither_store_nor_list_shows_are_not_plainly_valid(
+    bench: Bench, honest: CertificateContent, lie: dict[str, list[str]]
+) -> None:
+    """They make the verdict no better, but the page prints them."""
+    forged = replace(honest, result={**honest.result, **lie})
+    forged = replace(forged, result=rejudge(forged).to_json())
+    found = verify(sign(render(forged), bench.technician, WHEN), bench.trust, rejudge, NOW)
+    assert (found.outcome, next(iter(lie)) in found.reason) == (Validity.SIGNED, True), found
 
 
 def test_pictures_of_another_processor_are_the_same() -> None:
