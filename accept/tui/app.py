@@ -1,23 +1,30 @@
 """The application: which screen follows which. It is on the screen before the physics is imported."""
 
+import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.app import App
 from textual.binding import Binding, BindingType
+from textual.events import Event, Key, MouseDown
 from textual.filter import LineFilter, Monochrome
 
 from accept.tui import theme
 from accept.tui.screens.help import Help
-from accept.tui.screens.start import Begin, Given, StartScreen
+from accept.tui.screens.start import Begin, Given, StartScreen, open_at_bench
+from accept.workflow.shift import Shift
+from specs.errors import AcceptError
 
 if TYPE_CHECKING:
+    from accept.tui.screens.steps import Steps
     from accept.workflow.bench import Workbench
     from accept.workflow.session import Session
+    from accept.workflow.unit_list import KnownUnit, Queue
 
 
 _KEYCAPS = {"escape": "Esc", "pageup": "PgUp", "pagedown": "PgDn", "up": "↑", "down": "↓", "left": "←", "right": "→"}
+SHORTEST = 3  # letters of a serial that begins a unit from another screen: a stray key does not
 _TEXTUALS = ("app.focus_next", "app.focus_previous", "screen.copy_text")  # what textual binds on every screen
 
 
@@ -45,6 +52,9 @@ class BenchApp(App[None]):
         self.load, self.given, self.done = load, given or Given(), RunOutcome()
         self.session: Session | None = None
         self.bench: Workbench | None = None
+        self.steps: Steps | None = None
+        self.queue: Queue | None = None  # what is done at one unit after the other
+        self.shift = Shift()
         self.ansi_theme_dark, self.ansi_theme_light = theme.ANSI_DARK, theme.ANSI_LIGHT
         for one in theme.THEMES:
             self.register_theme(one)
@@ -67,15 +77,21 @@ class BenchApp(App[None]):
         log_fault("a screen of accept run", error)  # textual shows it when the screens are gone
         super()._handle_exception(error)
 
-    def show_start(self) -> None:
-        """Show the start screen, with what is proposed for the next unit."""
-        self.push_screen(StartScreen(self.load, self.bench, self.given), self._begun)
+    async def on_event(self, event: Event) -> None:
+        """Note that somebody is at the bench."""
+        if isinstance(event, Key | MouseDown):
+            self.shift.touch()
+        await super().on_event(event)
+
+    def show_start(self, problem: str = "") -> None:
+        """Show the start screen, with what is proposed for the next unit. problem: why that is not open."""
+        self.push_screen(StartScreen(self.load, self.bench, self.given, problem), self._begun)
 
     def on_start_screen_bench_opened(self, event: StartScreen.BenchOpened) -> None:
         self.bench = event.bench
 
-    def _begun(self, begin: Begin | None) -> None:
-        """Leave the start screen with an open unit."""
+    async def _begun(self, begin: Begin | None, words: str = "") -> None:
+        """Leave the start screen with an open unit, at the step that was chosen."""
         if begin is None:
             self.exit()
             return
@@ -83,14 +99,81 @@ class BenchApp(App[None]):
             Steps,  # the checks are imported by now, in the thread that opened the bench
         )
 
-        self.session = begin.session
+        self.session, self.queue = begin.session, begin.queue
         self.given = Given(begin.session.operator, "", begin.session.spec.kind)
-        self.push_screen(Steps(begin.bench, begin.session, "; ".join(begin.problems)), self._left)
+        self.steps = Steps(begin.bench, begin.session, "; ".join(begin.problems))
+        await self.push_screen(self.steps, self._left)
+        if begin.queue is not None:
+            await self.steps.begin_queue(begin.queue.step_at(begin.session.waiting), words)
 
-    def _left(self, _: bool | None) -> None:
-        """Go back to the start screen: a unit is left, finished or not."""
+    async def _left(self, finished: bool | None) -> None:
+        """Go back to the start screen, or to the next unit of the queue: a unit is left, finished or not."""
+        queue = self.queue
+        if finished and queue is not None and not await self.next_unit(queue):
+            return
+        self.queue = None
         self.close_unit()
         self.show_start()
+
+    async def next_unit(self, queue: "Queue", words: str = "") -> str:
+        """Open the unit that waits behind this one for the same thing. words: about the unit that is left. Return why
+        no other is open, "" if one is. Keys that follow wait until it is there."""
+        session, bench = self.session, self.bench
+        if session is None or bench is None:
+            return "No unit is open"
+
+        def look() -> "tuple[Queue, KnownUnit | None]":
+            waiting = queue.renewed(bench.known(), bench.specs)
+            return waiting, waiting.after(session.serial)
+
+        try:
+            waiting, unit = await asyncio.to_thread(look)
+        except AcceptError as e:
+            return str(e)
+        if unit is None:
+            return f"No other unit waits: {queue.title}"
+        left = sum(one.serial not in (session.serial, unit.serial) for one in waiting.units)
+        more = f"{left} more wait" if left else "the last one"
+        await self.go_to(unit.serial, unit.kind, queue, f"{words}Now {unit.serial}, {more}")
+        return ""
+
+    async def go_to(self, serial: str, kind: str, queue: "Queue | None", words: str = "") -> None:
+        """Leave this unit and open another one that was begun already."""
+        bench, operator = self.bench, self.given.operator
+        if bench is None:
+            return
+        while len(self.screen_stack) > 1:
+            self.pop_screen()
+        self.close_unit()
+        try:
+            opened = await asyncio.to_thread(open_at_bench, bench, (serial, kind, operator, {}, None))
+        except (AcceptError, OSError) as e:
+            self.given = Given(operator, serial, kind)
+            self.show_start(str(e))
+            return
+        await self._begun(Begin(*opened, queue), words)
+
+    async def scanned(self, serial: str, queue: "Queue | None") -> str:
+        """Go to the unit whose serial was scanned, at the step in hand; a new one is begun on the first screen. Return
+        why not, "" if it is done."""
+        session, bench = self.session, self.bench
+        if session is None or bench is None:
+            return "No unit is open"
+        if serial == session.serial:
+            return f"{serial} is the unit that is open"
+        problems = {kind: bench.problem(serial, kind) for kind in bench.specs}
+        known = None if all(problems.values()) else await asyncio.to_thread(bench.known_one, serial)
+        if known is not None and known.kind in bench.specs:
+            await self.go_to(serial, known.kind, queue if queue is not None and queue.kind == known.kind else None)
+            return ""
+        if problems[session.spec.kind] or len(serial) < SHORTEST:
+            return f"'{serial}': no unit of this serial was begun here"
+        while len(self.screen_stack) > 1:
+            self.pop_screen()
+        self.close_unit()
+        self.queue, self.given = None, Given(session.operator, serial, session.spec.kind)
+        self.show_start()
+        return ""
 
     def close_unit(self) -> None:
         """Let go of the unit, and note how far it came."""

@@ -80,12 +80,12 @@ class Workbench:
         return self
 
     def known(self) -> list[KnownUnit]:
-        """Return the units that were begun here, of every kind. Raises StoreError."""
-        return known_units(self.store)
+        """Return the units that were begun here last, of every kind. Raises StoreError."""
+        return known_units(self.store, self.specs)
 
     def known_one(self, serial: str) -> KnownUnit | None:
         """Return the entry of one serial, None for a new one. Raises StoreError."""
-        return known_unit(self.store, serial)
+        return known_unit(self.store, serial, self.specs)
 
     def problem(self, serial: str, kind: str) -> str | None:
         """Return why this serial is not valid for a unit of this kind, None if it is."""
@@ -108,6 +108,11 @@ class Workbench:
         except BaseException:
             session.close()
             raise
+
+    def add(self, begun: "Begun") -> None:
+        """Begin a unit of a tray, to be measured later. Raises as `session`."""
+        session, _ = self.open_unit(begun)
+        session.close()
 
     def _channels(self, taken: UnitFolder | None) -> Channels:
         """Return the names of the channels in records: as the unit's folder gives them, else as the rig does."""

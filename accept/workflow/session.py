@@ -6,7 +6,6 @@ Each method may block (disk, lock, physics): screens call them from thread worke
 import math
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -49,7 +48,7 @@ from accept.workflow.state.unit_state import (
     fold_run,
     folder_name,
 )
-from accept.workflow.status import Status, judgement_of, next_step, status_of
+from accept.workflow.status import Status, judgement_of, open_steps, state_of, status_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
 from accept.workflow.steps.section import note_lines
@@ -112,7 +111,7 @@ class Session:
 
     def state(self, step: str) -> StepState:
         """Return the state of a step; of a derived one, that of the step whose data it reads."""
-        return _state_of(self.attempt, self.step(step))
+        return state_of(self.attempt, self.step(step))
 
     def status(self, step: WorkflowStep) -> Status:
         return status_of(step, self.state(step.name), self.spec_name, code_sha256())
@@ -128,10 +127,10 @@ class Session:
     def next_step(self, after: str | None = None) -> WorkflowStep | None:
         """Return the first step that is not complete, at which a restarted workflow stands; of those behind `after`,
         then of those before it."""
-        states = {step.name: self.state(step.name) for step in self.steps}
         at = next((i + 1 for i, step in enumerate(self.steps) if step.name == after), 0)
-        others = [step for step in (*self.steps[at:], *self.steps[:at]) if step.name != after]
-        return next_step(others, states, self.spec_name, code_sha256())
+        places = {step.name: (i < at, i) for i, step in enumerate(self.steps)}
+        others = [step for step in self.waiting if step.name != after]
+        return min(others, key=lambda step: places[step.name], default=None)
 
     def judgement(self, step: str) -> StepJudgement | None:
         """Return the stored judgement of a step if it still holds."""
@@ -262,6 +261,12 @@ class Session:
             raise EntryError("there is nothing to undo in this attempt")
         return self.append(EntryUndone(self.attempt.undoable[-1]))
 
+    @property
+    def waiting(self) -> list[WorkflowStep]:
+        """Return the steps that are not complete."""
+        states = {step.name: self.state(step.name) for step in self.steps}
+        return open_steps(self.steps, states, self.spec_name, code_sha256())
+
     def ever_given(self) -> frozenset[tuple[str, str, int | None]]:
         """Return (step, input, index) of every entry of the present attempt, undone or not."""
         given = (payload_of(e, ValueTaken, RecordLinked) for e in self._events if e.seq > self._begun)
@@ -291,7 +296,7 @@ class Session:
         attempt = self._written()
         asked = self.spec.model_copy(update={"checks": {name: self.step(name).asked}})
         result = judge(self.folder, asked, self._pipeline(asked).statement(unit_folder.read(self.folder)))
-        state = _state_of(attempt, self.step(name))
+        state = state_of(attempt, self.step(name))
         panels = {key.partition("/")[2]: panel for key, panel in result.panels.items()}
         self._panels[name, state.upto] = panels
         if self.step(name).check.model is not None:
@@ -375,8 +380,3 @@ class Session:
             attempt = self.attempt
             attach.write_document(self.folder, section.document(self.serial, attempt, self.steps))
             return attempt
-
-
-def _state_of(attempt: Attempt, step: WorkflowStep) -> StepState:
-    own = attempt.step(step.name)
-    return replace(own, entries=attempt.step(step.check.reads).entries) if step.derived else own

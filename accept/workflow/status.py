@@ -1,10 +1,11 @@
 """The status of a step: a mark, a word and a role for its colour."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from enum import Enum
 
 from accept.pictures import signs
-from accept.workflow.state.unit_state import StepJudgement, StepState
+from accept.workflow.state.unit_state import Attempt, StepJudgement, StepState
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import full, ready
 from checks.verdict import Finding
@@ -68,10 +69,16 @@ def status_of(step: WorkflowStep, state: StepState, spec: str, code: str) -> Sta
     return of_findings(judgement.findings)
 
 
-def next_step(
+def state_of(attempt: Attempt, step: WorkflowStep) -> StepState:
+    """Return the state of a step of an attempt; of a derived one, with the entries of the step whose data it reads."""
+    own = attempt.step(step.name)
+    return replace(own, entries=attempt.step(step.check.reads).entries) if step.derived else own
+
+
+def open_steps(
     steps: Iterable[WorkflowStep], states: Mapping[str, StepState], spec: str, code: str
-) -> WorkflowStep | None:
-    """Return the first step that is not complete: where a restarted workflow stands.
+) -> list[WorkflowStep]:
+    """Return the steps that are not complete, in order; at the first of them a restarted workflow stands.
 
     A step is complete if all its inputs were given, or if it was judged without an optional input and every quantity
     has a result; a step without data of its own, if it was judged.
@@ -86,4 +93,4 @@ def next_step(
             return judgement is not None
         return full(step, state) or (judgement is not None and of_findings(judgement.findings) is not Status.NO_RESULT)
 
-    return next((step for step in steps if not complete(step)), None)
+    return [step for step in steps if not complete(step)]

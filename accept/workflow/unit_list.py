@@ -1,17 +1,27 @@
-"""Units that the bench has seen in the workflow, newest first."""
+"""Units that the bench has seen in the workflow, and what each of them waits for."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import datetime
 
+from accept.base.version import code_sha256
 from accept.store import Store
 from accept.store.payloads import AttemptStarted
-from accept.workflow.state.unit_state import EnteredValue, FileLink, fold_run
+from accept.workflow.state.unit_state import Attempt, EnteredValue, FileLink, fold_run
+from accept.workflow.status import open_steps, state_of
+from accept.workflow.steps.plan import WorkflowStep, needs_rig, steps_of
 from checks.acceptance import CHECKS
+from checks.verdict import UnitVerdict
+from specs.spec import Spec
+
+ALL, SIGN, RIG = "all", "sign", "rig"  # queues beside those of single steps
+LISTED = 200  # units begun last: a serial that is older is found by typing it
 
 
 @dataclass(frozen=True)
 class KnownUnit:
-    """A serial, its last attempt, and how far that has come."""
+    """A serial, its last attempt, and how far that has come. steps: how many there are, 0 without a spec of its kind;
+    waiting: those that are not complete."""
 
     serial: str
     kind: str
@@ -23,6 +33,11 @@ class KnownUnit:
     begun: str = ""  # UTC, ISO 8601
     last: str = ""  # the last entry, in words
     notes: int = 0
+    held: bool = False
+    steps: int = 0
+    waiting: tuple[str, ...] = ()
+    last_by: str = ""
+    last_at: str = ""  # UTC, ISO 8601
 
     @property
     def handed_over(self) -> str:
@@ -39,16 +54,83 @@ class KnownUnit:
         state = f"{self.verdict}, {end}" if self.verdict else f"{self.taken} step{'s' if self.taken != 1 else ''} begun"
         return f"attempt {self.attempt}: {state}"
 
+    @property
+    def to_sign(self) -> bool:
+        """Return whether everything was measured, and the result waits for the technician's signature."""
+        return not self.signed and bool(self.steps) and not self.waiting
 
-def known_units(store: Store) -> list[KnownUnit]:
-    """Return every unit with an attempt. Raises StoreError."""
-    last = {event.subject: event.seq for event in store.events(what=AttemptStarted.KIND)}
-    serials = sorted(last, key=lambda serial: -last[serial])
-    found = (known_unit(store, serial) for serial in serials)
+    @property
+    def state(self) -> str:
+        """Return where it stands, in a few words."""
+        verdict = "held" if self.held and self.verdict in (None, UnitVerdict.CONDITIONAL) else self.verdict
+        if self.signed:
+            return f"{verdict}, {'signed' if self.signed == 1 else 'countersigned'}"
+        if self.to_sign:
+            return f"{verdict or 'complete'}, to sign"
+        done = f"{self.steps - len(self.waiting)} of {self.steps} steps" if self.steps else f"{self.taken} steps begun"
+        return f"{done}, held" if self.held else done
+
+
+@dataclass(frozen=True)
+class Queue:
+    """Units that wait for one thing, those begun first on top. name: a step, `sign`, `rig` or `all`; kind: of its
+    units, "" for every kind."""
+
+    name: str
+    kind: str
+    title: str
+    units: tuple[KnownUnit, ...]
+
+    def after(self, serial: str) -> KnownUnit | None:
+        """Return the unit that comes next behind another one, or from the top again; None if no other waits."""
+        serials = [unit.serial for unit in self.units]
+        at = serials.index(serial) + 1 if serial in serials else 0
+        return next((unit for unit in (*self.units[at:], *self.units[:at]) if unit.serial != serial), None)
+
+    def renewed(self, units: Sequence[KnownUnit], specs: Mapping[str, Spec]) -> "Queue":
+        """Return the queue as it stands now."""
+        same = (queue for queue in queues(units, specs) if (queue.name, queue.kind) == (self.name, self.kind))
+        return next(same, replace(self, units=()))
+
+    def step_at(self, waiting: Sequence[WorkflowStep]) -> str:
+        """Return the step at which a unit of the queue is opened, "" for its summary. waiting: its open steps."""
+        if self.name == RIG:
+            return next((step.name for step in waiting if needs_rig(step)), "")
+        return "" if self.name in (ALL, SIGN) else self.name
+
+
+def queues(units: Sequence[KnownUnit], specs: Mapping[str, Spec]) -> list[Queue]:
+    """Return what the units wait for: all of them as they were given, then what is to be signed, what needs the rig,
+    and each step, by kind. A queue without units is left out. units: the newest first."""
+    oldest = units[::-1]
+    found = [
+        Queue(ALL, "", "All units", tuple(units)),
+        Queue(SIGN, "", "To sign", tuple(unit for unit in oldest if unit.to_sign)),
+        Queue(RIG, "", "For the rig", tuple(unit for unit in oldest if rig_steps(unit, specs))),
+    ]
+    kinds = [kind for kind in specs if any(unit.kind == kind for unit in units)]
+    for kind in kinds:
+        for step in steps_of(specs[kind]):
+            waiting = tuple(unit for unit in oldest if unit.kind == kind and step.name in unit.waiting)
+            found.append(Queue(step.name, kind, f"{step.short}{f' ({kind})' if len(kinds) > 1 else ''}", waiting))
+    return [queue for queue in found if queue.units or queue.name == ALL]
+
+
+def rig_steps(unit: KnownUnit, specs: Mapping[str, Spec]) -> list[str]:
+    """Return the steps that wait for the rig."""
+    steps = steps_of(specs[unit.kind]) if unit.kind in specs else ()
+    return [step.name for step in steps if step.name in unit.waiting and needs_rig(step)]
+
+
+def known_units(store: Store, specs: Mapping[str, Spec]) -> list[KnownUnit]:
+    """Return the units whose attempts were begun last, the newest first. Raises StoreError."""
+    last = {event.subject: event.seq for event in store.last_of_each(AttemptStarted.KIND)}
+    serials = sorted(last, key=lambda serial: -last[serial])[:LISTED]
+    found = (known_unit(store, serial, specs) for serial in serials)
     return [unit for unit in found if unit is not None]
 
 
-def known_unit(store: Store, serial: str) -> KnownUnit | None:
+def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUnit | None:
     """Return the entry of one serial, None for a new one. Raises StoreError."""
     events = list(store.events(serial))
     attempt = fold_run(serial, events).attempt
@@ -57,6 +139,8 @@ def known_unit(store: Store, serial: str) -> KnownUnit | None:
     begun = [event for event in events if event.what == AttemptStarted.KIND][-1]
     states = attempt.steps.values()
     last = max((entry for state in states for entry in state.entries), key=lambda entry: entry.seq, default=None)
+    notes = [note for state in states for note in state.notes]
+    spec = specs.get(attempt.kind)
     return KnownUnit(
         serial,
         attempt.kind,
@@ -67,8 +151,19 @@ def known_unit(store: Store, serial: str) -> KnownUnit | None:
         begun.who,
         begun.time,
         "" if last is None else _entry_words(last),
-        sum(len(state.notes) for state in states),
+        len(notes),
+        any(note.nonconformance for note in notes) or bool(attempt.judged and attempt.judged.result.nonconformances),
+        0 if spec is None else len(steps_of(spec)),
+        () if spec is None else _waiting(attempt, spec),
+        events[-1].who,
+        events[-1].time,
     )
+
+
+def _waiting(attempt: Attempt, spec: Spec) -> tuple[str, ...]:
+    steps = steps_of(spec)
+    states = {step.name: state_of(attempt, step) for step in steps}
+    return tuple(step.name for step in open_steps(steps, states, f"{spec.name}@{spec.sha256}", code_sha256()))
 
 
 def _entry_words(entry: EnteredValue | FileLink) -> str:

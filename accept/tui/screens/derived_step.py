@@ -34,12 +34,14 @@ class DerivedScreen(StepView):
         other = CHECKS[self.step.check.reads]
         return "" if self.complete else f"Load the records of '{other.short or other.title}' first"
 
-    def action_go_on(self) -> None:
+    async def action_go_on(self) -> None:
         """Go on to the next step; what runs is waited for."""
+        if await self.take_scan():
+            return
         if self.stop is not None:
             self.say("Running. Esc: stop")
         else:
-            self.leave(True)
+            await self.go_further()
 
     def action_compare(self) -> None:
         if self.stop is not None:

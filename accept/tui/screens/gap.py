@@ -70,8 +70,10 @@ class Explain(Page):
             self.query_one(Pictures).show(self.session.gap_panels)
         self.show_around()
 
-    def action_go_on(self) -> None:
+    async def action_go_on(self) -> None:
         """Go on to what is next; what runs is waited for."""
+        if await self.take_scan():
+            return
         if self.stop is not None:
             self.say("Analysis running. Esc: stop")
         else:

@@ -8,7 +8,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Label, Static
 
-from accept.tui.background.busy_screen import Working
+from accept.tui.background.scanning import Scanning
 from accept.tui.screens.plots import Plots
 from accept.tui.widgets.findings import Findings
 from accept.tui.widgets.key_row import KeyRow
@@ -19,7 +19,7 @@ from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 
 
-class Page(Working[bool]):
+class Page(Scanning[bool]):
     """Its head is set through `#head`; words: what to do here; row: its place in the list of steps."""
 
     BINDINGS: ClassVar[list[BindingType]] = [

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.actions import SkipAction
@@ -10,8 +11,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.message import Message
-from textual.widgets import Input, Label, OptionList
-from textual.widgets.option_list import Option
+from textual.widgets import Input, Label
 
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from accept.units.unit_folder import UnitFolder
     from accept.workflow.bench import Workbench
     from accept.workflow.session import Session
-    from accept.workflow.unit_list import KnownUnit
+    from accept.workflow.unit_list import KnownUnit, Queue
 
 _GO_ON = "Enter: next field; on the last field it starts"
 
@@ -59,11 +59,13 @@ class Given:
 
 @dataclass(frozen=True, eq=False)
 class Begin:
-    """A unit that is open. problems: what could not be taken from the folder that it came with."""
+    """A unit that is open. problems: what could not be taken from the folder that it came with; queue: what is done at
+    it and then at others, None without."""
 
     bench: "Workbench"
     session: "Session"
     problems: list[str]
+    queue: "Queue | None" = None
 
 
 class StartScreen(Working[Begin | None]):
@@ -78,16 +80,20 @@ class StartScreen(Working[Begin | None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "next", show=False, priority=True),
-        Binding("f2", "known", "Known units"),
+        Binding("f2", "known", "Units, tray"),
         Binding("f8", "new_attempt", "New attempt"),
         Binding("up", "app.focus_previous", show=False),
         Binding("down", "app.focus_next", show=False),
         Binding("escape", "leave", "End"),
     ]
 
-    def __init__(self, load: "Callable[[], Workbench]", bench: "Workbench | None", given: Given) -> None:
+    def __init__(
+        self, load: "Callable[[], Workbench]", bench: "Workbench | None", given: Given, problem: str = ""
+    ) -> None:
+        """Make the screen. problem: why the unit that was wanted is not open."""
         super().__init__()
-        self._load, self._bench, self._given = load, bench, given
+        self._load, self._bench, self._given, self._problem = load, bench, given, problem
+        self._queue: Queue | None = None  # from the list of units
         self._known: KnownUnit | None = None
         self._first_unit = bench is None
         self._entered = ""  # serial behind which Enter came before it was looked up
@@ -104,7 +110,6 @@ class StartScreen(Working[Begin | None]):
                     value = getattr(self._given, name, "")
                     yield TextEntry(value, id=name)
             yield Label("", id="about", markup=False)
-            yield OptionList(id="units", markup=False)
         yield Label("Starting …", id="status")
         yield KeyRow()
 
@@ -113,7 +118,6 @@ class StartScreen(Working[Begin | None]):
             return
         first = "serial" if self._given.operator else "operator"
         self.query_one(f"#{first}", Input).focus()
-        self.query_one("#units").display = False
         self._show_parts()
         if self._bench is None:
             self.send(self._load, self._opened_bench)
@@ -137,7 +141,7 @@ class StartScreen(Working[Begin | None]):
         serial.value = serial.value or proposed
         if serial.has_focus and serial.value == proposed:
             serial.select_all()  # what is typed or scanned replaces it
-        self.say(_GO_ON)
+        self.say(self._problem or _GO_ON, "bad" if self._problem else "quiet")
         self._look()
         if self._waiting is not None:
             self._begin(*self._waiting)
@@ -237,7 +241,7 @@ class StartScreen(Working[Begin | None]):
             asked = Question("Which unit is it?", doubt, [QuestionLine("Serial number on its label")])
             self.app.push_screen(asked, lambda answer: self._confirm(serial, reason, answer))
             return
-        self.send(lambda: _open(bench, said), self._opened, f"opening {serial}")
+        self.send(lambda: open_at_bench(bench, said), self._opened, f"opening {serial}")
 
     def _confirm(self, serial: str, reason: str | None, answer: list[str] | None) -> None:
         """Go on if the serial was confirmed of a folder that is called like another one."""
@@ -248,39 +252,29 @@ class StartScreen(Working[Begin | None]):
         self._begin(reason)
 
     def _opened(self, opened: "tuple[Workbench, Session, list[str]]") -> None:
-        self.leave(Begin(*opened))
+        self.leave(Begin(*opened, self._queue))
 
     def action_known(self) -> None:
-        """Show the units that were begun here, to go on with one."""
+        """Show the units that were begun here and what they wait for, to go on with one."""
         if self._bench is not None:
-            self.send(self._bench.known, self._list, "looking into the store")
+            self.send(lambda: import_module("accept.tui.screens.units"), self._list, "one moment")
 
-    def _list(self, units: "list[KnownUnit]") -> None:
-        shown = self.query_one("#units", OptionList)
-        shown.clear_options()
-        shown.add_options(Option(f"{unit.serial:<16} {unit.kind:<6} {unit.words}", id=unit.serial) for unit in units)
-        shown.display = bool(units)
-        if units:
-            shown.highlighted = 0
-            shown.focus()
-        self._kinds = {unit.serial: unit.kind for unit in units}
-        self.say("Known units" if units else "No known units yet")
+    def _list(self, module: ModuleType) -> None:
+        bench, operator, kind = self._bench, self._value("operator"), self._value("kind")
+        if bench is not None and self.is_current:
+            self.app.push_screen(module.Units(bench, operator, kind), self._chosen)
 
-    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        serial = str(event.option.id)
-        self.query_one("#kind", Input).value = self._kinds[serial]
-        self.query_one("#serial", Input).value = serial
-        self.query_one("#units").display = False
-        self.query_one("#serial", Input).focus()
+    def _chosen(self, chosen: "tuple[KnownUnit, Queue | None] | None") -> None:
+        """Open the unit that was chosen from the list."""
+        if chosen is not None:
+            unit, self._queue = chosen
+            self.query_one("#kind", Input).value = unit.kind
+            self.query_one("#serial", Input).value = unit.serial
+            self._begin(None)
 
     def action_leave(self) -> None:
-        """Leave the nearest thing first: the list, then the program, and that only when asked twice."""
-        shown = self.query_one("#units", OptionList)
-        if shown.display:
-            shown.display = False
-            self.query_one("#serial", Input).focus()
-            self.say(_GO_ON)
-        elif self._ending:
+        """Leave the program, and that only when asked twice."""
+        if self._ending:
             self.leave(None)
         else:
             self._ending = True
@@ -289,7 +283,8 @@ class StartScreen(Working[Begin | None]):
     def help_text(self) -> str:
         return (
             "Type your name, then scan or type the serial number. A known unit continues where you left it; every "
-            "confirmed entry is kept, also after a power cut. F8 starts a new attempt; earlier attempts are kept."
+            "confirmed entry is kept, also after a power cut. F8 starts a new attempt; earlier attempts are kept. F2 "
+            "lists the units and what they wait for: a step, the rig, a signature; F6 there adds a whole tray."
         )
 
 
@@ -301,7 +296,7 @@ def _key_words(bench: "Workbench", operator: str) -> str:
     return str(certify.key_problem(bench.home, "technician", operator))
 
 
-def _open(
+def open_at_bench(
     bench: "Workbench", said: tuple[str, str, str, dict[str, str], str | None]
 ) -> "tuple[Workbench, Session, list[str]]":
     """Open the unit with what the screens need of the physics; imported here, in a thread."""

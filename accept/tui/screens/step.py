@@ -1,6 +1,8 @@
 """One step: entries into its fields, one by one to the store; judged as soon as nothing is missing."""
 
+import asyncio
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import ClassVar
@@ -59,15 +61,18 @@ class StepScreen(StepForm):
 
     async def action_enter(self) -> None:
         """Save what stands in the line, and go on at once: the next key belongs to the next line."""
+        if await self.take_scan():
+            return
         field = await self._typed_field() or self._refused()
         if field is None:
-            self._finish()  # nothing is missing here: the list opens the next step
-        elif field.input.value.strip():
-            self._give(field, field.input.value, repeat=False)
+            await self._finish()  # nothing is missing here: the list opens the next step
+        elif text := field.input.value.strip():
+            if not await self._is_other_unit(field, text):
+                self._give(field, field.input.value, repeat=False)
         elif field.proposed is not None:
             self._give(field, field.proposed.name, repeat=False)
         elif self._dispensable(field):
-            self._finish()
+            await self._finish()
         else:
             if not self._has(field.place):
                 self.say(f"{field.place.label} left empty")
@@ -82,12 +87,31 @@ class StepScreen(StepForm):
         causes = {r.cause for f in judgement.findings if f.cause is not None for r in f.cause.all()}
         return not causes & {Cause.NOT_MEASURED, Cause.ENTRY_MISSING}
 
-    def _finish(self) -> None:
-        """Judge what was given if that was put off, else go on to the next step."""
+    async def _finish(self) -> None:
+        """Judge what was given if that was put off, else go on to the next step, or to the next unit of the queue."""
         if self.complete and self.session.judgement(self.step.name) is None and not self.judging:
             self.judge()
         else:
-            self.leave(True)
+            await self.go_further()
+
+    async def _is_other_unit(self, field: Field, text: str) -> bool:
+        """Go to another unit if its serial was scanned into the line of a value or a file. Returns whether it was."""
+        place = field.place
+        if not any(map(str.isalpha, text)) or any(map(str.isspace, text)):
+            return False
+        if place.is_file:
+            if (self.bench.records / Path(text).expanduser()).exists():
+                return False
+        else:
+            with suppress(EntryError):
+                parse_number(text, place.unit)
+                return False
+        if text != self.session.serial and await asyncio.to_thread(self.bench.known_one, text) is None:
+            return False
+        field.input.value = ""
+        if why := await self.bench_app.scanned(text, self.queue or self.own_queue):
+            self.say(why, "bad")
+        return True
 
     def _refused(self) -> Field | None:
         """Return the first field whose entry was refused and still stands there: Enter tries it again before the cursor

@@ -21,7 +21,6 @@ from specs.errors import AcceptError
 
 LOOK_EVERY_S = 1.0  # into the folder of the records
 LOOK_AT_MOST_S = 0.7  # before the form is shown
-COMPLETE = "Step complete. Enter: next step, ↑ ↓: correct a field, Esc: step list"
 
 
 class StepForm(StepView):
@@ -49,7 +48,7 @@ class StepForm(StepView):
         await self._look_for_records()
         await self._lay_out()
         self.show()
-        self.say(COMPLETE if self.complete else self._first_words())
+        self.say(self.complete_words if self.complete else self._first_words())
         if self.complete:
             self.judge()
         self.set_interval(LOOK_EVERY_S, self._look_again)

@@ -1,8 +1,12 @@
 """What every step shows: where it stands, its findings, what to do about them, its pictures."""
 
+from contextlib import suppress
 from functools import partial
+from typing import ClassVar
 
+from textual.binding import Binding, BindingType
 from textual.widgets import Static
+from textual.worker import WorkerCancelled, WorkerFailed
 
 from accept.pictures.labels import label_of
 from accept.store import Event
@@ -16,7 +20,10 @@ from accept.tui.widgets.step_words import head, setup
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import StepJudgement, StepState
+from accept.workflow.status import Status
+from accept.workflow.steps.plan import needs_rig
 from accept.workflow.steps.section import missing_labels, ready
+from accept.workflow.unit_list import RIG, Queue
 from accept.workflow.worker.judging import Elsewhere
 from accept.workflow.worker.process import STOPPED
 from specs.spec import Limit
@@ -24,6 +31,10 @@ from specs.spec import Limit
 
 class StepView(Page):
     """Judges in the other process; what a model takes part in is shown with a clock, and stopped with Escape."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("f10,ctrl+n", "next_unit", "Same step, next unit", show=False, priority=True),
+    ]
 
     def __init__(self, bench: Workbench, session: Session, name: str) -> None:
         self.step = session.step(name)
@@ -37,6 +48,50 @@ class StepView(Page):
     @property
     def complete(self) -> bool:
         return ready(self.step, self.state)
+
+    @property
+    def own_queue(self) -> Queue:
+        """Return the queue of units that wait for this step."""
+        return Queue(self.step.name, self.session.spec.kind, self.step.short, ())
+
+    @property
+    def queue(self) -> Queue | None:
+        """Return what is done at one unit after the other, None if this step is not part of it."""
+        queue = self.bench_app.queue
+        at_rig = queue is not None and queue.name == RIG and needs_rig(self.step)
+        return queue if at_rig or (queue is not None and queue.name == self.step.name) else None
+
+    @property
+    def complete_words(self) -> str:
+        """Return what Enter and its neighbours do at a complete step."""
+        further = "next step, F10: next unit" if self.queue is None else "next unit"
+        return f"Step complete. Enter: {further}, ↑ ↓: correct, Esc: step list"
+
+    async def go_further(self) -> None:
+        """Go on to the next step; of a queue, to the next unit as soon as this one has nothing more to do in it."""
+        queue = self.queue
+        more = queue is not None and queue.name == RIG and any(map(needs_rig, self.session.waiting))
+        if queue is None or more or (why := await self._next_unit(queue)):
+            if queue is not None and not more:
+                self.bench_app.queue = None
+                self.say(f"{why}. Enter: next step of this unit", "good")
+            else:
+                self.leave(True)
+
+    async def action_next_unit(self) -> None:
+        """Open the same step of the next unit that waits for it."""
+        if why := await self._next_unit(self.queue or self.own_queue):
+            self.say(why, "bad")
+
+    async def _next_unit(self, queue: Queue) -> str:
+        """Open the next unit of a queue, with what was found at this one. Return why not."""
+        for worker in [w for w in self.workers if w.node is self and w.group == "judge"]:
+            with suppress(WorkerFailed, WorkerCancelled):
+                await worker.wait()
+        status = self.session.status(self.step)
+        if status in (Status.FAIL, Status.NO_RESULT):
+            self.app.bell()
+        return await self.bench_app.next_unit(queue, f"{self.session.serial}: {status.mark} {status.word}. ")
 
     def show(self) -> None:
         """Show everything from the state of the session."""

@@ -13,6 +13,7 @@ from textual.widgets import DataTable, Label, Static
 
 from accept.store import Event
 from accept.tui.background.busy_screen import Working
+from accept.tui.background.scanning import Scanning
 from accept.tui.screens.derived_step import DerivedScreen
 from accept.tui.screens.gap import WORDS, Explain, answer
 from accept.tui.screens.notes import ask_note
@@ -27,10 +28,11 @@ from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.status import Status
 from accept.workflow.steps.plan import WorkflowStep
+from accept.workflow.unit_list import RIG
 from specs.errors import AcceptError
 
 
-class Steps(Working[bool]):
+class Steps(Scanning[bool]):
     """Dismisses True when the next unit is wanted, False when this one is left as it is."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -38,7 +40,7 @@ class Steps(Working[bool]):
         Binding("right", "open", show=False, priority=True),
         Binding("f5", "note", "Note"),
         Binding("ctrl+z", "undo", "Undo"),  # no letter: a serial that is scanned here must not undo anything
-        Binding("f9,s", "summary", "Summary"),
+        Binding("f9", "summary", "Summary"),
         Binding("ctrl+r", "put_right", "Put right"),
         Binding("escape", "leave", "Other unit"),
         Binding("home", "to_row(0)", show=False, priority=True),  # a table's own go to the first and last column
@@ -114,14 +116,26 @@ class Steps(Working[bool]):
 
     async def action_open(self) -> None:
         """Open the step. Keys that follow wait until it is there: so none of them is lost."""
-        step = self._step_here()
-        if not self.is_current:
-            return
+        if self.is_current and not await self.take_scan():
+            await self._open(self._step_here())
+
+    async def _open(self, step: WorkflowStep | None) -> None:
         if step is None:
             await self.app.push_screen(Explain(self.bench, self.session), self._back)
         else:
             kind = DerivedScreen if step.derived else StepScreen
             await self.app.push_screen(kind(self.bench, self.session, step.name), self._back)
+
+    async def begin_queue(self, step: str, words: str) -> None:
+        """Open the step that is done at one unit after the other, the summary without one. words: said there."""
+        if not step:
+            self.action_summary()
+            return
+        self.query_one(StepList).stand_at(step)
+        await self._open(self.session.step(step))
+        shown = self.app.screen
+        if words and isinstance(shown, Working):
+            shown.say(words)
 
     def _back(self, goes_on: bool | None) -> None:
         """Stand at the next incomplete step, and open it if Enter asked for it."""
@@ -130,16 +144,22 @@ class Steps(Working[bool]):
         if goes_on and left is None:
             self.action_summary()
             return
-        step = self.session.next_step(left.name if goes_on and left else None)
+        step = self._next_of_queue() or self.session.next_step(left.name if goes_on and left else None)
         if step is not None:
             self.query_one(StepList).stand_at(step.name)
             if goes_on:
-                self.run_worker(self.action_open(), group="open")
+                self.run_worker(self._open(step), group="open")
         elif goes_on and self.session.spec.kind == "strut" and self.session.gap is None:
             self.query_one(StepList).stand_at(GAP)
             self.say("All steps complete. F9: summary. Enter: gap analysis, for information", "good")
         elif goes_on:
             self.action_summary()
+
+    def _next_of_queue(self) -> WorkflowStep | None:
+        """Return the step that the queue asks for next at this unit, None without a queue of several steps."""
+        queue = self.bench_app.queue
+        rig = queue.step_at(self.session.waiting) if queue is not None and queue.name == RIG else ""
+        return self.session.step(rig) if rig else None
 
     def action_to_row(self, row: int) -> None:
         rail = self.query_one(StepList)

@@ -16,9 +16,9 @@ from accept.judging.advice import advice, first_advice
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
-from accept.tui.background.busy_screen import Working
 from accept.tui.background.problems import words_of
 from accept.tui.background.process_work import send_to_worker
+from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
 from accept.tui.screens.put_right import ask_remedy
@@ -29,6 +29,7 @@ from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import check_passphrase, countersign_unit, key_problem, make_keys, sign_unit
 from accept.workflow.session import Session
+from accept.workflow.shift import Shift
 from accept.workflow.status import Status, of_findings
 from accept.workflow.steps.section import note_lines
 from checks.acceptance import CHECKS
@@ -43,14 +44,16 @@ _OUTCOMES = {
 }
 
 
-class Summary(Working[bool]):
+class Summary(Scanning[bool]):
     """Judges the unit when it opens. Dismisses True for the next unit, False to go back to the steps."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "take_scan", show=False, priority=True),
         Binding("f2", "sign", "Sign"),
         Binding("f3", "countersign", "QA countersigns"),
         Binding("f4", "next", "Next unit"),
         Binding("ctrl+r", "put_right", "Put right"),
+        Binding("ctrl+l", "lock", "Forget passphrase", show=False),
         Binding("escape", "leave", "Back"),
     ]
 
@@ -143,14 +146,15 @@ class Summary(Working[bool]):
             self.say("Already signed. F3: countersign", "bad")
         elif problem := key_problem(self.bench.home, keys.TECHNICIAN, self.session.operator):
             self.say(problem, "bad")
+        elif (kept := self._shift.passphrase(self.session.operator)) is not None:
+            words = self._what_is_signed().append(f"\n\n{_OPEN_KEY.format(self.session.operator)}", "not bold default")
+            question = Question(f"Sign {self.session.serial}", words, [])
+            self.app.push_screen(question, lambda answer: self._sign(None if answer is None else [kept]))
         elif keys.exist(self.bench.home):
             lines = [QuestionLine("Passphrase", secret=True)]
-            self.app.push_screen(
-                Question(
-                    f"Sign {self.session.serial}", self._what_is_signed(), lines, self._passphrase(keys.TECHNICIAN)
-                ),
-                self._sign,
-            )
+            words = self._what_is_signed().append(f"\n\n{_FOR_A_SHIFT}", "not bold default")
+            question = Question(f"Sign {self.session.serial}", words, lines, self._passphrase(keys.TECHNICIAN))
+            self.app.push_screen(question, self._sign)
         else:
             words = self._what_is_signed().append(f"\n\n{_FIRST_KEYS}", "not bold default")
             question = Question(
@@ -195,7 +199,19 @@ class Summary(Working[bool]):
 
     def _sign(self, answer: list[str] | None) -> None:
         if answer is not None:
-            self.send(lambda: sign_unit(self.session, answer[0]), self._signed, "signing and verifying")
+            self.send(
+                lambda: sign_unit(self.session, answer[0]),
+                lambda report: self._signed(report, answer[0]),
+                "signing and verifying",
+            )
+
+    @property
+    def _shift(self) -> Shift:
+        return self.bench_app.shift
+
+    def action_lock(self) -> None:
+        """Forget the passphrase before the shift is over."""
+        self.say("The passphrase is forgotten" if self._shift.lock() else "No passphrase is kept")
 
     def action_countersign(self) -> None:
         if self.session.attempt.certificate is None:
@@ -225,7 +241,10 @@ class Summary(Working[bool]):
                 "countersigning and verifying",
             )
 
-    def _signed(self, report: Verification) -> None:
+    def _signed(self, report: Verification, passphrase: str = "") -> None:
+        """Show a signed certificate. passphrase: of the technician, which opens the next one of this shift."""
+        if passphrase:
+            self._shift.keep(self.session.operator, passphrase)
         self.report = report
         self._show_certificate()
         if report.valid:
@@ -253,7 +272,8 @@ class Summary(Working[bool]):
     def help_text(self) -> str:
         return (
             "This is the result of all stored entries. F2 signs the certificate with the technician's passphrase, F3 "
-            "countersigns with the passphrase of quality assurance. Each signature is verified from the file on disk. "
+            "countersigns with the passphrase of quality assurance. The technician's passphrase opens the key for a "
+            "shift; Ctrl+L locks it. Each signature is verified from the file on disk. "
             "If you change anything, sign again."
         )
 
@@ -267,6 +287,8 @@ _OFF_THE_BENCH = (
     "who has both can give keys to anybody. Quality assurance gets a key of its own with: "
     "accept keys request --role qa --name NAME"
 )
+_FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without a key, or at once: Ctrl+L."
+_OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
 _FIRST_LINES = [
     QuestionLine("Passphrase", secret=True),
     QuestionLine("Repeat passphrase", secret=True),

@@ -59,6 +59,11 @@ def has_files(form: Form) -> bool:
     return any(isinstance(i, Series | CsvTable) for i in form.inputs)
 
 
+def needs_rig(step: WorkflowStep) -> bool:
+    """Return whether a step takes records of its own, which are made at the rig."""
+    return not step.derived and any(isinstance(i, Series) for form in step.check.forms for i in form.inputs)
+
+
 def is_needed(declared: Input) -> bool:
     """Return whether a form is incomplete without this input."""
     has_default = isinstance(declared, Scalar) and declared.default is not None

@@ -147,7 +147,7 @@ async def test_the_screens_of_an_apa(size: tuple[int, int]):
         await flatness(pilot)
         await values(pilot)
         await records(pilot)
-        await press(pilot, "s")
+        await press(pilot, "f9")
         look(pilot, "summary")
         await press(pilot, "f2")
         look(pilot, "signing")

@@ -1,0 +1,51 @@
+"""A screen without a line to type into, on which a scanned serial goes to its unit."""
+
+import time
+from typing import TYPE_CHECKING, TypeVar, cast
+
+from textual.events import Key
+
+from accept.tui.background.busy_screen import Working
+
+if TYPE_CHECKING:
+    from accept.tui.app import BenchApp
+
+T = TypeVar("T")
+_FORGOTTEN_S = 5.0  # after a letter: it was no scan
+
+
+class Scanning(Working[T]):
+    """Collects letters until Enter, as a scanner sends them."""
+
+    _scan = ""
+    _last_letter = 0.0
+
+    @property
+    def bench_app(self) -> "BenchApp":
+        """Return the application, which opens other units."""
+        return cast("BenchApp", self.app)
+
+    def on_key(self, event: Key) -> None:
+        """Take a letter of a serial; without a cursor in a line it means nothing else."""
+        if event.character is not None and event.is_printable:
+            event.stop()
+            self._scan = self.scan + event.character
+            self._last_letter = time.monotonic()
+            self.say(f"Serial: {self._scan}   Enter: go to that unit")
+
+    @property
+    def scan(self) -> str:
+        """Return the letters that came just now, "" without."""
+        return self._scan if time.monotonic() - self._last_letter < _FORGOTTEN_S else ""
+
+    async def action_take_scan(self) -> None:
+        await self.take_scan()
+
+    async def take_scan(self) -> bool:
+        """Go to the unit whose serial was scanned. Returns whether one was."""
+        serial, self._scan = self.scan.strip(), ""
+        if not serial:
+            return False
+        if why := await self.bench_app.scanned(serial, self.bench_app.queue):
+            self.say(why, "bad")
+        return True

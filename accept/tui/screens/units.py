@@ -1,0 +1,219 @@
+"""The units of this bench: who has which in hand, what they wait for, and a tray of new ones by their serials."""
+
+from datetime import datetime
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.widgets import DataTable, Label
+
+from accept.tui.background.busy_screen import Working
+from accept.tui.widgets.key_row import KeyRow
+from accept.tui.widgets.step_list import HELD
+from accept.tui.widgets.text_entry import TextEntry, typed
+from accept.workflow.bench import Begun, Workbench
+from accept.workflow.unit_list import ALL, KnownUnit, Queue, queues
+
+_COLUMNS = (("serial", 14), ("kind", 6), ("state", 18), ("who", 8), ("when", 9))  # 55: beside the queues at 80 columns
+_SCAN = "Scan a unit: Enter opens it"
+_TRAY = "Adding: scan every unit of the tray. F6: that was all"
+
+
+class Units(Working[tuple[KnownUnit, Queue | None] | None]):
+    """Dismisses with the unit to open and the queue that it was chosen from, None for neither."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "open", "Open", priority=True),
+        Binding("tab", "turn(1)", "Next list", priority=True),
+        Binding("shift+tab", "turn(-1)", show=False, priority=True),
+        Binding("f6", "add", "Add a tray", priority=True),
+        Binding("up", "move(-1)", show=False, priority=True),
+        Binding("down", "move(1)", show=False, priority=True),
+        Binding("pageup", "move(-10)", show=False, priority=True),
+        Binding("pagedown", "move(10)", show=False, priority=True),
+        Binding("escape", "leave", "Back", priority=True),
+    ]
+
+    def __init__(self, bench: Workbench, operator: str, kind: str) -> None:
+        """Make the list. operator, kind: of units that are added."""
+        super().__init__()
+        self._bench, self._operator, self._kind = bench, operator, kind
+        self._units: list[KnownUnit] = []
+        self._queues: list[Queue] = []
+        self._at = ALL, ""  # name and kind of the queue that is shown
+        self._adding = False
+        self._added = 0
+
+    def compose(self) -> ComposeResult:
+        yield Label("accept · units", classes="title")
+        with Horizontal(id="main"):
+            yield DataTable(id="queues", cursor_type="row", show_header=False, cell_padding=0)
+            with Vertical(id="pane"):
+                with Horizontal(classes="line", id="scan"):
+                    yield Label("Serial (scan or type)", classes="label")
+                    yield TextEntry(id="serial")
+                yield DataTable(id="known", cursor_type="row", cell_padding=0)
+        yield Label(_SCAN, id="status")
+        yield KeyRow()
+
+    def on_mount(self) -> None:
+        if not self.alive:
+            return
+        rail, known = self.query_one("#queues", DataTable), self.query_one("#known", DataTable)
+        rail.can_focus = known.can_focus = False
+        rail.add_column("", key="queue", width=22)
+        for title, width in _COLUMNS:
+            known.add_column(title, key=title, width=width)
+        self.query_one(TextEntry).focus()
+        self._look()
+
+    def _look(self) -> None:
+        self.send(self._bench.known, self._show, "looking into the store")
+
+    def _show(self, units: list[KnownUnit]) -> None:
+        self._units, self._queues = units, queues(units, self._bench.specs)
+        if self._queue is None:
+            self._at = ALL, ""
+        rail = self.query_one("#queues", DataTable)
+        rail.clear()
+        for queue in self._queues:
+            rail.add_row(Text(f" {queue.title:<17.17} {len(queue.units):>3}"))
+        self._fill()
+
+    @property
+    def _queue(self) -> Queue | None:
+        return next((queue for queue in self._queues if (queue.name, queue.kind) == self._at), None)
+
+    def _fill(self) -> None:
+        """Show the units of the queue whose serial holds what is typed."""
+        table, part = self.query_one("#known", DataTable), self.query_one(TextEntry).value.strip().lower()
+        queue = self._queue
+        if queue is None:
+            return
+        self.query_one("#queues", DataTable).move_cursor(row=self._queues.index(queue))
+        table.clear()
+        for unit in queue.units:
+            if part in unit.serial.lower():
+                style = HELD if unit.held and not unit.signed else ""
+                cells = (unit.serial, unit.kind, unit.state, unit.last_by, when_words(unit.last_at))
+                table.add_row(*(_cut(cell, style, width) for cell, (_, width) in zip(cells, _COLUMNS, strict=True)),
+                              key=unit.serial)  # fmt: skip
+        if not self._units:
+            self.say("No units yet. F6: add the units of a tray" if not self._adding else _TRAY)
+
+    def on_input_changed(self) -> None:
+        self._fill()
+
+    def action_turn(self, way: int) -> None:
+        """Show another queue."""
+        queue = self._queue
+        if queue is not None:
+            shown = self._queues[(self._queues.index(queue) + way) % len(self._queues)]
+            self._at = shown.name, shown.kind
+            self._fill()
+            one_by_one = f"{shown.title}: Enter opens the first, then one unit after the other"
+            self.say(_SCAN if shown.name == ALL else one_by_one)
+
+    def action_move(self, rows: int) -> None:
+        table = self.query_one("#known", DataTable)
+        table.move_cursor(row=max(0, min(table.cursor_row + rows, table.row_count - 1)))
+
+    async def action_open(self) -> None:
+        """Open the unit that was scanned, else the one under the cursor; while a tray is added, add it."""
+        await typed(self.query_one(TextEntry))
+        text = self.query_one(TextEntry).value.strip()
+        exact = next((unit for unit in self._units if unit.serial == text), None)
+        table = self.query_one("#known", DataTable)
+        if self._adding and text:
+            self._add(text)
+        elif self._adding:
+            self.action_add()
+        elif exact is not None:
+            self._choose(exact)
+        elif text:
+            self.aside(lambda: (text, self._bench.known_one(text)), self._found, "look")
+        elif table.row_count and self._queue is not None:
+            serial = str(table.coordinate_to_cell_key(table.cursor_coordinate).row_key.value)
+            self._choose(next(unit for unit in self._units if unit.serial == serial))
+
+    def _found(self, seen: tuple[str, KnownUnit | None]) -> None:
+        serial, known = seen
+        if known is not None:
+            self._choose(known)
+        else:
+            self.say(f"{serial} is new here. F6: add it, and the others of its tray", "doubt")
+
+    def _choose(self, unit: KnownUnit) -> None:
+        if unit.kind not in self._bench.specs:
+            self.say(f"{unit.serial} is of kind {unit.kind}, for which this bench has no spec", "bad")
+            return
+        queue = self._queue
+        waits = queue is not None and queue.name != ALL and unit in queue.units
+        self.leave((unit, queue if waits else None))
+
+    def action_add(self) -> None:
+        """Begin to add the units of a tray, or end it."""
+        text = self.query_one(TextEntry).value.strip()
+        if not self._operator:
+            self.say("Enter your name on the first screen, then add units", "bad")
+        elif text:
+            self._adding = True
+            self._add(text)
+        else:
+            self._adding = not self._adding
+            done = f"{self._added} added. Tab: choose what to measure at one after the other"
+            self.say(_TRAY if self._adding else done, "quiet" if self._adding else "good")
+
+    def _add(self, serial: str) -> None:
+        """Begin a unit, unless it is known; scanned twice it is one unit."""
+        line = self.query_one(TextEntry)
+        line.value = ""
+        if problem := self._bench.problem(serial, self._kind):
+            line.value = serial
+            line.select_all()
+            self.app.bell()
+            self.say(f"'{serial}': {problem}", "bad")
+            return
+
+        def add() -> str:
+            if self._bench.known_one(serial) is not None:
+                return f"{serial} is here already"
+            self._bench.add(Begun(serial, self._kind, self._operator))
+            return ""
+
+        self.send(add, lambda why: self._is_added(serial, why), f"adding {serial}")
+
+    def _is_added(self, serial: str, why: str) -> None:
+        self._added += not why
+        self.say(f"{why or f'{serial} added ({self._added})'}. {_TRAY}", "doubt" if why else "saved")
+        self._look()
+
+    def action_leave(self) -> None:
+        if self._adding:
+            self._adding = False
+            self.say(_SCAN)
+        else:
+            self.leave(None)
+
+    def help_text(self) -> str:
+        return (
+            "On the left what the units wait for, on the right the units. Tab changes the list; Enter opens a unit. "
+            "From the list of a step, of the rig or of signatures, Enter at the end goes on to the next unit. F6: scan "
+            "the units of a tray, then choose the step to measure at all of them. Red: a nonconformance, quality "
+            "assurance decides."
+        )
+
+
+def when_words(time: str) -> str:
+    """Return a time of the store as the bench's clock showed it: the hour, with the day unless it is today."""
+    then = datetime.fromisoformat(time).astimezone()
+    days = (datetime.now().astimezone().date() - then.date()).days
+    return f"{then:%H:%M}" if days == 0 else f"{then:%a %H:%M}" if days < 7 else f"{then:%d %b %y}"
+
+
+def _cut(words: str, style: str, width: int) -> Text:
+    text = Text(words, style)
+    text.truncate(width - 1, overflow="ellipsis")
+    return text

@@ -1,0 +1,149 @@
+"""Several units in one session: a tray, the same step of one unit after the other, scans anywhere, signatures."""
+
+import pytest
+from textual.widgets import DataTable, Input
+
+from accept.base.home import home
+from accept.certificate.trust import keys
+from accept.store import open_store
+from accept.tui.widgets.step_list import StepList
+from accept.workflow.unit_list import known_units
+from tests.accept.tui.tui_help import HEIGHTS, begin, fill_basic, loader, press, running, settled, type_line, words
+from tests.accept.workflow.test_unit_list import SPECS
+
+TRAY = [f"APA-{n:02d}" for n in range(1, 11)]
+
+
+def screen(pilot) -> str:
+    return type(pilot.app.screen).__name__
+
+
+async def add_tray(pilot, serials=TRAY) -> None:
+    """From the first screen: scan each, then the list of one step."""
+    await press(pilot, "f2", "f6")
+    for serial in serials:
+        await type_line(pilot, serial)
+    await press(pilot, "f6")
+
+
+async def open_list(pilot, title: str) -> None:
+    rail = pilot.app.screen.query_one("#queues", DataTable)
+    for _ in range(rail.row_count):
+        if title in str(rail.get_row_at(rail.cursor_row)[0]):
+            return
+        await press(pilot, "tab")
+    raise AssertionError(title)
+
+
+def values() -> dict[str, list[float]]:
+    with open_store() as store:
+        taken = list(store.events(what="value_taken"))
+    return {s: [e.data["value"] for e in taken if e.subject == s] for s in sorted({e.subject for e in taken})}
+
+
+@pytest.mark.slow
+async def test_ten_capacitances_in_a_row_typed_without_waiting():
+    async with running() as pilot:
+        await add_tray(pilot, [*TRAY, TRAY[0]])  # scanned twice it is one unit
+        await open_list(pilot, "Capacitance")
+        await press(pilot, "enter")
+        for n in range(len(TRAY)):
+            await pilot.press(*f"4.9{n}", "enter", *f"9.8{n}", "enter", "enter")
+        await settled(pilot)
+        typed = {serial: [float(f"4.9{n}"), float(f"9.8{n}")] for n, serial in enumerate(TRAY)}
+        assert values() == typed
+        assert pilot.app.session.serial == TRAY[-1]
+        assert "No other unit waits" in words(pilot, "#status")
+        with open_store() as store:
+            assert {unit.serial for unit in known_units(store, SPECS)} == set(TRAY)
+            judged = [e.subject for e in store.events(what="step_judged")]
+        assert judged == TRAY  # each was judged before the next was opened
+
+
+async def test_the_same_step_of_the_next_unit_by_one_key_and_what_was_found_is_said():
+    async with running() as pilot:
+        await add_tray(pilot, TRAY[:2])
+        await type_line(pilot, TRAY[0])
+        pilot.app.screen.query_one(StepList).stand_at("capacitance")
+        await press(pilot, "enter")
+        await type_line(pilot, "1.7")
+        await type_line(pilot, "9.8")
+        await press(pilot, "f10")
+        assert screen(pilot) == "StepScreen"
+        assert (pilot.app.session.serial, pilot.app.screen.step.name) == (TRAY[1], "capacitance")
+        assert f"{TRAY[0]}: ✗ fail" in words(pilot, "#status")
+
+
+async def test_a_scan_goes_to_its_unit_wherever_it_comes():
+    async with running() as pilot:
+        await add_tray(pilot, TRAY[:3])
+        await type_line(pilot, TRAY[0])
+        assert screen(pilot) == "Steps"
+        await pilot.press(*TRAY[1])
+        await press(pilot, "enter")
+        assert (screen(pilot), pilot.app.session.serial) == ("Steps", TRAY[1])
+        await press(pilot, "enter")
+        await type_line(pilot, TRAY[2])  # into the line of a height
+        assert (screen(pilot), pilot.app.session.serial) == ("StepScreen", TRAY[2])
+        assert pilot.app.screen.step.name == "flatness"
+        await type_line(pilot, HEIGHTS)
+        await pilot.press(*TRAY[0])  # at a complete step
+        await press(pilot, "enter")
+        assert (screen(pilot), pilot.app.session.serial) == ("StepScreen", TRAY[0])
+        await press(pilot, "escape", "f9")
+        await pilot.press(*"APA-77")  # a new one, from the summary
+        await press(pilot, "enter")
+        assert screen(pilot) == "StartScreen"
+        assert pilot.app.screen.query_one("#serial", Input).value == "APA-77"
+        assert "new unit APA-77" in words(pilot, "#about")
+    assert set(values()) == {TRAY[2]}
+
+
+async def test_a_stray_letter_goes_nowhere():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "s", "enter")
+        assert screen(pilot) == "Steps"
+        assert "no unit of this serial" in words(pilot, "#status")
+        await press(pilot, "enter")
+        assert screen(pilot) == "StepScreen"
+
+
+@pytest.mark.slow
+async def test_one_passphrase_for_a_shift_and_one_unit_after_the_other_to_sign():
+    keys.init(home(), "correct horse", "Ann")
+    async with running() as pilot:
+        for serial in ("APA-01", "APA-02"):
+            await begin(pilot, serial)
+            await fill_basic(pilot)
+            await press(pilot, "escape")
+        await press(pilot, "f2")
+        await open_list(pilot, "To sign")
+        await press(pilot, "enter")
+        assert (screen(pilot), pilot.app.session.serial) == ("Summary", "APA-01")
+        await press(pilot, "f2")
+        await type_line(pilot, "correct horse")
+        assert "✓ verified" in words(pilot, "#certificate")
+        await press(pilot, "f4")
+        await settled(pilot)
+        assert (screen(pilot), pilot.app.session.serial) == ("Summary", "APA-02")
+        await press(pilot, "f2")
+        assert not pilot.app.screen.query(Input)  # no passphrase is asked
+        await press(pilot, "enter")
+        assert "✓ verified" in words(pilot, "#certificate")
+        await press(pilot, "ctrl+l")
+        assert pilot.app.shift.passphrase("Ann") is None
+
+
+async def test_a_unit_that_is_open_elsewhere_is_said_and_nothing_is_lost():
+    async with running() as pilot:
+        await add_tray(pilot, TRAY[:2])
+        await type_line(pilot, TRAY[0])
+        other = loader()()
+        session = other.session(TRAY[1], "apa", "Bob")
+        await pilot.press(*TRAY[1])
+        await press(pilot, "enter")
+        assert screen(pilot) == "StartScreen"
+        assert TRAY[1] in words(pilot, "#status")
+        session.close()
+        other.store.close()
