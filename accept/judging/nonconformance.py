@@ -72,7 +72,7 @@ def open_nonconformances(
         of_void = {words: words in stated for words in of_void}
     undone = {payload.undoes for _, payload in events if isinstance(payload, EntryUndone)}
     notes_of = {
-        event.seq: f"{payload.step}: {payload.text} ({event.who})"
+        event.seq: f"{payload.step}: {payload.line(event.who)}"
         for event, payload in events
         if isinstance(payload, StepNoted) and payload.nonconformance
     }

@@ -389,12 +389,28 @@ class RecordLinked(Payload, what="record_linked"):
 
 
 @dataclass(frozen=True)
+class NotedFile(Document):
+    """A photo or another file that belongs to a note, copied into the folder `notes` of the attempt."""
+
+    name: Annotated[str, "in that folder"]
+    sha256: str
+    origin: Annotated[str, "where it came from"]
+
+
+@dataclass(frozen=True)
 class StepNoted(Payload, what="step_noted"):
     """The operator wrote a note."""
 
     step: str
     text: str
     nonconformance: Annotated[bool, "it says what is wrong with the part"]
+    files: Annotated[tuple[NotedFile, ...], only_if(bool), "photos and other files"] = ()
+    internal: Annotated[bool, only_if(bool), "it stays in the store and off the certificate"] = False
+
+    def line(self, who: str) -> str:
+        """Return the note as it stands in `unit.toml` and on the certificate, with the hashes of its files."""
+        files = "".join(f"; file {file.name}, SHA-256 {file.sha256}" for file in self.files)
+        return f"{self.text}{files} ({who})"
 
 
 @dataclass(frozen=True)

@@ -231,6 +231,10 @@ class Store:
         found = self._read(_wanted(subject, what).order_by(tables.events.c.seq.desc()).limit(1))
         return found[0] if found else None
 
+    def newest(self, what: str, count: int) -> list[Event]:
+        """Return the last events of this kind, the newest first. Raises as `events`."""
+        return self._read(_wanted(None, what).order_by(tables.events.c.seq.desc()).limit(count))
+
     def last_of_each(self, what: str) -> Iterator[Event]:
         """Yield the last event of this kind about each subject, by subject, as the store stands now: events that are
         appended meanwhile are left out. Raises as `events`."""

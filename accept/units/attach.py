@@ -28,7 +28,13 @@ def take_in(
     if not source.is_file():
         raise RecordError(f"{source.name or source}: no such file")
     _readable(source, declared, channels)
-    content = read_bounded(source, _MAX_BYTES)
+    return copy_in(source, folder, _MAX_BYTES)
+
+
+def copy_in(source: Path, folder: Path, most: int) -> tuple[str, str]:
+    """Copy a file into the folder as it is; returns its name there and its sha256. A file of the same name and other
+    content stays, the new one gets a number. most: bytes. Raises OSError, also if it has more."""
+    content = read_bounded(source, most)
     digest = hashlib.sha256(content).hexdigest()
     name = _free_name(folder, source.name, digest)
     if not (folder / name).exists():

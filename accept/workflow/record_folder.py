@@ -17,6 +17,7 @@ TYPES = {
     ".tdms": "TDMS",
     ".txt": "text",
 }
+_PHOTOS = {".jpg", ".jpeg", ".png", ".heic", ".webp", ".tif", ".tiff"}
 LOOKED_INTO_MOST = 64 * 2**20  # bytes of a file that is looked into unasked
 _MOST = 500  # files of one folder
 _MOST_PROPOSED = 60  # the newest of them, from which one is proposed
@@ -58,6 +59,19 @@ def _contents(folder: Path) -> tuple[list[str], list[PickableFile]]:
     files = [entry for entry in seen if entry.is_file() and Path(entry.name).suffix.lower() in TYPES]
     listed = [PickableFile(entry.name, entry.stat().st_mtime, entry.stat().st_size) for entry in files]
     return folders, sorted(listed, key=lambda entry: (-entry.mtime, entry.name))
+
+
+def new_photo(folder: Path, within_s: float = _TOGETHER_S) -> str:
+    """Return the name of the photo that was written to a folder last, within so many seconds; "" without one."""
+    try:
+        with os.scandir(folder) as found:
+            photos = [
+                (entry.stat().st_mtime, entry.name) for entry in found if Path(entry.name).suffix.lower() in _PHOTOS
+            ]
+    except OSError:
+        return ""
+    written, name = max(photos, default=(0.0, ""))
+    return name if time.time() - written < within_s else ""
 
 
 def proposals(

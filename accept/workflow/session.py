@@ -22,6 +22,7 @@ from accept.store.payloads import (
     AttemptStarted,
     EntryUndone,
     GapExplained,
+    NotedFile,
     Payload,
     ReadingFailed,
     RecordLinked,
@@ -52,6 +53,7 @@ from accept.workflow.status import Status, judgement_of, open_steps, state_of, s
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
 from accept.workflow.steps.section import note_lines
+from accept.workflow.usual_values import usual_values
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
 from checks.declare import CsvTable, Form, Input, Measured, Scalar, Series
@@ -60,6 +62,8 @@ from hw.errors import InstrumentError
 from specs.bench import NO_CHANNELS, BenchFile, Channels, channel_map
 from specs.spec import Spec
 
+NOTES_FOLDER = "notes"  # in that of an attempt: photos and other files
+_FILE_BYTES = 200_000_000  # of one of them
 _EVENTS_BACK = 5000  # of the store: whether a file belongs to another unit is asked of these
 
 
@@ -83,6 +87,7 @@ class Session:
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
         self._result: tuple[Given, UnitResult] | None = None
         self._held: tuple[int, Sequence[str]] | None = None
+        self.usual = usual_values(store, spec.kind, but=serial)
         self._lock = UnitLock(home / "units" / serial)
         try:
             self._events = list(store.events(serial))
@@ -247,9 +252,16 @@ class Session:
             if event.seq not in gone
         }
 
-    def note(self, step: str, text: str, nonconformance: bool = False) -> Event:
-        """Keep a note about a step. Raises EntryError if it is empty."""
-        return self.append(StepNoted(step, plain_words(text, "a note"), nonconformance))
+    def note(
+        self, step: str, text: str, nonconformance: bool = False, files: Sequence[Path] = (), internal: bool = False
+    ) -> Event:
+        """Keep a note about a step, with copies of its photos or other files. internal: not on the certificate, where
+        every nonconformance is. Raises EntryError if it is empty, OSError if a file cannot be read."""
+        words = plain_words(text, "a note")
+        kept = tuple(
+            NotedFile(*attach.copy_in(path, self.folder / NOTES_FOLDER, _FILE_BYTES), str(path)) for path in files
+        )
+        return self.append(StepNoted(step, words, nonconformance, kept, internal and not nonconformance))
 
     def remeasure(self, step: str, reason: str) -> Event:
         """Begin a step anew; its earlier entries stay in the store. Raises EntryError without a reason."""

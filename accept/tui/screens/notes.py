@@ -1,31 +1,55 @@
-"""A note on a step."""
+"""A note on a step, with a photo or another file."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 from accept.store import Event
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine
+from accept.workflow.entry.parse_entry import parse_path
+from accept.workflow.record_folder import new_photo
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import Note
 from accept.workflow.steps.plan import WorkflowStep
 
-_LINES = (
-    QuestionLine("Note"),
-    QuestionLine("Nonconformance of the part? y or n", value="n"),
-)
+_TEXT, _WRONG, _FILE, _SHOWN = range(4)
 
 
-def ask_note(screen: Working[bool], session: Session, step: WorkflowStep, then: Callable[[Event], None]) -> None:
-    """Ask for a note on a step and keep it. A nonconformance is what was found wrong with the part."""
+def ask_note(
+    screen: Working[bool], session: Session, step: WorkflowStep, records: Path, then: Callable[[Event], None]
+) -> None:
+    """Ask for a note on a step and keep it. A nonconformance is what was found wrong with the part. records: folder in
+    which a photo that was just taken is proposed, and which relative paths are of."""
+    lines = (
+        QuestionLine("Note"),
+        QuestionLine("Nonconformance of the part? y or n", value="n"),
+        QuestionLine("Photo or file: path, pasted or dropped here; empty: none", value=new_photo(records)),
+        QuestionLine("On the certificate? y or n", value="y"),
+    )
+
+    def problem(place: int, given: list[str]) -> str:
+        if place == _FILE and given[_FILE].strip() and not (path := parse_path(given[_FILE], records)).is_file():
+            return f"{path}: no such file"
+        if place == _SHOWN and _is_yes(given[_WRONG]) and not _is_yes(given[_SHOWN]):
+            return "A nonconformance is always on the certificate"
+        return "" if place != _TEXT or given[_TEXT].strip() else "Type the note first"
 
     def keep(answer: list[str] | None) -> None:
         if answer is not None:
-            wrong = answer[1].strip().lower().startswith("y")
-            screen.send(lambda: session.note(step.name, answer[0], wrong), then)
+            files = [parse_path(answer[_FILE], records)] if answer[_FILE].strip() else []
+            wrong, internal = _is_yes(answer[_WRONG]), not _is_yes(answer[_SHOWN])
+            screen.send(lambda: session.note(step.name, answer[_TEXT], wrong, files, internal), then)
 
-    earlier = "\n".join(map(_words, session.state(step.name).notes))
-    screen.app.push_screen(Question(f"Note on {step.title}", earlier or "No notes yet.", _LINES), keep)
+    earlier = "\n".join(map(note_words, session.state(step.name).notes))
+    screen.app.push_screen(Question(f"Note on {step.title}", earlier or "No notes yet.", lines, problem), keep)
 
 
-def _words(note: Note) -> str:
-    return f"{'! ' if note.nonconformance else ''}{note.text} ({note.who})"
+def note_words(note: Note) -> str:
+    """Return a note as the screens show it, with the names of its files."""
+    files = f" [{', '.join(note.files)}]" if note.files else ""
+    internal = "" if note.line else ", not on the certificate"
+    return f"{'! ' if note.nonconformance else '✎ '}{note.text}{files} ({note.who}{internal})"
+
+
+def _is_yes(answer: str) -> bool:
+    return answer.strip().lower().startswith("y")

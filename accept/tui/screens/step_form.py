@@ -168,7 +168,9 @@ class StepForm(StepView):
                 place = field.place
                 limit = self.step.asked.limits.get(place.declared.name)
                 stored = None if self.complete else self._stored_value(place)  # its finding shows it then
-                gauge.follow(self._instrument(place), place.unit, limit, stored)
+                gauge.follow(
+                    self._instrument(place), place.unit, limit, stored, self.session.usual.get(place.declared.name)
+                )
 
     def _stored_value(self, place: FieldPlace) -> Measured | None:
         name = place.declared.name

@@ -34,6 +34,7 @@ class StepView(Page):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("f10,ctrl+n", "next_unit", "Same step, next unit", show=False, priority=True),
+        Binding("ctrl+d", "details", "More values", show=False, priority=True),
     ]
 
     def __init__(self, bench: Workbench, session: Session, name: str) -> None:
@@ -66,6 +67,12 @@ class StepView(Page):
         """Return what Enter and its neighbours do at a complete step."""
         further = "next step, F10: next unit" if self.queue is None else "next unit"
         return f"Step complete. Enter: {further}, ↑ ↓: correct, Esc: step list"
+
+    def action_details(self) -> None:
+        """Show the values without limits, or hide them."""
+        findings = self.query_one(Findings)
+        findings.whole = not findings.whole
+        self.show()
 
     async def go_further(self) -> None:
         """Go on to the next step; of a queue, to the next unit as soon as this one has nothing more to do in it."""
@@ -101,7 +108,7 @@ class StepView(Page):
         self.query_one("#setup", Static).update(setup(self.step))
         self.query_one("#main").set_class(self.complete, "complete")
         judgement = self.session.judgement(self.step.name) if self.complete else None
-        self.query_one(Findings).show(self.step.check, judgement, self.lacking())
+        self.query_one(Findings).show(self.step.check, judgement, self.lacking(), self.session.usual)
         self.query_one(Pictures).show(self.session.panels(self.step.name))
         self.show_around()
 
@@ -144,10 +151,10 @@ class StepView(Page):
         return action != "picture" or not self.is_mounted or bool(self.session.panels(self.step.name))
 
     def action_note(self) -> None:
-        ask_note(self, self.session, self.step, self._noted)
+        ask_note(self, self.session, self.step, self.bench.records, self._noted)
 
     def _noted(self, _: Event) -> None:
-        self.say("Note saved; it appears on the certificate", "good")
+        self.say("Note saved", "good")
 
     def help_text(self) -> str:
         asked = self.step.asked

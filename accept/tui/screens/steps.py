@@ -16,7 +16,7 @@ from accept.tui.background.busy_screen import Working
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.derived_step import DerivedScreen
 from accept.tui.screens.gap import WORDS, Explain, answer
-from accept.tui.screens.notes import ask_note
+from accept.tui.screens.notes import ask_note, note_words
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import findings_text
@@ -166,7 +166,8 @@ class Steps(Scanning[bool]):
         rail.move_cursor(row=row % rail.row_count)
 
     def action_note(self) -> None:
-        ask_note(self, self.session, self._step_here() or self.session.step("frf"), self._noted)
+        step = self._step_here() or self.session.step("frf")
+        ask_note(self, self.session, step, self.bench.records, self._noted)
 
     def _noted(self, _: Event) -> None:
         self._show()
@@ -219,14 +220,13 @@ def card(session: Session, step: WorkflowStep) -> Text:
     judgement = session.judgement(step.name)
     stands = standing(session, step)
     if judgement is not None and not stands:
-        text = findings_text(step.check, judgement)
+        text = findings_text(step.check, judgement, session.usual)
     else:
         text = Text().append(f"{stands}\n\n" if stands else "", "bold yellow")
         text.append(f"{step.guide.words}\n\n").append_text(setup(step))
         text.append(f"\n\n{step.guide.picture}", "dim")
     for note in session.state(step.name).notes:
-        mark, style = ("!", HELD) if note.nonconformance else ("✎", "dim")
-        text.append(f"\n{mark} {note.text} ({note.who})", style)
+        text.append(f"\n{note_words(note)}", HELD if note.nonconformance else "dim")
     return text
 
 

@@ -1,5 +1,6 @@
 """The end of a unit: all findings, the verdict, what is missing; signed, countersigned, verified."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
@@ -22,6 +23,7 @@ from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
 from accept.tui.screens.put_right import ask_remedy
+from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
 from accept.tui.widgets.step_list import HELD, held_words
@@ -37,6 +39,8 @@ from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
 from specs.errors import AcceptError
 
+SOUND = "ACCEPT_SOUND"  # 1: the result can be heard, one stroke of the bell if accepted, else three
+_BETWEEN_BELLS_S = 0.4
 _OUTCOMES = {
     Validity.VALID: "✓ verified",
     Validity.SIGNED: "◐ signed, not fully verified",
@@ -66,6 +70,7 @@ class Summary(Scanning[bool]):
 
     def compose(self) -> ComposeResult:
         yield UnitBar(self.session, "summary")
+        yield Banner()
         yield Static("Evaluating …", id="verdict", markup=False)
         yield DataTable(id="findings", cursor_type="row", cell_padding=0)
         yield Static("", id="detail", markup=False)
@@ -85,13 +90,22 @@ class Summary(Scanning[bool]):
     def _judge(self) -> None:
         judge = self.session.judge
         send_to_worker(
-            self, self.bench.worker, lambda e: judge(e.judge), self._judged, "judging the unit", self._not_judged
+            self, self.bench.worker, lambda e: judge(e.judge), self._judged_now, "judging the unit", self._not_judged
         )
+
+    def _judged_now(self, result: UnitResult) -> None:
+        """Show a new result; it can be heard too."""
+        self._judged(result)
+        if os.environ.get(SOUND, "").strip() == "1":
+            for n in range(1 if result.verdict is UnitVerdict.ACCEPTED else 3):
+                self.set_timer(n * _BETWEEN_BELLS_S + 0.01, self.app.bell)
 
     def _not_judged(self, _: str) -> None:
         self.query_one("#verdict", Static).update("not evaluated")
 
     def _judged(self, result: UnitResult) -> None:
+        sign, held = signs.UNITS[result.verdict], _is_held(result)
+        self.query_one(Banner).show("held" if held else sign.word, HELD if held else sign.bold)
         self.query_one("#verdict", Static).update(_verdict(result))
         table = self.query_one(DataTable)
         table.clear()
@@ -332,10 +346,14 @@ def _open_in(result: UnitResult) -> list[str]:
     return [f"{word}: {', '.join(label_of(f.quantity) for f in found)}" for word, found in groups if found]
 
 
+def _is_held(result: UnitResult) -> bool:
+    return bool(result.nonconformances) and result.verdict is UnitVerdict.CONDITIONAL
+
+
 def _verdict(result: UnitResult) -> Text:
     """Return the verdict, what is open, and on a line of its own what to do first."""
     sign = signs.UNITS[result.verdict]
-    held = result.nonconformances and result.verdict is UnitVerdict.CONDITIONAL
+    held = _is_held(result)
     text = Text.assemble((" HELD ", f"reverse {HELD}") if held else (f" {sign.word.upper()} ", f"reverse {sign.bold}"))
     if result.nonconformances:
         text.append(f"  nonconformance: {'; '.join(result.nonconformances)}. QA decides (F3).", HELD)

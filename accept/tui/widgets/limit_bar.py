@@ -4,13 +4,20 @@ import math
 
 from checks.rounding import rounded, with_U
 
-OUTSIDE, INSIDE, LIMIT, SPREAD, VALUE = "·", "─", "┃", "━", "●"
+OUTSIDE, INSIDE, LIMIT, SPREAD, VALUE, USUAL = "·", "─", "┃", "━", "●", "╎"
 _MARGIN = 0.35  # of the zone's width, shown on either side of it
 
 
-def limit_bar(value: float | None, U: float | None, lower: float | None, upper: float | None, width: int) -> str:
-    """Draw in `width` characters: zone between the limits, the value in it and what U spans. A value beyond the ends
-    stands at the end as an arrow. Without a value only the zone."""
+def limit_bar(
+    value: float | None,
+    U: float | None,
+    lower: float | None,
+    upper: float | None,
+    width: int,
+    usual: float | None = None,
+) -> str:
+    """Draw in `width` characters: zone between the limits, the value in it, what U spans, and a tick at the usual value
+    unless the value hides it. A value beyond the ends stands at the end as an arrow. Without a value only the zone."""
     lo, hi = _ends(value, lower, upper)
     cells = [_zone(lo + (hi - lo) * (i + 0.5) / width, lower, upper) for i in range(width)]
 
@@ -20,10 +27,12 @@ def limit_bar(value: float | None, U: float | None, lower: float | None, upper: 
     for limit in (lower, upper):
         if limit is not None:
             cells[min(max(cell(limit), 0), width - 1)] = LIMIT
+    if value is not None and math.isfinite(value) and U is not None and math.isfinite(U):
+        for i in range(max(cell(value - U), 0), min(cell(value + U), width - 1) + 1):
+            cells[i] = SPREAD if cells[i] != LIMIT else LIMIT
+    if usual is not None and 0 <= cell(usual) < width and cells[cell(usual)] != LIMIT:
+        cells[cell(usual)] = USUAL
     if value is not None and math.isfinite(value):
-        if U is not None and math.isfinite(U):
-            for i in range(max(cell(value - U), 0), min(cell(value + U), width - 1) + 1):
-                cells[i] = SPREAD if cells[i] != LIMIT else LIMIT
         at = cell(value)
         cells[min(max(at, 0), width - 1)] = VALUE if 0 <= at < width else ("◀" if at < 0 else "▶")
     return "".join(cells)
@@ -52,6 +61,11 @@ def numbers(value: float | None, U: float | None, unit: str) -> str:
     if U is None:
         return f"{value:.4g}{of}, U unknown"
     return f"{with_U(value, U) if U > 0 else f'{rounded(value, U)} ± 0'}{of}"
+
+
+def usual_words(usual: float | None) -> str:
+    """Return what the tick in a bar is, "" without one."""
+    return "" if usual is None else f"   {USUAL} usual {usual:.3g}"
 
 
 def after_number(unit: str) -> str:

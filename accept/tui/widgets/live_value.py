@@ -6,7 +6,7 @@ from rich.text import Text
 from textual.message import Message
 from textual.widgets import Static
 
-from accept.tui.widgets.limit_bar import limit_bar, limits, numbers
+from accept.tui.widgets.limit_bar import limit_bar, limits, numbers, usual_words
 from accept.workflow.instruments.live import Look, Watch
 from accept.workflow.instruments.port import InstrumentPort
 from checks.declare import Measured
@@ -31,18 +31,24 @@ class Gauge(Static):
         self._token = object()  # of the line that is followed: a look at the one before comes late
         self._whose, self._unit = "", ""
         self._limit: Limit | None = None
+        self._usual: float | None = None
         self._value: Measured | None = None
         self._fault = ""
 
     def follow(
-        self, instrument: InstrumentPort | None, unit: str, limit: Limit | None, stored: Measured | None
+        self,
+        instrument: InstrumentPort | None,
+        unit: str,
+        limit: Limit | None,
+        stored: Measured | None,
+        usual: float | None = None,
     ) -> None:
         """Look at this instrument from now on; without one, show what is stored. The fault of an instrument stays if it
-        is the same one: the cursor comes back to the line whose reading failed."""
+        is the same one: the cursor comes back to the line whose reading failed. usual: value of the units before."""
         self.leave()
         if instrument is None or instrument.name != self._whose:
             self._fault = ""
-        self._whose, self._unit, self._limit, self._value = "", unit, limit, stored
+        self._whose, self._unit, self._limit, self._value, self._usual = "", unit, limit, stored, usual
         self._token = token = object()
         if instrument is not None:
             self._whose, self._value = instrument.name, None
@@ -74,23 +80,25 @@ class Gauge(Static):
         self._draw()
 
     def _draw(self) -> None:
-        text = gauge_text(self._whose, self._value, self._unit, self._limit, self._fault)
+        text = gauge_text(self._whose, self._value, self._unit, self._limit, self._fault, self._usual)
         self.display = bool(text.plain)
         self.update(text)
 
 
-def gauge_text(name: str, value: Measured | None, unit: str, limit: Limit | None, fault: str) -> Text:
+def gauge_text(
+    name: str, value: Measured | None, unit: str, limit: Limit | None, fault: str, usual: float | None = None
+) -> Text:
     """Return what stands beside a value. name: of the instrument, "" for a stored value; fault: the last one, ""
-    without."""
+    without; usual: value of the units before."""
     text = Text()
     if name:
         text.append("now ", "dim").append("…" if value is None else _number(value, unit), "bold")
         text.append(f"  on {name}\n", "dim")
     if limit is not None and value is not None:
-        drawn = limit_bar(value.value, value.U, limit.lower, limit.upper, _STRIP)
+        drawn = limit_bar(value.value, value.U, limit.lower, limit.upper, _STRIP, usual)
         inside = _inside(value.value, limit)
         text.append(drawn, "green" if inside else "bold red")
-        text.append(f"  {limits(limit.lower, limit.upper)} {limit.unit}", "dim")
+        text.append(f"  {limits(limit.lower, limit.upper)} {limit.unit}{usual_words(usual)}", "dim")
         text.append("\n" if inside else "  outside\n", "" if inside else "bold red")
     if fault:
         text.append(f"✗ {fault}" if value is None else f"✗ before: {fault}", "bold red" if value is None else "dim")

@@ -1,7 +1,7 @@
 """The checks' pictures in the terminal. textual-plot has no logarithmic axis: log10 is plotted, the ticks say what."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -39,17 +39,24 @@ MAP_ROWS = 14  # of a map beside other parts of a screen
 
 
 class Decades(AxisFormatter):
-    """Ticks of log10 of a quantity: whole decades, with 2 and 5 between where there are at most `few`."""
+    """Ticks of log10 of a quantity: whole decades, with 2 and 5 between where there are at most `few`. rows: how many
+    rows the axis has, so that no two numbers stand on one; None if it lies."""
 
-    def __init__(self, few: int) -> None:
+    def __init__(self, few: int, rows: Callable[[], int] | None = None) -> None:
         super().__init__()
-        self._few = few
+        self._few, self._rows = few, rows
 
     def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
         first, last = math.floor(min_), math.ceil(max_)
         steps = (1,) if last - first > self._few else (1, 2, 5)
-        ticks = [math.log10(m) + d for d in range(first, last + 1) for m in steps]
-        return [t for t in ticks if min_ - 1e-9 <= t <= max_ + 1e-9]
+        ticks = self._seen([math.log10(m) + d for d in range(first, last + 1) for m in steps], min_, max_)
+        if self._rows is None or legible(ticks, min_, max_, self._rows()):
+            return ticks
+        return every(self._seen(range(first, last + 1), min_, max_), min_, max_, self._rows())
+
+    @staticmethod
+    def _seen(ticks: Iterable[float], min_: float, max_: float) -> list[float]:
+        return [float(t) for t in ticks if min_ - 1e-9 <= t <= max_ + 1e-9]
 
     def get_labels_for_ticks(self, ticks: Sequence[float]) -> list[str]:
         return [f"{10.0**t:.4g}" for t in ticks]
@@ -63,14 +70,43 @@ class Few(NumericAxisFormatter):
         return ticks[:: math.ceil(len(ticks) / _X_TICKS)]
 
 
-class Degrees(AxisFormatter):
-    """Ticks of a phase: quarters of a turn."""
+class Upright(NumericAxisFormatter):
+    """Ticks at round numbers of an axis that stands, each on a row of its own."""
+
+    def __init__(self, rows: Callable[[], int]) -> None:
+        super().__init__()
+        self._rows = rows
 
     def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
-        return [90.0 * n for n in range(math.ceil(min_ / 90.0), math.floor(max_ / 90.0) + 1)]
+        return every(super().get_ticks(min_, max_), min_, max_, self._rows())
+
+
+class Degrees(AxisFormatter):
+    """Ticks of a phase: quarters of a turn, or as many of them as have rows of their own, with zero in the middle."""
+
+    def __init__(self, rows: Callable[[], int]) -> None:
+        super().__init__()
+        self._rows = rows
+
+    def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
+        quarters = [90.0 * n for n in range(math.ceil(min_ / 90.0), math.floor(max_ / 90.0) + 1)]
+        if legible(quarters, min_, max_, self._rows()):
+            return quarters
+        return [t for t in quarters if t % 180.0 == 0.0]
 
     def get_labels_for_ticks(self, ticks: Sequence[float]) -> list[str]:
         return [f"{t:.0f}" for t in ticks]
+
+
+def legible(ticks: Sequence[float], min_: float, max_: float, rows: int) -> bool:
+    """Return whether the numbers beside an axis of so many rows stand on rows of their own."""
+    return all((b - a) * (rows - 1) >= max_ - min_ for a, b in pairwise(ticks))
+
+
+def every(ticks: Sequence[float], min_: float, max_: float, rows: int) -> list[float]:
+    """Return every tick, every second, every third ..., so that they are legible."""
+    steps = (step for step in range(1, len(ticks)) if legible(ticks[::step], min_, max_, rows))
+    return list(ticks[:: next(steps, max(1, len(ticks)))])
 
 
 class PanelPlot(PlotWidget):
@@ -91,7 +127,7 @@ class PanelPlot(PlotWidget):
         self.margin_top = 1
         panel = self._panel
         self.set_x_formatter(Decades(few=4) if panel.x_log else Few())
-        self.set_y_formatter(_vertical(panel))
+        self.set_y_formatter(_vertical(panel, self._rows))
         self.set_xlabel(panel.x_label.replace("[", "\\["))  # "[s]" would be taken for a style
         ends = _span(panel)
         colours = iter(SERIES * 4)
@@ -108,6 +144,10 @@ class PanelPlot(PlotWidget):
             self.set_ylimits(-195.0, 195.0)
         elif self._reach[1]:
             self.set_ylimits(*_with_margin(self._reach[1]))
+
+    def _rows(self) -> int:
+        """Return how many rows the upright axis has."""
+        return max(2, self.size.height - self.margin_top - self.margin_bottom - 2)
 
     def _draw(self, item: object, ends: tuple[float, float], colours: Iterator[str]) -> None:
         match item:
@@ -173,10 +213,10 @@ def _layer(item: object) -> int:
     return 3 if isinstance(item, Line) and item.style == "points" else 2
 
 
-def _vertical(panel: Panel) -> AxisFormatter:
+def _vertical(panel: Panel, rows: Callable[[], int]) -> AxisFormatter:
     if panel.kind is PanelKind.PHASE:
-        return Degrees()
-    return Decades(few=2) if panel.y_log else NumericAxisFormatter()
+        return Degrees(rows)
+    return Decades(few=2, rows=rows) if panel.y_log else Upright(rows)
 
 
 def apart(x: Array, most: int) -> NDArray[np.intp]:

@@ -1,8 +1,11 @@
 """Parsing of typed entries: `4.99 uF`, `4,99`, `4.99 ± 0.02 uF`; an invalid one is refused with the reason."""
 
 import math
+import os
 import re
 from collections.abc import Mapping
+from pathlib import Path
+from urllib.parse import unquote
 
 from accept.units import unit_folder
 from checks.declare import Measured, Scalar, Vector
@@ -125,6 +128,19 @@ def serial_problem(serial: str, spec: Spec) -> str | None:
     if not re.fullmatch(spec.serial_pattern, serial):
         return f"does not fit the pattern {spec.serial_pattern} of spec {spec.name}"
     return None
+
+
+def parse_path(text: str, folder: Path) -> Path:
+    """Return a path as it is typed, pasted or dropped by a file manager: in quotes, as file:// or with escaped blanks.
+    A relative one is in `folder`."""
+    words = text.strip()
+    if len(words) > 1 and words[0] == words[-1] and words[0] in "'\"":
+        words = words[1:-1]
+    if words.startswith("file://"):
+        words = unquote(words.removeprefix("file://"))
+    elif os.sep == "/":
+        words = words.replace("\\ ", " ")
+    return folder / Path(words).expanduser()
 
 
 def plain_words(text: str, what: str) -> str:

@@ -55,12 +55,15 @@ class FileLink:
 
 @dataclass(frozen=True)
 class Note:
-    """A note on a step. nonconformance: its description."""
+    """A note on a step. nonconformance: its description; line: as it stands on the certificate, "" if it stays off;
+    files: names of its photos and other files."""
 
     seq: int
     who: str
     text: str
     nonconformance: bool
+    line: str
+    files: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -197,9 +200,10 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
     match payload:
         case ValueTaken() | RecordLinked():
             return _entered(attempt, event, payload)
-        case StepNoted(step, text, nonconformance):
-            notes = (*attempt.step(step).notes, Note(event.seq, event.who, text, nonconformance))
-            return _with_step(attempt, event, step, notes=notes)
+        case StepNoted(step, text, nonconformance) as noted:
+            line = "" if noted.internal else noted.line(event.who)
+            note = Note(event.seq, event.who, text, nonconformance, line, tuple(file.name for file in noted.files))
+            return _with_step(attempt, event, step, notes=(*attempt.step(step).notes, note))
         case StepRemeasured(step, reason):
             state = attempt.step(step)
             earlier, reasons = (*state.earlier, *state.entries), (*state.reasons, reason)

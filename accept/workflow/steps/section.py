@@ -126,4 +126,4 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep]) -> di
 def note_lines(state: StepState) -> list[str]:
     """Return the certificate's lines on a step: measured anew and why, notes, nonconformances."""
     again = [f"measured again: {reason}" for reason in state.reasons]
-    return again + [f"{MARK if n.nonconformance else ''}{n.text} ({n.who})" for n in state.notes]
+    return again + [f"{MARK if n.nonconformance else ''}{n.line}" for n in state.notes if n.line]

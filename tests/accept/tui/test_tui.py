@@ -163,7 +163,8 @@ async def test_notes_and_nonconformance():
         await press(pilot, "f5")
         await type_line(pilot, "scratch on the shell")
         await press(pilot, "ctrl+u")
-        await type_line(pilot, "y")
+        for line in ("y", "", ""):
+            await type_line(pilot, line)
     assert stored("step_noted") == [{"step": "flatness", "text": "scratch on the shell", "nonconformance": True}]
 
 
@@ -182,7 +183,8 @@ async def test_a_nonconformance_is_red_and_first_wherever_one_decides():
         await press(pilot, "end", "f5")
         await type_line(pilot, "flexure cracked")
         await press(pilot, "ctrl+u")
-        await type_line(pilot, "y")
+        for line in ("y", "", ""):
+            await type_line(pilot, line)
         card = pilot.app.screen.query_one("#card", Static).content
         assert card.plain.startswith("HELD: nonconformance: stiffness: flexure cracked (Ann)")
         assert "flexure cracked" in reds(card)

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from rich.console import Console
 from rich.text import Text
 from textual.app import App, ComposeResult
@@ -13,7 +14,18 @@ from textual.widgets import Static
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hung
 from accept.tui.widgets.heat_map import map_text, shaded
-from accept.tui.widgets.plot import MAP_ROWS, Degrees, MapView, PanelPlot, PanelView, apart, thin, unbroken
+from accept.tui.widgets.plot import (
+    MAP_ROWS,
+    Decades,
+    Degrees,
+    MapView,
+    PanelPlot,
+    PanelView,
+    Upright,
+    apart,
+    thin,
+    unbroken,
+)
 from accept.workflow.state.unit_state import StepJudgement
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
@@ -49,8 +61,18 @@ def test_a_reason_of_several_findings_is_read_once() -> None:
 
 def test_a_row_of_many_findings_fits_beside_the_steps() -> None:
     more = (("frf", Quantity("k_resonance_N_per_um", 1.186, 0.012, "N/um")),)  # its words are long
-    lines = findings_text(CHECKS["frf"], replace(judged(reversed_sensor=False), information=more)).plain.splitlines()
+    judgement = replace(judged(reversed_sensor=False), information=more)
+    lines = findings_text(CHECKS["frf"], judgement, whole=True).plain.splitlines()
     assert len(lines) == 5
+    assert max(map(len, lines)) <= ROOM
+    assert "1 more value" in findings_text(CHECKS["frf"], judgement).plain
+
+
+def test_a_limit_without_room_stands_whole_on_the_next_line() -> None:
+    long = replace(judged(reversed_sensor=False).findings[0], value=-181.234567, U=0.000012)
+    judgement = replace(judged(reversed_sensor=False), findings=(long,) * 4)
+    lines = findings_text(CHECKS["frf"], judgement).plain.splitlines()
+    assert [line.strip() for line in lines if "…" in line] == ["81.9 … 90.5 Hz"] * 4
     assert max(map(len, lines)) <= ROOM
 
 
@@ -97,8 +119,19 @@ async def test_measured_points_are_on_top_of_the_model_and_both_are_there():
 
 
 def test_a_phase_is_read_in_quarters_of_a_turn():
-    ticks = Degrees().get_ticks(-195.0, 195.0)
-    assert Degrees().get_labels_for_ticks(ticks) == ["-180", "-90", "0", "90", "180"]
+    for rows, expected in ((20, ["-180", "-90", "0", "90", "180"]), (4, ["-180", "0", "180"])):
+        axis = Degrees(lambda rows=rows: rows)
+        assert axis.get_labels_for_ticks(axis.get_ticks(-195.0, 195.0)) == expected
+
+
+@pytest.mark.parametrize("rows", range(3, 16))
+@pytest.mark.parametrize("low", [-2.3, -1.0, -4.7])
+def test_no_two_numbers_stand_on_one_row(rows: int, low: float):
+    """0.1 and 0.01 were printed over each other: 00.1."""
+    for axis in (Decades(few=2, rows=lambda: rows), Upright(lambda: rows)):
+        places = [round((t - low) / (0.4 - low) * (rows - 1)) for t in axis.get_ticks(low, 0.4)]
+        assert len(set(places)) == len(places)
+        assert places
 
 
 async def test_a_map_beside_another_picture_stays_in_its_lines():

@@ -1,0 +1,104 @@
+"""Photos and other files of a note: copied, hashed, on the certificate if they are to be."""
+
+import hashlib
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from accept.base.home import home
+from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging.nonconformance import open_nonconformances
+from accept.store import open_store
+from accept.units import unit_folder
+from accept.workflow.entry.parse_entry import EntryError, parse_path
+from accept.workflow.record_folder import new_photo
+from accept.workflow.session import NOTES_FOLDER, Session
+from checks.declare import Measured
+
+PHOTO = b"\xff\xd8 a crack"
+DIGEST = hashlib.sha256(PHOTO).hexdigest()
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    path = tmp_path / "crack.jpg"
+    path.write_bytes(PHOTO)
+    return path
+
+
+@pytest.fixture
+def session():
+    with open_store() as store:
+        opened = Session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
+        opened.begin({})
+        step = opened.step("capacitance")
+        opened.take("capacitance", step.check.inputs["sensor_uF"], Measured(4.99))
+        yield opened
+        opened.close()
+
+
+def lines(session: Session) -> list[str]:
+    """What the unit's folder says on flatness, and a batch reads."""
+    session.judge_step("capacitance")
+    unit = unit_folder.read(session.folder)
+    notes = [note for note in judge_unit(unit, session.spec).notes if note.startswith("flatness: ")]
+    return [note.removeprefix("flatness: ") for note in notes]
+
+
+def test_a_photo_is_copied_hashed_and_named_on_the_certificate(session: Session, photo: Path):
+    session.note("flatness", "scratch", files=[photo])
+    assert (session.folder / NOTES_FOLDER / "crack.jpg").read_bytes() == PHOTO
+    assert lines(session) == [f"scratch; file crack.jpg, SHA-256 {DIGEST} (Ann)"]
+
+
+def test_another_photo_of_the_same_name_replaces_none(session: Session, photo: Path):
+    session.note("flatness", "one", files=[photo])
+    photo.write_bytes(b"another")
+    session.note("flatness", "two", files=[photo])
+    assert [note.files for note in session.state("flatness").notes] == [("crack.jpg",), ("crack-2.jpg",)]
+    assert (session.folder / NOTES_FOLDER / "crack.jpg").read_bytes() == PHOTO
+
+
+def test_an_internal_note_stays_off_the_certificate(session: Session, photo: Path):
+    session.note("flatness", "table is wobbly", files=[photo], internal=True)
+    assert lines(session) == []
+    assert session.state("flatness").notes[0].text == "table is wobbly"
+
+
+def test_a_nonconformance_with_a_photo_holds_the_unit_once_and_is_never_internal(session: Session, photo: Path):
+    session.note("flatness", "flexure cracked", True, [photo], internal=True)
+    (line,) = lines(session)
+    assert DIGEST in line
+    notes = unit_folder.read(session.folder).notes
+    assert len(open_nonconformances(session.store, "APA-02", notes)) == 1
+
+
+def test_a_file_that_is_not_there_stores_nothing(session: Session, tmp_path: Path):
+    with pytest.raises(OSError, match="crack"):
+        session.note("flatness", "scratch", files=[tmp_path / "crack.png"])
+    with pytest.raises(EntryError):
+        session.note("flatness", " ")
+    assert not session.state("flatness").notes
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["/data/my photo.jpg", "'/data/my photo.jpg'", '"/data/my photo.jpg"', r"/data/my\ photo.jpg ",
+     "file:///data/my%20photo.jpg"],
+)  # fmt: skip
+@pytest.mark.skipif(os.sep != "/", reason="as terminals of Linux and macOS drop a file")
+def test_a_path_is_read_as_a_file_manager_drops_it(text: str):
+    assert parse_path(text, Path("/records")) == Path("/data/my photo.jpg")
+
+
+def test_a_relative_path_is_in_the_folder_of_records():
+    assert parse_path("crack.jpg", Path("/records")) == Path("/records/crack.jpg")
+
+
+def test_a_photo_taken_just_now_is_proposed_and_no_older_one(photo: Path):
+    assert new_photo(photo.parent) == "crack.jpg"
+    os.utime(photo, (time.time() - 3600,) * 2)
+    assert new_photo(photo.parent) == ""
+    assert new_photo(photo.parent / "nowhere") == ""

@@ -1,0 +1,45 @@
+"""The usual value of a quantity: the median over the last units of the kind, each once."""
+
+from accept.base.home import home
+from accept.judging.judge_unit import load_spec
+from accept.store import Store, open_store
+from accept.tui.widgets.limit_bar import LIMIT, USUAL, VALUE, limit_bar
+from accept.workflow.session import Session
+from accept.workflow.usual_values import FEWEST, UNITS, usual_values
+from checks.declare import Measured
+
+
+def judged(store: Store, serial: str, sensor_uF: float) -> None:
+    session = Session(store, home(), load_spec("apa-basic"), "Ann", serial)
+    if session.run.attempt is None:
+        session.begin({})
+    session.take("capacitance", session.step("capacitance").check.inputs["sensor_uF"], Measured(sensor_uF))
+    session.judge()
+    session.close()
+
+
+def test_the_median_of_the_last_units_each_once_and_not_this_one():
+    with open_store() as store:
+        for n in range(FEWEST - 1):
+            judged(store, f"A-{n}", 4.90)
+        judged(store, "A-0", 4.90)  # again: it is no further unit
+        assert usual_values(store, "apa") == {}
+        judged(store, "A-9", 5.30)
+        assert usual_values(store, "apa")["sensor_uF"] == 4.90
+        assert usual_values(store, "apa", but="A-9") == {}
+        assert usual_values(store, "strut") == {}
+        for n in range(UNITS):
+            judged(store, f"B-{n:02d}", 5.00)
+        assert usual_values(store, "apa")["sensor_uF"] == 5.00  # what is older no longer counts
+        session = Session(store, home(), load_spec("apa-basic"), "Ann", "C-1")
+        assert session.usual["sensor_uF"] == 5.00
+        session.close()
+
+
+def test_the_tick_stands_at_the_usual_value_and_hides_no_limit_and_no_value():
+    bar = limit_bar(5.2, 0.02, 4.4, 5.5, 30, usual=4.8)
+    assert bar.count(USUAL) == 1
+    assert bar.index(LIMIT) < bar.index(USUAL) < bar.index(VALUE)
+    assert USUAL not in limit_bar(5.2, 0.02, 4.4, 5.5, 30, usual=5.2)
+    assert limit_bar(5.2, 0.02, 4.4, 5.5, 30, usual=4.4).count(LIMIT) == 2
+    assert USUAL not in limit_bar(5.2, 0.02, 4.4, 5.5, 30, usual=50.0)
