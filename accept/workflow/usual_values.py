@@ -3,6 +3,7 @@
 from collections import defaultdict
 from statistics import median
 
+from accept.judging.nonconformance import measured_values
 from accept.store import Store
 from accept.store.payloads import UnitJudged
 
@@ -21,7 +22,6 @@ def usual_values(store: Store, kind: str, but: str = "") -> dict[str, float]:
         result = UnitJudged.of(event).result
         if result.kind == kind:
             serials.add(event.subject)
-            for row in (*result.findings, *result.information):
-                if row.value is not None:
-                    values[row.quantity].append(row.value)
+            for quantity, value in measured_values(result).items():
+                values[quantity].append(value)
     return {quantity: median(found) for quantity, found in values.items() if len(found) >= FEWEST}

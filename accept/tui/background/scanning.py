@@ -1,17 +1,31 @@
 """A screen without a line to type into, on which a scanned serial goes to its unit."""
 
 import time
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import Protocol, TypeVar, cast
 
 from textual.events import Key
 
 from accept.tui.background.busy_screen import Working
-
-if TYPE_CHECKING:
-    from accept.tui.app import BenchApp
+from accept.workflow.shift import Shift
+from accept.workflow.unit_list import Queue
 
 T = TypeVar("T")
 _FORGOTTEN_S = 5.0  # after a letter: it was no scan
+
+
+class OpensUnits(Protocol):
+    """What a screen of one unit asks the application for: other units. queue: what is done at one after the other."""
+
+    queue: Queue | None
+    shift: Shift
+
+    async def next_unit(self, queue: Queue, words: str = "") -> str:
+        """Open the unit that waits behind this one; return why no other is open."""
+        ...
+
+    async def scanned(self, serial: str, queue: Queue | None) -> str:
+        """Go to the unit of a serial; return why not."""
+        ...
 
 
 class Scanning(Working[T]):
@@ -21,9 +35,9 @@ class Scanning(Working[T]):
     _last_letter = 0.0
 
     @property
-    def bench_app(self) -> "BenchApp":
+    def bench_app(self) -> OpensUnits:
         """Return the application, which opens other units."""
-        return cast("BenchApp", self.app)
+        return cast(OpensUnits, self.app)
 
     def on_key(self, event: Key) -> None:
         """Take a letter of a serial; without a cursor in a line it means nothing else."""
