@@ -101,7 +101,7 @@ def _only_a_bound(quantity: Quantity, limit: Limit, verdict: Verdict) -> str | N
     if verdict is not Verdict.PASS or limit.lower is not None or not U or U < abs(value):
         return None
     most = with_unit(f"{value + U:.2g}", quantity.name)
-    return f"U exceeds the value: it cannot be distinguished from zero and is at most {most}"
+    return f"below what can be measured: at most {most}"
 
 
 def _decide(quantity: Quantity, limit: Limit) -> tuple[Verdict, Reason | None]:

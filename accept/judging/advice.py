@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from checks.acceptance import CHECKS
-from checks.cause import Cause, Reason
+from checks.cause import Cause, Reason, record_label
 from checks.declare import Check, Series
 from checks.verdict import Finding, Verdict
 from specs.units import CHANNEL_LABELS
@@ -17,6 +17,7 @@ _OFFSET = "check the acquisition settings: {channel} is stored with an offset; t
 _WHOLE_CYCLE = "begin at -20 V, go up to 150 V and record the whole cycle"
 _TWO_STEPS = "add the mass once and remove it once, ten seconds apart, within one record; touch nothing else"
 
+_GAP = "run the gap analysis: it tells what differs, the bench or the part"
 _LOST = "close other programs on the recorder, or sample more slowly; then record again"
 ADVICE: Mapping[Cause, str] = {
     Cause.ENTRY_MISSING: "enter the {entry}",
@@ -71,7 +72,10 @@ ADVICE: Mapping[Cause, str] = {
     Cause.RECORDS_DISAGREE: "check that both records are of this unit, on one bench with one setting",
     Cause.PAYLOAD_WRONG: "{mass} kg {how} than stated is on the bench: check the payload, measure again",
     Cause.PAYLOAD_DIFFERS: "measure with a payload of {expected:g} kg, or correct the payload entered",
-    Cause.MODEL_MISFIT: "run the gap analysis to find the cause",
+    Cause.MODEL_MISFIT: _GAP,
+    Cause.PRIOR_EXCEEDED: _GAP,
+    Cause.PRIORS_EXCEEDED: _GAP,
+    Cause.AXIAL_STIFFNESS: "check the payload on the bench; " + _GAP,
 }
 IMPACT_ADVICE: Mapping[str, str] = {
     "double hit": "hit once, briefly, and let the hammer spring back",
@@ -140,5 +144,5 @@ def _lines(check: Check, reason: Reason) -> list[str]:
     else:
         found = [ADVICE[reason.cause].format(**parameters)] if reason.cause in ADVICE else []
     declared = check.inputs.get(reason.record)
-    where = f"{declared.label}: " if isinstance(declared, Series) else ""
+    where = f"{record_label(reason.record)}: " if isinstance(declared, Series) else ""
     return [f"{where}{words}" for words in found]

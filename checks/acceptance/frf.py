@@ -288,8 +288,8 @@ CHECK = Check(
         Form(
             "records",
             (
-                Series("low", "sweep or noise below the merging frequency", _ALL, named=("lf", "sweep")),
-                Series("high", "noise above it", _ALL, named=("hf",)),
+                Series("low", "low record (sweep or noise)", _ALL, called="low record", named=("lf", "sweep")),
+                Series("high", "high record (noise)", _ALL, called="high record", named=("hf",)),
                 Scalar("merge_Hz", "low record up to here, high record above", lo=1.0, hi=5000.0, default=MERGE_HZ),
                 Series(
                     "low_repeat",
@@ -365,6 +365,6 @@ CHECK = Check(
         "Mount the payload. Record the low excitation up to 350 Hz, then the high excitation above it. "
         "Do not touch the bench. Load a second realisation if you have one.",
         PICTURE,
-        drive="you start it: sweep of 1 V, noise of 0.3 V RMS at the DAC about 3.25 V (accept excite)",
+        drive="start it at the DAC: sweep, amplitude 1 V, or noise, 0.3 V RMS; offset 3.25 V (accept excite)",
     ),
 )

@@ -269,6 +269,6 @@ CHECK = Check(
         "Drive the unit with slow sines of increasing amplitude and record voltage and encoder. "
         "Do not touch the bench during the record.",
         PICTURE,
-        drive="you start it: sines of 0.1 Hz, 0.1 V to 4 V at the DAC about 3.25 V (accept excite sine)",
+        drive="start sines of 0.1 Hz at the DAC: amplitude 0.1 V rising to 4 V, offset 3.25 V (accept excite sine)",
     ),
 )

@@ -241,6 +241,6 @@ CHECK = Check(
         "Record the slow sweep with the resistor across the sensor stack, then without the resistor. "
         "Enter the resistance from the label or measure it.",
         PICTURE,
-        drive="you start it: the slow sweep from 0.1 Hz, 1 V at the DAC about 3.25 V (accept excite sweep)",
+        drive="start the slow sweep from 0.1 Hz at the DAC: amplitude 1 V, offset 3.25 V (accept excite sweep)",
     ),
 )

@@ -293,6 +293,6 @@ CHECK = Check(
         "Set the gauge on the top. Drive one stack from -20 V to 150 V and back, then the other two stacks. "
         "Load both records, or enter the stroke of all three stacks.",
         PICTURE,
-        drive="you start it: slow sine, -1 V to 7.5 V at the DAC, -20 V to 150 V on the stacks",
+        drive="start a slow sine at the DAC, -1 V to 7.5 V: -20 V to 150 V on the stacks",
     ),
 )

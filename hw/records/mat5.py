@@ -74,7 +74,9 @@ def _elements(file: str, raw: bytes, order: str) -> Iterator[MatElement]:
             raise RecordError(f"{file}: byte {at} should start a variable, but its type is {element.kind}")
         if element.start + element.size > len(raw):
             missing = element.start + element.size - len(raw)
-            raise RecordError(f"{file}: is cut: the variable at byte {at} lacks its last {missing} bytes")
+            raise RecordError(
+                f"{file}: is incomplete: the last {missing} bytes of the variable at byte {at} are missing"
+            )
         yield element
         # Only here is nothing padded to a multiple of 8: sizes of whole variables include their padding.
         at = element.start + element.size

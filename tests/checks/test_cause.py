@@ -66,7 +66,7 @@ def test_a_reason_survives_results_json_and_another_process() -> None:
         Cause.CHANNEL_CLIPPED, record="low", file="a.mat", channel="Vs", count=60, end="largest", value=10.0, where=""
     )
     reason = together([clipped, because(Cause.U_UNKNOWN), clipped])
-    assert str(reason).startswith("low (a.mat): sensor stack Vs is clipped: 60 samples")
+    assert str(reason).startswith("low record (a.mat): sensor stack Vs is clipped: 60 samples")
     assert [r.cause for r in reason.all()] == [Cause.CHANNEL_CLIPPED, Cause.U_UNKNOWN]
     assert Reason.from_json(json.loads(json.dumps(reason.to_json()))) == reason
     error = pickle.loads(pickle.dumps(NoResult(reason)))

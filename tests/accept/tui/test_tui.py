@@ -277,6 +277,8 @@ async def test_signing_needs_the_passphrase():
         await press(pilot, "escape", "down", "down", "enter")
         await type_line(pilot, "365")
         await press(pilot, "escape", "f9", "f2")
+        assert "The key of Ann is open" in words(pilot, ".words")  # for this shift
+        await press(pilot, "escape", "ctrl+l", "f2")
         assert isinstance(pilot.app.screen, Question)
         assert "You sign as technician: INCOMPLETE" in words(pilot, ".words")
         await type_line(pilot, "wrong")

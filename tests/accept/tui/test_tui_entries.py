@@ -104,7 +104,10 @@ async def test_on_a_complete_step_nothing_is_overwritten_unseen():
         assert len(stored("APA-02")) == 2
         await press(pilot, "f3", *"77", "enter")  # the cursor stands in no field
         assert len(stored("APA-02")) == 2
-        assert pilot.app.screen.step.name == "stroke"  # Enter went on to the next step, the typed digits nowhere
+        assert "'77': no unit of this serial" in words(pilot, "#status")
+        assert pilot.app.screen.step.name == "capacitance"
+        await press(pilot, "enter")
+        assert pilot.app.screen.step.name == "stroke"
         await press(pilot, "escape", "down", "enter", "up", "f3")
         assert "F3 again: replace it" in words(pilot, "#status")
         assert len(stored("APA-02")) == 2

@@ -82,7 +82,7 @@ def test_recorded_struts_without_hysteresis_show_none(unit: str) -> None:
     assert stored.u == pytest.approx(100 * 2e-3 * math.pi / math.sqrt(3), rel=2e-3)
     found = judge("hysteresis", q, load("strut").checks["hysteresis"].limits["hysteresis_percent"])
     assert found.verdict is Verdict.PASS  # 0 ± 0.73 lies below 20 percent
-    assert found.note == "U exceeds the value: it cannot be distinguished from zero and is at most 0.73 percent"
+    assert found.note == "below what can be measured: at most 0.73 percent"
     assert any("no loop is seen" in note for note in outcome.notes)
 
 
