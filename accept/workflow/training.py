@@ -97,8 +97,9 @@ class TrainingUnit:
 
     def resume(self, session: Session) -> None:
         """Put right what was put right already in the present attempt. Raises OSError."""
+        steps = {step.name for step in session.steps}
         for remedy in self.remedies:
-            for reason in session.state(remedy.step).reasons:
+            for reason in session.state(remedy.step).reasons if remedy.step in steps else ():
                 if reason == f"{_REASON}{remedy.words}":
                     self._mend(remedy)
 

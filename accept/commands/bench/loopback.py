@@ -3,6 +3,7 @@
 import asyncio
 import re
 import secrets
+import tempfile
 from asyncio.subprocess import PIPE, Process
 from collections.abc import Sequence
 from functools import partial
@@ -15,7 +16,11 @@ from aiohttp.typedefs import Handler
 from textual_serve import server
 from textual_serve.app_service import AppService
 
+from accept.commands.bench.web_page import UPLOAD, additions
+
 COOKIE = "accept-session"
+_MOST_BYTES = 200_000_000  # of a photo, as of a file of a note
+_UNSAFE = re.compile(r"[^\w.-]")  # in a file's name
 _ELSEWHERE = re.compile(r"<(link|script)\b[^>]*(?:href|src)\s*=\s*[\"']https?://[^>]*>(?:\s*</script>)?", re.DOTALL)
 
 # Keys go to the program at once, without a click into the page first: the terminal takes them in a text area that comes
@@ -50,8 +55,10 @@ class Loopback(server.Server):
     """Answers pages of its own address only: another site that is open in the same browser could otherwise press keys
     here, by name or by a name that points to this machine."""
 
-    def __init__(self, words: Sequence[str], *arguments: Any, **options: Any) -> None:
+    def __init__(self, words: Sequence[str], photos: Path, *arguments: Any, **options: Any) -> None:
+        """Make the server. photos: folder that dropped files are written to, until the server ends."""
         super().__init__("accept run", *arguments, **options)
+        self._photos = photos
         vars(server)["AppService"] = partial(Window, words)  # the name by which the library starts a window
         self._token: str | None = secrets.token_urlsafe(24)
         self._session = secrets.token_urlsafe(24)
@@ -70,7 +77,21 @@ class Loopback(server.Server):
     async def _make_app(self) -> web.Application:
         app = await super()._make_app()
         app.middlewares.append(self._own_only)
+        app.router.add_post(UPLOAD, self._photo)
         return app
+
+    async def _photo(self, request: web.Request) -> web.Response:
+        """Keep a file that was dropped on the page; answer with its path, which the page types into the line."""
+        name = _UNSAFE.sub("_", Path(request.query.get("name", "")).name).lstrip(".") or "photo"
+        folder = Path(tempfile.mkdtemp(dir=self._photos))
+        size = 0
+        with open(folder / name, "wb") as file:
+            async for chunk in request.content.iter_chunked(2**16):
+                size += len(chunk)
+                if size > _MOST_BYTES:
+                    raise web.HTTPRequestEntityTooLarge(_MOST_BYTES, size)
+                file.write(chunk)
+        return web.Response(text=str(folder / name))
 
     @property
     def _own(self) -> str:
@@ -107,5 +128,5 @@ def template_without_strangers(folder: Path) -> None:
     """Write the package's page without what it would load from other hosts, which a bench may not reach and which shall
     not learn what is measured."""
     page = files("textual_serve").joinpath("templates", "app_index.html").read_text(encoding="utf-8")
-    page = _ELSEWHERE.sub("", page).replace("</body>", f"{_FOCUS}</body>")
+    page = _ELSEWHERE.sub("", page).replace("</body>", f"{additions()}{_FOCUS}</body>")
     (folder / "app_index.html").write_text(page, encoding="utf-8")

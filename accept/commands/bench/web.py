@@ -24,7 +24,9 @@ def run(arguments: Sequence[str], port: int) -> Exit:
 
     with tempfile.TemporaryDirectory(prefix="accept-web-") as folder:
         template_without_strangers(Path(folder))
-        server = Loopback(command(arguments), HOST, port, "accept", templates_path=folder)
+        photos = Path(folder) / "photos"
+        photos.mkdir()
+        server = Loopback(command(arguments), photos, HOST, port, "accept", templates_path=folder)
         say(f"accept: {server.address} in one browser on this machine; Ctrl+C ends it")
         try:
             with protected():

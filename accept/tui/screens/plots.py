@@ -2,6 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -10,9 +13,12 @@ from textual.containers import Vertical
 from textual.screen import Screen
 from textual.widgets import Label
 
+from accept.base.atomic_files import write_atomic
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.plot import PanelView
 from checks.picture import Line, Panel, PanelKind
+
+_DRAWN = "plots.svg"
 
 
 class Plots(Screen[None]):
@@ -21,12 +27,15 @@ class Plots(Screen[None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("f7,right,pagedown,space", "turn(1)", "Next"),
         Binding("left,pageup,backspace", "turn(-1)", "Previous"),
+        Binding("f2", "draw_large", "Full resolution"),
         Binding("escape,enter", "leave", "Back"),
         Binding("f1", "app.help", show=False),
     ]
 
-    def __init__(self, panels: Mapping[str, Panel]) -> None:
+    def __init__(self, panels: Mapping[str, Panel], folder: Path) -> None:
+        """Make the screen. folder: for pictures at full resolution."""
         super().__init__()
+        self._panels, self._folder = panels, folder
         self._pages, self._at = pages(panels), 0
 
     def compose(self) -> ComposeResult:
@@ -49,12 +58,35 @@ class Plots(Screen[None]):
         if holder.is_attached:  # left while the old ones went
             await holder.mount(*(PanelView(panel, large=True, titled=n > 0) for n, panel in enumerate(shown)))
 
+    def action_draw_large(self) -> None:
+        """Draw the panels as the certificate has them: in a browser they are shown there, else written to a file."""
+        self.run_worker(self._draw_large, thread=True, exclusive=True)
+
+    def _draw_large(self) -> None:
+        draw = import_module("accept.pictures.draw")  # in a thread: matplotlib takes a second
+        panels = list(self._panels.values())
+        content = draw.picture(panels, "svg", columns=min(2, len(panels)))
+        path = self._folder / _DRAWN
+        if not self.app.is_web:
+            write_atomic(path, content)
+        self.app.call_from_thread(self._deliver, content, path)
+
+    def _deliver(self, content: bytes, path: Path) -> None:
+        if self.app.is_web:
+            kind = "image/svg+xml"
+            self.app.deliver_binary(BytesIO(content), save_filename=_DRAWN, open_method="browser", mime_type=kind)
+        for label in self.query("#which").results(Label):
+            label.update("Full resolution: in its own tab" if self.app.is_web else f"Written to {path}")
+
     def action_leave(self) -> None:
         if self.is_current:
             self.dismiss(None)
 
     def help_text(self) -> str:
-        return "The plots of this step. Arrow keys or F7: next plot. The phase is drawn below its magnitude."
+        return (
+            "The plots of this step. Arrow keys or F7: next plot. F2: all at full resolution, in a file or in the "
+            "browser. The phase is drawn below its magnitude."
+        )
 
 
 def pages(panels: Mapping[str, Panel]) -> list[tuple[Panel, ...]]:

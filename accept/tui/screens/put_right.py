@@ -16,7 +16,8 @@ def ask_remedy(screen: Working[bool], bench: Workbench, session: Session, then: 
     unit = bench.training
     if unit is None:
         return
-    remedies = unit.remedies
+    steps = {step.name for step in session.steps}
+    remedies = [remedy for remedy in unit.remedies if remedy.step in steps]
 
     def do(place: int | None) -> None:
         if place is not None:

@@ -200,7 +200,8 @@ class StepScreen(StepForm):
     def _stored(self, field: Field, event: Event) -> None:
         """Show a value that is on the disk."""
         field.arrived()
-        self.say(f"Saved ({event.seq})", "saved")
+        further = "next step" if self.queue is None else "next unit"
+        self.say(f"Saved ({event.seq}){f'. Enter: {further}' if self.complete else ''}", "saved")
         self.show()
         for gauge in self.query(Gauge):
             gauge.forget()

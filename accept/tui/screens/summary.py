@@ -143,12 +143,11 @@ class Summary(Scanning[bool]):
         if attempt.certificate is None:
             words = "Certificate: not signed"
         else:
-            by = ", ".join(f"{s.who} ({s.role})" for s in attempt.signatures)
-            words = f"Certificate: {attempt.certificate}\nSigned by: {by}"
-            if self.bench.training is not None:
-                words += f"\n{self.bench.training.hidden}"
-        if self.report is not None:
-            words = f"{_OUTCOMES[self.report.outcome]}: {self.report.reason}\n{words}"
+            words = f"Certificate: {attempt.certificate}"
+            if self.report is not None:  # it names who signed
+                words = f"{_OUTCOMES[self.report.outcome]}: {self.report.reason}\n{words}"
+            else:
+                words += f"\nSigned by: {', '.join(f'{s.who} ({s.role})' for s in attempt.signatures)}"
         self.query_one("#certificate", Static).update(words)
 
     def action_sign(self) -> None:

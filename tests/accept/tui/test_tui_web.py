@@ -44,7 +44,7 @@ async def test_a_window_is_started_without_a_shell(tmp_path: Path, monkeypatch):
     monkeypatch.setattr(asyncio, "create_subprocess_shell", by_a_shell)
     written = [r"C:\Program Files\python", "it's", 'a "word"', "%PATH%", "$HOME", "a;b&c"]
     words = [sys.executable, "-c", "import sys; print(sys.argv[1:])", *written]
-    serving = loopback.Loopback(words, web.HOST, free_port(), "accept")
+    serving = loopback.Loopback(words, tmp_path, web.HOST, free_port(), "accept")
     window = server.AppService(
         serving.command, write_bytes=None, write_str=None, close=None, download_manager=serving.download_manager
     )
@@ -62,11 +62,14 @@ async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: 
     from aiohttp import web as server
 
     from accept.commands.bench.loopback import Loopback, template_without_strangers
+    from accept.commands.bench.web_page import UPLOAD
 
     template_without_strangers(tmp_path)
     port = free_port()
     own = f"http://{web.HOST}:{port}"
-    serving = Loopback(web.command(["--spec", "apa-basic"]), web.HOST, port, "accept", templates_path=tmp_path)
+    words, photos = web.command(["--spec", "apa-basic"]), tmp_path / "photos"
+    photos.mkdir()
+    serving = Loopback(words, photos, web.HOST, port, "accept", templates_path=tmp_path)
     runner = server.AppRunner(await serving._make_app())
     await runner.setup()
     await server.TCPSite(runner, web.HOST, port).start()
@@ -85,6 +88,14 @@ async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: 
             await first_screen(session, f"{own}/ws", "http://bench.example")
         async with aiohttp.ClientSession() as other, other.get(entrance) as page:
             assert page.status == 403  # the token is taken: one browser, once
+        upload = f"{own}{UPLOAD}?name=..%2Fa%20crack.jpg"
+        async with aiohttp.ClientSession() as other, other.post(upload, data=b"photo") as page:
+            assert page.status == 403
+        assert not list(photos.iterdir())
+        async with session.post(upload, data=b"photo", headers={"Origin": own}) as page:
+            written = Path(await page.text())
+        assert written.read_bytes() == b"photo"
+        assert (written.name, written.parent.parent) == ("a_crack.jpg", photos)
         assert FIRST_SCREEN in await first_screen(session, f"{own}/ws?width=80&height=24", own)
     await runner.cleanup()
 

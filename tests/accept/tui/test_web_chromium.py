@@ -105,6 +105,59 @@ def test_a_unit_in_training_by_keys_in_a_browser(address: str, tmp_path: Path) -
     assert len(certificates) == 1
 
 
+DROP = """(bytes) => {
+  const dropped = new DataTransfer();
+  dropped.items.add(new File([new Uint8Array(bytes)], "a crack.png"));
+  const event = new DragEvent("drop", { dataTransfer: dropped, bubbles: true, cancelable: true });
+  document.querySelector("#terminal").dispatchEvent(event);
+}"""
+
+
+def test_keys_that_a_glove_hits_a_dropped_photo_and_plots_at_full_resolution(address: str, tmp_path: Path) -> None:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as running:
+        chromium = running.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = chromium.new_page(viewport={"width": 1280, "height": 800})
+        page.set_default_timeout(1000 * TIMEOUT_S)
+        at = Browser(page)
+
+        def touch(*keys: str) -> None:
+            for key in keys:
+                at.seen = len(at.text)
+                page.locator(f"#touch button[data-key={key}]").click()
+
+        page.goto(address)
+        at.wait_for("new unit TRAIN-")
+        place = page.locator("#touch button").first.bounding_box()
+        assert place["height"] >= 48  # pixels, of 10 mm and more: WCAG 2.2 asks for 24, gloves for 48
+        assert place["width"] >= 48
+        touch("Enter", "Enter")
+        at.wait_for("Enter: open the step")
+        touch("F5")
+        at.wait_for("Note on Flatness")
+        at.line("scratch")
+        at.press("Enter")  # no nonconformance
+        page.evaluate(DROP, [137, 80, 78, 71])
+        at.wait_for("a_crack.png")
+        at.press("Enter", "Enter")
+        at.wait_for("Note saved")
+        (kept,) = (tmp_path / "home").rglob("notes/a_crack.png")
+        assert kept.read_bytes() == bytes([137, 80, 78, 71])
+        touch("Enter")
+        at.wait_for("Height 1")
+        at.line("0 1 2 1 0 1 2 1")
+        at.wait_for("✓ pass|✗ fail")
+        touch("F7")
+        at.wait_for("Plot 1 of")
+        with page.context.expect_page() as opened:
+            touch("F2")
+        opened.value.wait_for_load_state()
+        assert opened.value.evaluate("document.documentElement.tagName.toLowerCase()") == "svg"
+        assert opened.value.locator("svg text, svg path").count() > 10
+        chromium.close()
+
+
 def measure(at: Browser) -> None:
     for title, count in (("Flatness", 8), ("Capacitance", 2)):
         opened(at, title)

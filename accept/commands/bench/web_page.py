@@ -1,0 +1,63 @@
+"""What the page of `accept run --web` has beside the terminal: keys that a glove hits, and photos that are dropped."""
+
+UPLOAD = "/photo"  # takes a dropped or pasted file, answers with its path
+
+_KEYS = (
+    ("Esc", "Escape", 27),
+    ("↑", "ArrowUp", 38),
+    ("↓", "ArrowDown", 40),
+    ("Tab", "Tab", 9),
+    *((f"F{n}", f"F{n}", 111 + n) for n in range(1, 11)),
+    ("Enter", "Enter", 13),
+)
+_STYLE = """<style>
+body { margin: 0; }
+#terminal { height: calc(100vh - 60px) !important; }
+#touch { position: fixed; bottom: 0; left: 0; right: 0; height: 56px; display: flex; gap: 4px; padding: 2px;
+  z-index: 5; }
+#touch button { flex: 1; min-width: 0; margin: 0; padding: 0; background: #1f2937; color: #dfe6ef; font: 18px monospace;
+  border: 0; border-radius: 6px; touch-action: manipulation; }
+#touch button:active { background: #6cb6ff; }
+#touch button[data-key=Enter] { flex: 2; background: #2b4a6f; }
+</style>
+"""
+_SCRIPT = """<script>
+const line = () => document.querySelector("textarea.xterm-helper-textarea");
+function press(key, code) {
+  const event = new KeyboardEvent("keydown", { key, code: key, bubbles: true, cancelable: true });
+  Object.defineProperty(event, "keyCode", { get: () => code });
+  Object.defineProperty(event, "which", { get: () => code });
+  line()?.focus();
+  line()?.dispatchEvent(event);
+}
+document.querySelectorAll("#touch button").forEach((button) => {
+  button.addEventListener("pointerdown", (event) => {
+    event.preventDefault();  // the terminal keeps the focus
+    press(button.dataset.key, Number(button.dataset.code));
+  });
+});
+async function take(files, event) {
+  if (!files || !files.length) return;
+  event.preventDefault();
+  event.stopPropagation();
+  const name = encodeURIComponent(files[0].name || "photo.png");
+  const answer = await fetch("UPLOAD?name=" + name, { method: "POST", body: files[0] });
+  if (!answer.ok) return;
+  const pasted = new DataTransfer();
+  pasted.setData("text/plain", await answer.text());
+  line()?.focus();
+  line()?.dispatchEvent(new ClipboardEvent("paste", { clipboardData: pasted, bubbles: true, cancelable: true }));
+}
+document.addEventListener("dragover", (event) => event.preventDefault(), true);
+document.addEventListener("drop", (event) => take(event.dataTransfer.files, event), true);
+document.addEventListener("paste", (event) => take(event.clipboardData.files, event), true);
+</script>
+""".replace("UPLOAD", UPLOAD)
+
+
+def additions() -> str:
+    """Return what stands at the end of the page's body."""
+    keys = "".join(
+        f'<button tabindex="-1" data-key="{key}" data-code="{code}">{label}</button>' for label, key, code in _KEYS
+    )
+    return f'{_STYLE}<div id="touch">{keys}</div>\n{_SCRIPT}'
