@@ -57,7 +57,8 @@ def band(word: str, style: str, width: int, large: bool) -> Text:
     else:
         pairs = zip([*dots[0::2]], [*dots[1::2], "0" * len(dots[0])], strict=True)
         lines = ["".join(_HALVES[upper + lower] for upper, lower in zip(*pair, strict=True)) for pair in pairs]
-    return Text("\n".join(f"{line:^{width}}" for line in lines), f"reverse {style}", no_wrap=True)
+    text = Text(no_wrap=True)  # a style of the whole would not take the colours of the theme
+    return text.append("\n".join(f"{line:^{width}}" for line in lines), f"reverse {style}")
 
 
 def _dots(word: str, row: int) -> str:

@@ -18,6 +18,7 @@ from textual.widgets import DataTable, Input
 from accept.base.version import code_sha256
 from accept.judging.judge_unit import load_spec
 from accept.store.payloads import StepJudged
+from accept.tui.screens import units
 from accept.workflow.bench import Begun, Workbench
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import StepJudgement
@@ -52,6 +53,7 @@ METER = Only("capacitance", Fake([4.95e-6]))
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder with a good record, one of noise, and one that is none."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(units, "when_words", lambda _: "Mon 14:10")
     monkeypatch.setenv("TZ", "UTC")  # the list of files says when they were written
     time.tzset()
     RECORDS.mkdir()
