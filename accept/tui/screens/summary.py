@@ -119,7 +119,9 @@ class Summary(Scanning[bool]):
         people = {f"{name}: {line}" for name in steps for line in note_lines(self.session.state(name))}
         self._notes = [self._with_step(note) for note in sorted(result.notes, key=lambda note: note not in people)]
         self._why = [_detail(f) for f in result.findings]
-        self._tell(0)
+        worst = next((n for n, f in enumerate(result.findings) if f.verdict is not Verdict.PASS), 0)
+        table.move_cursor(row=worst)
+        self._tell(worst)
         self._show_certificate()
         signed = self.session.attempt.certificate is not None
         self.say("Signed. F3: countersign, F4: next unit" if signed else "F2: sign this result")

@@ -130,7 +130,7 @@ def work(ann: Technician) -> None:
 
 def sign(ann: Technician) -> None:
     ann.at.press("F2")
-    ann.at.wait_for("As technician")
+    ann.at.wait_for("You sign as technician")
     ann.at.line("correct horse")
 
 
