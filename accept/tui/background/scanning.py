@@ -39,9 +39,13 @@ class Scanning(Working[T]):
         """Return the application, which opens other units."""
         return cast(OpensUnits, self.app)
 
+    def takes_scans(self) -> bool:
+        """Return whether letters are a serial."""
+        return True
+
     def on_key(self, event: Key) -> None:
         """Take a letter of a serial; without a cursor in a line it means nothing else."""
-        if event.character is not None and event.is_printable:
+        if event.character is not None and event.is_printable and self.takes_scans():
             event.stop()
             self._scan = self.scan + event.character
             self._last_letter = time.monotonic()

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from textual.widget import AwaitMount
+
 from accept.store import Event
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine
@@ -17,9 +19,10 @@ _TEXT, _WRONG, _FILE, _SHOWN = range(4)
 
 def ask_note(
     screen: Working[bool], session: Session, step: WorkflowStep, records: Path, then: Callable[[Event], None]
-) -> None:
-    """Ask for a note on a step and keep it. A nonconformance is what was found wrong with the part. records: folder in
-    which a photo that was just taken is proposed, and which relative paths are of."""
+) -> AwaitMount:
+    """Ask for a note on a step and keep it; awaited, keys that follow wait for the question. A nonconformance is what
+    was found wrong with the part. records: folder in which a photo that was just taken is proposed, and which relative
+    paths are of."""
     lines = (
         QuestionLine("Note"),
         QuestionLine("Nonconformance of the part? y or n", value="n"),
@@ -41,7 +44,7 @@ def ask_note(
             screen.send(lambda: session.note(step.name, answer[_TEXT], wrong, files, internal), then)
 
     earlier = "\n".join(map(note_words, session.state(step.name).notes))
-    screen.app.push_screen(Question(f"Note on {step.title}", earlier or "No notes yet.", lines, problem), keep)
+    return screen.app.push_screen(Question(f"Note on {step.title}", earlier or "No notes yet.", lines, problem), keep)
 
 
 def note_words(note: Note) -> str:

@@ -108,7 +108,8 @@ class StartScreen(Working[Begin | None]):
                 with Horizontal(classes=f"line {'part' if name in parts() else ''}", id=f"line-{name}"):
                     yield Label(label, classes="label")
                     value = getattr(self._given, name, "")
-                    yield TextEntry(value, id=name)
+                    hint = "may stay empty" if name in parts() and "(" not in label else ""
+                    yield TextEntry(value, placeholder=hint, id=name)
             yield Label("", id="about", markup=False)
         yield Label("Starting …", id="status")
         yield KeyRow()

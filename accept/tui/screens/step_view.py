@@ -150,8 +150,8 @@ class StepView(Page):
         """Leave keys without a meaning at present out of the footer."""
         return action != "picture" or not self.is_mounted or bool(self.session.panels(self.step.name))
 
-    def action_note(self) -> None:
-        ask_note(self, self.session, self.step, self.bench.records, self._noted)
+    async def action_note(self) -> None:
+        await ask_note(self, self.session, self.step, self.bench.records, self._noted)
 
     def _noted(self, _: Event) -> None:
         self.say("Note saved", "good")

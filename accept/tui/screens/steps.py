@@ -1,8 +1,8 @@
 """The steps of a unit on the left, what the one under the cursor asks for and showed on the right."""
 
+import asyncio
 from contextlib import suppress
 from importlib import import_module
-from types import ModuleType
 from typing import ClassVar
 
 from rich.text import Text
@@ -38,9 +38,9 @@ class Steps(Scanning[bool]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "open", "Open", priority=True),
         Binding("right", "open", show=False, priority=True),
-        Binding("f5", "note", "Note"),
+        Binding("f5", "note", "Note", priority=True),
         Binding("ctrl+z", "undo", "Undo"),  # no letter: a serial that is scanned here must not undo anything
-        Binding("f9", "summary", "Summary"),
+        Binding("f9", "summary", "Summary", priority=True),
         Binding("ctrl+r", "put_right", "Put right"),
         Binding("escape", "leave", "Other unit"),
         Binding("home", "to_row(0)", show=False, priority=True),  # a table's own go to the first and last column
@@ -129,7 +129,7 @@ class Steps(Scanning[bool]):
     async def begin_queue(self, step: str, words: str) -> None:
         """Open the step that is done at one unit after the other, the summary without one. words: said there."""
         if not step:
-            self.action_summary()
+            await self.action_summary()
             return
         self.query_one(StepList).stand_at(step)
         await self._open(self.session.step(step))
@@ -142,7 +142,7 @@ class Steps(Scanning[bool]):
         self._show()
         left = self._step_here()
         if goes_on and left is None:
-            self.action_summary()
+            self.run_worker(self.action_summary(), group="open")
             return
         step = self._next_of_queue() or self.session.next_step(left.name if goes_on and left else None)
         if step is not None:
@@ -153,7 +153,7 @@ class Steps(Scanning[bool]):
             self.query_one(StepList).stand_at(GAP)
             self.say("All steps complete. F9: summary. Enter: gap analysis, for information", "good")
         elif goes_on:
-            self.action_summary()
+            self.run_worker(self.action_summary(), group="open")
 
     def _next_of_queue(self) -> WorkflowStep | None:
         """Return the step that the queue asks for next at this unit, None without a queue of several steps."""
@@ -165,9 +165,9 @@ class Steps(Scanning[bool]):
         rail = self.query_one(StepList)
         rail.move_cursor(row=row % rail.row_count)
 
-    def action_note(self) -> None:
+    async def action_note(self) -> None:
         step = self._step_here() or self.session.step("frf")
-        ask_note(self, self.session, step, self.bench.records, self._noted)
+        await ask_note(self, self.session, step, self.bench.records, self._noted)
 
     def _noted(self, _: Event) -> None:
         self._show()
@@ -180,13 +180,11 @@ class Steps(Scanning[bool]):
         self._show()
         self.say("Last entry undone; the record keeps both", "saved")
 
-    def action_summary(self) -> None:
-        """Open the summary; drawing and signing take a second to import, in a thread."""
-        self.send(lambda: import_module("accept.tui.screens.summary"), self._sum_up, "one moment")
-
-    def _sum_up(self, module: ModuleType) -> None:
+    async def action_summary(self) -> None:
+        """Open the summary; drawing and signing take a second to import, in a thread. Keys that follow wait for it."""
+        module = await asyncio.to_thread(import_module, "accept.tui.screens.summary")
         if self.is_current:
-            self.app.push_screen(module.Summary(self.bench, self.session), self._summed)
+            await self.app.push_screen(module.Summary(self.bench, self.session), self._summed)
 
     def _summed(self, finished: bool | None) -> None:
         self._show()

@@ -53,7 +53,7 @@ class Summary(Scanning[bool]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "take_scan", show=False, priority=True),
-        Binding("f2", "sign", "Sign"),
+        Binding("f2", "sign", "Sign", priority=True),
         Binding("f3", "countersign", "QA countersigns"),
         Binding("f4", "next", "Next unit"),
         Binding("ctrl+r", "put_right", "Put right"),
@@ -67,6 +67,7 @@ class Summary(Scanning[bool]):
         self.report: Verification | None = None
         self._why: list[str] = []
         self._notes: list[str] = []
+        self._signs_then = False  # F2 came before the result
 
     def compose(self) -> ComposeResult:
         yield UnitBar(self.session, "summary")
@@ -87,6 +88,10 @@ class Summary(Scanning[bool]):
         else:
             self._judge()
 
+    def takes_scans(self) -> bool:
+        """Return whether letters are a serial: before the result they may be a passphrase that is typed ahead."""
+        return self.session.result is not None
+
     def _judge(self) -> None:
         judge = self.session.judge
         send_to_worker(
@@ -104,6 +109,13 @@ class Summary(Scanning[bool]):
         self.query_one("#verdict", Static).update("not evaluated")
 
     def _judged(self, result: UnitResult) -> None:
+        """Show a result, and go on to sign it if F2 came before it."""
+        self._show_result(result)
+        if self._signs_then and self.is_current:
+            self._signs_then = False
+            self.run_worker(self.action_sign(), group="sign")
+
+    def _show_result(self, result: UnitResult) -> None:
         sign, held = signs.UNITS[result.verdict], _is_held(result)
         self.query_one(Banner).show("held" if held else sign.word, HELD if held else sign.bold)
         self.query_one("#verdict", Static).update(_verdict(result))
@@ -152,11 +164,13 @@ class Summary(Scanning[bool]):
                 words += f"\nSigned by: {', '.join(f'{s.who} ({s.role})' for s in attempt.signatures)}"
         self.query_one("#certificate", Static).update(words)
 
-    def action_sign(self) -> None:
+    async def action_sign(self) -> None:
+        """Ask what is needed to sign. Keys that follow wait for the question, so that no passphrase goes elsewhere."""
         if self.session.result is None:
-            self.say("Please wait: evaluating the unit")
             if self.idle:  # something was stored since: what is signed is what is shown
                 self._judge()
+            self._signs_then = True
+            await self._ask_ahead()
         elif self.session.attempt.certificate is not None:
             self.say("Already signed. F3: countersign", "bad")
         elif problem := key_problem(self.bench.home, keys.TECHNICIAN, self.session.operator):
@@ -164,18 +178,40 @@ class Summary(Scanning[bool]):
         elif (kept := self._shift.passphrase(self.session.operator)) is not None:
             words = self._what_is_signed().append(f"\n\n{_OPEN_KEY.format(self.session.operator)}", "not bold default")
             question = Question(f"Sign {self.session.serial}", words, [])
-            self.app.push_screen(question, lambda answer: self._sign(None if answer is None else [kept]))
+            await self.app.push_screen(question, lambda answer: self._sign(None if answer is None else [kept]))
         elif keys.exist(self.bench.home):
             lines = [QuestionLine("Passphrase", secret=True)]
             words = self._what_is_signed().append(f"\n\n{_FOR_A_SHIFT}", "not bold default")
             question = Question(f"Sign {self.session.serial}", words, lines, self._passphrase(keys.TECHNICIAN))
-            self.app.push_screen(question, self._sign)
+            await self.app.push_screen(question, self._sign)
         else:
             words = self._what_is_signed().append(f"\n\n{_FIRST_KEYS}", "not bold default")
             question = Question(
                 f"Sign {self.session.serial}: choose a passphrase", words, _FIRST_LINES, _new_passphrase
             )
-            self.app.push_screen(question, self._first_keys)
+            await self.app.push_screen(question, self._first_keys)
+
+    async def _ask_ahead(self) -> None:
+        """Ask for the passphrase while the unit is still evaluated; what is signed is confirmed when it is known."""
+        operator = self.session.operator
+        self.say("Evaluating; then you confirm what is signed")
+        known = keys.exist(self.bench.home) and not key_problem(self.bench.home, keys.TECHNICIAN, operator)
+        if not known or self._shift.passphrase(operator) is not None:
+            return
+
+        def keep(answer: list[str] | None) -> None:
+            if answer is None:
+                self._signs_then = False
+                return
+            self._shift.keep(operator, answer[0])
+            if self._signs_then and self.session.result is not None:
+                self._signs_then = False
+                self.run_worker(self.action_sign(), group="sign")
+
+        words = f"The unit is still being evaluated. You confirm what is signed when that is known.\n\n{_FOR_A_SHIFT}"
+        lines = [QuestionLine("Passphrase", secret=True)]
+        question = Question(f"Sign {self.session.serial}", words, lines, self._passphrase(keys.TECHNICIAN))
+        await self.app.push_screen(question, keep)
 
     def _what_is_signed(self) -> Text:
         """Return the verdict, what is open in it, and in which role it is signed."""
@@ -210,6 +246,9 @@ class Summary(Scanning[bool]):
 
     def _made(self, passphrase: str, left: Path) -> None:
         self.say("Keys were created", "good")
+        if self.bench.training is not None:  # a training's authority is nobody's
+            self._sign([passphrase])
+            return
         self.app.push_screen(Help("Keys were created", _OFF_THE_BENCH.format(left)), lambda _: self._sign([passphrase]))
 
     def _sign(self, answer: list[str] | None) -> None:

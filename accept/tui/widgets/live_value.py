@@ -12,6 +12,7 @@ from accept.workflow.instruments.port import InstrumentPort
 from checks.declare import Measured
 from specs.spec import Limit
 
+_LINE = 24  # columns for value and instrument: it is never broken inside its name
 _STRIP = 26  # columns of the drawn bar
 
 
@@ -93,7 +94,7 @@ def gauge_text(
     text = Text()
     if name:
         text.append("now ", "dim").append("…" if value is None else _number(value, unit), "bold")
-        text.append(f"  on {name}\n", "dim")
+        text.append(f"{'  ' if len(text.plain) + len(name) < _LINE else chr(10)}on {name}\n", "dim")
     if limit is not None and value is not None:
         drawn = limit_bar(value.value, value.U, limit.lower, limit.upper, _STRIP, usual)
         inside = _inside(value.value, limit)

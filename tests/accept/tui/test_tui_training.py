@@ -86,7 +86,6 @@ class Technician:
         await self.press("f2")
         await self.types(PASSPHRASE)
         await self.types(PASSPHRASE)
-        await self.press("escape")  # where the authority's passphrase is
 
     async def puts_right(self, remedy: str) -> None:
         await self.press("ctrl+r")

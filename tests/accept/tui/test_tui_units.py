@@ -1,5 +1,7 @@
 """Several units in one session: a tray, the same step of one unit after the other, scans anywhere, signatures."""
 
+import threading
+
 import pytest
 from textual.widgets import DataTable, Input
 
@@ -7,6 +9,7 @@ from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.store import open_store
 from accept.tui.widgets.step_list import StepList
+from accept.workflow.session import Session
 from accept.workflow.unit_list import known_units
 from tests.accept.tui.tui_help import HEIGHTS, begin, fill_basic, loader, press, running, settled, type_line, words
 from tests.accept.workflow.test_unit_list import SPECS
@@ -147,3 +150,27 @@ async def test_a_unit_that_is_open_elsewhere_is_said_and_nothing_is_lost():
         assert TRAY[1] in words(pilot, "#status")
         session.close()
         other.store.close()
+
+
+@pytest.mark.slow
+async def test_a_passphrase_typed_while_the_unit_is_evaluated_is_not_lost_nor_shown(monkeypatch: pytest.MonkeyPatch):
+    keys.init(home(), "correct horse", "Ann")
+    go_on, judge = threading.Event(), Session.judge
+
+    def slowly(self, *given):
+        go_on.wait(60.0)
+        return judge(self, *given)
+
+    monkeypatch.setattr(Session, "judge", slowly)
+    async with running() as pilot:
+        await begin(pilot)
+        await fill_basic(pilot)
+        await pilot.press("f9", "f2", *"correct", "space", *"horse", "enter")  # at once, as a hand does it
+        assert "horse" not in pilot.app.export_screenshot()
+        go_on.set()
+        await settled(pilot)
+        assert "You sign as technician: ACCEPTED" in words(pilot, ".words")
+        with open_store() as store:
+            assert not list(store.events(what="certificate_signed"))
+        await press(pilot, "enter")
+        assert "✓ verified" in words(pilot, "#certificate")
