@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from typing import ClassVar
@@ -14,6 +13,7 @@ from textual.screen import Screen
 from textual.widgets import Label
 
 from accept.base.atomic_files import write_atomic
+from accept.tui.background.load_module import load_module
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.plot import PanelView
 from checks.picture import Line, Panel, PanelKind
@@ -63,7 +63,7 @@ class Plots(Screen[None]):
         self.run_worker(self._draw_large, thread=True, exclusive=True)
 
     def _draw_large(self) -> None:
-        draw = import_module("accept.pictures.draw")  # in a thread: matplotlib takes a second
+        draw = load_module("accept.pictures.draw")  # in a thread: matplotlib takes a second
         panels = list(self._panels.values())
         content = draw.picture(panels, "svg", columns=min(2, len(panels)))
         path = self._folder / _DRAWN

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, ClassVar
 
@@ -14,6 +13,7 @@ from textual.message import Message
 from textual.widgets import Input, Label
 
 from accept.tui.background.busy_screen import Working
+from accept.tui.background.load_module import load_module
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry, typed
@@ -258,7 +258,7 @@ class StartScreen(Working[Begin | None]):
     def action_known(self) -> None:
         """Show the units that were begun here and what they wait for, to go on with one."""
         if self._bench is not None:
-            self.send(lambda: import_module("accept.tui.screens.units"), self._list, "one moment")
+            self.send(lambda: load_module("accept.tui.screens.units"), self._list, "one moment")
 
     def _list(self, module: ModuleType) -> None:
         bench, operator, kind = self._bench, self._value("operator"), self._value("kind")
@@ -293,7 +293,7 @@ def _key_words(bench: "Workbench", operator: str) -> str:
     """Return why the operator cannot sign here, "" if nothing is known against it."""
     if not operator:
         return ""
-    certify = import_module("accept.workflow.certify")  # in a thread: signing takes a while to import
+    certify = load_module("accept.workflow.certify")  # in a thread: signing takes a while to import
     return str(certify.key_problem(bench.home, "technician", operator))
 
 
@@ -301,8 +301,8 @@ def open_at_bench(
     bench: "Workbench", said: tuple[str, str, str, dict[str, str], str | None]
 ) -> "tuple[Workbench, Session, list[str]]":
     """Open the unit with what the screens need of the physics; imported here, in a thread."""
-    import_module("accept.tui.screens.steps")
-    begun = import_module("accept.workflow.bench").Begun(*said)
+    load_module("accept.tui.screens.steps")
+    begun = load_module("accept.workflow.bench").Begun(*said)
     at_unit = bench.at_unit(begun)
     session, problems = at_unit.open_unit(begun)
     return at_unit, session, problems

@@ -2,7 +2,6 @@
 
 import asyncio
 from contextlib import suppress
-from importlib import import_module
 from typing import ClassVar
 
 from rich.text import Text
@@ -13,6 +12,7 @@ from textual.widgets import DataTable, Label, Static
 
 from accept.store import Event
 from accept.tui.background.busy_screen import Working
+from accept.tui.background.load_module import load_module
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.derived_step import DerivedScreen
 from accept.tui.screens.gap import WORDS, Explain, answer
@@ -69,7 +69,7 @@ class Steps(Scanning[bool]):
         self._stand_at_next()
         self.query_one(StepList).focus()
         self.say(self._words or "Enter: open the step", "bad" if self._words else "quiet")
-        self.aside(lambda: import_module("accept.tui.screens.summary"), lambda _: None, "import")
+        self.aside(lambda: load_module("accept.tui.screens.summary"), lambda _: None, "import")
         self.aside(self._look_into_records, lambda _: None, "records")
 
     def _look_into_records(self) -> None:
@@ -182,7 +182,7 @@ class Steps(Scanning[bool]):
 
     async def action_summary(self) -> None:
         """Open the summary; drawing and signing take a second to import, in a thread. Keys that follow wait for it."""
-        module = await asyncio.to_thread(import_module, "accept.tui.screens.summary")
+        module = await asyncio.to_thread(load_module, "accept.tui.screens.summary")
         if self.is_current:
             await self.app.push_screen(module.Summary(self.bench, self.session), self._summed)
 
