@@ -9,8 +9,10 @@ A copy that was cut or shifted has other samples at those places, but the same t
 the ratios of successive swings between them, which gain, offset, sign and place do not change: the 64 smallest of all
 (a bottom-k sketch, [Broder]). Two channels that share a quarter of them are one; of the recorded units and the
 population here no two share more than a tenth. A fifth cut off and noise of 3e-6 of the span are recognised, noise of
-1e-5 in three of four channels, and 3e-5 no more. Not recognised are a copy that was filtered or resampled, and a
-record with few different swings, as of a slow sine: its turning points are those of every unit."""
+1e-5 in three of four channels, and 3e-5 no more. The same is kept of every second sample, from the first on and from
+the second, so that a copy at half the rate is known, without a filter. Not recognised are a copy that was filtered or
+resampled in another way, and a record with few different swings, as of a slow sine: its turning points are those of
+every unit."""
 
 import base64
 import hashlib
@@ -38,36 +40,50 @@ WIDTHS = (16, 256)  # samples to either side, of which a turning point is the hi
 SWING = 0.1  # of the span: a smaller one is noise
 RATIO = 1e-4  # step of the logarithm of a ratio: two units differ by more, a copy by less
 SWING_KEYS = 12  # of an index
+HALF_KEYS = 4  # of an index, of each half
 FEW = 16  # different values: a channel with fewer, as a force at rest, is not evidence
+
+
+Hashes = NDArray[np.uint32]  # of swings
+NO_HASHES: Hashes = np.zeros(0, dtype="<u4")
+_NONE = ("", "", "")  # parts that sketches of earlier versions do not have
 
 
 @dataclass(frozen=True, eq=False)
 class Sketch:
     """Sketch of a channel. values: (64,) samples, float32, empty if they are not distinctive; levels: hash of the
-    channel's own levels, "" if its steps are fine; swings: (64,) or fewer hashes of the swings between turning points,
-    empty in sketches of earlier versions."""
+    channel's own levels, "" if its steps are fine; swings: (64,) or fewer hashes of the swings between turning points;
+    halves: the same of every second sample, from the first on and from the second. Sketches of earlier versions have
+    neither."""
 
     values: Array
     levels: str
-    swings: NDArray[np.uint32] = field(default_factory=lambda: np.zeros(0, dtype="<u4"))
+    swings: Hashes = field(default_factory=lambda: NO_HASHES)
+    halves: tuple[Hashes, Hashes] = (NO_HASHES, NO_HASHES)
 
     def __str__(self) -> str:
-        text = f"{base64.b64encode(self.values.astype('<f4').tobytes()).decode()}:{self.levels}"
-        return f"{text}:{base64.b64encode(self.swings.tobytes()).decode()}" if self.swings.size else text
+        parts = [base64.b64encode(self.values.astype("<f4").tobytes()).decode(), self.levels]
+        hashed = [base64.b64encode(one.tobytes()).decode() for one in (self.swings, *self.halves)]
+        while hashed and not hashed[-1]:
+            hashed.pop()
+        return ":".join([*parts, *hashed])
 
     @classmethod
     def parse(cls, text: str) -> "Sketch":
         """Return the sketch that `str` wrote. Raises ValueError if the text is not a sketch."""
-        packed, colon, rest = text.partition(":")
-        levels, _, swung = rest.partition(":")
+        packed, *rest = text.split(":")
+        levels, *hashed = rest or [""]
         try:
             values = np.frombuffer(base64.b64decode(packed, validate=True), "<f4").astype(float)
-            swings = np.frombuffer(base64.b64decode(swung, validate=True), "<u4")
+            swings, even, odd, *more = (
+                np.frombuffer(base64.b64decode(s, validate=True), "<u4") for s in [*hashed, *_NONE]
+            )
         except ValueError as e:
             raise ValueError(f"{text[:40]!r} is no sketch of samples") from e
-        if not colon or values.size not in (0, SAMPLES) or not np.isfinite(values).all() or swings.size > SWINGS:
+        whole = all(one.size <= SWINGS for one in (swings, even, odd)) and np.isfinite(values).all()
+        if not rest or any(one.size for one in more) or values.size not in (0, SAMPLES) or not whole:
             raise ValueError(f"{text[:40]!r} is no sketch of samples")
-        return cls(values, levels, swings)
+        return cls(values, levels, swings, (even, odd))
 
     def keys(self) -> list[int]:
         """Return its keys for an index, 63 bits each: two sketches of the same samples share one, others practically
@@ -78,19 +94,15 @@ class Sketch:
             steps *= np.where(steps[:, :1] < 0, -1, 1)  # for either sign
             found += [b"%d " % n + row.tobytes() for n, row in enumerate(steps)]
         found += [b"swing %d" % one for one in self.swings[:SWING_KEYS]]
+        found += [b"swing %d" % one for half in self.halves for one in half[:HALF_KEYS]]
         return [key_of(one) for one in found]
 
     def same(self, other: "Sketch") -> bool:
-        """Return whether both are of the same samples, or one channel is a part of the other."""
-        return self._same_swings(other) or self._same_samples(other)
-
-    def _same_swings(self, other: "Sketch") -> bool:
-        least = min(self.swings.size, other.swings.size)
-        both = self.swing_set & other.swing_set
-        if least < LEAST_SWINGS or len(both) < SHARED:
-            return False
-        smallest = sorted(self.swing_set | other.swing_set)[:SWINGS]  # of both together
-        return len(both.intersection(smallest)) >= SHARED
+        """Return whether both are of the same samples, or one channel is a part of the other, or every second sample of
+        it."""
+        pairs = [(self, (other.swing_set, *other.half_sets)), (other, self.half_sets)]
+        same_swings = any(_share(one.swing_set, theirs) for one, sets in pairs for theirs in sets)
+        return same_swings or self._same_samples(other)
 
     def _same_samples(self, other: "Sketch") -> bool:
         if self.levels and other.levels:
@@ -130,6 +142,11 @@ class Sketch:
         """Return the hashes of its swings."""
         return frozenset(self.swings.tolist())
 
+    @cached_property
+    def half_sets(self) -> tuple[frozenset[int], ...]:
+        """Return the hashes of the swings of every second sample, from the first on and from the second."""
+        return tuple(frozenset(half.tolist()) for half in self.halves)
+
 
 def key_of(content: bytes) -> int:
     """Return the key of a text for an index: 63 bits of its SHA-256."""
@@ -144,7 +161,17 @@ def sketch(x: Array) -> Sketch | None:
     picked = x[np.linspace(0, x.size - 1, SAMPLES).astype(int)]
     values = picked if np.unique(picked).size >= TELLING else np.zeros(0)
     levels, swings = _levels(x), _swings(x)
-    return Sketch(values, levels, swings) if values.size or levels or swings.size else None
+    halves = (_swings(x[::2]), _swings(x[1::2]))
+    return Sketch(values, levels, swings, halves) if values.size or levels or swings.size else None
+
+
+def _share(one: frozenset[int], other: frozenset[int]) -> bool:
+    """Return whether two sets of the smallest hashes of swings are of one channel."""
+    both = one & other
+    if min(len(one), len(other)) < LEAST_SWINGS or len(both) < SHARED:
+        return False
+    smallest = sorted(one | other)[:SWINGS]  # of both together
+    return len(both.intersection(smallest)) >= SHARED
 
 
 def _swings(x: Array) -> NDArray[np.uint32]:

@@ -76,6 +76,11 @@ async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: 
     async with aiohttp.ClientSession() as other, other.get(own) as page:
         assert page.status == 403  # another user of this machine does not know the token
     entrance = serving.address
+    async with aiohttp.ClientSession(cookies={"accept": "\u00e9"}) as other:
+        async with other.get(f"{own}?token=%C3%A9") as page:
+            assert page.status == 403  # letters beyond ASCII are no reason to fail
+        async with other.head(entrance) as page:
+            assert page.status in (403, 405)  # a preview of the link does not take the token
     async with aiohttp.ClientSession(cookie_jar=aiohttp.CookieJar(unsafe=True)) as session:
         async with session.get(entrance) as page:
             text = await page.text()

@@ -121,6 +121,37 @@ def test_a_copy_that_was_cut_is_known(how: str) -> None:
     assert set(one.keys()) & set(other.keys())  # the index finds it
 
 
+HALVED = {
+    "from the first sample": lambda x: x[::2],
+    "from the second, in other units and sign": lambda x: -1e6 * x[1::2] + 3.0,
+    "cut, and noise of 1e-6 added": lambda x: (
+        x[101:-500:2] + 1e-6 * np.ptp(x) * RNG.standard_normal(x[101:-500:2].size)
+    ),
+}
+
+
+@pytest.mark.parametrize("how", HALVED)
+def test_a_copy_at_half_the_rate_is_known(how: str) -> None:
+    """Whichever of the two was filed first."""
+    x = excited(1)
+    one, other = sketch(x), sketch(HALVED[how](x))
+    assert one is not None
+    assert other is not None
+    for first, second in ((one, other), (other, one)):
+        assert Sketch.parse(str(first)).same(Sketch.parse(str(second)))
+        assert set(first.keys()) & set(second.keys())  # the index finds it
+
+
+@pytest.mark.parametrize("rate", [slice(None, None, 2), slice(1, None, 2)])
+def test_honest_records_at_half_the_rate_are_no_copies(rate: slice) -> None:
+    one = sketch(excited(1))
+    assert one is not None
+    for other in (excited(2), excited(3, 95.1), excited(4, 95.1, 0.0)):
+        found = sketch(other[rate])
+        assert found is not None
+        assert not one.same(found)
+
+
 def test_honest_records_of_the_same_excitation_are_no_copies() -> None:
     """The same unit measured again, and another one whose resonance is a thousandth higher."""
     one = sketch(excited(1))
@@ -135,7 +166,7 @@ def test_honest_records_of_the_same_excitation_are_no_copies() -> None:
 def test_a_sketch_of_before_is_read_and_keeps_its_keys() -> None:
     new = sketch(excited(1))
     assert new is not None
-    text = str(new).rpartition(":")[0]
+    text = ":".join(str(new).split(":")[:2])
     old = Sketch.parse(text)
     assert str(old) == text
     assert old.same(new)

@@ -117,6 +117,15 @@ def changed(document: Any, at: tuple[Any, ...], left_out: bool) -> Any:
     return new
 
 
+def with_one_more(document: Any, at: tuple[Any, ...]) -> Any:
+    new = copy.deepcopy(document)
+    place = new
+    for key in at:
+        place = place[key]
+    place["more"] = "x"
+    return new
+
+
 def mutants(documents: Mapping[str, Any]) -> Iterator[tuple[str, str, bytes]]:
     """(document, what was changed, its new content). Of the result every tenth, all of them in a soak."""
     for name, document in documents.items():
@@ -129,6 +138,9 @@ def mutants(documents: Mapping[str, Any]) -> Iterator[tuple[str, str, bytes]]:
         for at, left_out in tried if name == MANIFEST or SOAK else tried[::10]:
             words = f"{'.'.join(map(str, at))}{' left out' if left_out else ''}"
             yield name, words, C.canonical(changed(document, at, left_out))
+        places = [(), *(at for at, value in leaves(document) if isinstance(value, dict))]
+        for at in places if name == MANIFEST or SOAK else places[::10]:
+            yield name, f"{'.'.join(map(str, at))} one more key", C.canonical(with_one_more(document, at))
 
 
 def page_with(page: bytes, attachments: Mapping[str, bytes]) -> bytes:
