@@ -133,7 +133,7 @@ def init(
         persons[QA] = (qa_name, qa_passphrase or "")
     if authority_passphrase is not None:
         check_passphrase(authority_passphrase)
-        if authority_passphrase in (passphrase, qa_passphrase):
+        if not demo and authority_passphrase in (passphrase, qa_passphrase):  # that of a demonstration is no secret
             raise KeysError("the authority needs a passphrase of its own; no key was made")
     now = (when or datetime.now(UTC)).replace(microsecond=0)
     files = _make(persons, bench, authority_passphrase, now, demo)
