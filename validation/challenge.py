@@ -20,7 +20,7 @@ from accept.base.cluster.connect import connected
 from accept.base.cluster.work import Cluster, ClusterError, WorkFailed
 from validation.cases import Case, seal
 from validation.model_files import write_model
-from validation.run_cases import THREADS, WORKFLOW, Job, accept, run_all, talk
+from validation.run_cases import METHOD, THREADS, Job, accept, run_all, talk
 from validation.scoring.report import report_of_set, summary
 from validation.scoring.results_store import Mixed, Store, stamp
 from validation.scoring.scores import Lesson, Outcome
@@ -89,7 +89,7 @@ def challenge_set(name: str, a: argparse.Namespace, cluster: Cluster | None = No
         lesson = lessons.get(batch.name)
         model = base if lesson is None else lesson.model
         given = {
-            "workflow": a.workflow,
+            "method": a.method,
             "model": model,
             "misalign": True,
             "unlearned": lesson.error if lesson else None,
@@ -140,7 +140,9 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--cluster", help="Dask scheduler (tcp://HOST:8786) whose workers run the units, or local")
     parser.add_argument("--out", type=Path, default=Path("out/challenge"))
-    parser.add_argument("--workflow", default=WORKFLOW, help="module:function to put to the test")
+    parser.add_argument(
+        "--method", "--workflow", default=METHOD, help="name, module:function, or a command with {unit} and {model}"
+    )
     a = parser.parse_args()
     if not MATRICES.exists():
         print(f"skipped: the blind units need the super-element matrices, and {MATRICES} is not there", file=sys.stderr)

@@ -1,12 +1,12 @@
 """What the disagreement in the likelihood is worth: coverage of the stated 95 % intervals with and without it, on the
 same units.
 
-    python -m validation.coverage OUT [--units 16] [--seed N]
+    python -m validation.coverage OUT [--units 48] [--seed N]
 
 Units on benches that were not learned, each with one effect of its own: the built-in kind of model cannot explain all
-of such a record. Every unit is analysed twice: as the program does it, and with noise and tolerance as the only errors
-of the last fit. Counted are the units in which an effect was named, rightly, beside something that is left. OUT keeps
-an answer for each unit, so that a run that was stopped goes on.
+of such a record. Counted are the units in which that effect is named beside something that is left. The last fit of
+each is made twice from the same search: as the program does it, and with noise and tolerance as the only errors. OUT
+keeps an answer for each unit, so that a run that was stopped goes on.
 """
 
 import argparse
@@ -19,8 +19,13 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-from accept.gap.analyse_unit import run_gap
+import numpy as np
+
+from accept.gap.analyse_unit import analyse
+from checks.fitting.fit import Fit
+from checks.gap import workflow
 from checks.gap.decision import build_result
+from checks.gap.decision.result import PARTLY, Result
 from validation.cases import Case
 from validation.model_files import write_model
 from validation.scoring.scores import share
@@ -38,6 +43,10 @@ EFFECTS = (
 )
 SET = replace(SETS["laboratory-unlearned"], shares={"one": 1.0}, effects=EFFECTS)
 WAYS = ("with", "without")
+U_FACTOR = 1.96  # half-width of a 95 % interval over its standard deviation
+
+Intervals = dict[str, tuple[float, float, float]]  # parameter -> lower end, upper end, truth
+Answer = Mapping[str, Mapping[str, Sequence[float]]]  # way -> parameter -> the same; empty if the unit does not count
 
 
 @contextmanager
@@ -47,36 +56,48 @@ def noise_alone() -> Iterator[None]:
         yield
 
 
-def intervals(gap: Mapping[str, Any], case: Case) -> dict[str, bool] | None:
-    """Return parameter -> whether its interval holds the truth, of the effect that is hidden; None if it is not named
-    beside something that is left."""
-    if gap["verdict"] != "partly_explained":
-        return None
+def intervals(fit: Fit, case: Case) -> Intervals:
+    """Return the interval of each parameter of the hidden effect, with its truth."""
     ((effect, true),) = case.effects.items()
-    named = {n["effect"]: n["parameters"] for n in gap["named"]}
-    if effect not in named:
-        return None
-    return {p: named[effect][p]["ci95"][0] <= v <= named[effect][p]["ci95"][1] for p, v in true.items()}
+    return {p: (*fit.interval(f"{effect}.{p}"), v) for p, v in true.items()}
 
 
-def analysed(case: Case, model: Path) -> dict[str, dict[str, bool] | None]:
-    """Return way -> the intervals of a unit."""
-    with tempfile.TemporaryDirectory(prefix="coverage-") as parent:
-        folder = case.write(Path(parent))
-        both = {"with": intervals(run_gap(folder, model), case)}
-        with noise_alone():
-            both["without"] = intervals(run_gap(folder, model), case)
-    return both
+def analysed(case: Case, model: Path) -> dict[str, Intervals]:
+    """Return way -> the intervals of a unit; empty if the hidden effect is not named beside something that is left."""
+    calls: list[tuple[tuple[Any, ...], Result]] = []
+
+    def recorded(*arguments: Any) -> Result:
+        result = build_result.build_result(*arguments)
+        calls.append((arguments, result))
+        return result
+
+    with tempfile.TemporaryDirectory(prefix="coverage-") as parent, patch.object(workflow, "build_result", recorded):
+        result = analyse(case.write(Path(parent)), model).result
+    if result.verdict != PARTLY or not set(case.effects) & {n.effect for n in result.named}:
+        return {}
+    (arguments,) = (given for given, made in calls if made is result)
+    with noise_alone():
+        without = build_result.build_result(*arguments)
+    return {"with": intervals(result.fit, case), "without": intervals(without.fit, case)}
 
 
-def report(answers: Sequence[Mapping[str, Mapping[str, bool] | None]]) -> str:
-    """Return the shares of intervals that hold, over the units that were named both ways."""
-    both = [a for a in answers if all(a[way] is not None for way in WAYS)]
+def report(answers: Sequence[Answer]) -> str:
+    """Return the share of intervals that hold the truth, and the RMS error in stated standard deviations, both ways."""
+    both = [a for a in answers if a]
     lines = [f"{len(answers)} units, {len(both)} named beside something that is left"]
     for way in WAYS:
-        hits = [hit for a in both for hit in (a[way] or {}).values()]
-        score = share(f"intervals that hold, {way} disagreement", hits, "", lambda _: True)
-        lines.append(f"{score.name}: {score.value:.3f} of {score.n} [{score.lo:.3f}, {score.hi:.3f}]")
+        stated = [each for a in both for each in a[way].values()]
+        score = share(way, [lo <= true <= hi for lo, hi, true in stated], "", lambda _: True)
+        z = [(true - (lo + hi) / 2) / ((hi - lo) / 2) * U_FACTOR for lo, hi, true in stated]
+        lines.append(
+            f"intervals that hold, {way} disagreement: {score.value:.3f} of {score.n} [{score.lo:.3f}, {score.hi:.3f}]"
+            f"; RMS error {np.sqrt(np.mean(np.square(z))) if z else np.nan:.2f} sd"
+        )
+    if both:
+        widths = [
+            (w[1] - w[0]) / (o[1] - o[0]) for a in both for w, o in zip(*(a[k].values() for k in WAYS), strict=True)
+        ]
+        lines.append(f"width with over width without: median {np.median(widths):.2f}, largest {max(widths):.2f}")
     return "\n".join(lines)
 
 
@@ -84,7 +105,7 @@ def main() -> None:
     """Run, print a line for each unit, then the shares."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("out", type=Path)
-    parser.add_argument("--units", type=int, default=16)
+    parser.add_argument("--units", type=int, default=48)
     parser.add_argument("--seed", type=int, default=SEED)
     wanted = parser.parse_args()
     model, answers = write_model(SET, wanted.out / "model"), []

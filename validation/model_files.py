@@ -1,4 +1,4 @@
-"""The model file that a set is judged with: the recorded units' file and, if a set asks for it, what it states of
+"""The model file that a set is judged with: the strut's file and, if a set asks for it, what it states of
 shells as they are built. Plain text, so that the contract of the file is tested and not the code that writes one."""
 
 from pathlib import Path
@@ -13,7 +13,7 @@ AFTER_ARM = "arm_y_mm = { value = 15.0, sd = 0.3 }\n"
 
 def text_for(it: Set) -> str:
     """Return the TOML of the model from which a set is judged."""
-    text = _replaced(MODEL_FILE.read_text(), '"../superelements/APA300ML.mat"', f'"{MATRICES.resolve().as_posix()}"')
+    text = _replaced(MODEL_FILE.read_text(), '"APA300ML.mat"', f'"{MATRICES.resolve().as_posix()}"')
     if it.stated:
         scatter = f"mode_scatter = {{ frequency = {it.stated:g}, damping = {DAMPING:g} }}\n"
         text = _replaced(text, AFTER_DAMPING, AFTER_DAMPING + scatter)

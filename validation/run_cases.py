@@ -2,7 +2,6 @@
 same wherever a unit was run; only their times differ."""
 
 import hashlib
-import importlib
 import json
 import os
 import subprocess
@@ -18,27 +17,19 @@ from math import nan
 from multiprocessing import get_context
 from pathlib import Path
 from threading import Timer
-from typing import Any, Protocol
+from typing import Any
 
 from accept.base.cluster.work import Cluster, GivenUp
 from validation.cases import Case
+from validation.methods import PATIENCE_S, method_of
 from validation.scoring.results_store import Store, stamp
 from validation.scoring.scores import Outcome
 from validation.shell import MATRICES
 from validation.strut import MODEL_FILE
 
-WORKFLOW = "accept.gap.analyse_unit:run_gap"
+METHOD = "gap"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-PATIENCE_S = 900.0
 ROOT = Path(__file__).parent.parent
-
-
-class Workflow(Protocol):
-    """Folder and model file in, gap.json as a mapping out. without: effects that the library is to do without."""
-
-    def __call__(
-        self, folder: Path, model: Path, out: Path | None, without: Sequence[str] = ()
-    ) -> Mapping[str, Any]: ...
 
 
 @dataclass(frozen=True)
@@ -49,7 +40,7 @@ class Job:
 
     case: Case
     truth: Mapping[str, Any]
-    workflow: str = WORKFLOW
+    method: str = METHOD
     without: tuple[str, ...] = ()
     model: Path = MODEL_FILE
     misalign: bool = False
@@ -65,15 +56,14 @@ def run(job: Job) -> Outcome:
     too."""
     if job.unlearned is not None:
         return Outcome(job.case.serial, job.truth, {}, nan, f"NotLearned: {job.unlearned}", job.without)
-    module, function = job.workflow.split(":")
-    workflow: Workflow = getattr(importlib.import_module(module), function)
+    method = method_of(job.method)
     with tempfile.TemporaryDirectory(prefix="challenge-") as parent:
         folder = job.case.write(Path(parent))
         forget_peak()
         start, busy = time.perf_counter(), time.process_time()
         try:
             # through text, as it is promised: what json cannot hold is an error as well
-            gap, error = json.loads(json.dumps(workflow(folder, job.model, None, without=job.without))), None
+            gap, error = json.loads(json.dumps(method(folder, job.model, without=job.without))), None
         except Exception as e:  # noqa: BLE001 a crash of the workflow is what this has to count
             gap, error = {}, f"{type(e).__name__}: {e}"
         wall, seconds, memory = time.perf_counter() - start, time.process_time() - busy, peak_MB()

@@ -15,8 +15,9 @@ from scipy import linalg
 
 Array = NDArray[np.float64]
 
-DATA = Path(__file__).parents[2] / "shared" / "data"
-MATRICES = DATA / "superelements" / "APA300ML.mat"
+BESIDE = Path(__file__).parents[2] / "shared" / "data" / "superelements" / "APA300ML.mat"
+FETCHED = Path(__file__).parent / "data" / "APA300ML.mat"  # by `python -m validation.fetch`
+MATRICES = BESIDE if BESIDE.exists() else FETCHED
 NODES = {"bottom": 0, "top": 1, "sensor_left": 2, "sensor_right": 3, "actuator_left": 4, "actuator_right": 6}
 RIGID_BELOW_HZ = 20.0  # six modes of the free shell are rigid, 0..0.6 Hz by rounding; elastic ones start at 1.9 kHz
 LOPSIDED_MODES = 40

@@ -1,4 +1,4 @@
-"""A strut on its bench, written from the words of `../shared/data/units/model.toml` alone, for blind tests.
+"""A strut on its bench, written from words alone, for blind tests; means and priors are those of `strut.toml`.
 
 Nothing of the model that it tests is used here: what judges the gap workflow must not share its mistakes. The
 super-element matrices are the real ones, or what was built by them (`shell`). Frame: z the strut axis, x the long axis
@@ -9,6 +9,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +17,11 @@ from scipy import linalg
 
 from validation.beams import Section, chain
 from validation.rational import Rational
-from validation.shell import DATA, NODES, Built, across, free_shell
+from validation.shell import NODES, Built, across, free_shell
 
 Array = NDArray[np.float64]
 
-MODEL_FILE = DATA / "units" / "model.toml"
+MODEL_FILE = Path(__file__).parent / "strut.toml"
 
 CHANNELS = ("de", "da", "Vs")
 AMPLIFIER_GAIN = 20.0

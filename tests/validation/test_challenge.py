@@ -19,7 +19,8 @@ from validation import challenge
 from validation.cases import Case, counts, draw_cases, seal
 from validation.challenge import control_jobs
 from validation.effects import LIBRARY, OUTSIDE
-from validation.run_cases import WORKFLOW, Job, run_all
+from validation.model_files import write_model
+from validation.run_cases import METHOD, Job, run_all
 from validation.scoring.report import report_of_set
 from validation.scoring.results_store import Mixed, Store, stamp
 from validation.scoring.scores import (
@@ -33,6 +34,7 @@ from validation.scoring.scores import (
     single,
     wilson,
 )
+from validation.sets import SETS
 
 Json = dict[str, Any]
 BLIND = 24 if SOAK else 4
@@ -274,7 +276,7 @@ def test_weak_effects_are_a_matter_of_power_and_not_of_names(right: list[Outcome
 # --- the runner -------------------------------------------------------------------------------------------------------
 
 
-def nothing(folder: Path, model: Path, out: Path | None, without: Sequence[str] = ()) -> Json:
+def nothing(folder: Path, model: Path, *, without: Sequence[str] = ()) -> Json:
     """A workflow that never sees anything, and notes what it was given."""
     assert sorted(p.name for p in folder.parent.iterdir()) == [folder.name]
     assert not any("truth" in p.name for p in folder.iterdir())
@@ -282,11 +284,11 @@ def nothing(folder: Path, model: Path, out: Path | None, without: Sequence[str] 
     return {"verdict": "no_missing_effect", "named": [], "without": list(without)}
 
 
-def crash(folder: Path, model: Path, out: Path | None, without: Sequence[str] = ()) -> Json:
+def crash(folder: Path, model: Path, *, without: Sequence[str] = ()) -> Json:
     raise ValueError(f"cannot read {folder.name}")
 
 
-def not_json(folder: Path, model: Path, out: Path | None, without: Sequence[str] = ()) -> Json:
+def not_json(folder: Path, model: Path, *, without: Sequence[str] = ()) -> Json:
     return {"verdict": "no_missing_effect", "named": [], "flag": np.bool_(True)}
 
 
@@ -310,17 +312,22 @@ def written_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         yield
 
 
-def jobs(number: int, workflow: str) -> list[Job]:
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_model(SETS["exact"], tmp_path_factory.mktemp("model"))
+
+
+def jobs(number: int, workflow: str, model: Path) -> list[Job]:
     """The first of those that are drawn for all tests here."""
     cases = draw_cases(BLIND, SEED)[:number]
     truth = json.loads(seal(cases)[0])
-    return [Job(case, truth[case.serial], workflow) for case in cases]
+    return [Job(case, truth[case.serial], workflow, model=model) for case in cases]
 
 
 @needs_data
-def test_the_runner_hands_over_folders_and_keeps_what_was_said(tmp_path: Path) -> None:
+def test_the_runner_hands_over_folders_and_keeps_what_was_said(tmp_path: Path, model: Path) -> None:
     store = Store(tmp_path, stamp("sealed"))
-    made = jobs(4, "tests.validation.test_challenge:nothing")
+    made = jobs(4, "tests.validation.test_challenge:nothing", model)
     every = [*made, *control_jobs(made, 1)]
     outcomes = run_all(every, workers=0, store=store)
     assert [o.error for o in outcomes] == [None] * 5
@@ -333,11 +340,11 @@ def test_the_runner_hands_over_folders_and_keeps_what_was_said(tmp_path: Path) -
 
 
 @needs_data
-def test_a_stopped_run_goes_on_and_never_mixes_versions(tmp_path: Path) -> None:
-    made = jobs(4, "tests.validation.test_challenge:nothing")
+def test_a_stopped_run_goes_on_and_never_mixes_versions(tmp_path: Path, model: Path) -> None:
+    made = jobs(4, "tests.validation.test_challenge:nothing", model)
     now = stamp("sealed")
     first = run_all(made[:2], workers=0, store=Store(tmp_path, now))
-    later = [Job(job.case, job.truth, "tests.validation.test_challenge:crash") for job in made]
+    later = [Job(job.case, job.truth, "tests.validation.test_challenge:crash", model=model) for job in made]
     every = run_all(later, workers=0, store=Store(tmp_path, now))
     assert every[:2] == first
     assert [bool(o.error) for o in every] == [False, False, True, True]
@@ -350,15 +357,15 @@ def test_a_stopped_run_goes_on_and_never_mixes_versions(tmp_path: Path) -> None:
 
 
 @needs_data
-def test_a_crash_of_the_workflow_is_an_outcome() -> None:
-    (outcome,) = run_all(jobs(4, "tests.validation.test_challenge:crash")[:1], workers=0)
+def test_a_crash_of_the_workflow_is_an_outcome(model: Path) -> None:
+    (outcome,) = run_all(jobs(4, "tests.validation.test_challenge:crash", model)[:1], workers=0)
     assert outcome.verdict == "error"
     assert outcome.error == f"ValueError: cannot read {outcome.serial}"
 
 
 @needs_data
-def test_what_is_no_json_is_an_error_too() -> None:
-    (outcome,) = run_all(jobs(4, "tests.validation.test_challenge:not_json")[:1], workers=0)
+def test_what_is_no_json_is_an_error_too(model: Path) -> None:
+    (outcome,) = run_all(jobs(4, "tests.validation.test_challenge:not_json", model)[:1], workers=0)
     assert outcome.verdict == "error"
 
 
@@ -371,9 +378,9 @@ def test_reported_and_development_seeds_differ() -> None:
 
 
 @pytest.fixture(scope="module")
-def blind() -> list[Outcome]:
+def blind(model: Path) -> list[Outcome]:
     """Units of the mix through the real workflow: four, one of every kind; with ACCEPT_SOAK=1 twenty-four."""
-    return run_all(jobs(BLIND, WORKFLOW), workers=0)
+    return run_all(jobs(BLIND, METHOD, model), workers=0)
 
 
 @needs_data

@@ -23,16 +23,16 @@ def test_every_unit_hides_one_effect_that_the_bench_does_not_add_to() -> None:
 
 
 @pytest.mark.needs_data
-def test_intervals_are_those_of_the_hidden_effect_beside_something_that_is_left() -> None:
+def test_intervals_are_those_of_the_hidden_effect_with_its_truth() -> None:
     case = case_of("crosstalk")
     (true,) = case.effects["crosstalk"].values()
-    at = {"value": true, "ci95": [true - 1e-4, true + 1e-4]}
-    off = {"value": true, "ci95": [true + 1e-5, true + 1e-4]}
-    for ends, holds in ((at, True), (off, False)):
-        named = [{"effect": "crosstalk", "parameters": {"V_per_V": ends}}]
-        assert intervals({"verdict": "partly_explained", "named": named}, case) == {"V_per_V": holds}
-        assert intervals({"verdict": "explained", "named": named}, case) is None
-    assert intervals({"verdict": "partly_explained", "named": []}, case) is None
+
+    class Fitted:
+        def interval(self, name: str) -> tuple[float, float]:
+            assert name == "crosstalk.V_per_V"
+            return 0.1, 0.2
+
+    assert intervals(Fitted(), case) == {"V_per_V": (0.1, 0.2, true)}  # type: ignore[arg-type]
 
 
 def test_noise_alone_is_the_way_without_and_ends() -> None:
@@ -42,13 +42,15 @@ def test_noise_alone_is_the_way_without_and_ends() -> None:
     assert build_result.with_disagreement is usual
 
 
-def test_only_units_named_both_ways_count() -> None:
+def test_only_units_named_beside_something_count() -> None:
+    holds, misses = [0.0, 1.96, 0.0], [0.0, 1.96, 3.92]  # one and three standard deviations off
     answers = [
-        {"with": {"a": True, "b": True}, "without": {"a": False, "b": True}},
-        {"with": {"a": True}, "without": None},
-        {"with": None, "without": None},
+        {"with": {"a": holds, "b": holds}, "without": {"a": misses, "b": holds}},
+        {},
     ]
     words = report(answers)
-    assert "3 units, 1 named" in words
+    assert "2 units, 1 named" in words
     assert "with disagreement: 1.000 of 2" in words
     assert "without disagreement: 0.500 of 2" in words
+    assert "RMS error 1.96 sd" in words.splitlines()[1]
+    assert "median 1.00" in words

@@ -1,0 +1,122 @@
+"""What each gate before a name is worth: the search with one gate left out at a time.
+
+    python -m validation.ablation OUT [--units N] [--seed N]
+
+First every unit is analysed as it is, and of every effect that the search wants to name it is kept which gates fail. A
+gate changes an answer only if it is the only one that fails for some effect; only such units are analysed once more
+without it. Gates are the two lists in `checks.gap.decision`; besides, what withdraws names afterwards: names that widen
+a channel's gap, and names that others imitate.
+"""
+
+import argparse
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+from accept.gap.analyse_unit import run_gap
+from checks.gap.decision import beside_gates, build_result, gates, never_worse
+from validation.cases import Case
+from validation.compare import AS_RECORDED, SEED, UNITS, answers, counted, drawn
+from validation.methods import Method
+from validation.scoring.scores import Outcome
+
+NEVER_WORSE, RIVALS = "never_worse", "rivals"
+RIVALS_OF = ("indistinguishable", "imitable", "lags_alike")
+GATES = tuple(dict.fromkeys(g.name for g in (*gates.FULL_GATES, *beside_gates.BESIDE_GATES)))
+
+
+@contextmanager
+def left_out(name: str) -> Iterator[None]:
+    """Leave out a gate of that name. Raises KeyError if there is none."""
+    with ExitStack() as stack:
+        if name == NEVER_WORSE:
+            stack.enter_context(patch.object(never_worse, "gap_increased", lambda *_, **__: []))
+        elif name == RIVALS:
+            for rule in RIVALS_OF:
+                stack.enter_context(patch.object(build_result, rule, lambda *_: ()))
+            stack.enter_context(patch.object(beside_gates, "_compare_rivals", lambda *_: ([], [])))
+        elif name in GATES:
+            for module, table in ((gates, "FULL_GATES"), (beside_gates, "BESIDE_GATES")):
+                every: tuple[gates.Gate[Any], ...] = getattr(module, table)
+                rest = tuple(g for g in every if g.name != name)
+                stack.enter_context(patch.object(module, table, rest))
+        else:
+            raise KeyError(f"no gate '{name}': expected one of {', '.join((*GATES, NEVER_WORSE, RIVALS))}")
+        yield
+
+
+def without(name: str) -> Method:
+    """Return the method without a gate."""
+
+    def run(folder: Path, model: Path, *, without: Sequence[str] = ()) -> Mapping[str, Any]:
+        with left_out(name):
+            return run_gap(folder, model, without=without)
+
+    return run
+
+
+def recorded(folder: Path, model: Path, *, without: Sequence[str] = ()) -> Mapping[str, Any]:
+    """Return the answer of the method with a key more, "alone": the gates that alone kept a name back."""
+    alone: set[str] = set()
+    reasons_of, withdraw_harmful = gates.failed_reasons, never_worse.withdraw_harmful
+
+    def noted(table: Sequence[gates.Gate[Any]], evidence: Any) -> list[str]:
+        failed = [g.name for g in table if not g.test(evidence)]
+        alone.update(failed if len(failed) == 1 else ())
+        return reasons_of(table, evidence)
+
+    def withdraw(candidates: Any, full: Any, claims: Any) -> Any:
+        made = withdraw_harmful(candidates, full, claims)
+        alone.update([NEVER_WORSE] if gates.accepted(made[0]) != gates.accepted(claims) else ())
+        return made
+
+    with (
+        patch.object(gates, "failed_reasons", noted),
+        patch.object(beside_gates, "failed_reasons", noted),
+        patch.object(build_result, "withdraw_harmful", withdraw),
+    ):
+        gap = run_gap(folder, model, without=without)
+    alone.update([RIVALS] if gap["ambiguous"] else ())
+    return {**gap, "alone": sorted(alone)}
+
+
+def ablated(cases: Mapping[str, Sequence[Case]], out: Path) -> dict[str, dict[str, list[Outcome]]]:
+    """Return gate -> set -> outcomes without it, and under "" the outcomes of the method as it is."""
+    base = answers(cases, AS_RECORDED, out)["gap"]
+    found = {"": base}
+    for name in (*GATES, NEVER_WORSE, RIVALS):
+        kept_back = {o.serial for each in base.values() for o in each if name in o.gap.get("alone", ())}
+        asked = {s: [c for c in each if c.serial in kept_back] for s, each in cases.items()}
+        again = answers(asked, {name: f"validation.ablation:without@{name}"}, out / "without")[name]
+        other = {o.serial: o for each in again.values() for o in each}
+        found[name] = {s: [other.get(o.serial, o) for o in each] for s, each in base.items()}
+    return found
+
+
+def table(found: Mapping[str, Mapping[str, Sequence[Outcome]]]) -> str:
+    """Return a row for each gate: units with a false name and hidden effects that are named, without it."""
+    lines = ["| left out | units that change | units with a false name | hidden effects named |", "|---|---|---|---|"]
+    base = [o for each in found[""].values() for o in each]
+    for name, by_set in found.items():
+        every = [o for each in by_set.values() for o in each]
+        changed = sum(a.named != b.named for a, b in zip(base, every, strict=True))
+        named = [effect in o.named for o in every for effect in o.true]
+        label = f"`{name}`" if name else "nothing"
+        lines.append(f"| {label} | {changed} | {counted([bool(o.false_names) for o in every])} | {counted(named)} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Run, then print the table."""
+    parser = argparse.ArgumentParser(prog="ablation", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--units", type=int, default=UNITS)
+    parser.add_argument("--seed", type=int, default=SEED)
+    a = parser.parse_args()
+    print(table(ablated(drawn(a.seed, a.units), a.out)))
+
+
+if __name__ == "__main__":
+    main()
