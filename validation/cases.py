@@ -104,7 +104,7 @@ class Case:
         """Return the names that are right although no effect of the library was hidden."""
         faults = [name for name, it in (("dead_channel", self.dead), ("swapped_channels", self.exchanged)) if it]
         own = self.bench.names if self.bench is not None and not self.learned else []
-        alike = (name for each, values in self.outside.items() for name in _alike(outside_of(each), values))
+        alike = (name for each, values in self.outside.items() for name in outside_of(each).names(values))
         return sorted({*alike, *faults, *own})
 
     def detectability(self, rounds: int = ROUNDS) -> float | None:
@@ -127,10 +127,6 @@ class Case:
 def outside_of(name: str) -> Hidden | Outsider:
     """Return what is outside the library by its name, of either list."""
     return OUTSIDE[name] if name in OUTSIDE else OUTSIDERS[name]
-
-
-def _alike(hidden: Hidden | Outsider, values: Values) -> Sequence[str]:
-    return hidden.alike if isinstance(hidden, Hidden) else hidden.names(values)
 
 
 def _first(strut: Strut, modes: int = 10) -> dict[str, list[float]] | None:

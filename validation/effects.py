@@ -12,7 +12,7 @@ from scipy.signal import find_peaks
 
 from validation.bench import Bend, World
 from validation.rational import Rational, highpass, lowpass, resonance
-from validation.strut import AMPLIFIER_GAIN, Hung
+from validation.strut import AMPLIFIER_GAIN, CHANNELS, Hung
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
@@ -36,6 +36,11 @@ class Hidden:
     off: float = 0.0
     alike: tuple[str, ...] = ()
     settles: tuple[str, ...] = ()
+
+    def names(self, values: Values) -> list[str]:
+        """Return the names that would be no lie; {channel} in `alike` is the channel that the values choose."""
+        channel = CHANNELS[int(values.get("channel", 0))]
+        return [name.format(channel=channel) for name in self.alike]
 
     def weaker(self, parameters: Values, factor: float) -> dict[str, float]:
         """Return the parameters of about that share of the effect."""
@@ -220,7 +225,9 @@ def _hung(rng: Rng) -> dict[str, float]:
 OUTSIDE: Mapping[str, Hidden] = {
     "channel_resonance": Hidden(_one_channel, _resonant),  # one output times 1 + ratio w^2/(s^2 + 2 z w s + w^2)
     "channel_lag": Hidden(  # part of a sample, on one output alone
-        lambda rng: {"channel": float(rng.integers(3)), "tau_us": rng.uniform(20, 80)}, _lag, alike=("sample_offset",)
+        lambda rng: {"channel": float(rng.integers(3)), "tau_us": rng.uniform(20, 80)},
+        _lag,
+        alike=("sample_offset", "channel_latency_{channel}"),
     ),
     "saturating_amplifier": Hidden(
         lambda rng: {"limit_V": rng.uniform(0.9, 1.6)},
@@ -231,6 +238,8 @@ OUTSIDE: Mapping[str, Hidden] = {
     ),
     "second_mass_on_encoder": Hidden(_hung, lambda w, p: _strut(w, hung=Hung(p["kg"], p["f_Hz"], p["damping_ratio"]))),
     "sensor_lowpass": Hidden(
-        lambda rng: {"f_Hz": _log(rng, 1200, 4000)}, lambda w, p: _filter(w, (VS,), lowpass(p["f_Hz"]))
+        lambda rng: {"f_Hz": _log(rng, 1200, 4000)},
+        lambda w, p: _filter(w, (VS,), lowpass(p["f_Hz"])),
+        alike=("channel_lowpass_Vs",),
     ),
 }

@@ -34,6 +34,7 @@ from accept.units.unit_folder import UnitFolder
 from checks.errors import NotHeld, RecordError
 from checks.fitting.dataset import CHANNELS, F_HI, Dataset
 from checks.fitting.fit import CONTRADICTION
+from checks.fitting.identifiability import Identifiability, identifiability
 from checks.gap.decision.result import Gaps, Result
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.model import Model
@@ -56,6 +57,13 @@ class GapAnalysis:
 
     def __repr__(self) -> str:
         return "\n".join(summary(self.measured.serial, self.result))
+
+    @property
+    def identifiability(self) -> dict[str, Identifiability]:
+        """Return how well the responses determine each named value beside all others that were fitted, by
+        `effect.parameter`. Names found without a fit (signs, slow sines) have no entry."""
+        named, fit = {n.effect for n in self.result.named}, self.result.fit
+        return {n: identifiability(fit, n) for n in fit.names if n.partition(".")[0] in named}
 
     @property
     def document(self) -> dict[str, Any]:

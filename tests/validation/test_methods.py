@@ -17,7 +17,7 @@ from accept.models.model_file import open_model
 from checks.gap.decision import beside_gates, build_result, gates
 from checks.gap.effects import EFFECTS
 from tests.conftest import DATA
-from validation import ablation, compare, curves, fetch, strut
+from validation import ablation, compare, curves, fetch, posterior, strut
 from validation.baselines import sensitivity, sparse
 from validation.cases import Case
 from validation.methods import METHODS, Command, MethodError, answer_of, method_of
@@ -254,3 +254,17 @@ def test_reported_units_are_drawn_alike_each_time() -> None:
     kinds = [[c.truth() for c in each] for each in compare.drawn(5, 2).values()]
     assert kinds == [[c.truth() for c in each] for each in compare.drawn(5, 2).values()]
     assert all(isinstance(c, Case) for each in compare.drawn(5, 2).values() for c in each)
+
+
+# --- the sampler ------------------------------------------------------------------------------------------------------
+
+
+def test_a_random_walk_has_the_quantiles_of_a_normal_density() -> None:
+    """20 000 states of a walk in two dimensions are worth some 2000 independent ones: 5 % of a standard deviation."""
+    cov = np.array([[4.0, 1.5e-3], [1.5e-3, 1e-6]])
+    information = np.linalg.inv(cov)
+    states = posterior.sample(
+        lambda x: -0.5 * float(x @ information @ x), np.zeros(2), cov, 20_000, np.random.default_rng(2)
+    )
+    for k, sd in enumerate(np.sqrt(np.diag(cov))):
+        assert np.quantile(states[:, k], posterior.QUANTILES) == pytest.approx([-1.96 * sd, 1.96 * sd], abs=0.15 * sd)

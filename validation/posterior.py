@@ -1,0 +1,107 @@
+"""Intervals of named values against the posterior that they approximate: random-walk Metropolis ([ROBERTS97]) on the
+likelihood and priors of the last fit.
+
+    python -m validation.posterior [--units 3] [--steps 6000] [--seed N]
+
+Intervals come from the curvature at the optimum. The sampler starts there and makes no such assumption: where the
+posterior is skewed or has tails, its quantiles differ from the interval.
+"""
+
+import argparse
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from accept.gap.analyse_unit import analyse
+from checks.arrays import Array
+from checks.errors import ModelError
+from checks.fitting.fit import Fit, FitPoint, finish
+from checks.fitting.prior import prior_rows
+from checks.gap.decision.result import EXPLAINED, Result
+from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.thresholds import THRESHOLDS
+from validation.model_files import write_model
+from validation.sets import SETS, draw_set
+
+SEED = 20261210
+STEPS = 6000
+BURNT = 0.2  # of the steps, before the chain is at home
+QUANTILES = (0.025, 0.975)
+SET = replace(SETS["exact"], shares={"one": 1.0}, effects=("misalignment", "crosstalk", "joint_axial_compliance"))
+
+
+def sample(lnp: Callable[[Array], float], start: Array, cov: Array, steps: int, rng: np.random.Generator) -> Array:
+    """Return the states (steps, p) of a random walk with steps of the shape of a covariance."""
+    L = np.linalg.cholesky(cov) * 2.38 / np.sqrt(start.size)
+    x, now, out = start, lnp(start), np.empty((steps, start.size))
+    for k in range(steps):
+        new = x + L @ rng.standard_normal(start.size)
+        there = lnp(new)
+        if np.log(rng.random()) < there - now:
+            x, now = new, there
+        out[k] = x
+    return out
+
+
+def density(response: Augmented, fit: Fit) -> Callable[[Array], float]:
+    """Return the logarithm of the posterior density of a fit, but for a constant."""
+    (data,) = fit.datasets
+    W, prior = prior_rows(fit.free, fit.joint), np.array([p.prior for p in fit.free])
+    lo, hi = (np.array([getattr(p, end) for p in fit.free]) for end in ("lo", "hi"))
+
+    def lnp(x: Array) -> float:
+        if (x < lo).any() or (x > hi).any():
+            return -np.inf
+        try:
+            H = response.frf(data.f, dict(zip(fit.names, map(float, x), strict=True)), data.channels)
+        except ModelError:  # the strut is not held there
+            return -np.inf
+        r, off = data.whitener(data.H - H), W @ (x - prior)
+        return -0.5 * float(r @ r + off @ off)
+
+    return lnp
+
+
+def compared(result: Result, steps: int, rng: np.random.Generator) -> Mapping[str, tuple[float, ...]]:
+    """Return parameter -> ends of the interval and of the sampled one, of every named effect. The fit is made once more
+    on the bins of the search, for both alike."""
+    response = result.after.response
+    (data,) = result.fit.datasets
+    free = tuple(response.free(result.fit.at))
+    fit = finish(response, data.thinned(THRESHOLDS.search_bins), FitPoint(free, 0.0), joint=response.model.joint)
+    states = sample(density(response, fit), fit.values, fit.cov, steps, rng)[int(BURNT * steps) :]
+    names = [n for n in fit.names if n.partition(".")[0] in response.names]
+    ends = {n: np.quantile(states[:, fit.names.index(n)], QUANTILES) for n in names}
+    return {n: (*fit.interval(n), *map(float, ends[n])) for n in names}
+
+
+def main() -> None:
+    """Print interval and quantiles of every named value."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--units", type=int, default=3)
+    parser.add_argument("--steps", type=int, default=STEPS)
+    parser.add_argument("--seed", type=int, default=SEED)
+    a = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="posterior-") as place:
+        model = write_model(SET, Path(place) / "model")
+        for batch in draw_set("exact", a.seed, a.units, of=SET):
+            for case in batch.judge:
+                result = analyse(case.write(Path(place)), model).result
+                if result.verdict != EXPLAINED:
+                    print(f"{case.serial}: {result.verdict}")
+                    continue
+                for name, (lo, hi, q_lo, q_hi) in compared(result, a.steps, np.random.default_rng(case.seed)).items():
+                    ratio = (q_hi - q_lo) / (hi - lo)
+                    shift = ((q_lo + q_hi) - (lo + hi)) / (hi - lo)
+                    print(
+                        f"{case.serial} {name}: interval {lo:.5g} .. {hi:.5g}, sampled {q_lo:.5g} .. {q_hi:.5g}, "
+                        f"width {ratio:.2f}, shifted by {shift:+.2f} of U",
+                        flush=True,
+                    )
+
+
+if __name__ == "__main__":
+    main()
