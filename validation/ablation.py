@@ -21,6 +21,7 @@ from validation.cases import Case
 from validation.compare import AS_RECORDED, SEED, UNITS, answers, counted, drawn
 from validation.methods import Method
 from validation.scoring.scores import Outcome
+from validation.shell import require_matrices
 
 NEVER_WORSE, RIVALS = "never_worse", "rivals"
 RIVALS_OF = ("indistinguishable", "imitable", "lags_alike")
@@ -115,6 +116,7 @@ def main() -> None:
     parser.add_argument("--units", type=int, default=UNITS)
     parser.add_argument("--seed", type=int, default=SEED)
     a = parser.parse_args()
+    require_matrices()
     print(table(ablated(drawn(a.seed, a.units), a.out)))
 
 

@@ -20,6 +20,7 @@ from validation.run_cases import talk
 from validation.scoring.results_store import Store, stamp
 from validation.scoring.scores import Outcome, covered, right, rms, wilson
 from validation.sets import SETS, Set, draw_set
+from validation.shell import require_matrices
 
 SEED = 20261123
 UNITS = 8  # of each set
@@ -134,6 +135,7 @@ def main() -> None:
     parser.add_argument("--units", type=int, default=UNITS)
     parser.add_argument("--seed", type=int, default=SEED)
     a = parser.parse_args()
+    require_matrices()
     methods = {name: AS_RECORDED.get(name, name) for name in a.method or METHODS}
     print(table(answers(drawn(a.seed, a.units), methods, a.out)))
 

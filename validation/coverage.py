@@ -30,6 +30,7 @@ from validation.cases import Case
 from validation.model_files import write_model
 from validation.scoring.scores import share
 from validation.sets import SETS, draw_set
+from validation.shell import require_matrices
 
 SEED = 20261208
 # what the bench does not add to by itself, so that the truth of a named value is that of the unit
@@ -108,6 +109,7 @@ def main() -> None:
     parser.add_argument("--units", type=int, default=48)
     parser.add_argument("--seed", type=int, default=SEED)
     wanted = parser.parse_args()
+    require_matrices()
     model, answers = write_model(SET, wanted.out / "model"), []
     cases = [c for batch in draw_set("laboratory-unlearned", wanted.seed, wanted.units, of=SET) for c in batch.judge]
     for case in cases:

@@ -24,6 +24,7 @@ from validation.compare import AS_RECORDED, SAMPLE, SEED, UNITS, answers, counte
 from validation.methods import Method
 from validation.model_files import text_for
 from validation.scoring.scores import Outcome
+from validation.shell import require_matrices
 
 LOW = 4.0
 CURVE = (LOW, 8.0, THRESHOLDS.delta_lnL, 25.0, 50.0, 100.0, 200.0)
@@ -101,6 +102,7 @@ def main() -> None:
     parser.add_argument("--units", type=int, default=UNITS)
     parser.add_argument("--seed", type=int, default=SEED)
     a = parser.parse_args()
+    require_matrices()
     cases = drawn(a.seed, a.units)
     print(priors(cases, a.out), curve(cases, a.out), sep="\n\n")
 

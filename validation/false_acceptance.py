@@ -118,7 +118,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("out/false_acceptance"))
     a = parser.parse_args()
     if not MATRICES.exists():
-        print(f"skipped: the struts need the super-element matrices, and {MATRICES} is not there", file=sys.stderr)
+        print(f"skipped: {MATRICES} is not there; python -m validation.fetch", file=sys.stderr)
         return 0
     models = {
         scatter: write_model(replace(SETS["limit"], stated=max(scatter, STATED)), a.out / f"{scatter:g}")

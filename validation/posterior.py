@@ -25,6 +25,7 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
 from validation.model_files import write_model
 from validation.sets import SETS, draw_set
+from validation.shell import require_matrices
 
 SEED = 20261210
 STEPS = 6000
@@ -85,6 +86,7 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=STEPS)
     parser.add_argument("--seed", type=int, default=SEED)
     a = parser.parse_args()
+    require_matrices()
     with tempfile.TemporaryDirectory(prefix="posterior-") as place:
         model = write_model(SET, Path(place) / "model")
         for batch in draw_set("exact", a.seed, a.units, of=SET):

@@ -4,6 +4,7 @@ is not symmetric lets them exchange energy.
 The super-element's 156 elastic modes make up its whole stiffness, so what each of them lacks the statics lack as well.
 """
 
+import sys
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -42,6 +43,14 @@ def _elastic() -> tuple[Array, Array, Array, Array, Array]:
     w2, shapes = linalg.eigh(K, M)
     elastic = w2 > (2 * np.pi * RIGID_BELOW_HZ) ** 2
     return K, M, np.sqrt(w2[elastic]), M @ shapes[:, elastic], shapes[:, elastic]
+
+
+def require_matrices() -> None:
+    """End the program with what to do if the matrices are not there."""
+    if not MATRICES.exists():
+        sys.exit(
+            f"{MATRICES} is not there: `python -m validation.fetch` gets the matrices from their public repository"
+        )
 
 
 def count() -> int:

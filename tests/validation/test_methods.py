@@ -17,7 +17,7 @@ from accept.models.model_file import open_model
 from checks.gap.decision import beside_gates, build_result, gates
 from checks.gap.effects import EFFECTS
 from tests.conftest import DATA
-from validation import ablation, compare, curves, fetch, posterior, strut
+from validation import ablation, compare, curves, fetch, posterior, shell, strut
 from validation.baselines import sensitivity, sparse
 from validation.cases import Case
 from validation.methods import METHODS, Command, MethodError, answer_of, method_of
@@ -234,6 +234,12 @@ def test_matrices_are_taken_by_their_hash(tmp_path: Path, monkeypatch: pytest.Mo
     assert fetch.fetch(source, place).read_bytes() == b"other matrices"
     with pytest.raises(fetch.FetchError, match=r"validation\.fetch FILE"):
         fetch.fetch(tmp_path / "nowhere.mat", place)
+
+
+def test_without_matrices_a_program_says_how_to_get_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shell, "MATRICES", tmp_path / "APA300ML.mat")
+    with pytest.raises(SystemExit, match=r"validation\.fetch"):
+        shell.require_matrices()
 
 
 @needs_data
