@@ -82,7 +82,7 @@ challenge: $(DEV)
 # 400 struts as built about the limits of their misalignment: how many that are accepted lie outside, against what is
 # stated of them. Goes on where it was stopped.
 false-acceptance: $(DEV)
-	$(BIN)/python -m validation.false_acceptance --out out/false_acceptance
+	$(BIN)/python -m validation.studies.false_acceptance --out out/false_acceptance
 
 setup: $(DEV)
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import yaml
 
-from validation.fetch import COMMIT
+from validation.data.fetch import COMMIT
 
 ROOT = Path(__file__).parent.parent
 # of the schema: what a file must have, and all that it may have; an author is a person or an entity

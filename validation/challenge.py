@@ -145,7 +145,7 @@ def main() -> int:
     )
     a = parser.parse_args()
     if not MATRICES.exists():
-        print(f"skipped: {MATRICES} is not there; python -m validation.fetch", file=sys.stderr)
+        print(f"skipped: {MATRICES} is not there; python -m validation.data.fetch", file=sys.stderr)
         return 0
     try:
         return 0 if challenge(a) else 3

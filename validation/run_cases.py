@@ -21,7 +21,7 @@ from typing import Any
 
 from accept.base.cluster.work import Cluster, GivenUp
 from validation.cases import Case
-from validation.methods import PATIENCE_S, method_of
+from validation.methods.call import PATIENCE_S, method_of
 from validation.scoring.results_store import Store, stamp
 from validation.scoring.scores import Outcome
 from validation.shell import MATRICES

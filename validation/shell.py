@@ -17,7 +17,7 @@ from scipy import linalg
 Array = NDArray[np.float64]
 
 BESIDE = Path(__file__).parents[2] / "shared" / "data" / "superelements" / "APA300ML.mat"
-FETCHED = Path(__file__).parent / "data" / "APA300ML.mat"  # by `python -m validation.fetch`
+FETCHED = Path(__file__).parent / "data" / "APA300ML.mat"  # by `python -m validation.data.fetch`
 MATRICES = BESIDE if BESIDE.exists() else FETCHED
 NODES = {"bottom": 0, "top": 1, "sensor_left": 2, "sensor_right": 3, "actuator_left": 4, "actuator_right": 6}
 RIGID_BELOW_HZ = 20.0  # six modes of the free shell are rigid, 0..0.6 Hz by rounding; elastic ones start at 1.9 kHz
@@ -49,7 +49,7 @@ def require_matrices() -> None:
     """End the program with what to do if the matrices are not there."""
     if not MATRICES.exists():
         sys.exit(
-            f"{MATRICES} is not there: `python -m validation.fetch` gets the matrices from their public repository"
+            f"{MATRICES} is not there: `python -m validation.data.fetch` gets the matrices from their public repository"
         )
 
 

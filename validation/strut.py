@@ -21,7 +21,7 @@ from validation.shell import NODES, Built, across, free_shell
 
 Array = NDArray[np.float64]
 
-MODEL_FILE = Path(__file__).parent / "strut.toml"
+MODEL_FILE = Path(__file__).parent / "data" / "strut.toml"
 
 CHANNELS = ("de", "da", "Vs")
 AMPLIFIER_GAIN = 20.0

@@ -5,9 +5,9 @@ import pytest
 
 from checks.gap.decision import build_result
 from validation.cases import Case
-from validation.coverage import EFFECTS, SET, intervals, noise_alone, report
 from validation.effects import LIBRARY
 from validation.sets import draw_set
+from validation.studies.coverage import EFFECTS, SET, intervals, noise_alone, report
 
 
 def case_of(effect: str) -> Case:

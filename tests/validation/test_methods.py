@@ -12,18 +12,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from validation.baselines import sensitivity, sparse
 
 from accept.models.model_file import open_model
 from checks.gap.decision import beside_gates, build_result, gates
 from checks.gap.effects import EFFECTS
 from tests.conftest import DATA
-from validation import ablation, compare, curves, fetch, posterior, shell, strut
-from validation.baselines import sensitivity, sparse
+from validation import shell, strut
 from validation.cases import Case
-from validation.methods import METHODS, Command, MethodError, answer_of, method_of
+from validation.data import fetch
+from validation.methods.call import METHODS, Command, MethodError, answer_of, method_of
 from validation.model_files import text_for
 from validation.scoring.scores import Outcome
 from validation.sets import SETS
+from validation.studies import ablation, compare, curves, posterior
 
 needs_data = pytest.mark.needs_data
 NAMED = {"effect": "crosstalk", "parameters": {"V_per_V": {"value": 0.01, "ci95": [0.009, 0.011]}}}

@@ -13,13 +13,13 @@ from validation import shell
 from validation import strut as struts
 from validation.bench import FS, Playing, World, draw_rough, draw_setting, record
 from validation.cases import seal
-from validation.false_acceptance import Answer, table
 from validation.model_files import text_for
 from validation.scoring.results_store import CODE, ROOT, THRESHOLDS
 from validation.scoring.scores import Outcome
 from validation.scoring.scores_as_built import above_limit, acceptances, faulty_right, scores_of, wrong_acceptances
 from validation.sets import DAMPING, SETS, draw_set
 from validation.shell import Built
+from validation.studies.false_acceptance import Answer, table
 
 Array = NDArray[np.float64]
 pytestmark = pytest.mark.needs_data

@@ -1,5 +1,5 @@
 """How often a strut about a limit of its misalignment is accepted and lies outside, against what was stated of it:
-`python -m validation.false_acceptance --struts 400`. Struts as built, their modes scattered by 0.5, 1 and 2 % in turns,
+`python -m validation.studies.false_acceptance --struts 400`. Struts as built, modes scattered by 0.5, 1, 2 % in turns,
 recorded and handed over as folders; finished ones are kept, so that a stopped run can be continued.
 
 Of every strut and axis the answer v with U states a probability of being outside: that of a normal distribution about
@@ -118,7 +118,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("out/false_acceptance"))
     a = parser.parse_args()
     if not MATRICES.exists():
-        print(f"skipped: {MATRICES} is not there; python -m validation.fetch", file=sys.stderr)
+        print(f"skipped: {MATRICES} is not there; python -m validation.data.fetch", file=sys.stderr)
         return 0
     models = {
         scatter: write_model(replace(SETS["limit"], stated=max(scatter, STATED)), a.out / f"{scatter:g}")

@@ -15,7 +15,7 @@ import numpy as np
 from checks.errors import ModelError
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.screen import screen
-from validation.baselines.task import Found, Task, covariance
+from validation.methods.task import Found, Task, covariance
 
 DECISIVE = 4.6  # of the logarithm of the Bayes factor: 100 to 1
 STEPS = 15  # of a fit, the scatter of the modes at its optimum for every value of the rest

@@ -15,9 +15,9 @@ from typing import Any, Protocol
 
 METHODS: Mapping[str, str] = {
     "gap": "accept.gap.analyse_unit:run_gap",
-    "sensitivity": "validation.baselines.sensitivity:run",
-    "sparse": "validation.baselines.sparse:run",
-    "evidence": "validation.baselines.evidence:run",
+    "sensitivity": "validation.methods.sensitivity:run",
+    "sparse": "validation.methods.sparse:run",
+    "evidence": "validation.methods.evidence:run",
 }
 PATIENCE_S = 900.0
 UNIT, MODEL, WITHOUT = "{unit}", "{model}", "{without}"

@@ -15,7 +15,7 @@ from checks.errors import ModelError
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.model.model import Model
-from validation.baselines.task import Found, Task
+from validation.methods.task import Found, Task
 
 STEPS = 15
 EXPECTED = 10.0  # steps of a parameter (`Parameter.scale`): 1 sd of what updating expects of it

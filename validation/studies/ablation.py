@@ -1,6 +1,6 @@
 """What each gate before a name is worth: the search with one gate left out at a time.
 
-    python -m validation.ablation OUT [--units N] [--seed N]
+    python -m validation.studies.ablation OUT [--units N] [--seed N]
 
 First every unit is analysed as it is, and of every effect that the search wants to name it is kept which gates fail. A
 gate changes an answer only if it is the only one that fails for some effect; only such units are analysed once more
@@ -18,10 +18,10 @@ from unittest.mock import patch
 from accept.gap.analyse_unit import run_gap
 from checks.gap.decision import beside_gates, build_result, gates, never_worse
 from validation.cases import Case
-from validation.compare import AS_RECORDED, SEED, UNITS, answers, counted, drawn
-from validation.methods import Method
+from validation.methods.call import Method
 from validation.scoring.scores import Outcome
 from validation.shell import require_matrices
+from validation.studies.compare import AS_RECORDED, SEED, UNITS, answers, counted, drawn
 
 NEVER_WORSE, RIVALS = "never_worse", "rivals"
 RIVALS_OF = ("indistinguishable", "imitable", "lags_alike")
@@ -90,7 +90,7 @@ def ablated(cases: Mapping[str, Sequence[Case]], out: Path) -> dict[str, dict[st
     for name in (*GATES, NEVER_WORSE, RIVALS):
         kept_back = {o.serial for each in base.values() for o in each if name in o.gap.get("alone", ())}
         asked = {s: [c for c in each if c.serial in kept_back] for s, each in cases.items()}
-        again = answers(asked, {name: f"validation.ablation:without@{name}"}, out / "without")[name]
+        again = answers(asked, {name: f"validation.studies.ablation:without@{name}"}, out / "without")[name]
         other = {o.serial: o for each in again.values() for o in each}
         found[name] = {s: [other.get(o.serial, o) for o in each] for s, each in base.items()}
     return found

@@ -1,6 +1,6 @@
 """Benches as they are: every unit of two benches judged with a bench that was learned without it.
 
-    python -m validation.laboratory ../shared/data/laboratory OUT [--units L-01,L-04]
+    python -m validation.studies.laboratory ../shared/data/laboratory OUT [--units L-01,L-04]
 
 For each unit the other units of its bench (by the letter of the serial) are learned from, as `accept model learn` does;
 then the unit is analysed and its misalignment estimated with that model. OUT/laboratory.json has the answers beside

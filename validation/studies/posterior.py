@@ -1,7 +1,7 @@
 """Intervals of named values against the posterior that they approximate: random-walk Metropolis ([ROBERTS97]) on the
 likelihood and priors of the last fit.
 
-    python -m validation.posterior [--units 3] [--steps 6000] [--seed N]
+    python -m validation.studies.posterior [--units 3] [--steps 6000] [--seed N]
 
 Intervals come from the curvature at the optimum. The sampler starts there and makes no such assumption: where the
 posterior is skewed or has tails, its quantiles differ from the interval.

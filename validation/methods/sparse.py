@@ -17,7 +17,7 @@ from checks.arrays import Array
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
 from checks.gap.search.screen import directions
-from validation.baselines.task import Found, Task
+from validation.methods.task import Found, Task
 
 MOST = 4  # effects of one unit, as in the search of the project
 GAIN = 12.5  # of log-likelihood, as a name needs there

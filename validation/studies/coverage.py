@@ -1,7 +1,7 @@
 """What the disagreement in the likelihood is worth: coverage of the stated 95 % intervals with and without it, on the
 same units.
 
-    python -m validation.coverage OUT [--units 48] [--seed N]
+    python -m validation.studies.coverage OUT [--units 48] [--seed N]
 
 Units on benches that were not learned, each with one effect of its own: the built-in kind of model cannot explain all
 of such a record. Counted are the units in which that effect is named beside something that is left. The last fit of

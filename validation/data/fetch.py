@@ -1,4 +1,4 @@
-"""The finite-element matrices of the shell, on which every blind unit is built: `python -m validation.fetch [FILE]`.
+"""The finite-element matrices of the shell, on which every blind unit is built: `python -m validation.data.fetch FILE`.
 
 They are public, under the MIT licence ([SUPERELEMENT], `mat/APA300ML.mat` of one commit). The file is checked against
 its hash and put where `validation.shell` looks for it; a FILE that is on this machine already, from a clone of that
@@ -41,7 +41,9 @@ def fetch(source: Path | None = None, to: Path = FETCHED) -> Path:
             with urllib.request.urlopen(URL, timeout=PATIENCE_S) as answer:
                 content = answer.read()
     except (OSError, urllib.error.URLError) as e:
-        raise FetchError(f"{source or URL}: {e}; give the path of a file, as `python -m validation.fetch FILE`") from e
+        raise FetchError(
+            f"{source or URL}: {e}; give the path of a file, as `python -m validation.data.fetch FILE`"
+        ) from e
     checked(content, str(source or URL))
     to.parent.mkdir(parents=True, exist_ok=True)
     to.write_bytes(content)

@@ -1,4 +1,4 @@
-"""Methods side by side on the same reduced sets: `python -m validation.compare OUT [--method NAME ...]`.
+"""Methods side by side on the same reduced sets: `python -m validation.studies.compare OUT [--method NAME ...]`.
 
 The truth is sealed before anything is run, and its hash printed. Every answer is a file below OUT, so that a run that
 was stopped goes on; files of another version are refused. Methods are tuned on seeds in `DEVELOPMENT_SEEDS` only.
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.cases import Case, seal
-from validation.methods import METHODS, method_of
+from validation.methods.call import METHODS, method_of
 from validation.model_files import write_model
 from validation.run_cases import talk
 from validation.scoring.results_store import Store, stamp
@@ -24,7 +24,7 @@ from validation.shell import require_matrices
 
 SEED = 20261123
 UNITS = 8  # of each set
-AS_RECORDED = {"gap": "validation.ablation:recorded"}  # so that the ablation need not run it again
+AS_RECORDED = {"gap": "validation.studies.ablation:recorded"}  # so that the ablation need not run it again
 MISALIGNED = replace(SETS["scatter-1"], shares={"one": 1.0}, effects=("misalignment",))
 # name -> (set whose name seeds it, what it is, share of `UNITS`)
 SAMPLE: Mapping[str, tuple[str, Set, float]] = {

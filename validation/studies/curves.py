@@ -1,6 +1,6 @@
 """False names against the evidence that a name needs, and for priors that are twice too narrow or too wide.
 
-    python -m validation.curves OUT [--units N] [--seed N]
+    python -m validation.studies.curves OUT [--units N] [--seed N]
 
 The curve over the threshold comes from one run with a low one: a name counts from the evidence that it has. (A search
 with a higher threshold also looks elsewhere; that part is left out.) Priors are changed in the model file: every `sd`
@@ -20,11 +20,11 @@ from accept.gap import analyse_unit
 from checks.gap import workflow
 from checks.gap.modelling.thresholds import THRESHOLDS
 from validation.cases import Case
-from validation.compare import AS_RECORDED, SAMPLE, SEED, UNITS, answers, counted, drawn
-from validation.methods import Method
+from validation.methods.call import Method
 from validation.model_files import text_for
 from validation.scoring.scores import Outcome
 from validation.shell import require_matrices
+from validation.studies.compare import AS_RECORDED, SAMPLE, SEED, UNITS, answers, counted, drawn
 
 LOW = 4.0
 CURVE = (LOW, 8.0, THRESHOLDS.delta_lnL, 25.0, 50.0, 100.0, 200.0)
@@ -68,7 +68,7 @@ def false_names(outcomes: Mapping[str, Sequence[Outcome]]) -> list[str]:
 
 def curve(cases: Mapping[str, Sequence[Case]], out: Path) -> str:
     """Return false names by set against the threshold of evidence, as a table."""
-    low = answers(cases, {"low": f"validation.curves:at_threshold@{LOW:g}"}, out)["low"]
+    low = answers(cases, {"low": f"validation.studies.curves:at_threshold@{LOW:g}"}, out)["low"]
     rows = [(f"{x:g}", {name: [above(o, x) for o in each] for name, each in low.items()}) for x in CURVE]
     return _table("evidence", cases, rows)
 
