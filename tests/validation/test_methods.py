@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from validation.baselines import sensitivity, sparse
 
 from accept.models.model_file import open_model
 from checks.gap.decision import beside_gates, build_result, gates
@@ -21,6 +20,7 @@ from tests.conftest import DATA
 from validation import shell, strut
 from validation.cases import Case
 from validation.data import fetch
+from validation.methods import sensitivity, sparse
 from validation.methods.call import METHODS, Command, MethodError, answer_of, method_of
 from validation.model_files import text_for
 from validation.scoring.scores import Outcome
@@ -234,13 +234,13 @@ def test_matrices_are_taken_by_their_hash(tmp_path: Path, monkeypatch: pytest.Mo
     assert not place.exists()
     monkeypatch.setattr(fetch, "SHA256", hashlib.sha256(b"other matrices").hexdigest())
     assert fetch.fetch(source, place).read_bytes() == b"other matrices"
-    with pytest.raises(fetch.FetchError, match=r"validation\.fetch FILE"):
+    with pytest.raises(fetch.FetchError, match=r"validation\.data\.fetch FILE"):
         fetch.fetch(tmp_path / "nowhere.mat", place)
 
 
 def test_without_matrices_a_program_says_how_to_get_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shell, "MATRICES", tmp_path / "APA300ML.mat")
-    with pytest.raises(SystemExit, match=r"validation\.fetch"):
+    with pytest.raises(SystemExit, match=r"validation\.data\.fetch"):
         shell.require_matrices()
 
 
