@@ -128,8 +128,8 @@ def _hits(at: Recording, key: str) -> Record:
         so_far = spurious_modes.progress(record, asked, HITS)
         next_s = float(record.t[-1]) + time.monotonic() - began
         if len(so_far.hits) > told:
+            at.say(f"{record_label(key)}, {so_far.words_after(told)}")  # two, if judging took longer than a hit
             told = len(so_far.hits)
-            at.say(f"{record_label(key)}, {so_far.words}")
         return so_far.more == 0 and not so_far.coming
 
     asked = _with_range(at.asked, at.recorder.range_of("Track1", channels["Track1"]))

@@ -33,8 +33,11 @@ class HitsSoFar:
     @property
     def words(self) -> str:
         """Return the last hit, and what is still to be done: `hit 3: double hit (...). 2 good; two more hits`."""
-        last = self.hits[-1] if self.hits else None
-        told = "" if last is None else f"hit {len(self.hits)}: {_fate(last)}. "
+        return self.words_after(len(self.hits) - 1)
+
+    def words_after(self, known: int) -> str:
+        """Return the hits after the first `known` ones, and what is still to be done."""
+        told = "".join(f"hit {i + 1}: {_fate(hit)}. " for i, hit in enumerate(self.hits) if i >= known)
         agreement = f", coherence {self.coherence:.3f}" if np.isfinite(self.coherence) else ""
         return f"{told}{self.good} good{agreement}; {_wanted(self.more)}"
 

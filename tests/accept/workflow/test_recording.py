@@ -1,5 +1,6 @@
 """A recorder drives the unit, waits for the hammer, and its records are judged like those of a rig."""
 
+import re
 import threading
 from pathlib import Path
 
@@ -19,6 +20,8 @@ from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.session import Session
 from checks.acceptance import spurious_modes
 from checks.record import Record
+from checks.signals.impact.impacts import Impact
+from checks.signals.impact.progress import HitsSoFar
 from checks.verdict import Verdict
 from hw.errors import Implausible, OverRange, SettingsError
 from hw.records import read
@@ -140,6 +143,15 @@ def test_an_overloaded_hammer_channel_is_seen_at_once() -> None:
     assert so_far.more == 3
     assert "overload" in so_far.words
     assert "3 more hits" in so_far.words
+
+
+def test_hits_that_came_while_one_was_judged_are_told_too() -> None:
+    good = Impact(start=0, peak=1, end=2, force_N=90.0)
+    bad = good.aside("double hit", "12 ms later")
+    so_far = HitsSoFar((good, bad, good, good), False, 5, float("nan"))
+    assert re.findall(r"hit (\d): (\w+)", so_far.words_after(1)) == [("2", "double"), ("3", "good"), ("4", "good")]
+    assert re.findall(r"hit (\d)", so_far.words) == ["4"]
+    assert re.findall(r"hit (\d)", HitsSoFar((), False, 5, float("nan")).words) == []
 
 
 def test_silence_is_no_hit() -> None:

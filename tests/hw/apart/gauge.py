@@ -10,7 +10,7 @@ FORMULAS = ("+1", "-1", "+2", "-2", "+1+2", "+1-2", "+2-1", "-1-2")
 
 
 class Gauge(Peer):
-    """What all three protocols share. Probe 1 measures `truth`, probe 2 lies 30 um away. factor: of the feature."""
+    """What all three protocols share. Probe 1 measures `truth`, probe 2 lies still at 30 um. factor: of the feature."""
 
     skipped = b"\n"
 
@@ -28,7 +28,7 @@ class Gauge(Peer):
         """Return what the display stands for, in metres."""
         if self.held is not None:
             return self.held
-        probes = {"1": self.truth, "2": self.truth + 30e-6}
+        probes = {"1": self.truth, "2": 30e-6}
         signs = [(self.formula[i], self.formula[i + 1]) for i in range(0, len(self.formula), 2)]
         return self.factor * sum((1 if sign == "+" else -1) * probes[probe] for sign, probe in signs)
 
@@ -43,7 +43,7 @@ class Gauge(Peer):
         units = {f"unit {u}": set_to(self, unit=u) for u in DIVISORS if u != "um"}
         errors = {f"error {e}": set_to(self, refuses=e.encode()) for e in ("ERR1", "ERR3", "ERR5", "ERR6", "OV")}
         other = {"menu open": set_to(self, silent=True), "sends by itself": set_to(self, streams=True)}
-        return units | errors | other | {"power off and on": self.power_cycle}
+        return units | errors | other
 
     def untold(self) -> dict[str, Callable[[], None]]:
         return {"factor 2": set_to(self, factor=2.0), "display held": self.hold}
@@ -85,7 +85,7 @@ class Optorsd(Gauge):
             "another model": set_to(self, model="C1208"),
             "another serial number": set_to(self, serial="6543/21"),
         }
-        return self.shared_panel() | formulas | swapped
+        return self.shared_panel() | formulas | swapped | {"power off and on": self.power_cycle}
 
 
 class Optorss(Gauge):
@@ -101,7 +101,8 @@ class Optorss(Gauge):
         return self.shared_panel()
 
     def untold(self) -> dict[str, Callable[[], None]]:
-        return super().untold() | {f"formula {f}": set_to(self, formula=f) for f in FORMULAS if f != "+1"}
+        formulas = {f"formula {f}": set_to(self, formula=f) for f in FORMULAS if f != "+1"}
+        return super().untold() | formulas | {"power off and on": self.power_cycle}
 
 
 class M1240(Gauge):
@@ -127,4 +128,5 @@ class M1240(Gauge):
         return self.shared_panel() | {"another model": set_to(self, model="C1208")}
 
     def untold(self) -> dict[str, Callable[[], None]]:
-        return super().untold() | {f"formula {f}": set_to(self, formula=f) for f in FORMULAS if f != "+1"}
+        formulas = {f"formula {f}": set_to(self, formula=f) for f in FORMULAS if f != "+1"}
+        return super().untold() | formulas | {"power off and on": self.power_cycle}

@@ -130,7 +130,8 @@ class E4980A(Peer):
             return None
         if path.endswith("?"):
             return self.stated(name).encode() + b"\n"
-        value = ON_OFF.get(value.strip().upper(), value.strip())
+        switch = SETTINGS[name] in ("0", "1")
+        value = ON_OFF.get(value.strip().upper(), value.strip()) if switch else value.strip()
         self.set[name] = value
         return None
 

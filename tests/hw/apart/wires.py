@@ -72,12 +72,13 @@ class State:
 
 @dataclass(frozen=True)
 class WireFault:
-    """change: (reply, state) -> what comes in its place; echo: what is sent comes back first."""
+    """change: (reply, state) -> what comes in its place; echo: what is sent comes back first; stays: it can last. No line
+    turns every sign of every reply and nothing else: what looks so is a formula or a factor."""
 
     name: str
     change: Callable[[bytes, State], Answers]
     echo: bool = False
-    line: bool = True  # can happen to characters on a serial line; a socket has checksums
+    stays: bool = True
 
 
 def _flip(reply: bytes, s: State) -> Answers:
@@ -152,7 +153,7 @@ def wire_faults(timeout: float) -> list[WireFault]:
         WireFault("one digit another", lambda r, s: _digit(r, s, lambda b: b"%d" % ((b - 47) % 10))),
         WireFault("one digit twice", lambda r, s: _digit(r, s, lambda b: bytes([b, b]))),
         WireFault("one digit lost", lambda r, s: _digit(r, s, lambda b: b"")),
-        WireFault("sign turned", lambda r, s: [(0.0, r.translate(bytes.maketrans(b"+-", b"-+")))]),
+        WireFault("sign turned", lambda r, s: [(0.0, r.translate(bytes.maketrans(b"+-", b"-+")))], stays=False),
         WireFault("two replies as one", _merged),
         WireFault("two replies swapped", _swapped),
         WireFault("twice", lambda r, s: [(0.0, r), (0.0, r)]),

@@ -1,6 +1,8 @@
 """From the hammer to the certificate in a real terminal, without touching a file: at the simulated bench, and with an
 audio interface whose driver is a loop."""
 
+import re
+import sqlite3
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -59,6 +61,15 @@ def opened(tmp_path: Path) -> Iterator[list[Terminal]]:
         terminal.close()
 
 
+def hits_of_the_last_place(home: Path) -> tuple[int, int]:
+    """Good hits, and all: told while the hammer is in the hand, and kept with the record."""
+    (path,) = home.glob("*.sqlite")
+    with sqlite3.connect(f"file:{path}?mode=ro", uri=True) as store:
+        kept = "".join(str(row) for row in store.execute("SELECT * FROM events"))
+    good, hits = re.findall(r"(\d+) of (\d+) hits good", kept)[-1]
+    return int(good), int(hits)
+
+
 @pytest.mark.parametrize("bench", ["simulated", "audio"])
 def test_from_the_hammer_to_the_certificate(tmp_path: Path, opened: list[Terminal], bench: str) -> None:
     home, spec, file = tmp_path / "home", tmp_path / "hammer.toml", tmp_path / "bench.toml"
@@ -78,8 +89,10 @@ def test_from_the_hammer_to_the_certificate(tmp_path: Path, opened: list[Termina
         for place in ("x-bending", "y-bending", "hit at the left", "hit at the top"):
             terminal.wait_for(rf"{place}: take the hammer")
             terminal.press("Enter")
-            terminal.wait_for(r"hit 3: double hit")
     terminal.wait_for(r"Saved\.")
+    good, hits = hits_of_the_last_place(home)
+    assert good >= 10
+    assert hits > good  # the third one bounced, and the end of the record may cut one
     terminal.wait_for(r"✓.*Bending in x|Bending in x.*✓|pass")
     ann.back()
     ann.signs()
