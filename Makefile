@@ -116,6 +116,7 @@ pictures: $(DEV)
 lock:
 	$(LOCK) --all-extras pyproject.toml -o requirements-dev.lock
 	$(LOCK) --extra build --constraint requirements-dev.lock pyproject.toml -o requirements.lock
+	$(LOCK) --extra build --extra cluster --extra remote --constraint requirements-dev.lock pyproject.toml -o requirements-cluster.lock
 
 clean:
 	rm -rf $(VENV) .venv-* build out .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

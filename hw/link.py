@@ -1,5 +1,6 @@
 """One serial line: explicit settings, deadlines, bounded reads, and a transcript of every byte."""
 
+import logging
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ Clock = Callable[[], float]
 _ENDS = {b"\r\n": "CR LF", b"\r": "CR", b"\n": "LF"}
 MAX_LINE = 200  # no reply of any of these instruments is half as long
 MAX_TRAFFIC = 200_000  # entries not taken yet; a stroke, the longest run, has some 10,000
+log = logging.getLogger("accept.line")
 MAX_DISCARDED = 100_000  # a line that never falls silent is said to be one
 
 
@@ -209,6 +211,7 @@ class Link:
             words = f"{MAX_TRAFFIC // 2} entries before this were never taken and are gone"
             self._traffic.insert(0, Traffic(time.time(), "note", words.encode()))
         self._traffic.append(Traffic(time.time(), way, data))
+        log.debug("%s %s %r", self.settings, way, data)
 
 
 def _text(data: bytes) -> str:

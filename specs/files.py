@@ -1,6 +1,7 @@
 """Reading files from elsewhere: regular files only, and never more bytes than were asked for."""
 
 import errno
+import logging
 import os
 import stat
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 TEXT_BYTES = 10_000_000  # of a spec, a key, a setting: what people write is far smaller
 CERTIFICATE_BYTES = 200_000_000  # of a certificate with the records attached to it: 13 MB for a strut
 CHUNK_BYTES = 65536  # read at once
+log = logging.getLogger("accept.files")
 
 
 def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
@@ -32,4 +34,5 @@ def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
         os.close(handle)
     if len(content) > limit:
         raise OSError(errno.EFBIG, f"is larger than {limit} bytes", str(path))
+    log.info("read %s, %d bytes", path, len(content))
     return content

@@ -1,9 +1,9 @@
 """Groups of commands that are imported when they are called: help and completion read no more than a table."""
 
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -14,10 +14,12 @@ from accept.cli.options import command_of
 
 @dataclass(frozen=True)
 class Command:
-    """place: `module:function` in accept.commands; about: the first sentence of the function's docstring."""
+    """place: `module:function` in accept.commands; about: the first sentence of the function's docstring; values: what
+    its arguments are, by the names of `accept.cli.completion`, for the shell."""
 
     place: str
     about: str
+    values: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -47,8 +49,12 @@ class LazyGroup(TyperGroup):
         return entry and self.commands[cmd_name]
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return name, command and arguments of the command that is called; this imports it."""
+        """Return name, command and arguments of the command that is called; this imports it, but not for a shell that
+        completes a word."""
         name, command, rest = super().resolve_command(ctx, args)
+        entry = self.table.get(str(name))
+        if ctx.resilient_parsing and isinstance(entry, Command):
+            return name, _completing(str(name), entry), rest
         return name, command and self.commands[str(name)], rest
 
 
@@ -75,6 +81,38 @@ class LazyCommands(MutableMapping[str, Any]):
 
     def __len__(self) -> int:
         return len(self.table)
+
+
+class CompletingCommand(TyperCommand):
+    """A command while a shell completes its words. Its options are those of the command itself, which is loaded for
+    them alone."""
+
+    entry: Command
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """Return the options that begin so."""
+        real = load(str(self.name), self.entry)
+        with real.make_context(
+            self.name, list(ctx.params["words"] or ()), parent=ctx.parent, resilient_parsing=True
+        ) as own:
+            return real.shell_complete(own, incomplete)
+
+
+def _completing(name: str, entry: Command) -> Any:
+    """Return a command that takes any words and knows what they may be."""
+
+    def offered(ctx: typer.Context, incomplete: str) -> list[str]:
+        from accept.cli.completion import values
+
+        return values(entry.values, list(ctx.params.get("words") or ()), incomplete)
+
+    def taken(words: Annotated[list[str] | None, typer.Argument(autocompletion=offered)] = None) -> None: ...
+
+    program = typer.Typer(add_completion=False, rich_markup_mode=None)
+    program.command(name, cls=CompletingCommand, context_settings={"ignore_unknown_options": True})(taken)
+    command: Any = get_command(program)
+    command.entry = entry
+    return command
 
 
 def load(name: str, entry: Command | Group) -> Any:

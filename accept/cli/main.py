@@ -25,9 +25,9 @@ COMMANDS: dict[str, Command | Group] = {
     "frf": Command("physics.frf:run", "Compute frequency responses of records."),
     "compare": Command("units.compare:run", "Compare units and find which stand out."),
     "list": Command("fleet.questions:units", "List the units in the store."),
-    "history": Command("fleet.questions:history", "Show every attempt of a unit."),
+    "history": Command("fleet.questions:history", "Show every attempt of a unit.", ("serial",)),
     "yield": Command("fleet.questions:first_pass", "Show the first-pass yield."),
-    "trend": Command("fleet.questions:trend", "Show a quantity over time."),
+    "trend": Command("fleet.questions:trend", "Show a quantity over time.", ("quantity",)),
     "rejudge": Command("fleet.selection:rejudge", "Judge the whole store by another spec."),
     "recall": Command("trust.recall:run", "List the units measured with an instrument."),
     "match": Command("fleet.selection:match", "Find units that fit together."),
@@ -44,12 +44,14 @@ COMMANDS: dict[str, Command | Group] = {
         "Acceptance specs: list, show, validate.",
         {
             "list": Command("units.spec:show_list", "List the specs that come with the program."),
-            "show": Command("units.spec:show", "Show every limit of a spec with its rule and source."),
-            "validate": Command("units.spec:validate", "Check specs."),
-            "check": Command("units.spec:check", "Check specs, and what their certificates state."),
+            "show": Command("units.spec:show", "Show every limit of a spec with its rule and source.", ("spec",)),
+            "validate": Command("units.spec:validate", "Check specs.", ("spec",)),
+            "check": Command("units.spec:check", "Check specs, and what their certificates state.", ("spec",)),
             "checks": Command("units.spec:checks", "List every check that a spec may ask for."),
-            "copy": Command("units.spec:copy", "Write a built-in spec as TOML, to change it."),
-            "approve": Command("trust.approve_spec:run", "Approve a spec with the key of quality assurance."),
+            "copy": Command("units.spec:copy", "Write a built-in spec as TOML, to change it.", ("spec", "file")),
+            "approve": Command(
+                "trust.approve_spec:run", "Approve a spec with the key of quality assurance.", ("spec",)
+            ),
         },
     ),
     "product": Group(
@@ -57,7 +59,7 @@ COMMANDS: dict[str, Command | Group] = {
         {
             "list": Command("units.product:show_list", "List the installed products."),
             "new": Command("units.product:new", "Write the package of a new product, to be installed."),
-            "check": Command("units.product:check", "Check a product, installed or in its folder."),
+            "check": Command("units.product:check", "Check a product, installed or in its folder.", ("product",)),
         },
     ),
     "keys": Group(
@@ -77,15 +79,15 @@ COMMANDS: dict[str, Command | Group] = {
         "The event store: who did what, when and by which spec.",
         {
             "check": Command("trust.store:check", "Walk the chain of events."),
-            "log": Command("trust.store:log", "List who did what, when, by which spec and code."),
+            "log": Command("trust.store:log", "List who did what, when, by which spec and code.", ("serial",)),
             "head": Command("trust.store:head", "Export the signed head of the chain, to be kept elsewhere."),
             "publish": Command("trust.store:publish_list", "Publish the list of judgements and signatures."),
             "copies": Command(
                 "trust.store:copies", "List recordings filed in two places, and the decisions about them."
             ),
             "resolve": Command("trust.store:resolve_copies", "Decide to which unit a recording belongs."),
-            "void": Command("trust.store:void_attempt", "Declare an attempt at a unit void."),
-            "dispose": Command("trust.store:dispose", "Decide about a nonconformance that holds a unit."),
+            "void": Command("trust.store:void_attempt", "Declare an attempt at a unit void.", ("serial",)),
+            "dispose": Command("trust.store:dispose", "Decide about a nonconformance that holds a unit.", ("serial",)),
             "backup": Command("trust.store:backup", "Copy the whole store into one file."),
             "restore": Command(
                 "trust.store:take_back", "Make a backup the bench's store; what was there is set aside."
@@ -139,22 +141,28 @@ COMMANDS: dict[str, Command | Group] = {
         {
             "list": Command("bench.hw:show_list", "List the instruments of the bench file."),
             "scan": Command("bench.scan:scan", "Find ports and VISA instruments."),
-            "test": Command("bench.hw:ask", "Ask every instrument for one reading."),
-            "commission": Command("bench.commission:commission", "Commission a real instrument."),
-            "check": Command("bench.check:run", "Compare an instrument with its reference."),
-            "transcript": Command("bench.transcript:run", "Print the bytes that an instrument sent and received."),
-            "measure": Command("bench.hw:measure", "Measure a section of a unit with its instrument."),
-            "pickup": Command("bench.hw:pickup", "Copy the rig's next record into a unit folder."),
+            "test": Command("bench.hw:ask", "Ask every instrument for one reading.", ("instrument",)),
+            "commission": Command("bench.commission:commission", "Commission a real instrument.", ("instrument",)),
+            "check": Command("bench.check:run", "Compare an instrument with its reference.", ("instrument",)),
+            "transcript": Command(
+                "bench.transcript:run", "Print the bytes that an instrument sent and received.", ("serial",)
+            ),
+            "measure": Command(
+                "bench.hw:measure", "Measure a section of a unit with its instrument.", ("file", "check")
+            ),
+            "pickup": Command(
+                "bench.hw:pickup", "Copy the rig's next record into a unit folder.", ("file", "file", "check", "file")
+            ),
         },
     ),
     "golden": Group(
         "Golden units: does the bench measure as before?",
         {
-            "name": Command("fleet.bench_health:golden_name", "Make a judged unit a golden one."),
+            "name": Command("fleet.bench_health:golden_name", "Make a judged unit a golden one.", ("serial",)),
             "list": Command("fleet.bench_health:golden_list", "List the golden units with their references."),
             "check": Command("fleet.bench_health:golden_check", "Compare golden units with their references."),
             "resolve": Command("fleet.bench_health:golden_resolve", "Let a stopped bench judge again."),
-            "retire": Command("fleet.bench_health:golden_retire", "Make a golden unit an ordinary one."),
+            "retire": Command("fleet.bench_health:golden_retire", "Make a golden unit an ordinary one.", ("serial",)),
         },
     ),
 }
@@ -188,11 +196,22 @@ def _show_version(wanted: bool) -> None:
 
 @app.callback()
 def options(
-    version: Annotated[
+    ctx: typer.Context,
+    version: Annotated[  # noqa: ARG001 - its callback answers
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Version and hash of the code.")
     ] = False,
+    verbose: Annotated[
+        int,
+        typer.Option(
+            "--verbose", "-v", count=True, help="Log what is read and opened to stderr; -vv: also every byte on lines."
+        ),
+    ] = 0,
 ) -> None:
     """Read the options of the program itself."""
+    if verbose:
+        from accept.base.verbose import begin
+
+        begin(verbose, ctx.invoked_subcommand)
 
 
 def main() -> None:

@@ -8,6 +8,9 @@ import typer
 from specs.products import products
 
 Json = Annotated[Path | None, typer.Option("--json", help="JSON file to write.")]
+JsonAnswer = Annotated[
+    Path | None, typer.Option("--json", help="JSON file to write; -: stdout, in place of what a person reads.")
+]
 Csv = Annotated[Path | None, typer.Option("--csv", help="CSV file to write.")]
 Plot = Annotated[Path | None, typer.Option("--plot", help="Picture to write: .pdf, .png or .svg.")]
 SpecName = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; default: by the kind.")]
@@ -35,8 +38,3 @@ def installed(kind: str | None) -> str | None:
     if kind is not None and kind not in products():
         raise typer.BadParameter(f"no such product '{kind}' (installed: {', '.join(products())})")
     return kind
-
-
-def names(incomplete: str) -> list[str]:
-    """Return the products that begin so, for the completion of a shell."""
-    return [name for name in products() if name.startswith(incomplete)]

@@ -6,6 +6,7 @@ from dataclasses import MISSING, Field, fields, is_dataclass
 from enum import Enum
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
+from accept.base.documents import listings
 from accept.base.documents.document import Document
 from accept.base.documents.gap import GapDocument
 from accept.base.documents.manifest import Manifest
@@ -30,6 +31,24 @@ DOCUMENTS: Mapping[str, type[Document]] = {
     "gap.json": GapDocument,
     "manifest.json of a certificate": Manifest,
     "`accept misalign --json`": MisalignmentDocument,
+    "`accept verify --json`": listings.VerificationDocument,
+    "`accept spec list --json`": listings.SpecList,
+    "`accept spec show --json`": listings.SpecShown,
+    "`accept product list --json`": listings.ProductList,
+    "`accept model list --json`": listings.ModelList,
+    "`accept model show --json`": listings.ModelShown,
+    "`accept model effects --json`": listings.EffectList,
+    "`accept lookup info --json`": listings.TableList,
+    "`accept simulate faults --json`": listings.FaultList,
+    "`accept hw list --json`": listings.BenchListing,
+    "`accept hw test --json`": listings.InstrumentsAsked,
+    "`accept hw scan --json`": listings.PlacesSeen,
+    "`accept keys list --json`": listings.KeyList,
+    "`accept store log --json`": listings.EventList,
+    "`accept store check --json`": listings.StoreChecked,
+    "`accept recall --json`": listings.Recall,
+    "`accept golden list --json`": listings.GoldenList,
+    "`accept golden check --json`": listings.GoldensCompared,
 }
 _OPAQUE = {Reason: "object: `code` of the cause, and its parameters"}
 _WORDS = {str: "text", int: "number", float: "number", bool: "true or false", type(None): "null", Any: "any"}

@@ -1,6 +1,7 @@
 """Opening a store: its place, whether this program knows its tables, and the place of its anchor and its seal."""
 
 import hashlib
+import logging
 import os
 import stat
 from functools import cache
@@ -16,6 +17,7 @@ from accept.store.errors import StoreError, reported
 from accept.store.seal import Sealer
 from accept.store.store import Store
 
+log = logging.getLogger("accept.store")
 BENCH_KEY = "bench.key"  # in the bench's folder
 
 
@@ -51,6 +53,7 @@ def open_store(
     anchor = Anchor.beside(parsed)
     file = Path(str(parsed.database)) if anchor else None
     store = Store(engine, where, anchor, _sealer(parsed, file, bench), file)
+    log.info("store %s opened", where)
     if check:
         try:
             store.verify(whole=made)

@@ -52,7 +52,7 @@ def package(tmp_path: Path) -> Path:
 @pytest.mark.slow
 def test_a_unit_of_an_installed_product_goes_from_its_folder_to_a_certificate(tmp_path: Path, package: Path) -> None:
     installed(package, tmp_path)
-    listed = json.loads(accept(tmp_path, "product", "list", "--json").stdout)
+    listed = json.loads(accept(tmp_path, "product", "list", "--json", "-").stdout)["products"]
     assert [(p["name"], p["package"]) for p in listed] == [
         ("apa", "built-in"),
         ("strut", "built-in"),

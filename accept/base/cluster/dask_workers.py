@@ -269,8 +269,10 @@ def connected(where: str, say: Say) -> Iterator[DaskWorkers]:
 def _local_workers() -> Iterator[LocalCluster]:
     """Start workers, one a core. Their limit of memory is `Labelled`'s, the one that local processes have: Dask's own,
     a share of this machine's, would kill here what is judged there."""
-    count, address = os.cpu_count(), "127.0.0.1:0"
-    local = LocalCluster(n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address=address)
+    here, count = "127.0.0.1", os.cpu_count()
+    local = LocalCluster(
+        n_workers=count, threads_per_worker=1, memory_limit=0, host=here, dashboard_address=f"{here}:0"
+    )
     try:
         yield local
     finally:

@@ -14,12 +14,15 @@ from rich.table import Table
 from serial.tools.list_ports import comports
 
 from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import BenchListing, InstrumentAsked, InstrumentListed, InstrumentsAsked
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.capture.operator_actions import OperatorActions, Person, Player, Staged
 from accept.capture.recipes import RECIPES
 from accept.capture.recorded import RECORDED
 from accept.capture.watch_folder import STABLE_S, Watched, declared_file, pick_up
+from accept.commands.options import JsonAnswer
 from accept.store import open_store
 from accept.units import toml_edit
 from accept.units.unit_folder import UNIT_FILE
@@ -27,7 +30,7 @@ from accept.workflow.capture import measure_folder
 from accept.workflow.instruments.hardware import BenchInstrument, BenchRecorder, open_bench_recorder
 from checks.errors import RecordError
 from hw.errors import InstrumentError, SettingsError
-from hw.instruments import Reading, open_instrument
+from hw.instruments import Identity, open_instrument
 from specs.bench import NO_CHANNELS, OFFLINE, BenchFile, InstrumentEntry, RecorderEntry, RecordPattern, load_bench
 from specs.strict import SpecError
 
@@ -56,9 +59,34 @@ def ask_at_terminal(words: str) -> str:
 
 
 @clear_errors
-def show_list(bench: Bench = None) -> Exit:
+def show_list(bench: Bench = None, json: JsonAnswer = None) -> Exit:
     """List the instruments of the bench file. With port and calibration, and the serial ports that are there."""
+    check_answer(json)
     file = load_bench(bench_path(bench))
+    listed = tuple(_listed(name, entry) for name, entry in file.equipment.items())
+    ports = [f"{port.device} ({port.description})" for port in comports()]
+    if wants_text(json, BenchListing(file.name, str(file.path), listed, tuple(ports))):
+        _show_list(file)
+    say(f"serial ports: {', '.join(ports) or 'none'}")
+    problems = [one.problem for one in listed if one.problem]
+    for words in problems:
+        say(f"accept: {file.path}: {words}")
+    return Exit.BAD_INPUT if problems else Exit.ACCEPTED
+
+
+def _listed(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentListed:
+    """Return what is known of an instrument or a recorder without asking it."""
+    link = entry.link if isinstance(entry, InstrumentEntry) else None
+    resource = entry.resource if isinstance(entry, InstrumentEntry) else None
+    return InstrumentListed(
+        name, entry.driver, tuple(entry.measures), entry.model, entry.serial, isinstance(entry, RecorderEntry),
+        resource if link is None else link.port, None if link is None else Path(link.port).exists(),
+        None if entry.calibration is None else entry.calibration.due.isoformat(), _days_left(entry),
+        entry_problem(name, entry) or None,
+    )  # fmt: skip
+
+
+def _show_list(file: BenchFile) -> None:
     table = _table("name", "driver", "measures", "model", "serial", "port", "calibrated until")
     for name, entry in file.instruments.items():
         table.add_row(
@@ -71,12 +99,6 @@ def show_list(bench: Bench = None) -> Exit:
             f"{len(recorder.channels)} channels", _calibrated(recorder),
         )  # fmt: skip
     stdout.print(table)
-    ports = [f"{port.device} ({port.description})" for port in comports()]
-    say(f"serial ports: {', '.join(ports) or 'none'}")
-    problems = [problem for name, entry in file.equipment.items() if (problem := entry_problem(name, entry))]
-    for words in problems:
-        say(f"accept: {file.path}: {words}")
-    return Exit.BAD_INPUT if problems else Exit.ACCEPTED
 
 
 def entry_problem(name: str, entry: InstrumentEntry | RecorderEntry) -> str:
@@ -93,11 +115,15 @@ def entry_problem(name: str, entry: InstrumentEntry | RecorderEntry) -> str:
 
 def _calibrated(entry: InstrumentEntry | RecorderEntry) -> str:
     """Return the last day of the calibration, marked if it is past or within a month."""
-    if entry.calibration is None:
+    days = _days_left(entry)
+    if entry.calibration is None or days is None:
         return "unknown"
-    days = (entry.calibration.due - datetime.now(UTC).date()).days
     mark = " (expired)" if days < 0 else f" (in {days} days)" if days <= SOON_DAYS else ""
     return entry.calibration.due.isoformat() + mark
+
+
+def _days_left(entry: InstrumentEntry | RecorderEntry) -> int | None:
+    return None if entry.calibration is None else (entry.calibration.due - datetime.now(UTC).date()).days
 
 
 def _port(entry: InstrumentEntry) -> str:
@@ -117,8 +143,10 @@ def _table(*columns: str) -> Table:
 def ask(
     names: Annotated[list[str] | None, typer.Argument(help="Names of instruments; default: all.")] = None,
     bench: Bench = None,
+    json: JsonAnswer = None,
 ) -> Exit:
     """Ask every instrument for one reading. Exit 5 if one does not answer as it should, 6 for a fault of the file."""
+    check_answer(json)
     file = load_bench(bench_path(bench))
     unknown = [name for name in names or () if name not in file.equipment]
     if unknown:
@@ -134,49 +162,57 @@ def ask(
         for words in problems:
             say(f"accept: {file.path}: {words}")
         return Exit.BAD_INPUT
-    table = _table("name", "connected as", "answered", "connect s", "reading s")
-    failed = []
-    for name, entry in chosen.items():
-        cells, reason = _tried(name, entry)
-        table.add_row(name, *cells)
-        if reason:
-            failed.append(reason if reason.startswith(f"{name}:") else f"{name}: {reason}")
-    stdout.print(table)
+    asked = [_asked(name, entry) for name, entry in chosen.items()]
+    if wants_text(json, InstrumentsAsked(str(file.path), tuple(asked))):
+        table = _table("name", "connected as", "answered", "connect s", "reading s")
+        for one in asked:
+            seconds = ("-" if s is None else f"{s:.2f}" for s in (one.connect_s, one.reading_s))
+            table.add_row(one.name, _said(one), _shown(one), *seconds)
+        stdout.print(table)
+    failed = [one.problem for one in asked if one.problem]
     for words in failed:
         say(words)
     return Exit.INSTRUMENT if failed else Exit.ACCEPTED
 
 
-def _tried(name: str, entry: InstrumentEntry | RecorderEntry) -> tuple[tuple[str, str, str, str], str | None]:
-    """Return the cells of the table, and the reason if it failed."""
-    connect_s = reading_s = "-"
-    said = answered = "no"
+def _asked(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentAsked:
+    """Return what an instrument answered, as far as it came."""
+    identity, reading, times = Identity(), None, list[float]()
+    problem = None
     try:
         if isinstance(entry, RecorderEntry):
             with closing(open_bench_recorder(name, entry)) as recorder:
-                identity, connect_s = _timed(recorder.connect)
-            said = " ".join(word for word in (identity.model, identity.serial) if word)
-            return (said, "(a recorder)", connect_s, "-"), None
-        with closing(open_instrument(name, entry, ask_at_terminal)) as instrument:
-            identity, connect_s = _timed(instrument.connect)
-            said = (
-                " ".join(word for word in (identity.model, identity.serial) if word) or "responds (no identification)"
-            )
-            reading, reading_s = _timed(instrument.read)
-            answered = _shown(reading)
+                identity = _timed(recorder.connect, times)
+        else:
+            with closing(open_instrument(name, entry, ask_at_terminal)) as instrument:
+                identity = _timed(instrument.connect, times)
+                reading = _timed(instrument.read, times)
     except InstrumentError as e:
-        return (said, answered, connect_s, reading_s), str(e)
-    return (said, answered, connect_s, reading_s), None
+        problem = str(e) if str(e).startswith(f"{name}:") else f"{name}: {e}"
+    connect_s, reading_s = (*times, None, None)[:2]
+    value, unit, more = (None, None, {}) if reading is None else (reading.value, reading.unit, reading.more)
+    return InstrumentAsked(name, identity.model, identity.serial, value, unit, more, connect_s, reading_s, problem)
 
 
-def _timed(what: Callable[[], T]) -> tuple[T, str]:
+def _timed(what: Callable[[], T], times: list[float]) -> T:
     began = time.monotonic()
-    return what(), f"{time.monotonic() - began:.2f}"
+    done = what()
+    times.append(round(time.monotonic() - began, 3))
+    return done
 
 
-def _shown(reading: Reading) -> str:
-    scale, unit = {"m": (1e6, "um"), "F": (1e6, "uF")}.get(reading.unit, (1.0, reading.unit))
-    return f"{reading.value * scale:.4f} {unit}" + "".join(f", {k} {v:g}" for k, v in reading.more.items())
+def _said(one: InstrumentAsked) -> str:
+    """Return the name that an instrument gave itself."""
+    if one.connect_s is None:
+        return "no"
+    return " ".join(word for word in (one.model, one.serial) if word) or "responds (no identification)"
+
+
+def _shown(one: InstrumentAsked) -> str:
+    if one.value is None or one.unit is None:
+        return "no" if one.problem else "(a recorder)"
+    scale, unit = {"m": (1e6, "um"), "F": (1e6, "uF")}.get(one.unit, (1.0, one.unit))
+    return f"{one.value * scale:.4f} {unit}" + "".join(f", {k} {v:g}" for k, v in one.more.items())
 
 
 @clear_errors

@@ -15,7 +15,10 @@ import typer
 from serial.tools.list_ports import comports
 
 from accept.base.console import clear_errors, say, tell
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import PlaceSeen, PlacesSeen
 from accept.base.exit_codes import Exit
+from accept.commands.options import JsonAnswer
 from hw.errors import InstrumentError
 from hw.instruments.scpi_lcr import PROFILES
 from hw.link import Link
@@ -41,13 +44,17 @@ class Seen:
 @clear_errors
 def scan(
     resource: Annotated[list[str] | None, typer.Option(help="VISA name of an instrument to ask, too.")] = None,
+    json: JsonAnswer = None,
 ) -> Exit:
     """Find ports and VISA instruments. Proposes a bench file; serial ports are only listened to."""
+    check_answer(json)
     seen = [*_serial_ports(), *_visa(resource or ())]
     for one in seen:
         say(f"{one.place}: {one.words}")
     if not seen:
         say("no serial port and no VISA instrument was found")
+    if not wants_text(json, PlacesSeen(tuple(PlaceSeen(one.place, one.words, one.entry) for one in seen))):
+        return Exit.ACCEPTED
     entries = [one.entry for one in seen if one.entry]
     tell("# Proposed by `accept hw scan`: name it, and say of each serial port what stands there.", 'name = "bench 1"')
     tell("", *(line for entry in entries for line in entry.splitlines()))

@@ -6,9 +6,12 @@ from rich import box
 from rich.table import Table
 
 from accept.base.console import clear_errors, say, stdout, tell
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import FaultList, FaultListed
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
 from accept.commands.bench.simulate_options import SimulateOptions
+from accept.commands.options import JsonAnswer
 from accept.models.model_file import SIMULATED_MODEL, effects_of, open_model_file
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate.unit_request import ExperimentRequest, drawn, on_bench
@@ -38,8 +41,14 @@ def unit(wanted: SimulateOptions) -> Exit:
 
 
 @clear_errors
-def faults() -> Exit:
+def faults(json: JsonAnswer = None) -> Exit:
     """List what can be wrong with a simulated unit. And what the bench then says."""
+    check_answer(json)
+    listed = [
+        FaultListed(name, tuple(f.kinds), f.words, tuple((q, v) for q, v in f.shows)) for name, f in FAULTS.items()
+    ]
+    if not wants_text(json, FaultList(tuple(listed))):
+        return Exit.ACCEPTED
     table = Table("fault", "kind", "what is wrong", "what a judgement shows", box=box.SIMPLE_HEAD, pad_edge=False)
     for name, fault in FAULTS.items():
         shows = _shown(fault.shows)

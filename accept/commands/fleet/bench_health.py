@@ -8,11 +8,13 @@ import pandas as pd
 import typer
 
 from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import GoldenCompared, GoldenList, GoldenListed, GoldensCompared, ReferenceListed
 from accept.base.exit_codes import Exit
 from accept.commands.fleet.options import ExpectedGolden, GaugeOptions, JudgementFilter, Outputs
 from accept.commands.fleet.questions import check_plot, chosen, draw
 from accept.commands.fleet.tables import check, show, write_documents
-from accept.commands.options import Plot, QaPassphrase
+from accept.commands.options import JsonAnswer, Plot, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
 from accept.fleet import gauge
 from accept.fleet.errors import FleetError
@@ -146,20 +148,30 @@ def golden_name(
 
 
 @clear_errors
-def golden_list() -> Exit:
+def golden_list(json: JsonAnswer = None) -> Exit:
     """List the golden units with their references."""
+    check_answer(json)
     with open_store() as store:
         found, stopped = golden.goldens(store), golden.missed(store)
+    listed = [
+        GoldenListed(
+            g.serial, g.expected, g.named.who, g.named.time,
+            tuple(ReferenceListed(name, r.value, r.U, r.unit, r.n) for name, r in g.reference.items()),
+        )
+        for g in found.values()
+    ]  # fmt: skip
+    problems = None if stopped is None else {serial: tuple(each) for serial, each in stopped.items()}
+    as_text = wants_text(json, GoldenList(tuple(listed), problems))
     rows = [
         {"serial": g.serial, "expected": g.expected, "quantity": name, "value": r.value, "U": r.U, "unit": r.unit,
          "n": r.n, "named by": g.named.who, "on": g.named.time[:10]}
         for g in found.values()
         for name, r in g.reference.items()
     ]  # fmt: skip
-    if rows:
+    if rows and as_text:
         show(pd.DataFrame(rows), "golden units", {"value": "{:.6g}", "U": "{:.2g}"})
-    for serial, problems in (stopped or {}).items():
-        say(f"this bench is stopped: {serial}: {'; '.join(problems)}")
+    for serial, each in (problems or {}).items():
+        say(f"this bench is stopped: {serial}: {'; '.join(each)}")
     return Exit.ACCEPTED if stopped is None else Exit.REJECTED
 
 
@@ -181,12 +193,15 @@ def golden_retire(
 def golden_check(
     hours: Annotated[float, typer.Option(min=0.1, help="How long ago the shift began [h].")] = 12.0,
     operator: AtTheBench = None,
+    json: JsonAnswer = None,
 ) -> Exit:
     """Compare golden units with their references. Exit 3 if one is missed: the bench then judges nothing."""
+    check_answer(json)
     since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=hours)
     with open_store() as store:
         found = check_goldens(store, since, operator_name(operator))
-    for each in found:
+    compared = [GoldenCompared(c.serial, c.expected, c.measured, tuple(c.problems)) for c in found]
+    for each in found if wants_text(json, GoldensCompared(tuple(compared))) else ():
         if not each.measured:
             stdout.print(f"{each.serial}: not judged in the last {hours:g} hours")
         elif each.problems:

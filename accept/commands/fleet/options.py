@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from accept.commands.options import Csv, Json, installed, names
+from accept.commands.options import Csv, Json, installed
 
 
 class ListedVerdict(StrEnum):
@@ -64,7 +64,7 @@ class JudgementFilter:
     until: Annotated[str | None, typer.Option(help="Last day or month, UTC.")] = None
     kind: Annotated[
         str | None,
-        typer.Option("--kind", help="Only units of this product.", callback=installed, autocompletion=names),
+        typer.Option("--kind", help="Only units of this product.", callback=installed),
     ] = None
 
 
@@ -103,7 +103,5 @@ class MatchOptions:
 
     n: Annotated[int, typer.Option("--n", min=2, help="Units of a set.")] = 6
     sets: Annotated[int, typer.Option(min=1, help="Disjoint sets.")] = 1
-    kind: Annotated[
-        str, typer.Option(help="Product (accept product list).", callback=installed, autocompletion=names)
-    ] = "strut"
+    kind: Annotated[str, typer.Option(help="Product (accept product list).", callback=installed)] = "strut"
     by: Annotated[list[str] | None, typer.Option(help="Quantities that should agree; repeat the option.")] = None

@@ -3,7 +3,10 @@
 import textwrap
 
 from accept.base.console import clear_errors, tell
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import EffectList, EffectListed
 from accept.base.exit_codes import Exit
+from accept.commands.options import JsonAnswer
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.effect import Effect
 
@@ -11,11 +14,20 @@ WIDTH, INDENT = 80, "    "
 
 
 @clear_errors
-def run() -> Exit:
+def run(json: JsonAnswer = None) -> Exit:
     """List the effects that `accept gap` can name as missing. Where each shows, and the measurement that shows it
     alone."""
-    for effect in EFFECTS.values():
-        tell(*_lines(effect))
+    check_answer(json)
+    listed = [
+        EffectListed(
+            effect.name, effect.title, tuple(p.name for p in effect.parameters), tuple(effect.channels), effect.sign,
+            effect.experiment.value, tuple(effect.sources),
+        )
+        for effect in EFFECTS.values()
+    ]  # fmt: skip
+    if wants_text(json, EffectList(tuple(listed))):
+        for effect in EFFECTS.values():
+            tell(*_lines(effect))
     return Exit.ACCEPTED
 
 

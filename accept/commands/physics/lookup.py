@@ -9,9 +9,11 @@ from rich.table import Table as Rows
 
 from accept.base.cluster.connect import connected
 from accept.base.console import clear_errors, say, stdout, tell
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import TableList, TableListed
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.commands.options import ClusterAt, ModelName
+from accept.commands.options import ClusterAt, JsonAnswer, ModelName
 from accept.commands.physics.model import whole
 from accept.models.lookup_cache import Plan, TableError, build, open_table, read_table
 from accept.models.model_file import open_model
@@ -53,22 +55,26 @@ def run_build(
 @clear_errors
 def run_info(
     model: Annotated[str | None, typer.Option("--model", help="Say which table is this model's.")] = None,
+    json: JsonAnswer = None,
 ) -> Exit:
     """Show the tables that are there, and whether they are whole."""
+    check_answer(json)
     folder = home() / "tables"
     files = sorted(folder.glob("*.npz"))
     if not files:
+        wants_text(json, TableList(()))
         say(f"{folder}: no table yet; `accept lookup build` makes one")
         return Exit.INCOMPLETE if model else Exit.ACCEPTED
     opened = None if model is None else open_model(model)
-    rows = Rows(whole("table"), "model", "dx x dy", f"of {opened.name} now" if opened else "state")
-    states = []
-    for path in files:
-        states.append(_about(path, opened))
-        rows.add_row(path.name, *states[-1])
-    stdout.print(rows)
-    if opened is not None:
-        tell(*dz_words(opened))
+    states = [_about(path, opened) for path in files]
+    listed = [TableListed(path.name, *state) for path, state in zip(files, states, strict=True)]
+    if wants_text(json, TableList(tuple(listed))):
+        rows = Rows(whole("table"), "model", "dx x dy", f"of {opened.name} now" if opened else "state")
+        for path, state in zip(files, states, strict=True):
+            rows.add_row(path.name, *state)
+        stdout.print(rows)
+        if opened is not None:
+            tell(*dz_words(opened))
     return Exit.ACCEPTED if opened is None or any(s[-1] == "yes" for s in states) else Exit.INCOMPLETE
 
 

@@ -14,8 +14,10 @@ from accept.analysis.model_export import save_state_space
 from accept.analysis.model_fit import grid
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout, tell
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import ModelList, ModelListed, ModelShown, ParameterShown
 from accept.base.exit_codes import Exit
-from accept.commands.options import ModelName
+from accept.commands.options import JsonAnswer, ModelName
 from accept.commands.physics.model_options import FrfOptions, ModesOptions, ParameterSweepOptions
 from accept.models.model_file import open_model_file
 from accept.pictures.draw import PictureError, picture
@@ -33,19 +35,36 @@ from specs.units import RESPONSE_UNITS, unit_of
 
 
 @clear_errors
-def show_list() -> Exit:
+def show_list(json: JsonAnswer = None) -> Exit:
     """List the models that come with the program, and what each is."""
-    for name, path in builtin_models().items():
-        about = path.read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
-        tell(*textwrap.wrap(f"{name:<14}  {about}", 80, subsequent_indent=" " * 16))
+    check_answer(json)
+    listed = [
+        ModelListed(name, path.read_text(encoding="utf-8").splitlines()[0].removeprefix("# "))
+        for name, path in builtin_models().items()
+    ]
+    if wants_text(json, ModelList(tuple(listed))):
+        for one in listed:
+            tell(*textwrap.wrap(f"{one.name:<14}  {one.about}", 80, subsequent_indent=" " * 16))
     return Exit.ACCEPTED
 
 
 @clear_errors
-def show(model: ModelName = "strut") -> Exit:
+def show(model: ModelName = "strut", json: JsonAnswer = None) -> Exit:
     """Show every parameter with its value, unit and prior."""
+    check_answer(json)
     it = open_model_file(model)
     built = it.model
+    parameters = [
+        ParameterShown(name, _finite(value), unit_of(name), name in built.sds, _finite(built.sds.get(name)))
+        for name, value in built.values.items()
+    ]
+    effects = [{"name": effect.name, **effect.parameters} for effect in it.spec.effects]
+    shown = ModelShown(
+        built.name, it.spec.apa.type, it.spec.sha256, built.tolerance, tuple(built.channels), tuple(parameters),
+        tuple(effects),
+    )  # fmt: skip
+    if not wants_text(json, shown):
+        return Exit.ACCEPTED
     stdout.print(f"{built.name}: APA '{it.spec.apa.type}', damping {built.damping}, sha256 {it.spec.sha256}")
     if it.spec.apa_file is not None:
         stdout.print(f"superelement {it.spec.apa_file}", soft_wrap=True)
@@ -60,6 +79,10 @@ def show(model: ModelName = "strut") -> Exit:
         apart = " (not linear: not in the responses)" if effect.name in it.left_out else ""
         stdout.print(f"effect {effect.name}: {given}{apart}")
     return Exit.ACCEPTED
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and np.isfinite(value) else None
 
 
 @clear_errors

@@ -1,6 +1,7 @@
 """`accept keys`."""
 
 import os
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
@@ -11,10 +12,13 @@ from rich.table import Table
 
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import KeyList, KeyListed
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import key_changes, keys
 from accept.certificate.trust.keys import BENCH, QA
+from accept.commands.options import JsonAnswer
 from accept.commands.trust.bench_keys import QA_PASSPHRASE, new_prompt, passphrase_of
 
 CA_PASSPHRASE = "ACCEPT_CA_PASSPHRASE"
@@ -54,24 +58,45 @@ def init(
 
 
 @clear_errors
-def show() -> Exit:
+def show(json: JsonAnswer = None) -> Exit:
     """List the authority and every person's key."""
+    check_answer(json)
+    known = keys.listing(home())
+    warnings = _warnings(known)
+    listed = [
+        KeyListed(
+            key.role, key.person, key.valid_from.isoformat(), key.valid_to.isoformat(),
+            key.revoked.isoformat() if key.revoked else None, key.sha256,
+        )
+        for key in known
+    ]  # fmt: skip
+    as_text = wants_text(json, KeyList(tuple(listed), tuple(warnings)))
     table = Table("key", "person", "valid from", "valid to", "revoked", "sha256 of the certificate")
-    now = datetime.now(UTC)
-    for key in keys.listing(home()):
+    for key in known:
         gone = f"{key.revoked:%Y-%m-%d}" if key.revoked else ""
         table.add_row(key.role, key.person, f"{key.valid_from:%Y-%m-%d}", f"{key.valid_to:%Y-%m-%d}", gone, key.sha256)
-        if key.valid_to - now < keys.WARN_BEFORE:
-            say(f"warning: the key of {key.person} ({key.role}) is valid until {key.valid_to:%Y-%m-%d}")
-    stdout.print(table)
+    if as_text:
+        stdout.print(table)
+    for words in warnings:
+        say(f"warning: {words}")
+    return Exit.ACCEPTED
+
+
+def _warnings(known: Sequence[keys.KeyInfo]) -> list[str]:
+    """Return what is to be done about the keys of this bench."""
+    now = datetime.now(UTC)
+    found = [
+        f"the key of {key.person} ({key.role}) is valid until {key.valid_to:%Y-%m-%d}"
+        for key in known
+        if key.valid_to - now < keys.WARN_BEFORE
+    ]
     if keys.authority_here(home()):
         there = keys.folder(home()) / f"{keys.CA}.key.pem"
-        say(f"warning: the authority's key lies at this bench: who opens it can sign as everybody; move {there} off it")
+        found.append(f"the authority's key lies at this bench: who opens it can sign as everybody; move {there} off it")
     if keys.bench_certificate(home(), keys.ca(home())) is None:
-        say("warning: this bench has no certificate of the authority: accept keys request --role bench --name NAME")
-    for path in keys.exposed(home()):
-        say(f"warning: {path} can be read by others than its owner: chmod 600")
-    return Exit.ACCEPTED
+        found.append("this bench has no certificate of the authority: accept keys request --role bench --name NAME")
+    found += [f"{path} can be read by others than its owner: chmod 600" for path in keys.exposed(home())]
+    return found
 
 
 @clear_errors

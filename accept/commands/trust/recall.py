@@ -8,7 +8,10 @@ from rich import box
 from rich.table import Table
 
 from accept.base.console import clear_errors, say, stdout
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import Recall, TouchListed
 from accept.base.exit_codes import Exit
+from accept.commands.options import JsonAnswer
 from accept.store import open_store
 from accept.store.instrument_recall import touched
 
@@ -19,12 +22,18 @@ def run(
     since: Annotated[
         datetime.datetime, typer.Option(formats=["%Y-%m-%d"], metavar="YYYY-MM-DD", help="First day, UTC.")
     ],
+    json: JsonAnswer = None,
 ) -> Exit:
     """List the units measured with an instrument. From the event store."""
+    check_answer(json)
     first_day = since.date()
     with open_store() as store:
         ever = touched(store.events(), instrument, datetime.date.min)
     touches = [touch for touch in ever if touch.time[:10] >= first_day.isoformat()]
+    units = sorted({touch.unit for touch in touches})
+    listed = [TouchListed(touch.unit, touch.time, touch.how, touch.seq) for touch in touches]
+    recalled = Recall(instrument, first_day.isoformat(), bool(ever), tuple(units), tuple(listed))
+    as_text = wants_text(json, recalled)
     if not ever:
         say(f"no unit was ever touched by an instrument '{instrument}': is its serial number right?")
         return Exit.INCOMPLETE
@@ -34,7 +43,7 @@ def run(
     table = Table("unit", "when (UTC)", "what", "event", box=box.SIMPLE_HEAD, padding=0, pad_edge=False)
     for touch in touches:
         table.add_row(touch.unit, touch.time[:19], touch.how, str(touch.seq))
-    stdout.print(table)
-    units = sorted({touch.unit for touch in touches})
+    if as_text:
+        stdout.print(table)
     say(f"{len(units)} units touched by instrument {instrument} since {first_day}: {', '.join(units)}")
     return Exit.ACCEPTED

@@ -1,6 +1,6 @@
 """`accept store`."""
 
-import json
+import json as jsonlib
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,6 +10,8 @@ import typer
 
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout, tell
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import EventList, EventListed, StoreChecked
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.contents.disposition import DispositionError, decided
@@ -18,7 +20,7 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.published_list import publish
 from accept.certificate.verify import attachments
 from accept.certificate.verify.rejudge import read_certificate
-from accept.commands.options import QaPassphrase
+from accept.commands.options import JsonAnswer, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
 from accept.judging.copies import resolve
 from accept.judging.nonconformance import decide
@@ -42,12 +44,15 @@ from checks.verdict import UnitVerdict, Verdict
 @clear_errors
 def check(
     head: Annotated[Path | None, typer.Option(help="An exported head, or a certificate that states one.")] = None,
+    json: JsonAnswer = None,
 ) -> Exit:
     """Walk the chain of events. Names the first that is altered or missing."""
+    check_answer(json)
     kept = _kept_head(head) if head else None
     with open_store(check=False) as store:
         unbroken, lines = check_lines(store, kept)
-    for line in lines:
+    as_text = wants_text(json, StoreChecked(unbroken, tuple(lines)))
+    for line in lines if as_text or not unbroken else ():
         (stdout.print if unbroken else say)(line)
     return Exit.ACCEPTED if unbroken else Exit.REJECTED
 
@@ -59,7 +64,7 @@ def _kept_head(path: Path) -> StoreHead:
         if content.startswith(b"%PDF-"):
             stated: Mapping[str, Any] | None = attachments.read(content).provenance.get("head")
         else:
-            stated = json.loads(content)
+            stated = jsonlib.loads(content)
         if stated is None:
             raise StoreError(f"{path}: states no head of a store")
         given = dict(stated)
@@ -77,7 +82,7 @@ def head(out: Annotated[Path | None, typer.Option(help="File to write; else stdo
         signed = store.signed_head()
     if signed is None or signed.head == START:
         raise StoreError("the store holds no event yet, so it has no head")
-    text = json.dumps(signed.to_json(), indent=1) + "\n"
+    text = jsonlib.dumps(signed.to_json(), indent=1) + "\n"
     if out is None:
         tell(*text.splitlines())
     else:
@@ -197,13 +202,19 @@ def dispose(
 def log(
     serial: Annotated[str | None, typer.Argument(help="Only events of this unit.")] = None,
     full: Annotated[bool, typer.Option("--full", help="With payload and hash of every event.")] = False,
+    json: JsonAnswer = None,
 ) -> Exit:
     """List who did what, when, by which spec and code."""
-    found = False
+    check_answer(json)
+    found, as_text = False, True
     with open_store(check=False) as store:
         if problem := store.check():
             say(f"warning: the store does not hold: {problem}")
-        for event in store.events(subject=serial):
+        if json is not None:
+            listed = tuple(_listed(event) for event in store.events(subject=serial))
+            as_text = wants_text(json, EventList(problem is None, None if problem is None else str(problem), listed))
+            found = bool(listed)
+        for event in store.events(subject=serial) if as_text else ():
             found = True
             spec = event.spec.split("@")[0]
             words = (str(event.seq), event.time[:19], event.who, event.what, event.subject, _verdict(event), spec)
@@ -213,6 +224,13 @@ def log(
     if not found:
         say("no event yet" if serial is None else f"no event of a unit '{serial}'")
     return Exit.ACCEPTED
+
+
+def _listed(event: Event) -> EventListed:
+    return EventListed(
+        event.seq, event.time, event.who, event.what, event.subject, event.spec, event.code, event.hash,
+        _verdict(event), event.data,
+    )  # fmt: skip
 
 
 def _verdict(event: Event) -> str:

@@ -9,6 +9,8 @@ from typing import Annotated
 import typer
 
 from accept.base.console import clear_errors, say, stdout
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import SignatureVerified, VerificationDocument
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.progress import busy
@@ -21,7 +23,7 @@ from accept.certificate.verify.against_list import check_list, trusted_lists
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge, rejudge_demo
 from accept.certificate.verify.verification import Known, Validity, Verification, verify
-from accept.commands.options import LargeRecords
+from accept.commands.options import JsonAnswer, LargeRecords
 from accept.commands.trust.bench_keys import DEMO
 from accept.judging.result import UnitResult
 from specs.errors import AcceptError
@@ -65,8 +67,10 @@ def run(
     log: Annotated[
         list[Path] | None, typer.Option("--log", help="List that benches publish; again for an earlier copy.")
     ] = None,
+    json: JsonAnswer = None,
 ) -> Exit:
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
+    check_answer(json)
     required = [word.strip() for word in require.split(",") if word.strip()]
     options = VerifyOptions(trust or [], records, required, spec, demo, tsa_trust or [], log or [])
     unknown = [word for word in options.require if word not in REQUIREMENTS and not word.startswith(SERIAL)]
@@ -82,8 +86,18 @@ def run(
     words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
     tail = f" - BUT NOT AS REQUIRED: {'; '.join(missing)}" if missing else ""
-    stdout.print(f"{head}{words[report.outcome]}: {report.reason}{tail}", soft_wrap=True)
+    if wants_text(json, _document(report, missing)):
+        stdout.print(f"{head}{words[report.outcome]}: {report.reason}{tail}", soft_wrap=True)
     return Exit.REJECTED if missing else _EXIT[report.outcome]
+
+
+def _document(report: Verification, missing: Sequence[str]) -> VerificationDocument:
+    signatures = [SignatureVerified(s.person, s.role, s.when.isoformat()) for s in report.signatures]
+    return VerificationDocument(
+        report.outcome.name.lower(), report.reason, tuple(missing), report.serial, str(report.verdict),
+        report.spec_sha256, report.demo, report.approved, report.current, report.countersigned, tuple(signatures),
+        tuple(report.details),
+    )  # fmt: skip
 
 
 def _unfulfilled(report: Verification, require: Sequence[str], spec_sha256: str | None) -> list[str]:

@@ -1,6 +1,5 @@
 """`accept product`: what can be judged here, and how another product is added."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -8,9 +7,11 @@ import typer
 from rich.table import Table
 
 from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, say, stdout, tell
+from accept.base.console import clear_errors, say, stdout
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import ProductList, ProductListed
 from accept.base.exit_codes import Exit
-from accept.commands.options import names
+from accept.commands.options import JsonAnswer
 from specs import plugins
 from specs.products import BUILT_IN, Product, ProductError, product_named, products
 
@@ -18,26 +19,21 @@ OWN = "built-in"
 
 
 @clear_errors
-def show_list(as_json: Annotated[bool, typer.Option("--json", help="As JSON, to stdout.")] = False) -> Exit:
+def show_list(json: JsonAnswer = None) -> Exit:
     """List the installed products. With spec, model and the package that brings each."""
-    rows = [
-        {
-            "name": product.name,
-            "title": product.title,
-            "spec": str(product.spec),
-            "model": None if product.model is None else str(product.model),
-            "parts": list(product.parts),
-            "package": _package(product),
-        }
+    check_answer(json)
+    listed = [
+        ProductListed(
+            product.name, product.title, str(product.spec), None if product.model is None else str(product.model),
+            tuple(product.parts), _package(product),
+        )
         for product in products().values()
-    ]
-    if as_json:
-        tell(json.dumps(rows))
-        return Exit.ACCEPTED
-    table = Table("name", "title", "spec", "model", "from")
-    for row in rows:
-        table.add_row(*(str(row[key] or "-") for key in ("name", "title", "spec", "model", "package")))
-    stdout.print(table)
+    ]  # fmt: skip
+    if wants_text(json, ProductList(tuple(listed))):
+        table = Table("name", "title", "spec", "model", "from")
+        for one in listed:
+            table.add_row(one.name, one.title, one.spec, one.model or "-", one.package)
+        stdout.print(table)
     return Exit.ACCEPTED
 
 
@@ -68,7 +64,7 @@ def new(
 
 @clear_errors
 def check(
-    product: Annotated[str, typer.Argument(help="Name of an installed product, or its folder.", autocompletion=names)],
+    product: Annotated[str, typer.Argument(help="Name of an installed product, or its folder.")],
 ) -> Exit:
     """Check a product, installed or in its folder. Reads its spec, checks and model; the code in a folder is run."""
     from accept.units.product_package import from_folder

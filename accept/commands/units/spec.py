@@ -8,27 +8,56 @@ from rich.table import Table
 
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout
+from accept.base.documents.answers import check_answer, wants_text
+from accept.base.documents.listings import LimitShown, SpecList, SpecListed, SpecShown
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.commands.options import JsonAnswer
 from specs.spec import Limit, Spec, builtin, load
 from specs.strict import SpecError
 
 
 @clear_errors
-def show_list() -> Exit:
+def show_list(json: JsonAnswer = None) -> Exit:
     """List the specs that come with the program."""
-    table = Table("name", "kind", "checks", "title")
-    for name in builtin():
-        spec = load(name)
-        table.add_row(name, spec.kind, str(len(spec.checks)), spec.title)
-    stdout.print(table)
+    check_answer(json)
+    specs = [load(name) for name in builtin()]
+    listed = [SpecListed(spec.name, spec.kind, spec.title, tuple(spec.checks), spec.sha256) for spec in specs]
+    if wants_text(json, SpecList(tuple(listed))):
+        table = Table("name", "kind", "checks", "title")
+        for spec in specs:
+            table.add_row(spec.name, spec.kind, str(len(spec.checks)), spec.title)
+        stdout.print(table)
     return Exit.ACCEPTED
 
 
 @clear_errors
-def show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")]) -> Exit:
+def show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")], json: JsonAnswer = None) -> Exit:
     """Show every limit of a spec with its rule and source."""
+    check_answer(json)
     spec = load(name)
+    if wants_text(json, _document(spec)):
+        _show(spec)
+    if name not in builtin():  # what it asks of checks that they do not know
+        from accept.judging.judge_unit import load_spec
+
+        load_spec(name)
+    return Exit.ACCEPTED
+
+
+def _document(spec: Spec) -> SpecShown:
+    limits = [
+        LimitShown(
+            check, section.required, quantity, limit.lower, limit.upper, limit.unit, str(limit.rule), limit.source,
+            limit.assumed,
+        )
+        for check, section in spec.checks.items()
+        for quantity, limit in section.limits.items()
+    ]  # fmt: skip
+    return SpecShown(spec.name, spec.kind, spec.title, spec.sha256, tuple(limits))
+
+
+def _show(spec: Spec) -> None:
     for line in (f"{spec.name} ({spec.kind}): {spec.title}", f"sha256 {spec.sha256}"):
         stdout.print(line)
     table = Table("check", "quantity", "limits", "rule", "source")
@@ -39,11 +68,6 @@ def show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")
     stdout.print(table)
     if spec.gap is not None:
         stdout.print(f"responses are compared with model '{spec.gap.model}'; this does not affect the verdict")
-    if name not in builtin():  # what it asks of checks that they do not know
-        from accept.judging.judge_unit import load_spec
-
-        load_spec(name)
-    return Exit.ACCEPTED
 
 
 def interval(limit: Limit) -> str:

@@ -1,4 +1,5 @@
-"""Attocube IDS3010 by the maker's published MATLAB clients: JSON-RPC, lengths in picometres, every result begins with its warning."""
+"""Attocube IDS3010 by the maker's published MATLAB clients: JSON-RPC, lengths in picometres; every result begins with
+its warning."""
 
 import json
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""GW Instek LCR-800 by its manual, pages 23 to 110, in text; bytes of echoes and questions as four public drivers have them."""
+"""GW Instek LCR-800 by its manual, pages 23 to 110; echoes and questions as four public drivers have them."""
 
 from collections.abc import Callable, Sequence
 

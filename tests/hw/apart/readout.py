@@ -74,7 +74,10 @@ class Readout(Peer):
         series = {f"series {c}": set_to(self, status=c.encode()) for c in "SGD"}
         axes = {f"axis {c}": set_to(self, status=c.encode()) for c in "12F"}
         digits = {f"{n} decimals": set_to(self, decimals=n) for n in (1, 2, 6)}
-        errors = {"gauge fault": set_to(self, refuses=b"+      ----   ?  "), "overflow": set_to(self, refuses=b"OVERFLOW")}
+        errors = {
+            "gauge fault": set_to(self, refuses=b"+      ----   ?  "),
+            "overflow": set_to(self, refuses=b"OVERFLOW"),
+        }
         other = {
             "menu open": set_to(self, silent=True),
             "sends by itself": set_to(self, streams=True),

@@ -30,7 +30,7 @@ def _find(path: str) -> str | None:
     for name in SETTINGS:
         nodes = name.split(":")
         forms = [nodes]
-        last_optional = nodes[-1] in OPTIONAL or nodes[-1] == "STATe" and nodes[0] in ("COMParator",)
+        last_optional = nodes[-1] in OPTIONAL or (nodes[-1] == "STATe" and nodes[0] in ("COMParator",))
         if last_optional:
             forms.append(nodes[:-1])
         if any(len(said) == len(f) and all(map(_fits, said, f)) for f in forms):
@@ -115,7 +115,7 @@ class E4980A(Peer):
             return None
         if upper in ("*TRG", "TRIG", "TRIGGER", "TRIG:IMM", "TRIGGER:IMMEDIATE", "INIT", "INIT:IMM", "INITIATE"):
             armed = self.set["INITiate:CONTinuous"] == "1"
-            if armed and self.set["TRIGger:SOURce"] in ("BUS", "HOLD") or upper.startswith("INIT"):
+            if (armed and self.set["TRIGger:SOURce"] in ("BUS", "HOLD")) or upper.startswith("INIT"):
                 self.measure()
                 return self.fetch() if upper == "*TRG" else None
             self.errors.append('-211,"Trigger ignored"')

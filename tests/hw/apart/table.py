@@ -1,4 +1,4 @@
-"""Every fault at every driver: right, refused, or wrong. `python -m tests.hw.apart.table` prints the table of the manual.
+"""Every fault at every driver: right, refused, or wrong. `python -m tests.hw.apart.table` prints the manual's table.
 
 A reading is right if it lies within the instrument's stated uncertainty of what the peer measured at that time, refused
 if the driver gives an InstrumentError, and wrong otherwise. What no protocol tells stands apart: the daily reference
@@ -55,7 +55,8 @@ BENCHES: Mapping[str, Bench] = {
     "M1240": Bench(M1240, "millimar", GAUGE | {"protocol": "M1240"}, (-4e-4, 4e-4), 0.5e-6, model="C1216"),
     "LCR-800": Bench(Lcr800, "lcr800", {}, (5e-6, 20e-6), relative=0.002, model="LCR-819"),
     "ND 287": Bench(
-        Readout, "nd287", {"axis": "single", "range_mm": [-13.0, 13.0], "identification": "ND-287"}, (-5e-3, 5e-3), 0.5e-6
+        Readout, "nd287", {"axis": "single", "range_mm": [-13.0, 13.0], "identification": "ND-287"},
+        (-5e-3, 5e-3), 0.5e-6,
     ),
     "E4980A": Bench(
         E4980A, "scpi_lcr", {"profile": "keysight", "average": 1}, (5e-6, 20e-6), relative=0.002,
@@ -208,7 +209,9 @@ def run(name: str, chosen: Sequence[Case] | None = None, workers: int = 8) -> Ma
 
 def main() -> None:
     """Print the table, and to stderr what was wrong."""
-    print("| | cases | right | refused | wrong | wrong: told by no protocol | slowest s |\n|---|---|---|---|---|---|---|")
+    print(
+        "| | cases | right | refused | wrong | wrong: told by no protocol | slowest s |\n|---|---|---|---|---|---|---|"
+    )
     for name in sys.argv[1:] or BENCHES:
         kinds = Counter(c.kind for c in cases(BENCHES[name]))
         totals = run(name)

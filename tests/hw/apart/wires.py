@@ -72,8 +72,8 @@ class State:
 
 @dataclass(frozen=True)
 class WireFault:
-    """change: (reply, state) -> what comes in its place; echo: what is sent comes back first; stays: it can last. No line
-    turns every sign of every reply and nothing else: what looks so is a formula or a factor."""
+    """change: (reply, state) -> what comes in its place; echo: what is sent comes back first; stays: it can last. No
+    line turns every sign of every reply and nothing else: what looks so is a formula or a factor."""
 
     name: str
     change: Callable[[bytes, State], Answers]

@@ -1,0 +1,122 @@
+"""Names and values for the completion of a shell. Nothing here loads what a command needs: it answers while a key is
+held."""
+
+import os
+import sqlite3
+import tomllib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from accept.base.home import HomeError, home
+from specs.products import products
+
+MOST = 200  # serials that are offered at once
+OF_UNITS = ("unit_judged", "attempt_started")  # events
+LAST = "\U0010ffff"  # no text is greater
+Values = Callable[[Sequence[str], str], Iterable[str]]  # (words before it, its beginning) -> what it may be
+
+
+def values(kinds: Sequence[str], words: Sequence[str], incomplete: str) -> list[str]:
+    """Return what a word of a command may be, nothing for a file's name, which the shell completes itself.
+
+    kinds: of the command's arguments in their order, the last for all that follow; words: those before it."""
+    option = words[-1] if words and words[-1].startswith("--") else ""
+    if option in OPTIONS:
+        kind = OPTIONS[option]
+    elif kinds:
+        kind = kinds[min(len(_arguments(words)), len(kinds) - 1)]
+    else:
+        return []
+    try:
+        return sorted({v for v in VALUES[kind](words, incomplete) if v.startswith(incomplete)})
+    except (OSError, ValueError, TypeError, AttributeError, sqlite3.Error, HomeError):
+        return []  # a key that completes nothing says enough: the command itself will say why
+
+
+def _arguments(words: Sequence[str]) -> list[str]:
+    """Return the words that are no option, and not the value of an option that is known here."""
+    before = ["", *words]
+    return [w for last, w in zip(before, words, strict=False) if not w.startswith("-") and last not in OPTIONS]
+
+
+def _package(*names: str) -> Path:
+    import specs
+
+    return Path(specs.__file__).parent.joinpath(*names)
+
+
+def _specs(_words: Sequence[str], _incomplete: str) -> list[str]:
+    return [path.stem for path in _package().glob("*.toml")]
+
+
+def _models(_words: Sequence[str], _incomplete: str) -> list[str]:
+    return [path.stem for path in _package("models").glob("*.toml")]
+
+
+def _products(_words: Sequence[str], _incomplete: str) -> list[str]:
+    return list(products())
+
+
+def _checks(_words: Sequence[str], _incomplete: str) -> list[str]:
+    """Return the sections of the specs that come with the program."""
+    read = (tomllib.loads(path.read_text(encoding="utf-8")) for path in _package().glob("*.toml"))
+    return [name for spec in read for name in spec.get("checks", {})]
+
+
+def _quantities(words: Sequence[str], incomplete: str) -> list[str]:
+    """Return the quantities that these specs limit, and the references of the bench's instruments."""
+    read = (tomllib.loads(path.read_text(encoding="utf-8")) for path in _package().glob("*.toml"))
+    limited = [q for spec in read for check in spec.get("checks", {}).values() for q in check.get("limits", {})]
+    return [*limited, *(f"check:{name}" for name in _instruments(words, incomplete))]
+
+
+def _bench(words: Sequence[str]) -> Mapping[str, Any]:
+    """Return the bench file that the words name, else the one in the bench's folder."""
+    named = [value for option, value in pairwise(words) if option == "--bench"]
+    path = Path(named[-1]) if named else home() / "bench.toml"
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+def _instruments(words: Sequence[str], _incomplete: str) -> list[str]:
+    bench = _bench(words)
+    return [*bench.get("instruments", {}), *bench.get("recorders", {})]
+
+
+def _instruments_or_serials(words: Sequence[str], incomplete: str) -> list[str]:
+    bench = _bench(words)
+    entries = [*bench.get("instruments", {}).values(), *bench.get("recorders", {}).values()]
+    return [*_instruments(words, incomplete), *(str(entry["serial"]) for entry in entries if "serial" in entry)]
+
+
+def _serials(_words: Sequence[str], incomplete: str) -> list[str]:
+    """Return the units of the bench's own store; of a server's none: its answer may take long."""
+    path = home() / "store.sqlite"
+    if os.environ.get("ACCEPT_STORE_URL") or not path.exists():
+        return []
+    wanted = "SELECT DISTINCT subject FROM events WHERE subject >= ? AND subject < ? AND what IN (?, ?) LIMIT ?"
+    with closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True, timeout=1.0)) as store:
+        return [str(subject) for (subject,) in store.execute(wanted, (incomplete, incomplete + LAST, *OF_UNITS, MOST))]
+
+
+VALUES: Mapping[str, Values] = {
+    "check": _checks,
+    "file": lambda _words, _incomplete: (),
+    "instrument": _instruments,
+    "instrument or serial": _instruments_or_serials,
+    "model": _models,
+    "product": _products,
+    "quantity": _quantities,
+    "serial": _serials,
+    "spec": _specs,
+}
+OPTIONS: Mapping[str, str] = {
+    "--bench": "file",
+    "--check": "check",
+    "--instrument": "instrument or serial",
+    "--kind": "product",
+    "--model": "model",
+    "--spec": "spec",
+}
