@@ -229,9 +229,6 @@ def summary(t: Trend) -> dict[str, Any]:
             f"{name}_lo": index.lo if index else None,
             f"{name}_hi": index.hi if index else None,
         }
-    serials = t.rows["serial"].tolist()
-    base = t.chart.baseline if t.chart else None
-    stored = t.baseline
     return {
         "group": t.name,
         "unit": t.unit,
@@ -245,40 +242,52 @@ def summary(t: Trend) -> dict[str, Any]:
         "p_normal": cap.p_normal if cap else None,
         "Ppk_percentiles": cap.percentiles.Ppk if cap and cap.percentiles else None,
         "distribution": cap.percentiles.distribution if cap and cap.percentiles else None,
-        "baseline": None
-        if base is None
-        else {
-            "mean": base.mean,
-            "sigma": base.sigma,
-            "n": base.n,
-            "left_out": base.left_out,
-            "scale": t.scale or "as measured",
-            "since": stored.stated.since if stored else None,
-            "until": stored.stated.until if stored else None,
-            "stored_by": stored.who if stored else None,
-            "stored_at": stored.time if stored else None,
-            "reason": stored.stated.reason if stored else None,
-        },
+        "baseline": _baseline_document(t),
         "limits": None if t.chart is None else {"lower": t.chart.lower, "upper": t.chart.upper},
         "false_alarm_rate": t.false_alarms if t.chart else None,
-        "alarms": [
-            {
-                "rule": alarm.rule,
-                "first": serials[alarm.first],
-                "last": serials[alarm.last],
-                "direction": alarm.direction,
-                "size": alarm.size,
-                "U": alarm.U,
-                "since": f"{t.rows['day'].iloc[alarm.first]:%Y-%m-%d}",
-                "units": alarm.units or alarm.last - alarm.first + 1,
-                "place": dict([alarm.place]) if alarm.place else None,
-                "words": alarm_words(t, alarm),
-            }
-            for alarm in (t.chart.alarms if t.chart else ())
-        ],
+        "alarms": _alarm_documents(t),
         "cautions": list(t.why),
         "points": _points(t.rows),
     }
+
+
+def _baseline_document(t: Trend) -> dict[str, Any] | None:
+    """Return the baseline of the chart, and who stored it and why; None without a baseline."""
+    base, stored = t.chart.baseline if t.chart else None, t.baseline
+    if base is None:
+        return None
+    return {
+        "mean": base.mean,
+        "sigma": base.sigma,
+        "n": base.n,
+        "left_out": base.left_out,
+        "scale": t.scale or "as measured",
+        "since": stored.stated.since if stored else None,
+        "until": stored.stated.until if stored else None,
+        "stored_by": stored.who if stored else None,
+        "stored_at": stored.time if stored else None,
+        "reason": stored.stated.reason if stored else None,
+    }
+
+
+def _alarm_documents(t: Trend) -> list[dict[str, Any]]:
+    """Return the alarms of the chart in order, each with the first and last unit that it concerns."""
+    serials = t.rows["serial"].tolist()
+    return [
+        {
+            "rule": alarm.rule,
+            "first": serials[alarm.first],
+            "last": serials[alarm.last],
+            "direction": alarm.direction,
+            "size": alarm.size,
+            "U": alarm.U,
+            "since": f"{t.rows['day'].iloc[alarm.first]:%Y-%m-%d}",
+            "units": alarm.units or alarm.last - alarm.first + 1,
+            "place": dict([alarm.place]) if alarm.place else None,
+            "words": alarm_words(t, alarm),
+        }
+        for alarm in (t.chart.alarms if t.chart else ())
+    ]
 
 
 def _points(rows: pd.DataFrame) -> list[dict[str, Any]]:

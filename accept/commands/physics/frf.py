@@ -78,19 +78,8 @@ def run(
     check_places(outputs.json, outputs.plot, outputs.html, *single.values())  # said before the work, not after
     format = None if outputs.plot is None else format_of(outputs.plot)
     input = sources.input or (FORCE if hits.hammer else "Va")
-    read = [_read(path, sources, others, input) for path in records]
-    imported = [replace(r, frf=cut(r.frf, f_lo, f_hi)) for r in read if isinstance(r, ImportedResponse)]
-    taken = [r for r in read if isinstance(r, Record)]
-    responses: list[MeasuredResponse] = [*imported]
-    if estimator not in OF_RECORDS and not hits.hammer:
-        raise RecordError(f"--estimator {estimator}: averages over hits; add --hammer, or use h1 or lpm")
-    if imported and (hits.hammer or merge_Hz is not None):
-        raise RecordError(f"{imported[0].title}: holds a response; --hammer and --merge-Hz are for records")
-    if hits.hammer:
-        responses = [_of_hits(taken, input, estimator, f_lo, f_hi, merge_Hz, hits)]
-    elif taken:
-        settings = EstimatorSettings(estimator, segment_s, f_lo, f_hi, input, merge_Hz)
-        responses = [*responses_of(taken, settings), *imported]
+    settings = EstimatorSettings(estimator, segment_s, f_lo, f_hi, input, merge_Hz)
+    responses = _estimate([_read(path, sources, others, input) for path in records], settings, hits)
     if len(responses) > 1 and (place := next((p for p in single.values() if p is not None), None)):
         kind = "a universal file" if place == outputs.uff else "this file"
         raise RecordError(f"{place}: {kind} takes one response, not {len(responses)}; merge them or name one")
@@ -103,9 +92,7 @@ def run(
     if against is not None:
         stdout.print(_comparison(compared, against))
     if outputs.json is not None:
-        more = {"differences": [asdict(d) for found in compared.values() for d in found]} if compared else {}
-        document = {"responses": [_json(r) for r in responses], **more}
-        write_atomic(outputs.json, dumps(document, allow_nan=False).encode())
+        write_atomic(outputs.json, dumps(_document(responses, compared), allow_nan=False).encode())
     for ending, place in single.items():
         if place is not None:
             write_atomic(place, WRITERS[ending](responses[0]))
@@ -116,6 +103,23 @@ def run(
 
         write_atomic(outputs.html, page(_panels(responses, merge_Hz, against), "Frequency responses"))
     return Exit.ACCEPTED
+
+
+def _estimate(
+    read: Sequence[Record | ImportedResponse], settings: EstimatorSettings, hits: HammerOptions
+) -> list[MeasuredResponse]:
+    """Return the responses of the records, of all hits with a hammer, and those that were read. Raises RecordError if
+    they cannot be taken together."""
+    f_lo, f_hi = settings.f_lo, settings.f_hi
+    imported = [replace(r, frf=cut(r.frf, f_lo, f_hi)) for r in read if isinstance(r, ImportedResponse)]
+    taken = [r for r in read if isinstance(r, Record)]
+    if settings.estimator not in OF_RECORDS and not hits.hammer:
+        raise RecordError(f"--estimator {settings.estimator}: averages over hits; add --hammer, or use h1 or lpm")
+    if imported and (hits.hammer or settings.merge_Hz is not None):
+        raise RecordError(f"{imported[0].title}: holds a response; --hammer and --merge-Hz are for records")
+    if hits.hammer:
+        return [_of_hits(taken, settings, hits)]
+    return [*responses_of(taken, settings), *imported] if taken else [*imported]
 
 
 def _read(path: Path, sources: SourceOptions, others: ResponseOptions, input: str) -> Record | ImportedResponse:
@@ -139,16 +143,8 @@ def _import(path: Path, sources: SourceOptions, others: ResponseOptions) -> Impo
     return import_response(path, sources.input or "", names, others.averages, others.noise)
 
 
-def _of_hits(
-    records: Sequence[Record],
-    input: str,
-    estimator: Estimator,
-    f_lo: float,
-    f_hi: float | None,
-    merge_Hz: float | None,
-    hits: HammerOptions,
-) -> ImpactResponse:
-    if merge_Hz is not None:
+def _of_hits(records: Sequence[Record], settings: EstimatorSettings, hits: HammerOptions) -> ImpactResponse:
+    if settings.merge_Hz is not None:
         raise RecordError("--merge-Hz joins records of different drives; the hits of all records are averaged")
     rules = ImpactRules(
         double_hit_s=hits.double_hit_ms / 1e3,
@@ -158,13 +154,18 @@ def _of_hits(
         force_range_N=hits.force_range_N,
         window_decay=hits.window_decay,
     )
-    chosen = "h1" if estimator is Estimator.AUTO else estimator.value
-    return hammer_responses(records, input, chosen, f_lo, f_hi, rules)
+    chosen = "h1" if settings.estimator is Estimator.AUTO else settings.estimator.value
+    return hammer_responses(records, settings.input, chosen, settings.f_lo, settings.f_hi, rules)
 
 
-def _json(response: MeasuredResponse) -> dict[str, Any]:
-    more = hammer_json(response) if isinstance(response, ImpactResponse) else {}
-    return to_json(response) | more
+def _document(
+    responses: Sequence[MeasuredResponse], compared: Mapping[str, Sequence[ResponseDifference]]
+) -> dict[str, Any]:
+    """Return the document of --json: the responses, and their differences if they were compared."""
+    shown = [to_json(r) | (hammer_json(r) if isinstance(r, ImpactResponse) else {}) for r in responses]
+    return {"responses": shown} | (
+        {"differences": [asdict(d) for found in compared.values() for d in found]} if compared else {}
+    )
 
 
 def _mapping(given: Sequence[str]) -> dict[str, str]:

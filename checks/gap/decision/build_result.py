@@ -26,7 +26,7 @@ from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import with_disagreement
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import judge
-from checks.gap.statistics.projected_residual import at_known
+from checks.gap.statistics.projected_residual import Projected, at_known
 from specs.units import model_label
 
 RIVALS = 3  # in the place of an effect, that are shown
@@ -62,10 +62,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         *disagreements(experiments, problem.depends_on_level),
     )
     verdict = verdict_of(full.adequate, named, rivals, missing)
-    before = whole.seen
-    if result.best.response.counted and full.adequate:
-        # A calibration without the effects has followed what it cannot explain, and shows it everywhere.
-        before = at_known(base.response, problem.B, _values(base.response, full))
+    before = _left_before(whole, result, full, problem.B)
     gap_before = gaps_of(replace(shown_before, unseen=problem.measured_B) if problem.early else shown_before)
     limits: dict[str, dict[str, float]] = {}
     if verdict == NO_MISSING:
@@ -100,6 +97,14 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         experiments=experiments,
         steps=steps_of(after),
     )
+
+
+def _left_before(whole: Candidate, result: SearchResult, full: Candidate, B: Dataset) -> Projected:
+    """Return what the base model leaves of B: at the values of the whole explanation if that explains all by effects. A
+    calibration without the effects has followed what it cannot explain, and shows it everywhere."""
+    if not (result.best.response.counted and full.adequate):
+        return whole.seen
+    return at_known(result.base.response, B, _values(result.base.response, full))
 
 
 def _judge(problem: Problem, search: Search, result: SearchResult, left_out: Sequence[str]) -> FinalExplanation:
