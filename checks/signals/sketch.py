@@ -46,6 +46,7 @@ FEW = 16  # different values: a channel with fewer, as a force at rest, is not e
 
 Hashes = NDArray[np.uint32]  # of swings
 NO_HASHES: Hashes = np.zeros(0, dtype="<u4")
+_PLACES = np.array([42, 21, 0])  # of three whole numbers in one, in bits
 _NONE = ("", "", "")  # parts that sketches of earlier versions do not have
 
 
@@ -184,11 +185,14 @@ def _swings(x: Array) -> NDArray[np.uint32]:
         return np.zeros(0, dtype="<u4")
     wide = [width for width in WIDTHS if width * LEAST_SWINGS < x.size]
     triples = max((_triples(x, width) for width in wide), key=len, default=np.zeros((0, 3)))
-    different = np.unique(triples, axis=0).astype("<i4")
-    if different.shape[0] < LEAST_SWINGS:
+    # One number of three times 21 bits is sorted faster than a row; a ratio of swings between a tenth of the span and
+    # all of it is 23,000 steps, 34,000 where parabolas reach beyond the samples.
+    packed = np.unique((triples.astype(np.int64) + (1 << 20)) @ (1 << _PLACES))
+    if packed.size < LEAST_SWINGS:
         return np.zeros(0, dtype="<u4")
-    hashes = [int.from_bytes(hashlib.sha256(row.tobytes()).digest()[:4], "little") for row in different]
-    return np.unique(np.array(hashes, dtype="<u4"))[:SWINGS]
+    rows = ((packed[:, None] >> _PLACES) % (1 << 21) - (1 << 20)).astype("<i4").tobytes()
+    hashes = b"".join(hashlib.sha256(rows[n : n + 12]).digest() for n in range(0, len(rows), 12))
+    return np.unique(np.frombuffer(hashes, dtype="<u4")[::8])[:SWINGS]
 
 
 def _triples(x: Array, width: int) -> Array:

@@ -38,20 +38,13 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     table, base, slow, channels = problem.table, result.base, problem.slow, search.A.channels
     left_out = [c for c in problem.A.channels if c not in channels]
     search.say("fitting all bins")
-    decision = _judge(problem, search, result, left_out)
-    decision, shown_before, after = _withdraw(decision, whole, base, problem.B)
-    decision = _with_rivals(decision, result)
-    trials = problem.trials(channels)
-    if decision.rivals and trials and not result.steps:
-        conditions = Conditions(problem.A.select(channels), problem.B.select(channels), trials)
-        decision = resolve_by_experiments(decision, result, conditions)
-        decision, shown_before, after = _withdraw(decision, whole, base, problem.B)
+    decision, shown_before, after = _decide(problem, search, result, whole, left_out)
     full, good = decision.full, accepted(decision.claims)
     rivals = decision.rivals if result.steps else choose_experiments(decision.rivals, good, result, full, search.A)
     named = named_effects(good, decision.fit, problem.early, problem.in_slow)
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     experiments = check_by_experiments(
-        full.response, decision.fit, problem.A.select(channels), problem.B.select(channels), trials
+        full.response, decision.fit, problem.A.select(channels), problem.B.select(channels), problem.trials(channels)
     )
     everywhere = replace(full, unseen=problem.B)
     explained_as_given = whole.adequate and result.best is base
@@ -97,6 +90,23 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         experiments=experiments,
         steps=steps_of(after),
     )
+
+
+def _decide(
+    problem: Problem, search: Search, result: SearchResult, whole: Candidate, left_out: Sequence[str]
+) -> tuple[FinalExplanation, Candidate, Candidate]:
+    """Return the explanation of all bins that passed the gates, with its rivals, told apart by experiments if there
+    were any; and the models with the gaps before and after."""
+    channels = search.A.channels
+    decision = _judge(problem, search, result, left_out)
+    decision, before, after = _withdraw(decision, whole, result.base, problem.B)
+    decision = _with_rivals(decision, result)
+    trials = problem.trials(channels)
+    if decision.rivals and trials and not result.steps:
+        conditions = Conditions(problem.A.select(channels), problem.B.select(channels), trials)
+        decision = resolve_by_experiments(decision, result, conditions)
+        decision, before, after = _withdraw(decision, whole, result.base, problem.B)
+    return decision, before, after
 
 
 def _left_before(whole: Candidate, result: SearchResult, full: Candidate, B: Dataset) -> Projected:
