@@ -6,12 +6,14 @@ import time
 from pathlib import Path
 
 import pytest
+from pypdf import PdfReader
 
 from accept.base.home import home
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.judging.nonconformance import open_nonconformances
 from accept.store import open_store
 from accept.units import unit_folder
+from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError, parse_path
 from accept.workflow.record_folder import new_photo
 from accept.workflow.session import NOTES_FOLDER, Session
@@ -51,6 +53,17 @@ def test_a_photo_is_copied_hashed_and_named_on_the_certificate(session: Session,
     session.note("flatness", "scratch", files=[photo])
     assert (session.folder / NOTES_FOLDER / "crack.jpg").read_bytes() == PHOTO
     assert lines(session) == [f"scratch; file crack.jpg, SHA-256 {DIGEST} (Ann)"]
+
+
+def test_a_certificate_with_a_photo_verifies_and_names_its_hash(session: Session, photo: Path):
+    certify.keys.init(session.home, "correct horse", "Ann")
+    session.note("capacitance", "scratch", files=[photo])
+    session.note("capacitance", "flexure cracked", True, [photo])
+    assert DIGEST in session.judge().nonconformances[0]
+    assert certify.sign_unit(session, "correct horse").valid
+    attached = PdfReader(session.attempt.certificate).attachments.values()
+    line = f"scratch; file crack.jpg, SHA-256 {DIGEST} (Ann)"
+    assert any(line.encode() in content for contents in attached for content in contents)
 
 
 def test_another_photo_of_the_same_name_replaces_none(session: Session, photo: Path):
