@@ -39,8 +39,14 @@ def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10) -> Te
         text.append("\n")
     text.append(" " * left + _x_labels(item, width, panel.x_log) + "\n", "dim")
     upwards = f"up: {panel.y_label}" if panel.y_label else ""
-    text.append(" " * left + "; ".join(w for w in (panel.x_label, upwards, item.label) if w), "dim")
+    text.append(" " * left + "; ".join(w for w in (panel.x_label, upwards, scale_words(item)) if w), "dim")
     return text
+
+
+def scale_words(item: Image) -> str:
+    """Return what the shades mean: the least value, the shades, and the largest."""
+    known = item.z[np.isfinite(item.z)]
+    return f"{item.label} {known.min():.3g} [{SHADES}] {known.max():.3g}".lstrip() if known.size else item.label
 
 
 def map_left(panel: Panel) -> int:

@@ -1,7 +1,7 @@
 """The pictures of the guided workflow in the documentation: `make pictures` drives the program itself and writes them.
 
-Run by hand: `python tests/accept/tui/picture_screens.py docs/img`. What is shown is simulated, measured and computed
-on the way.
+Run by hand: `python tests/accept/tui/picture_screens.py docs/img`, with the names of scenes for some of them. What is
+shown is simulated, measured and computed on the way.
 """
 
 import asyncio
@@ -21,7 +21,7 @@ from accept.simulate import UnitRequest, simulate
 from accept.tui.screens.start import Given
 from accept.workflow.bench import open_bench
 from accept.workflow.training import open_training
-from tests.accept.tui.tui_help import press, running, shown, type_line, words
+from tests.accept.tui.tui_help import fill_basic, press, running, shown, type_line, words
 
 SIZE = (100, 30)
 _FOREIGN = re.compile(r"@font-face\s*\{[^}]*\}")  # no page should load from another host what every browser has
@@ -66,6 +66,31 @@ async def measuring(out: Path) -> None:
     bench.close()
 
 
+async def tray(out: Path) -> None:
+    """Units of a tray, one of them held, and the result of another in large letters."""
+    bench = open_bench("apa-basic")
+    async with running(lambda: bench, SIZE, Given("Ann")) as pilot:
+        await to_steps(pilot, "APA-11")
+        await fill_basic(pilot)
+        await press(pilot, "f9")
+        keep(pilot, out / "workflow-result.svg")
+        await press(pilot, "escape", "escape", "f2", "f6")
+        for serial in ("APA-12", "APA-13", "APA-14"):
+            await type_line(pilot, serial)
+        await press(pilot, "f6")
+        await type_line(pilot, "APA-12")
+        await open_row(pilot, "capacitance")
+        for line in ("4.97", "9.81"):
+            await type_line(pilot, line)
+        await press(pilot, "f5")
+        await type_line(pilot, "flexure cracked, seen under the lens")
+        await press(pilot, "y")  # it replaces what is selected
+        await press(pilot, "enter", "enter", "enter")
+        await press(pilot, "escape", "escape", "f2")
+        keep(pilot, out / "workflow-units.svg")
+    bench.close()
+
+
 def strut(folder: Path) -> Path:
     model = open_model("strut").with_values({"misalignment.dy_um": 150.0})
     for name, content in simulate(UnitRequest("ST-07", "strut", model, seed=7)).files.items():
@@ -96,11 +121,13 @@ async def explaining(out: Path, folder: Path) -> None:
 
 
 def main() -> None:
-    out = Path(sys.argv[1])
-    for scene in (measuring, explaining):
+    out, wanted = Path(sys.argv[1]), sys.argv[2:]
+    for scene in (measuring, tray, explaining):
+        if wanted and scene.__name__ not in wanted:
+            continue
         with tempfile.TemporaryDirectory() as home:
             os.environ["ACCEPT_HOME"] = home
-            more = () if scene is measuring else (Path(home) / "records",)
+            more = (Path(home) / "records",) if scene is explaining else ()
             asyncio.run(scene(out, *more))
 
 

@@ -90,6 +90,7 @@ def test_rows_have_their_names_from_above_and_the_middle_of_a_logarithmic_axis_i
     assert "█" not in lines[2] + lines[3]
     assert lines[4].split() == ["10", "100", "1e+03"]
     assert "up:" not in lines[5]
+    assert "log10 of G 0 [ ·░▒▓█] 4" in lines[5]  # the scale
 
 
 def test_points_upon_a_curve_leave_the_curve_to_be_seen():
