@@ -1,5 +1,6 @@
 """Driving the screens in tests: keys, and waiting until nothing runs any more; never a sleep."""
 
+import asyncio
 import atexit
 import time
 from collections.abc import AsyncIterator, Callable
@@ -50,6 +51,7 @@ async def settled(pilot: Pilot[None]) -> None:
     deadline = time.monotonic() + SETTLED_WITHIN_S
     while pilot.app.return_code in (None, 0):
         assert time.monotonic() < deadline, "the screens never came to rest"
+        await _handled(pilot, deadline)
         with suppress(WorkerFailed):  # what was refused is told on the screen
             await pilot.app.workers.wait_for_complete([w for w in pilot.app.workers if not w.is_finished])
         await pilot.pause()
@@ -57,6 +59,15 @@ async def settled(pilot: Pilot[None]) -> None:
         if not at_work and all(getattr(screen, "idle", True) for screen in pilot.app.screen_stack):
             await pilot.pause()
             return
+
+
+async def _handled(pilot: Pilot[None], deadline: float) -> None:
+    """Until the application has taken every key that was sent: an action may hold back those behind it."""
+    taken = asyncio.Event()
+    if pilot.app.call_later(taken.set):
+        while not taken.is_set() and pilot.app.is_running and not pilot.app._exit:
+            assert time.monotonic() < deadline, "an action never ended"
+            await asyncio.sleep(0.002)
 
 
 async def press(pilot: Pilot[None], *keys: str) -> None:
