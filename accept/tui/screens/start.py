@@ -93,7 +93,7 @@ class StartScreen(Working[Begin | None]):
         """Make the screen. problem: why the unit that was wanted is not open."""
         super().__init__()
         self._load, self._bench, self._given, self._problem = load, bench, given, problem
-        self._queue: Queue | None = None  # from the list of units
+        self._queue: tuple[str, Queue] | None = None  # from the list of units, with the serial that was chosen there
         self._known: KnownUnit | None = None
         self._first_unit = bench is None
         self._entered = ""  # serial behind which Enter came before it was looked up
@@ -253,7 +253,9 @@ class StartScreen(Working[Begin | None]):
         self._begin(reason)
 
     def _opened(self, opened: "tuple[Workbench, Session, list[str]]") -> None:
-        self.leave(Begin(*opened, self._queue))
+        serial = opened[1].serial
+        queue = self._queue[1] if self._queue is not None and self._queue[0] == serial else None
+        self.leave(Begin(*opened, queue))
 
     def action_known(self) -> None:
         """Show the units that were begun here and what they wait for, to go on with one."""
@@ -268,7 +270,8 @@ class StartScreen(Working[Begin | None]):
     def _chosen(self, chosen: "tuple[KnownUnit, Queue | None] | None") -> None:
         """Open the unit that was chosen from the list."""
         if chosen is not None:
-            unit, self._queue = chosen
+            unit, queue = chosen
+            self._queue = None if queue is None else (unit.serial, queue)
             self.query_one("#kind", Input).value = unit.kind
             self.query_one("#serial", Input).value = unit.serial
             self._begin(None)
