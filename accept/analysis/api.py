@@ -454,7 +454,7 @@ class Plot:
 
     def save(self, file: str | Path) -> Path:
         """Write the picture; the ending chooses the format. Raises PictureError."""
-        place = Path(file)
+        place = _file(file)
         shown = list(self.panels.values())
         interactive = place.suffix.lower() == ".html"
         place.write_bytes(page(self.panels, self.title) if interactive else picture(shown, format_of(place)))
@@ -478,6 +478,7 @@ class Plot:
         return picture(list(self.panels.values()), "png")
 
 
+@checked
 def plot(what: Drawable, ax: Any = None, panels: Sequence[str] | None = None) -> Plot:
     """Draw what another function returned, or a model, a dataset, a fit.
 

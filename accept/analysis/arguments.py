@@ -1,19 +1,28 @@
 """Arguments of the functions that a script calls, checked against their annotations before anything is computed."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from inspect import Parameter, signature
 from numbers import Integral, Real
 from pathlib import Path
-from types import NoneType
-from typing import Any, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
+from types import NoneType, UnionType
+from typing import Any, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from specs.errors import AcceptError
 
 P = ParamSpec("P")
 R = TypeVar("R")
-WORDS = {float: "a number", int: "a whole number", str: "a text", Path: "a Path", NoneType: "None"}
+WORDS: dict[Any, str] = {
+    float: "a number",
+    int: "a whole number",
+    str: "a text",
+    Path: "a Path",
+    NoneType: "None",
+    Mapping: "a mapping",
+    Sequence: "a list of texts",
+    Callable: "a function",
+}
 
 
 class ArgumentError(AcceptError, TypeError):
@@ -41,8 +50,8 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 def _check(function: str, name: str, value: Any, hint: Any) -> None:
     """Raise ArgumentError if a value is of none of the plain kinds of a hint; other kinds are checked where they are
     used."""
-    kinds = get_args(hint) if get_origin(hint) is not Mapping and get_args(hint) else (hint,)
-    words = [WORDS.get(k, "a mapping") for k in kinds if k in WORDS or get_origin(k) is Mapping]
+    kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    words = [WORDS[get_origin(k) or k] for k in kinds if (get_origin(k) or k) in WORDS]
     if len(words) < len(kinds) or any(_is(value, k) for k in kinds):
         return
     shown = repr(value) if len(repr(value)) < 60 else f"a {type(value).__name__}"
@@ -54,6 +63,10 @@ def _is(value: Any, kind: Any) -> bool:
         return isinstance(value, Real) and not isinstance(value, bool) and not math.isnan(float(value))
     if kind is int:
         return isinstance(value, Integral) and not isinstance(value, bool)
+    if get_origin(kind) is Sequence:
+        listed = value.tolist() if hasattr(value, "tolist") else value
+        return isinstance(listed, list | tuple) and all(isinstance(each, str) for each in listed)
     if get_origin(kind) is Mapping:
-        return isinstance(value, Mapping)
-    return isinstance(value, kind)
+        names, values = get_args(kind)
+        return isinstance(value, Mapping) and all(_is(k, names) and _is(v, values) for k, v in value.items())
+    return isinstance(value, get_origin(kind) or kind)

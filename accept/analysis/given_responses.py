@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from accept.analysis.arguments import checked
 from accept.analysis.record_responses import UNITS, MeasuredResponse
 from accept.gap.responses import Responses
 from checks.errors import RecordError
@@ -15,6 +16,7 @@ Given = Responses | Dataset | MeasuredResponse
 CHANNELS = ("Vs", "de", "da")
 
 
+@checked
 def dataset(
     f: ArrayLike, H: ArrayLike, channels: Sequence[str], var: ArrayLike, averages: float = 10.0, name: str = "arrays"
 ) -> Dataset:

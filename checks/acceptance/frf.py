@@ -105,7 +105,8 @@ def _evaluate(
     resonance_Hz = found.axial.f_Hz
     vet_pole(curves.low, resonance_Hz)
     zero_Hz = found.zero.f_Hz if isinstance(found.zero, Zero) else dip_Hz(curves.low, rules)
-    allowed = gains.excused_bands(resonance_Hz, zero_Hz)
+    resonances_Hz = [r.f_Hz for r in (found.axial, found.beside) if r is not None]
+    allowed = gains.excused_bands(resonances_Hz, zero_Hz)
     vet_coherence(curves.whole, allowed, rules)
     resonance = gains.check_against_payload(
         check_against_gain(axial_resonance(found.axial, found.repeat, spec), curves.low, rules),
@@ -117,7 +118,7 @@ def _evaluate(
     mass, u_mass, words = gains.payload(values.get("payload_kg"), rules, spec)
     quantities += gains.gain_quantities(curves.whole, resonance_Hz, spec)
     quantities.append(gains.stiffness(resonance, mass, u_mass, words))
-    quantities += gains.mass_line(curves.whole, resonance_Hz, mass, spec)
+    quantities += gains.mass_line(curves.whole, resonances_Hz, mass, u_mass, spec)
     quantities += gains.coherence_quantities(curves.whole, allowed, rules)
     quantities += gains.constants(curves.whole, mass, rules, spec)
     without = _without_encoder(records, curves, rules)

@@ -173,11 +173,12 @@ def _quantities(name: str, mode: Mode | Reason, spec: CheckSpec) -> tuple[Quanti
     return _quantity(names[0], mode.f_Hz, mode.u_f_Hz, mode.u_f_model_Hz, spec), damping
 
 
-def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec) -> Quantity:
+def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec, like: str = "") -> Quantity:
+    """Return a quantity with its budget; like: the quantity whose stated uncertainty holds if its own is not stated."""
     budget = [Contribution("scatter between impacts (half the 95 % t-interval)", u, "A")]
     if u_model > 0:
         budget.append(Contribution("neighbouring modes in the local fit", u_model))
-    instrument = stated_contribution(spec, value, name)
+    instrument = stated_contribution(spec, value, name, like)
     if instrument is not None:
         budget.append(instrument)
     return Quantity.of(name, value, *budget)
@@ -194,7 +195,7 @@ def _harmonic(name: str, order: int, found: HammerResponse | Reason, first: Mode
     nearest = min(found.modes, key=lambda m: abs(m.f_Hz - wanted))
     if abs(nearest.f_Hz - wanted) > HARMONIC_WITHIN * wanted:
         return Quantity.missing(label, because(Cause.NO_HARMONIC, within=HARMONIC_WITHIN, f_Hz=wanted))
-    return _quantity(label, nearest.f_Hz, nearest.u_f_Hz, nearest.u_f_model_Hz, spec)
+    return _quantity(label, nearest.f_Hz, nearest.u_f_Hz, nearest.u_f_model_Hz, spec, f"{name}_Hz")
 
 
 def _notes(

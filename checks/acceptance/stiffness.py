@@ -1,7 +1,7 @@
 """Axial stiffness from the deflection under an added mass, circuit closed and open ([STB] 3.1.7, 3.1.8, 3.2.1)."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,12 +36,12 @@ RECORDS = {"closed_circuit": "k_closed_N_per_um", "open_circuit": "k_open_N_per_
 class Deflection:
     """Deflection in one record: deflection [m] 0.1 s after the step, mean of adding and removing, with its scatter; its
     uncertainty from the moments of the steps [m]; the windowed deflection of [STB] 3.1.7 [m] or the reason why it is
-    missing; the fit."""
+    missing; steps, whose u_t holds how long the mass took to come down; the fit."""
 
     value: ScalarEstimate
     u_moment: float
     windowed: ScalarEstimate | Reason
-    steps: tuple[SignalStep, SignalStep]
+    steps: tuple[SignalStep, ...]
     creep: CreepFit
     t: Array
     de: Array
@@ -100,15 +100,15 @@ def deflection_of(record: Record) -> Deflection:
     steps = _two_steps(t, find_steps(t, de))
     creep = fit_creep(t, de, steps)
     first, second = (float(d) for d in creep.deflections)
-    mean = ScalarEstimate(abs(first - second) / 2, creep.u_of((0.5, -0.5)))
-    if creep.fit.scatter > MAX_MISFIT * mean.value:
-        raise NoResult(Cause.CREEP_MISFIT, percent=100 * creep.fit.scatter / mean.value)
-    # The two steps are all the repeats there are: if they differ by more than their scatter, that is the scatter.
-    difference, expected = abs(first + second) / 2, creep.u_of((0.5, 0.5))
-    if difference > MAX_DISAGREEMENT / 2 * mean.value:
+    # The two steps are all the repeats there are: half of their difference is the scatter of their mean.
+    value, half = abs(first - second) / 2, abs(first + second) / 2
+    if creep.fit.scatter > MAX_MISFIT * value:
+        raise NoResult(Cause.CREEP_MISFIT, percent=100 * creep.fit.scatter / value)
+    if half > MAX_DISAGREEMENT / 2 * value:
         raise NoResult(Cause.STEPS_DIFFER, first=abs(first) / UM, second=abs(second) / UM)
-    if difference > 3 * math.hypot(expected, creep.u_moment((0.5, 0.5), steps)):
-        mean = ScalarEstimate(mean.value, difference)
+    mean = ScalarEstimate(value, math.hypot(creep.u_of((0.5, -0.5)) * _slower(creep, t), half))
+    # A load that comes down within 50 ms has no one moment: anywhere in its passage is as good.
+    steps = tuple(replace(s, u_t=math.hypot(s.u_t, _step_duration(t, de, s) / math.sqrt(12.0))) for s in steps)
     return Deflection(mean, creep.u_moment((0.5, -0.5), steps), _windowed_deflection(t, de, steps), steps, creep, t, de)
 
 
@@ -218,27 +218,26 @@ def _creep_rate(name: str, found: Deflection | Reason) -> Quantity:
     creep = found.creep
     weights = np.zeros(creep.fit.x.size)
     weights[3::2] = 0.5 / creep.deflections
-    # A load that comes down within 50 ms has no one moment: anywhere in its passage is as good.
-    u_t = [math.hypot(s.u_t, _step_duration(found, s) / math.sqrt(12.0)) for s in found.steps]
-    moments = 0.5 * creep.gamma_per_moment.sum(axis=0) * u_t
+    # A mass that settles makes both moments late: they add.
+    moments = np.abs(0.5 * creep.gamma_per_moment.sum(axis=0) * [s.u_t for s in found.steps])
     settling = creep.gamma.mean() - creep.later.mean()
     apart = 0.5 * abs(creep.gamma[0] - creep.gamma[1])  # two repeats are all there are
     budget = [
         Contribution("scatter of the record", 100 * creep.fit.u(weights) * _slower(creep, found.t), "A"),
-        Contribution("moment of the steps", 100 * float(np.linalg.norm(moments)), "A"),
+        Contribution("moment of the steps", 100 * float(moments.sum()), "A"),
         Contribution("settling of the mass: creep from 0.3 s on", 100 * abs(float(settling)), "A"),
         Contribution("adding against removing", 100 * float(apart), "A"),
     ]
     return Quantity.of(name, 100 * float(creep.gamma.mean()), *(c for c in budget if np.isfinite(c.u)))
 
 
-def _step_duration(found: Deflection, step: SignalStep) -> float:
+def _step_duration(t: Array, de: Array, step: SignalStep) -> float:
     """Return the duration [s] of a step from a tenth to nine tenths of its height."""
-    t, near = found.t, np.abs(found.t - step.t) < 0.3
-    before = found.de[(t > step.t - 0.6) & (t < step.t - 0.1)]
+    near = np.abs(t - step.t) < 0.3
+    before = de[(t > step.t - 0.6) & (t < step.t - 0.1)]
     if not before.size:
         return 0.0
-    risen = (found.de[near] - np.median(before)) / step.height
+    risen = (de[near] - np.median(before)) / step.height
     return float(np.count_nonzero((risen > 0.1) & (risen < 0.9)) * (t[-1] - t[0]) / (t.size - 1))
 
 

@@ -57,13 +57,15 @@ class Range:
 @dataclass(frozen=True, eq=False)
 class Stroke:
     """Stroke in one record: stroke [m], the voltage missing from the range as a displacement [m], how far the gauge may
-    have drifted [m], loop width at mid-voltage [m] or the reason why it is missing; settled: whether that loop excludes
-    the first rise; V, d : (N,) the record, d from its start."""
+    have drifted [m], loop width at mid-voltage [m] or the reason why it is missing; drift_in_loop: of the gauge between
+    the two branches of that loop [m]; settled: whether that loop excludes the first rise; V, d : (N,) the record, d
+    from its start."""
 
     stroke: ScalarEstimate
     short: float
     drift: float
     width: ScalarEstimate | Reason
+    drift_in_loop: float
     settled: bool
     V: Array
     d: Array
@@ -146,7 +148,10 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
     opening = abs(width.value) if isinstance(width, ScalarEstimate) else 0.0
     bottom = np.abs(V_smooth - V_smooth[0]) <= reach
     drift = ends.drift(V, d, bottom, start, stroke, reach, opening, settled)
-    return Stroke(stroke, short * stroke.value / wanted.span, drift, width, settled, V, d - start.value)
+    pair = loops.last_pair(found)
+    apart = (pair[1].stop - pair[0].start) / 2 if pair and settled else 0.0  # samples between the middles of branches
+    within = apart * ends.drift_rate(V, d, bottom, reach)
+    return Stroke(stroke, short * stroke.value / wanted.span, drift, width, within, settled, V, d - start.value)
 
 
 def _check_range(V: Array, wanted: Range) -> float:
@@ -221,8 +226,9 @@ def _sum_of_shares(shares: list[Contribution]) -> float:
 
 def _width_quantity(name: str, found: list[Stroke | Reason]) -> Quantity:
     """Return the loop width at mid-voltage [percent of the stroke] of one record, or of both added: the loop of three
-    stacks. The gauge's scale error cancels in the ratio, so the scatter is all of its uncertainty."""
-    stroke = width = variance = 0.0
+    stacks. The gauge's scale error cancels in the ratio, its drift between the branches does not. By Rayleigh's law the
+    width, a ratio, grows with the voltage: what is missing from the range is missing from it."""
+    stroke = width = variance = short = drift = 0.0
     for f in found:
         if isinstance(f, Reason):
             return Quantity.missing(name, f)
@@ -231,9 +237,13 @@ def _width_quantity(name: str, found: list[Stroke | Reason]) -> Quantity:
         stroke += f.stroke.value
         width += f.width.value
         variance += f.width.u**2 + (f.width.value / f.stroke.value * f.stroke.u) ** 2
-    u = 100 * math.sqrt(variance) / stroke
+        short += abs(f.width.value) * f.short / f.stroke.value
+        drift += f.drift_in_loop
+    shares = {"voltage off its range": short, "drift of the gauge between the branches": drift}
+    budget = [Contribution("scatter of the records", 100 * math.sqrt(variance) / stroke, "A")]
+    budget += [Contribution(words, 100 * u / stroke) for words, u in shares.items() if u > 0]
     note = None if all(f.settled for f in found if isinstance(f, Stroke)) else FIRST_RISE
-    return Quantity.of(name, 100 * width / stroke, Contribution("scatter of the records", u, "A"), note=note)
+    return Quantity.of(name, 100 * width / stroke, *budget, note=note)
 
 
 def _panels(found: dict[str, Stroke], wanted: Range) -> dict[str, Panel]:

@@ -38,11 +38,7 @@ def drift(
     Settled loops close: the difference between later returns is drift. After one loop only, drift cannot be
     distinguished from the remanence of the first rise; the top lies midway, so half of it counts. Differences within
     the scatter do not count. Raises NoResult if d does not come back."""
-    returns = [
-        (lo, level(V - V[lo:hi].min(), d, lo + int(np.argmin(V[lo:hi])), bottom, reach))
-        for lo, hi in stays(bottom)
-        if lo > 0
-    ]
+    returns = _returns(V, d, bottom, reach)
     most = MAX_FIRST * stroke.value + LEFT_OPEN[settled] * opening
     for _, back in returns:
         left, later = back.value - start.value, back.value - returns[0][1].value
@@ -54,6 +50,25 @@ def drift(
         return _beyond_scatter(returns[0][1], start) / 2
     (first, a), (last, b) = returns[0], returns[-1]
     return _beyond_scatter(a, b) * V.size / (last - first)
+
+
+def drift_rate(V: Array, d: Array, bottom: NDArray[np.bool_], reach: float) -> float:
+    """Return how far the gauge may drift in one sample [m], as a standard uncertainty: by the first and the last return
+    of V to its start, and their scatter. 0 with fewer than two: settled loops alone tell a drift from remanence."""
+    returns = _returns(V, d, bottom, reach)
+    if len(returns) < 2:
+        return 0.0
+    (first, a), (last, b) = returns[0], returns[-1]
+    return math.hypot(b.value - a.value, a.u, b.u) / (last - first)
+
+
+def _returns(V: Array, d: Array, bottom: NDArray[np.bool_], reach: float) -> list[tuple[int, ScalarEstimate]]:
+    """Return the first sample of each later stay of V at its start, and d there."""
+    return [
+        (lo, level(V - V[lo:hi].min(), d, lo + int(np.argmin(V[lo:hi])), bottom, reach))
+        for lo, hi in stays(bottom)
+        if lo > 0
+    ]
 
 
 def _beyond_scatter(a: ScalarEstimate, b: ScalarEstimate) -> float:

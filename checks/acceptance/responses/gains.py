@@ -1,6 +1,7 @@
 """Quantities of the merged curves besides their resonances: gains, mass line, stiffness, constants, coherence."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -38,14 +39,15 @@ MASS_BAND_HZ = (200.0, 350.0)
 MASS_LINE_AT_HZ = 250.0
 COHERENT = {f"coherent_{c}_Hz": c for c in OUTPUTS}
 CONSTANTS = ("ga_N_per_V", "gs_V_per_m")
+GAINS_OF = {"ga_N_per_V": ("gain_de_um_per_V",), "gs_V_per_m": ("gain_de_um_per_V", "gain_Vs_V_per_V")}
 
 
-def excused_bands(resonance_Hz: float, zero_Hz: float) -> dict[str, list[tuple[float, float]]]:
-    """Return the intervals [Hz] of each channel in which coherence may drop: the resonance, and for Vs its zero ([STB]
+def excused_bands(resonances_Hz: Sequence[float], zero_Hz: float) -> dict[str, list[tuple[float, float]]]:
+    """Return the intervals [Hz] of each channel in which coherence may drop: the resonances, and for Vs its zero ([STB]
     3.2.4)."""
-    pole = (1 - EXCUSED_POLE) * resonance_Hz, (1 + EXCUSED_POLE) * resonance_Hz
+    poles = [((1 - EXCUSED_POLE) * f, (1 + EXCUSED_POLE) * f) for f in resonances_Hz]
     zero = (1 - EXCUSED_ZERO) * zero_Hz, (1 + EXCUSED_ZERO) * zero_Hz
-    return {c: [pole, zero] if c == "Vs" else [pole] for c in OUTPUTS}
+    return {c: [*poles, zero] if c == "Vs" else poles for c in OUTPUTS}
 
 
 def mean_size(frf: Frf, channel: str, f_lo: float, f_hi: float) -> tuple[float, float] | None:
@@ -126,12 +128,17 @@ def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, wor
     return with_stated_accuracy(name, k, budget, systematic, note=f"payload {mass:g} kg, {words}")
 
 
-def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> list[Quantity]:
+def mass_line(
+    frf: Frf, resonances_Hz: Sequence[float], mass: float, u_mass: Contribution | None, spec: CheckSpec
+) -> list[Quantity]:
     """Return mass_line_um_per_V: |da| at 250 Hz if there were only the payload, from 200 to 350 Hz; and the payload
     that this line, the static gain and the resonance imply together ([STB] 3.2.3: the line of APA 7 is off).
 
-    For one mode |da| (f^2 - f0^2) = g0 f0^2: the line measures force per volt over mass, whatever the stiffness."""
+    For one mode |da| (f^2 - f0^2) = g0 f0^2: the line measures force per volt over mass, whatever the stiffness. With a
+    second mode the product falls with f towards its end, by the difference between its halves or, of a second
+    resonance that carries at most as much as the first, by half of (f1^2 - f0^2) / (f^2 - f1^2)."""
     names = "mass_line_um_per_V", "mass_line_kg"
+    resonance_Hz, last_Hz = resonances_Hz[0], resonances_Hz[-1]
     part = frf.select("da").band(*MASS_BAND_HZ)
     part = part.band(1.5 * resonance_Hz, math.inf)
     good = part.usable
@@ -143,24 +150,29 @@ def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> li
     line, scatter = float(np.median(each)), float(np.std(each)) / math.sqrt(each.size)
     value = line / MASS_LINE_AT_HZ**2 * 1e6
     accuracy = stated_contribution(spec, value, names[0], "gain_da_um_per_V")
-    budget = [Contribution("scatter along the line", value * scatter / line, "A")]
+    lower, upper = np.array_split(each, 2)
+    trend = abs(float(np.median(lower) - np.median(upper)))
+    middle = float(np.median(part.f[good])) ** 2
+    second = abs(last_Hz**2 - resonance_Hz**2) / 2 / (middle - last_Hz**2)
+    along = {"scatter along the line": scatter / line, "trend along the line: other modes": trend / line}
+    along |= {"second resonance": second / math.sqrt(3)} if len(resonances_Hz) > 1 else {}
+    budget = [Contribution(words, value * share, "A") for words, share in along.items()]
     implied = mass * static[0] * resonance_Hz**2 / line
+    more = [Contribution(words, implied * share, "A") for words, share in along.items()]
+    more.append(Contribution("scatter of the static gain", implied * static[1] / static[0], "A"))
+    payload_u = None if u_mass is None else Contribution(u_mass.source, implied * u_mass.u / mass)
+    note = f"{implied / mass:.3f} times the payload: 1 where one mode carries the response"
     return [
         with_stated_accuracy(names[0], value, budget, accuracy),
-        Quantity.of(
-            names[1],
-            implied,
-            Contribution("scatter along the line", implied * scatter / line, "A"),
-            Contribution("scatter of the static gain", implied * static[1] / static[0], "A"),
-            note=f"{implied / mass:.3f} times the payload: 1 where one mode carries the response",
-        ),
+        with_stated_accuracy(names[1], implied, more, payload_u, note=note),
     ]
 
 
 def coherence_quantities(
     frf: Frf, allowed: dict[str, list[tuple[float, float]]], rules: ResponseSettings
 ) -> list[Quantity]:
-    """Return the highest frequency up to which each channel is coherent."""
+    """Return the highest frequency up to which each channel is coherent: the last step of the search that is, so the
+    end lies anywhere up to the next one."""
     out = []
     for name, c in COHERENT.items():
         top = coherent_up_to(frf, c, allowed[c], rules)
@@ -168,7 +180,7 @@ def coherence_quantities(
             out.append(Quantity.missing(name, because(Cause.NOT_COHERENT, channel=c, f_Hz=rules.coherence_Hz[c][0])))
             continue
         step = top * math.log(float(frf.f[-1]) / rules.coherence_Hz[c][0]) / STEPS
-        out.append(Quantity.of(name, top, Contribution("steps of the search", step / math.sqrt(12))))
+        out.append(Quantity.of(name, top, Contribution("steps of the search", step / math.sqrt(3))))
     return out
 
 
@@ -206,7 +218,7 @@ def _constant(name: str, found: Constant | None, model: Model, spec: CheckSpec) 
         Contribution(f"model {model.name}, as its tolerance says", abs(found.value) * model.tolerance),
         Contribution(f"uncertain parameters of model {model.name}", found.u_model),
     ]
-    instrument = stated_contribution(spec, found.value, name)
-    return Quantity.of(
-        name, found.value, *budget, *([] if instrument is None else [instrument]), note=f"by {model.name}"
-    )
+    stated = [stated_contribution(spec, found.value, name)]
+    if stated[0] is None:  # both follow from the gain of de, gs also from that of Vs
+        stated = [stated_contribution(spec, found.value, gain) for gain in GAINS_OF.get(name, ())]
+    return Quantity.of(name, found.value, *budget, *(c for c in stated if c is not None), note=f"by {model.name}")
