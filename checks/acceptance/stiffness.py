@@ -41,7 +41,7 @@ class Deflection:
     value: ScalarEstimate
     u_moment: float
     windowed: ScalarEstimate | Reason
-    steps: tuple[SignalStep, ...]
+    steps: tuple[SignalStep, SignalStep]
     creep: CreepFit
     t: Array
     de: Array
@@ -108,8 +108,9 @@ def deflection_of(record: Record) -> Deflection:
         raise NoResult(Cause.STEPS_DIFFER, first=abs(first) / UM, second=abs(second) / UM)
     mean = ScalarEstimate(value, math.hypot(creep.u_of((0.5, -0.5)) * _slower(creep, t), half))
     # A load that comes down within 50 ms has no one moment: anywhere in its passage is as good.
-    steps = tuple(replace(s, u_t=math.hypot(s.u_t, _step_duration(t, de, s) / math.sqrt(12.0))) for s in steps)
-    return Deflection(mean, creep.u_moment((0.5, -0.5), steps), _windowed_deflection(t, de, steps), steps, creep, t, de)
+    on, away = (replace(s, u_t=math.hypot(s.u_t, _step_duration(t, de, s) / math.sqrt(12.0))) for s in steps)
+    u_moment, windowed = creep.u_moment((0.5, -0.5), (on, away)), _windowed_deflection(t, de, steps)
+    return Deflection(mean, u_moment, windowed, (on, away), creep, t, de)
 
 
 def _two_steps(t: Array, steps: list[SignalStep]) -> tuple[SignalStep, SignalStep]:
