@@ -27,6 +27,7 @@ from specs.bench import InstrumentEntry
 
 END = b"\n"
 SYSTEM, IDS = "com.attocube.system", "com.attocube.ids"
+NOT_TOLD = "not told"
 PICOMETRE = 1e-12  # unit in which it sends a displacement [m]
 
 
@@ -46,7 +47,7 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         super().__init__(*given)
         self._numbers = itertools.count(1)
         self._next_question = itertools.cycle(
-            (self._measuring, self._pass_mode, self._contrast, self._reference, self._serial)
+            (self._measuring, self._pass_mode, self._contrast, self._reference, self._averaging, self._serial)
         )
 
     def _start(self, deadline: Deadline) -> None:
@@ -62,7 +63,7 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         """Return pass mode, axis and where the axis was reset, if it measures with enough contrast. Raises
         InstrumentRefused, Implausible."""
         said: dict[str, str] = {}
-        for question in (self._measuring, self._pass_mode, self._contrast, self._reference):
+        for question in (self._measuring, self._pass_mode, self._contrast, self._reference, self._averaging):
             said |= question(deadline)
         return said | {"axis": str(self.settings.axis)}
 
@@ -87,11 +88,19 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
 
     def _reference(self, deadline: Deadline) -> Mapping[str, str]:
         """Return the position at which the axis was last reset: a reset in the middle of a record looks like a step."""
+        reference = self._told("getReferencePosition", deadline, self.settings.axis)
+        return {"reference position": reference if reference == NOT_TOLD else f"{reference} pm"}
+
+    def _averaging(self, deadline: Deadline) -> Mapping[str, str]:
+        """Return N of the averaging over 2^N times 40 ns, which smears a step by up to 0.7 s."""
+        return {"averaging N": self._told("getAverageN", deadline)}
+
+    def _told(self, what: str, deadline: Deadline, *params: object) -> str:
+        """Return what an interface of now tells and an older one refuses."""
         try:
-            reference = self._call(f"{IDS}.displacement.getReferencePosition", deadline, self.settings.axis)
-        except InstrumentRefused:  # an older interface: then a reset cannot be asked
-            return {"reference position": "not told"}
-        return {"reference position": f"{reference} pm"}
+            return str(self._call(f"{IDS}.displacement.{what}", deadline, *params))
+        except InstrumentRefused:
+            return NOT_TOLD
 
     def _serial(self, deadline: Deadline) -> Mapping[str, str]:
         serial = str(self._call(f"{SYSTEM}.getSerialNumber", deadline))

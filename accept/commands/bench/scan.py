@@ -5,6 +5,7 @@ question can be found by `accept hw test`, once a person has said which instrume
 address that is named, one question that changes nothing is asked: `*IDN?`, or the device's name.
 """
 
+import json as jsonlib
 import re
 import warnings
 from collections.abc import Sequence
@@ -22,12 +23,14 @@ from accept.commands.options import JsonAnswer
 from hw.errors import InstrumentError
 from hw.instruments.scpi_lcr import PROFILES
 from hw.link import Link
-from hw.network_port import Address, visa_opener
+from hw.network_port import Address, open_tcp, visa_opener
 from hw.serial_port import LineSettings
 from specs.distribution import install
 
 LISTEN_S, ANSWER_S = 0.3, 1.0  # what sends by itself does so more often; for an answer to `*IDN?`
 IDN = "*IDN?\n"
+PY = "@py"
+HOST_NUMBER = re.compile(r"[\w.-]+:\d+")  # an address, and not a VISA name
 ASKED = ("TCPIP", "USB", "GPIB")  # VISA interfaces with an instrument at the other end
 ADAPTERS = re.compile(r"FTDI|FT232|CP210|CH340|PL2303|USB|UART|ACM|COM", re.IGNORECASE)
 
@@ -43,12 +46,17 @@ class Seen:
 
 @clear_errors
 def scan(
-    resource: Annotated[list[str] | None, typer.Option(help="VISA name of an instrument to ask, too.")] = None,
+    resource: Annotated[
+        list[str] | None, typer.Option(help="VISA name of an instrument to ask, too, or host:number of an IDS3010.")
+    ] = None,
+    library: Annotated[str, typer.Option(help="VISA library: @py (pyvisa-py), @ivi (of an adapter's maker).")] = PY,
     json: JsonAnswer = None,
 ) -> Exit:
     """Find ports and VISA instruments. Proposes a bench file; serial ports are only listened to."""
     check_answer(json)
-    seen = [*_serial_ports(), *_visa(resource or ())]
+    on_network = [name for name in resource or () if HOST_NUMBER.fullmatch(name)]
+    on_visa = [name for name in resource or () if name not in on_network]
+    seen = [*_serial_ports(), *map(_device, on_network), *_visa(on_visa, library)]
     for one in seen:
         say(f"{one.place}: {one.words}")
     if not seen:
@@ -84,7 +92,31 @@ def _listened(port: str, description: str) -> Seen:
     return Seen(port, f"{description}; {words}", entry if ADAPTERS.search(f"{port} {description}") else "")
 
 
-def _visa(named: Sequence[str]) -> list[Seen]:
+def _device(address: str) -> Seen:
+    """Ask a device on the network for its name, as an IDS3010 tells it; this changes nothing."""
+    link = Link(Address(address), open_tcp)
+    try:
+        names = []
+        for number, what in enumerate(("getDeviceName", "getSerialNumber")):
+            call = {"jsonrpc": "2.0", "method": f"com.attocube.system.{what}", "params": [], "id": number, "api": 2}
+            link.send(jsonlib.dumps(call).encode("ascii") + b"\r\n")
+            line = link.read_until(b"\n", link.deadline(2 * ANSWER_S))
+            names.append(re.sub(r"[^\w .-]", "", str(jsonlib.loads(line)["result"][1])))
+    except InstrumentError as e:
+        return Seen(address, str(e).partition(": ")[2])
+    except (ValueError, KeyError, TypeError, IndexError):
+        return Seen(address, "answers, but not as an IDS3010")
+    finally:
+        link.close()
+    entry = (
+        f'[instruments.interferometer]\ndriver = "ids3010"\nmeasures = ["stiffness"]\nserial = "{names[1]}"\n'
+        f'resource = "{address}"\n# settings = {{ axis = 0, pass_mode = 0, range_mm = [-1.0, 1.0] }}\n'
+        '# calibration = { certificate = "...", due = 2027-01-01 }\n'
+    )
+    return Seen(address, f"{names[0]} {names[1]}: ids3010", entry)
+
+
+def _visa(named: Sequence[str], library: str) -> list[Seen]:
     try:
         import pyvisa
     except ImportError:
@@ -94,7 +126,7 @@ def _visa(named: Sequence[str]) -> list[Seen]:
         with warnings.catch_warnings(record=True) as left_out:  # what could not be searched, and what it would take
             warnings.simplefilter("always")
             warnings.simplefilter("ignore", ResourceWarning)  # sockets that the search leaves open
-            found = pyvisa.ResourceManager("@py").list_resources("?*")
+            found = pyvisa.ResourceManager(library).list_resources("?*")
         for warning in left_out:
             say(f"VISA: {warning.message}")
     except (pyvisa.errors.Error, OSError, ValueError) as e:
@@ -103,12 +135,12 @@ def _visa(named: Sequence[str]) -> list[Seen]:
     # A list of what is asked and not of what is left out: a library may have names of its own for serial ports, as
     # PRLGX-ASRL, and would write to them.
     instruments = [r for r in found if r.partition("::")[0].rstrip("0123456789") in ASKED]
-    return [_identified(resource) for resource in (*instruments, *named)]
+    return [_identified(resource, library) for resource in (*instruments, *named)]
 
 
-def _identified(resource: str) -> Seen:
+def _identified(resource: str, library: str) -> Seen:
     """Ask a VISA instrument for `*IDN?`, a question that every one of them has and that changes nothing."""
-    link = Link(Address(resource), visa_opener("@py", ANSWER_S))
+    link = Link(Address(resource), visa_opener(library, ANSWER_S))
     try:
         link.send(IDN.encode("ascii"))
         said = link.read_until(b"\n", link.deadline(2 * ANSWER_S)).strip().decode("ascii", "replace")

@@ -11,6 +11,7 @@ from serial.tools.list_ports_common import ListPortInfo
 from accept.base.exit_codes import Exit
 from accept.commands.bench import scan as command
 from specs.bench import parse_bench
+from tests.hw.peers.ids3010 import Ids3010Peer
 from tests.hw.peers.network import served
 from tests.hw.peers.scpi_lcr import E4980aPeer
 
@@ -55,6 +56,24 @@ def test_a_meter_is_proposed_as_an_entry_that_opens(ports, capsys):
     bench = parse_bench(said.out.encode(), "proposed")
     assert (bench.instruments["lcr"].serial, bench.instruments["lcr"].model) == ("MY46412345", "E4980A")
     assert "127.0.0.1::9::SOCKET: nothing answers there" in said.err
+
+
+@pytest.mark.slow
+def test_an_interferometer_at_its_address_is_proposed(ports, capsys):
+    with served(Ids3010Peer()) as where, served(E4980aPeer()) as other:
+        command.scan([where, other, "127.0.0.1:9"])
+    said = capsys.readouterr()
+    entry = parse_bench(said.out.encode(), "proposed").instruments["interferometer"]
+    assert (entry.driver, entry.serial, entry.resource) == ("ids3010", "L01234567", where)
+    assert f"{where}: IDS3010 L01234567: ids3010" in said.err
+    assert f"{other}: " in said.err
+    assert "127.0.0.1:9: nothing answers there" in said.err
+
+
+@pytest.mark.slow
+def test_a_library_that_is_not_there_is_said_in_one_line(ports, capsys):
+    assert command.scan(library="/absent/visa.so") is Exit.ACCEPTED
+    assert "VISA: " in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -109,6 +109,7 @@ class Ids3010(Peer):
             | {
                 "pass mode dual": set_to(self, pass_mode=1),
                 "beam lost": set_to(self, contrast=3),
+                "averaging over 0.67 s": set_to(self, average=24),
                 "axis reset": self.reset,
                 "another serial number": set_to(self, serial="L0149999"),
                 "power off and on": self.power_cycle,

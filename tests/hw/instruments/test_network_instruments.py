@@ -233,6 +233,29 @@ def test_the_interferometer():
     assert reading.settings["pass mode"] == "0"
 
 
+@pytest.mark.parametrize("name", ["averaging", "reference_pm"])
+def test_an_axis_that_is_reset_or_averaged_otherwise_in_the_middle_of_a_record(name):
+    """Both make or smear a step; one question goes with each sample, each of them in its turn."""
+    peer = Ids3010Peer()
+    with served(peer) as where, closing(ids(where)) as interferometer:
+        interferometer.connect()
+        assert interferometer.read().value == pytest.approx(0.0, abs=1e-12)
+        setattr(peer, name, 9)
+        with pytest.raises(Implausible, match="was it changed"):
+            all(interferometer.sample() for _ in range(6))
+
+
+def test_an_older_interface_tells_no_averaging():
+    class Older(Ids3010Peer):
+        def _said(self, request):
+            request["method"] = request["method"].replace("getAverageN", "getSomething")
+            return super()._said(request)
+
+    with served(Older()) as where, closing(ids(where)) as interferometer:
+        interferometer.connect()
+        assert interferometer.read().settings["averaging N"] == "not told"
+
+
 @pytest.mark.parametrize(
     ("change", "error", "words"),
     [

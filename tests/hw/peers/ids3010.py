@@ -11,7 +11,7 @@ class Ids3010Peer:
     def __init__(self, serial: str = "L01234567") -> None:
         self.truth, self.serial, self.pass_mode = 0.0, serial, 0
         self.switch_on()
-        self.enabled, self.contrast, self.reference_pm = True, 700, 12_345_678
+        self.enabled, self.contrast, self.reference_pm, self.averaging = True, 700, 12_345_678, 0
         self.panel = {
             "measurement stopped": lambda: setattr(self, "enabled", False),
             "dual pass": lambda: setattr(self, "pass_mode", 1 - self.pass_mode),
@@ -42,6 +42,7 @@ class Ids3010Peer:
             "com.attocube.ids.displacement.getSignalQuality": [self.contrast, 12],
             "com.attocube.ids.displacement.getAxisDisplacement": [round(shown * 1e12)],
             "com.attocube.ids.displacement.getReferencePosition": [self.reference_pm],
+            "com.attocube.ids.displacement.getAverageN": [self.averaging],
         }
         if request["method"] not in known:
             return {"jsonrpc": "2.0", "error": {"code": -32601, "message": "Method not found"}, "id": request["id"]}
