@@ -83,6 +83,15 @@ HEAVY: Mapping[str, Heavy] = {
         ],
         "a short delay that is an amplifier; what the data tell apart",
     ),
+    "tests/checks/gap/test_lags.py": Heavy(
+        ["checks/gap"],
+        [
+            "test_a_hold_of_another_rate_is_no_amplifier",
+            "test_what_the_band_shows_is_named[channel_lowpass_de-values1]",
+            "test_what_the_band_shows_is_named[loop_delay-values2]",
+        ],
+        "an amplifier that the band shows, one that it does not, a pickup that is no latency",
+    ),
     "tests/checks/gap/test_starts.py": Heavy(
         ["checks/gap"],
         ["test_a_misaligned_strut_is_explained_from_far_away[10.0-280.0]"],
