@@ -5,17 +5,20 @@ import hashlib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from accept.units import unit_folder
-from accept.units.duplicate_records import vet_twins
 from accept.units.shared_folder import vet_shared
 from accept.units.unit_entry import FileEntry, UnitSection
 from accept.units.unit_experiments import EXPERIMENTS
 from accept.units.unit_folder import UNIT_FILE, UnitFolder, inside
 from checks.declare import CsvTable, Values
 from checks.errors import RecordError
+from checks.record import Record
 from hw.records import record_of, table_of
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.source import Source, load_bytes
@@ -144,3 +147,19 @@ def loaded(unit: Path | UnitFolder | LoadedUnit) -> LoadedUnit:
 def contents_of(unit: Path | LoadedUnit) -> Mapping[str, bytes]:
     """Return what is held of a unit; nothing of a mere path."""
     return unit.contents if isinstance(unit, LoadedUnit) else {}
+
+
+def vet_twins(values: Mapping[str, Any]) -> None:
+    """Raise RecordError if two inputs of a section hold the same recording, also under another name or format.
+
+    Noise makes two recordings of one thing differ in their last digits, so equal samples are a copy."""
+    records = {name: value for name, value in values.items() if isinstance(value, Record)}
+    for (a, one), (b, other) in combinations(records.items(), 2):
+        if one.sha256 == other.sha256 or _same_samples(one, other):
+            a, b = (name.replace("_", " ") for name in (a, b))
+            raise RecordError(f"{a} ({one.name}) and {b} ({other.name}) hold the same recording; give each its own")
+
+
+def _same_samples(one: Record, other: Record) -> bool:
+    shared = one.channels.keys() & other.channels.keys()
+    return bool(shared) and all(np.array_equal(one[c], other[c]) for c in shared)

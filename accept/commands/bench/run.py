@@ -3,7 +3,9 @@
 import os
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
@@ -13,12 +15,41 @@ from accept.base.console import say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.operator_name import operator_name
 from accept.commands.bench import web as browser
-from accept.commands.bench.run_options import RunOptions
+from accept.commands.options import BenchPath, Operator, SpecName
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
 
 if TYPE_CHECKING:
     from accept.workflow.bench import Workbench
+
+
+UNIT_FILE = "unit.toml"  # as in accept.units.unit_folder, which takes longer to import than the first screen may
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """The command line, as typed."""
+
+    unit: Annotated[str | None, typer.Argument(help="Serial or unit folder to continue with.")] = None
+    spec: SpecName = None
+    bench: BenchPath = None
+    records: Annotated[Path | None, typer.Option(help="Folder that new record files arrive in.")] = None
+    operator: Operator = None
+    training: Annotated[bool, typer.Option("--training", help="A simulated unit with a hidden fault.")] = False
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the training unit; default: random.")] = None
+
+    def arguments(self) -> list[str]:
+        """Return what would be typed to get this."""
+        options = {"spec": self.spec, "bench": self.bench, "records": self.records, "operator": self.operator}
+        named = options | {"seed": self.seed}
+        words = [word for name, value in named.items() if value is not None for word in (f"--{name}", str(value))]
+        return [*([self.unit] if self.unit else []), *words, *(["--training"] if self.training else [])]
+
+    @property
+    def folder(self) -> Path | None:
+        """Return the unit folder that is meant, None for a serial."""
+        path = Path(self.unit or "")
+        return path if self.unit and ((path / UNIT_FILE).is_file() or len(path.parts) > 1) else None
 
 
 def run(

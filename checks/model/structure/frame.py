@@ -6,10 +6,11 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy import linalg
 
 from checks.arrays import Array
+from checks.errors import ModelError
 from checks.model.structure.beam import Beams, Material, add_beams, add_body
-from checks.model.structure.craig_bampton import craig_bampton
 from checks.model.structure.frame_geometry import FrameGeometry, SolidBlock
 from checks.model.structure.superelement import DOFS, Superelement
 
@@ -134,3 +135,24 @@ def _arm(net: _Net, g: FrameGeometry, end: int, foot: int, root_x: float, up: in
 def _massless(material: Material) -> Material:
     """Return the material without density, for a neck: its mass is in its block's box."""
     return replace(material, rho=0.0)
+
+
+def craig_bampton(K: Array, M: Array, interface: int, modes: int) -> tuple[Array, Array]:
+    """Return K, M of a free body reduced to the first `interface` dofs, kept as they are, and `modes` modal dofs with
+    unit modal mass: its lowest modes with the interface held.
+
+    K, M (n, n) with the interface first; returns two (interface + modes, interface + modes). Exact at rest for loads on
+    the interface ([CB68]). Raises ModelError if the interior is not held by it.
+    """
+    inside = K.shape[0] - interface
+    if not 0 <= modes <= inside:
+        raise ModelError(f"{modes} interior modes were asked for, expected 0..{inside}")
+    Kii, Mii = K[interface:, interface:], M[interface:, interface:]
+    try:
+        static = -linalg.cho_solve(linalg.cho_factor(Kii), K[interface:, :interface])
+    except linalg.LinAlgError as e:
+        raise ModelError(f"the interior is not held by the {interface} interface dofs: {e}") from e
+    shapes = linalg.eigh(Kii, Mii, subset_by_index=[0, modes - 1])[1] if modes else np.zeros((inside, 0))
+    T = np.block([[np.eye(interface), np.zeros((interface, modes))], [static, shapes]])
+    reduced = [T.T @ A @ T for A in (K, M)]
+    return (reduced[0] + reduced[0].T) / 2, (reduced[1] + reduced[1].T) / 2

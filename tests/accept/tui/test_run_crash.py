@@ -2,8 +2,7 @@
 
 import pytest
 
-from accept.commands.bench.run import run
-from accept.commands.bench.run_options import RunOptions
+from accept.commands.bench.run import RunOptions, run
 from accept.tui.app import BenchApp
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from accept.base.exit_codes import Exit
 from accept.commands.bench import web
-from accept.commands.bench.run_options import RunOptions
+from accept.commands.bench.run import RunOptions
 
 aiohttp = pytest.importorskip("aiohttp")
 pytest.importorskip("textual_serve")

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from accept.commands.bench.simulate import experiment_of, request_of
-from accept.commands.bench.simulate_options import SimulateOptions
+from accept.commands.bench.simulate import SimulateOptions, experiment_of, request_of
 from accept.judging.judge_unit import judge_unit
 from accept.models.model_file import open_model
 from accept.simulate import SimulatedUnit, UnitRequestError, simulate, write

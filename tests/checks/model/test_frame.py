@@ -11,8 +11,7 @@ from checks.arrays import Array
 from checks.errors import ModelError
 from checks.model.model import frequency_and_damping
 from checks.model.structure.apa import superelement_body
-from checks.model.structure.craig_bampton import craig_bampton
-from checks.model.structure.frame import frame_apa, frame_matrices
+from checks.model.structure.frame import craig_bampton, frame_apa, frame_matrices
 from checks.model.structure.frame_geometry import FrameGeometry, SolidBlock
 from checks.model.structure.rigid_motion import rigid_motions
 from checks.model.structure.superelement import Superelement
