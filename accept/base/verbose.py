@@ -48,7 +48,7 @@ def _ended(seconds: float) -> None:
 def _file_handler() -> logging.Handler:
     path: Path = home() / "log" / NAME
     path.parent.mkdir(mode=0o700, exist_ok=True)
-    print(f"accept: what it reads and opens is logged in {path}", file=sys.stderr)
+    print(f"accept: what it reads and opens is logged in {one_line(str(path))}", file=sys.stderr)
     return logging.FileHandler(path, mode="w", encoding="utf-8")
 
 

@@ -78,7 +78,7 @@ class BenchApp(App[None]):
         super()._handle_exception(error)
 
     async def on_event(self, event: Event) -> None:
-        """Note that somebody is at the bench."""
+        """Note that a person is at the bench."""
         if isinstance(event, Key | MouseDown):
             self.shift.touch()
         await super().on_event(event)

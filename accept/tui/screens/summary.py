@@ -246,7 +246,7 @@ class Summary(Scanning[bool]):
 
     def _made(self, passphrase: str, left: Path) -> None:
         self.say("Keys were created", "good")
-        if self.bench.training is not None:  # a training's authority is nobody's
+        if self.bench.training is not None:  # the authority of a training has no owner
             self._sign([passphrase])
             return
         self.app.push_screen(Help("Keys were created", _OFF_THE_BENCH.format(left)), lambda _: self._sign([passphrase]))
