@@ -17,7 +17,7 @@ from accept.base.plain_text import lines, one_line
 from specs import plugins
 from specs.errors import AcceptError
 
-__all__ = ["KNOWN_ERRORS", "clear_errors", "confirm", "one_line", "operator_name", "say", "stdout", "tell"]
+__all__ = ["KNOWN_ERRORS", "ask", "clear_errors", "confirm", "one_line", "operator_name", "say", "stdout", "tell"]
 
 P = ParamSpec("P")
 
@@ -54,6 +54,14 @@ def confirm(question: str) -> bool | None:
         return None
     print(f"{one_line(question)} [y/N] ", end="", file=sys.stderr, flush=True)
     return sys.stdin.readline().strip().lower() in ("y", "yes")
+
+
+def ask(question: str) -> str | None:
+    """Ask for a line of text at the terminal and return it; None without a terminal to ask at."""
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return None
+    print(f"{one_line(question)} ", end="", file=sys.stderr, flush=True)
+    return sys.stdin.readline().strip()
 
 
 def tell(*words: str) -> None:

@@ -49,7 +49,8 @@ class UnitJob:
     certificate : the file wanted, None for none. provenance : what it states beside the result. draws : whether
     `judge` draws the page; else it is drawn when the judgement is settled, because the page has to state a reservation
     that the store already has. uncertified : number of the stored judgement that only lacks its certificate.
-    place : where the unit stands in its batch, None without one.
+    place : where the unit stands in its batch, None without one. reason : why it is judged again, "" if no reason was
+    given, None if none is asked for.
     """
 
     unit: UnitFolder
@@ -63,6 +64,7 @@ class UnitJob:
     draws: bool = True
     uncertified: int | None = None
     place: PlaceInBatch | None = None
+    reason: str | None = None
 
     def judge(self, say: Say = lambda _: None) -> Judgement:
         """Judge the unit, explain its responses, and draw its certificate. Raises UnitError, ContentError."""

@@ -48,7 +48,8 @@ class BatchRequest:
     calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's.
     pool: processes that run already; the longest unit is then judged by this one. For units that are known not to
     break it. cluster: judges instead of processes of this machine. refused: (where, why) of units that did not even
-    come this far. confirm: asks the operator a question, None if it cannot be asked."""
+    come this far. confirm: asks the operator a question, None if it cannot be asked. reason: why units that were not
+    accepted are judged again, None to ask for it by `ask_reason`."""
 
     paths: Sequence[Path]
     out: Path
@@ -63,6 +64,8 @@ class BatchRequest:
     cluster: Cluster | None = None
     refused: Sequence[tuple[str, str]] = ()
     confirm: Callable[[str], bool | None] = lambda _: None
+    reason: str | None = None
+    ask_reason: Callable[[str], str | None] = lambda _: None
 
     def certificate(self, serial: str) -> Path | None:
         """Return the path of a unit's certificate, None if none is wanted."""
@@ -134,6 +137,8 @@ class _Batch:
             model=request.model,
             out=request.out,
             confirm=request.confirm,
+            reason=request.reason,
+            ask_reason=request.ask_reason,
         )
         self.doubted: list[str] = []  # judged earlier with a recording that another unit has too
         self.started = 0  # number of the event that says so
@@ -230,7 +235,8 @@ class _Batch:
         unit = self.roster.unit(path)
         found, certificate = self.roster.found(serial), self.request.certificate(serial)
         panels = {} if certificate is None else _pictures(certificate)
-        job = self.pipeline.prepare(unit, self.pipeline.ask(unit), certificate, self._place(unit))
+        why = f"in the same batch, because of {because_of}"
+        job = self.pipeline.prepare(unit, self.pipeline.ask(unit), certificate, self._place(unit), why)
         judgement = job.run() if found is None or panels is None else Judgement(replace(found, panels=panels))
         self.keep(job, judgement, "again, ")
 

@@ -45,8 +45,16 @@ from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
 from accept.store.spelling import mistaken_for
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
 from specs.bench import BenchFile
+from specs.errors import AcceptError
 from specs.files import CERTIFICATE_BYTES, read_bounded
 from specs.spec import Spec
+
+ASKING = ("rejected", "incomplete")  # verdicts after which another judgement asks for a reason
+LONGEST = 200  # characters of the reason: two lines of the certificate
+
+
+class ReasonError(AcceptError):
+    """A reason that a certificate cannot state."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +79,8 @@ class Pipeline:
     """Judges units for one store: by these specs (kind -> spec), under this operator's name, with the calibration of
     a bench file's instruments as it stands `on` a day (UTC). credential: signs certificates. model: explains responses
     instead of the spec's. out: folder of the results. confirm: asks the operator a question, None if it cannot be
-    asked."""
+    asked. reason: why units that were not accepted are judged again, None to ask; ask_reason: asks for it, None if it
+    cannot be asked."""
 
     def __init__(
         self,
@@ -86,6 +95,8 @@ class Pipeline:
         out: Path | None = None,
         place: Path | None = None,
         confirm: Callable[[str], bool | None] = lambda _: None,
+        reason: str | None = None,
+        ask_reason: Callable[[str], str | None] = lambda _: None,
     ) -> None:
         self.store, self.specs, self.operator, self.credential = store, specs, operator, credential
         self.bench_file, self.on, self.model, self.out = bench_file, on or datetime.now(UTC).date(), model, out
@@ -95,6 +106,8 @@ class Pipeline:
         self._head: SignedHead | None = None
         self._stopped: bool | None = None
         self._confirm, self._confirmed = confirm, set[Path]()
+        self._reason = None if reason is None else reason_line(reason)
+        self._ask_reason = ask_reason
 
     def ask(self, unit: UnitFolder) -> Known:
         """Ask the store for what it knows of a unit. Raises UnitError if the store cannot hold such a unit,
@@ -140,12 +153,21 @@ class Pipeline:
         return before.certificate is not None and _sha256(certificate) == before.certificate.sha256
 
     def prepare(
-        self, unit: UnitFolder, known: Known, certificate: Path | None = None, place: PlaceInBatch | None = None
+        self,
+        unit: UnitFolder,
+        known: Known,
+        certificate: Path | None = None,
+        place: PlaceInBatch | None = None,
+        reason: str | None = None,
     ) -> UnitJob:
-        """Return the job that judges a unit. certificate: the file wanted, None for none. place: in its batch."""
+        """Return the job that judges a unit. certificate: the file wanted, None for none. place: in its batch. reason:
+        why it is judged again, if the operator need not be asked."""
         spec, before, due = self.specs[unit.kind], known.before, None
         if certificate is not None and self._lacks_only_certificate(unit, before):
             due, before = before, self._before(before)
+            reason = due.reason
+        elif reason is None:
+            reason = self._reason_for(before)
         return UnitJob(
             unit,
             spec,
@@ -154,10 +176,11 @@ class Pipeline:
             start=self._start(unit),
             out=self.out,
             certificate=certificate,
-            provenance=None if certificate is None else self._provenance(spec, unit.serial, before),
+            provenance=None if certificate is None else self._provenance(spec, unit.serial, before, reason),
             draws=not known.reservations,
             uncertified=None if due is None else due.seq,
             place=place,
+            reason=reason,
         )
 
     def settle(self, job: UnitJob, judgement: Judgement) -> StoredJudgement:
@@ -170,7 +193,9 @@ class Pipeline:
         due = job.uncertified
         if due is not None and not self._is_stored(due, result):
             last = fold(store.events(unit.serial)).units[unit.serial]
-            job = replace(job, uncertified=None, provenance=self._provenance(job.spec, unit.serial, last))
+            reason = self._reason_for(last)
+            stated = self._provenance(job.spec, unit.serial, last, reason)
+            job = replace(job, uncertified=None, reason=reason, provenance=stated)
         page = judgement.page
         if job.certificate is not None and (page is None or result is not found or due != job.uncertified):
             page = drawn(job.contents(result))
@@ -223,12 +248,22 @@ class Pipeline:
             self._starts[unit.kind] = StartModel.of(self.specs[unit.kind], self.model)
         return self._starts[unit.kind]
 
-    def _provenance(self, spec: Spec, serial: str, before: UnitState | None) -> dict[str, Any]:
+    def _reason_for(self, before: UnitState | None) -> str | None:
+        """Return why a unit is judged again, "" if no reason was given; None if its last judgement asks for no reason.
+        The operator is asked once in a run."""
+        if before is None or before.voided or before.verdict not in ASKING:
+            return None
+        if self._reason is None:
+            question = f"{before.serial} was {before.verdict} on {before.time[:10]}; why is it judged again?"
+            self._reason = reason_line(self._ask_reason(question) or "")
+        return self._reason
+
+    def _provenance(self, spec: Spec, serial: str, before: UnitState | None, reason: str | None) -> dict[str, Any]:
         if self._head is None:
             self._head = self.store.signed_head()
         store_bench(self.store, self.home, self.credential, self.operator)
         taken = numbers_of(self.store.events(serial))
-        return provenance(spec, serial, before, self._head, self.home, self.credential, taken=taken)
+        return provenance(spec, serial, before, self._head, self.home, self.credential, taken=taken, reason=reason)
 
     def _lacks_only_certificate(self, unit: UnitFolder, before: UnitState | None) -> bool:
         """Return whether the last judgement was made by the same person of the same inputs, spec and code, and has no
@@ -253,8 +288,18 @@ class Pipeline:
         that every verdict passes them."""
         check_may_judge(self.store, result.serial)
         entry, path = result.entry, str(job.unit.path.resolve())
-        judged = UnitJudged(path, entry.inputs, result.spec_sha256, code_sha256(), entry, job.place, self.store.bench)
+        judged = UnitJudged(
+            path, entry.inputs, result.spec_sha256, code_sha256(), entry, job.place, self.store.bench, job.reason
+        )
         return self.store.write(judged, result.serial, who=self.operator, spec=result.spec)
+
+
+def reason_line(text: str) -> str:
+    """Return a reason on one line, "" for none. Raises ReasonError if it is too long or cannot be printed."""
+    reason = " ".join(text.split())
+    if reason and (not reason.isprintable() or len(reason) > LONGEST):
+        raise ReasonError(f"the reason to judge again is one line of at most {LONGEST} characters, got '{reason}'")
+    return reason
 
 
 def spec_for(unit: UnitFolder, specs: Mapping[str, Spec]) -> Spec:

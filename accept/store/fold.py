@@ -53,6 +53,7 @@ class UnitState:
     seq: int = 0  # the event of the last judgement
     time: str = ""  # of it, UTC, ISO 8601
     who: str = ""  # who judged
+    reason: str | None = None  # why it was judged again; "" if no reason was given, None if none was asked for
     voided: str = ""  # why the last judgement was declared void, by whom and when
 
     @property
@@ -112,6 +113,7 @@ def _judged(before: UnitState | None, event: Event, judged: UnitJudged) -> UnitS
         seq=event.seq,
         time=event.time,
         who=event.who,
+        reason=judged.reason,
     )
 
 

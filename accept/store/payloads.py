@@ -69,6 +69,7 @@ class UnitJudged(Payload, what="unit_judged"):
     result: Annotated[UnitEntry, "the unit's entry in results.json"]
     batch: Annotated[PlaceInBatch | None, only_if(), "if a batch judged it"] = None
     bench: Annotated[str, only_if(bool), "public key of the bench that judged it"] = ""
+    reason: Annotated[str | None, only_if(), "why it was judged again; empty if no reason was given"] = None
 
 
 @dataclass(frozen=True)

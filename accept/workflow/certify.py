@@ -40,9 +40,10 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     number = session.attempt.number
     before = fold(session.before_attempt()).units.get(session.serial)
     store_bench(session.store, session.home, credential, credential.person)
+    judged = fold(session.store.events(session.serial)).units[session.serial]
     stated = provenance(
         session.spec, session.serial, before, session.store.signed_head(), session.home, credential, number,
-        numbers_of(session.store.events(session.serial)),
+        numbers_of(session.store.events(session.serial)), judged.reason,
     )  # fmt: skip
     page = drawn(content_of(result, session.spec, session.folder, credential.person, provenance=stated))
     path = session.home / "certificates" / certificate_name(session.serial, number)

@@ -353,8 +353,9 @@ class Session:
         found = judge(self.folder, self.spec, pipeline.statement(unit))
         if self.gap is not None:
             found = with_explanation(found, self.gap, self.gap_panels)
+        job = UnitJob(unit, self.spec, self.operator, reason=self.attempt.reason or None)
         with self._mutex:
-            result = pipeline.settle(UnitJob(unit, self.spec, self.operator), Judgement(found)).result
+            result = pipeline.settle(job, Judgement(found)).result
             self._catch_up()
             self._result = given, result
         return result

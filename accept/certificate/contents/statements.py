@@ -105,13 +105,16 @@ def _attempt(provenance: Mapping[str, Any]) -> str:
     number, before = provenance.get("attempt"), provenance.get("replaces")
     if number is None:
         return NOT_STATED
+    reason = provenance.get("reason")
+    why = "" if reason is None else f"; reason: {reason}" if reason else "; no reason was given"
     if before is None:
-        return str(number)
+        return f"{number}{why}"
     certificate = f", certificate sha256 {str(before['certificate'])[:12]}" if before.get("certificate") else ""
     if before.get("earlier_certificate"):
         digest, earlier = str(before["earlier_certificate"])[:12], before.get("earlier_attempt")
         certificate = f", which had no certificate, and certificate sha256 {digest} of attempt {earlier}"
-    return f"{number}, replaces '{before['verdict']}' of {str(before['time'])[:19].replace('T', ' ')} UTC{certificate}"
+    when = str(before["time"])[:19].replace("T", " ")
+    return f"{number}, replaces '{before['verdict']}' of {when} UTC{certificate}{why}"
 
 
 def _calibration(given: Mapping[str, Any] | None) -> str:

@@ -32,11 +32,13 @@ def provenance(
     credential: Credential | None,
     attempt: int | None = None,
     taken: Collection[str] = (),
+    reason: str | None = None,
 ) -> dict[str, Any]:
     """Return what the certificate of a unit states beside its result, signed by the bench.
 
     before: what the store knows of the unit's last judgement; attempt: its number, if it is not one more than that;
-    head: of the store when the unit was judged; taken: numbers that other certificates of the unit have.
+    head: of the store when the unit was judged; taken: numbers that other certificates of the unit have; reason: why
+    the unit was judged again, "" if no reason was given.
 
     replaces: verdict, time and certificate of the last judgement, None for a first one; if that had no certificate, the
     last one that there was, of which attempt; before: its values, so that a significant change is seen. approval: of
@@ -63,6 +65,7 @@ def provenance(
         "demo": demo or None,
         "authority": AT_THE_BENCH if keys.authority_here(home) and not demo else None,
         "before": values_before(before),
+        "reason": reason,
         "laboratory": statement_of(laboratory, spec.checks) if laboratory else None,
         "number": scheme and number_of(scheme, serial, number, datetime.now(UTC).year, taken),
         "bench": bench and bench.public_bytes(Encoding.PEM).decode("ascii"),

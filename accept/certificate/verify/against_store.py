@@ -138,6 +138,7 @@ def _comparisons(events: Sequence[Event], own: Event, contents: CertificateConte
         "code": own.data["code_sha256"] == contents.code_sha256,
         "attempt": given.get("attempt") in numbers,
         "replaced judgement": given.get("replaces") in [judgement for judgement, _ in replaced],
+        "reason": given.get("reason") == own.data.get("reason"),
         "values before": ("before" not in given and contents.code_sha256 != code_sha256())  # older ones state none
         or (given.get("replaces"), given.get("before")) in replaced,
     }

@@ -163,6 +163,8 @@ def _check_form(given: Mapping[str, Any]) -> None:
         form = _REPLACED | (_EARLIER if isinstance(replaced, Mapping) and "earlier_attempt" in replaced else {})
         _check_keys("replaces", replaced, form)
         _time_of(replaced["time"])
+    if "reason" in given and not isinstance(given["reason"], str):
+        raise InvalidCertificate(f"provenance.reason is {given['reason']!r}, expected text")
     _check_laboratory(given)
     if "demo" in given and given["demo"] is not True:
         raise InvalidCertificate(f"provenance.demo is {given['demo']!r}, expected true or no such key")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from accept.base.cluster.connect import connected
-from accept.base.console import clear_errors, confirm, operator_name, say, stdout, tell
+from accept.base.console import ask, clear_errors, confirm, operator_name, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import judge_batch
@@ -52,6 +52,8 @@ def run(
             cluster=cluster,
             refused=refused,
             confirm=confirm,
+            reason=wanted.reason,
+            ask_reason=ask,
         )
         listed = _listed(wanted.out)
         report = judge_batch.run(request, store, say)

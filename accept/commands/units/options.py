@@ -10,6 +10,10 @@ from accept.commands.options import BenchPath, ClusterAt, Operator, SpecName, Ti
 
 ExplainBy = Annotated[str | None, typer.Option("--model", help="Compare responses with this model, not the spec's.")]
 
+JudgedAgainFor = Annotated[
+    str | None, typer.Option("--reason", help="Why a unit that was rejected or incomplete is judged again.")
+]
+
 
 @dataclass(frozen=True, kw_only=True)
 class BatchOptions:
@@ -28,6 +32,7 @@ class BatchOptions:
     bench: BenchPath = None
     model: ExplainBy = None
     tsa: TimeStamping = None
+    reason: JudgedAgainFor = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,3 +45,4 @@ class ReportOptions:
     bench: BenchPath = None
     model: ExplainBy = None
     tsa: TimeStamping = None
+    reason: JudgedAgainFor = None

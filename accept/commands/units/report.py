@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from accept.base.atomic_files import check_place
-from accept.base.console import clear_errors, confirm, operator_name, say
+from accept.base.console import ask, clear_errors, confirm, operator_name, say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
 from accept.base.progress import busy
@@ -43,6 +43,8 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
             bench_file=bench_file,
             model=wanted.model,
             confirm=confirm,
+            reason=wanted.reason,
+            ask_reason=ask,
         )
         job = pipeline.prepare(folder, pipeline.ask(folder), wanted.out)
         with busy(f"{folder.serial}: judging and signing"):
