@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
 from itertools import takewhile
@@ -22,12 +23,13 @@ from accept.batch.roster import Roster
 from accept.certificate.contents.content import ContentError
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.trust.keys import Credential
+from accept.fleet.findings_file import FEW, keep_findings
 from accept.gap.text import one_line
 from accept.judging.golden import BenchStopped
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.pictures.labels import label_of
-from accept.store import Event, Store
+from accept.store import Event, Store, StoreError
 from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
@@ -118,6 +120,9 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         batch.write_results()
     report = batch.report
     store.write(BatchFinished(report.verdicts, len(report.refused)), who=request.operator)
+    if report.judged - report.unchanged > FEW:
+        with suppress(StoreError):  # an earlier judgement that cannot be read is no fault of this batch
+            keep_findings(store)  # so that no question has to read so many judgements
     return report
 
 

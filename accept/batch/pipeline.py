@@ -163,7 +163,7 @@ class Pipeline:
         """Return the job that judges a unit. certificate: the file wanted, None for none. place: in its batch. reason:
         why it is judged again, if the operator need not be asked."""
         spec, before, due = self.specs[unit.kind], known.before, None
-        if certificate is not None and self._lacks_only_certificate(unit, before):
+        if certificate is not None and before is not None and self._lacks_only_certificate(unit, before):
             due, before = before, self._before(before)
             reason = due.reason
         elif reason is None:

@@ -27,7 +27,7 @@ COMMANDS: dict[str, Command | Group] = {
     "list": Command("fleet.questions:units", "List the units in the store."),
     "history": Command("fleet.questions:history", "Show every attempt of a unit.", ("serial",)),
     "yield": Command("fleet.questions:first_pass", "Show the first-pass yield."),
-    "trend": Command("fleet.questions:trend", "Show a quantity over time.", ("quantity",)),
+    "trend": Command("fleet.trend:trend", "Show a quantity over time.", ("quantity",)),
     "rejudge": Command("fleet.selection:rejudge", "Judge the whole store by another spec."),
     "recall": Command("trust.recall:run", "List the units measured with an instrument."),
     "match": Command("fleet.selection:match", "Find units that fit together."),

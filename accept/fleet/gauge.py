@@ -52,7 +52,7 @@ def read_table(path: Path, columns: Sequence[str] = COLUMNS) -> pd.DataFrame:
 
 def from_store(frame: pd.DataFrame) -> pd.DataFrame:
     """Return judgements of one quantity as a study: the serial is the part."""
-    return frame.rename(columns={"serial": "part"})[list(COLUMNS)]
+    return frame.rename(columns={"serial": "part"})[list(COLUMNS)].astype({"part": object, "operator": object})
 
 
 def crossed(frame: pd.DataFrame) -> Array:

@@ -18,7 +18,7 @@ def changes(frame: pd.DataFrame) -> pd.DataFrame:
     (True, False, or None if an uncertainty is unknown).
     """
     ordered = frame.sort_values(["quantity", "seq"], kind="stable")
-    before = not_void(ordered).groupby("quantity")[["value", "U"]].shift().reindex(ordered.index)
+    before = not_void(ordered).groupby("quantity", observed=True)[["value", "U"]].shift().reindex(ordered.index)
     change = ordered["value"] - before["value"]
     with np.errstate(divide="ignore", invalid="ignore"):
         en = np.abs(change) / np.hypot(ordered["U"], before["U"])
@@ -29,8 +29,8 @@ def changes(frame: pd.DataFrame) -> pd.DataFrame:
 def panels(changed: pd.DataFrame) -> list[Panel]:
     """Return a panel for each quantity that has a value: its value at every attempt, a bar of U to both sides, the
     limits of the last attempt. changed: as `changes` gives it."""
-    return [_panel(str(name), rows.dropna(subset=["value"])) for name, rows in changed.groupby("quantity", sort=False)
-            if rows["value"].notna().any()]  # fmt: skip
+    parts = changed.groupby("quantity", sort=False, observed=True)
+    return [_panel(str(name), rows.dropna(subset=["value"])) for name, rows in parts if rows["value"].notna().any()]
 
 
 def _panel(quantity: str, rows: pd.DataFrame) -> Panel:

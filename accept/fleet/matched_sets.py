@@ -11,6 +11,8 @@ from accept.fleet.measurements import latest
 from checks.arrays import Array
 from checks.process_control.matching import Matched, ideal_replacement, match
 
+COLUMNS = ("seq", "serial", "kind", "unit_verdict", "quantity", "value", "U", "unit")  # what a pool is made of
+
 
 @dataclass(frozen=True, eq=False)
 class Pool:
@@ -33,10 +35,13 @@ def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
         others = ", ".join(sorted(set(last.loc[last["unit_verdict"] == "accepted", "kind"])))
         hint = f"; of kind {others} there are: --kind {others.split(', ')[0]}" if others else ""
         raise FleetError(f"no accepted unit of kind {kind} in the store{hint}")
-    wide = accepted.pivot_table(index="serial", columns="quantity", values="value", aggfunc="last")
-    missing = [name for name in by if name not in wide.columns]
+    known = accepted.loc[accepted["value"].notna(), "quantity"].unique()
+    missing = [name for name in by if name not in set(known)]
     if missing:
-        raise FleetError(f"no accepted {kind} has {', '.join(missing)}; there are: {', '.join(map(str, wide.columns))}")
+        raise FleetError(f"no accepted {kind} has {', '.join(missing)}; there are: {', '.join(sorted(known))}")
+    serials = set(accepted["serial"].unique())
+    accepted = accepted[accepted["quantity"].isin(by)].astype({"serial": object, "quantity": object})
+    wide = accepted.pivot_table(index="serial", columns="quantity", values="value", aggfunc="last")
     whole = wide[list(by)].dropna()
     spread = [accepted[accepted["quantity"] == name] for name in by]
     U = np.array([rows["U"].median() for rows in spread])
@@ -44,7 +49,7 @@ def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
     if unknown:
         raise FleetError(f"{', '.join(unknown)}: no uncertainty is known, so widths cannot be compared")
     units = tuple(str(rows["unit"].iloc[0]) for rows in spread)
-    left = tuple(sorted(set(wide.index) - set(whole.index)))
+    left = tuple(sorted(serials - set(whole.index)))
     return Pool(tuple(map(str, whole.index)), tuple(by), units, whole.to_numpy(dtype=float), U, left)
 
 

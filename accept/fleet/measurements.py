@@ -3,79 +3,125 @@
 import calendar
 import datetime
 import math
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from accept.base.documents.results import UnitEntry
 from accept.fleet.errors import FleetError
-from accept.judging.voids import Void, voids
-from accept.store import Event, Store
+from accept.fleet.findings_file import NOT_STATED, OF_A_FINDING, OF_ORIGIN, TYPES, Column, Findings, findings
+from accept.judging.voids import voids
+from accept.store import Store
 from accept.store.payloads import InstrumentChecked, UnitJudged
 from checks.cause import Cause
 
-OF_A_JUDGEMENT = [
-    "seq", "time", "batch", "place", "operator", "bench", "lot", "supplier", "order", "shift", "study", "serial",
-    "kind", "attempt", "unit_verdict", "spec", "voided",
+VOIDED = "voided"  # verdict of a unit whose judgement was declared void, and the column that says why
+COLUMNS_OF_A_JUDGEMENT = [
+    "seq", "time", "batch", "place", "operator", "bench", *OF_ORIGIN, "serial", "kind", "attempt", "unit_verdict",
+    "spec", VOIDED,
 ]  # fmt: skip
-OF_A_FINDING = [
+COLUMNS_OF_A_FINDING = [
     "check", "quantity", "value", "unit", "U", "lower", "upper", "verdict", "reason", "required", "measured",
 ]  # fmt: skip
-COLUMNS = [*OF_A_JUDGEMENT, *OF_A_FINDING]
-OF_ORIGIN = ("lot", "supplier", "order", "shift", "study")
-NOT_STATED = "not stated"
+COLUMNS = [*COLUMNS_OF_A_JUDGEMENT, *COLUMNS_OF_A_FINDING]
+TIMES = ("time", "measured")
 CHECKED = "check:"  # before the name of an instrument: the quantity of its comparisons with the reference
-VOIDED = "voided"  # verdict of a unit whose judgement was declared void
 NOT_MEASURED = Cause.NOT_MEASURED.value
 
 
-def measurements(store: Store, serial: str | None = None) -> pd.DataFrame:
-    """Return one row per finding of every judgement, columns `COLUMNS`, in the order of the store.
+def measurements(
+    store: Store,
+    serial: str | None = None,
+    *,
+    quantities: Collection[str] | None = None,
+    columns: Collection[str] = COLUMNS,
+    after: int = 0,
+) -> pd.DataFrame:
+    """Return one row per finding of every judgement, in the order of the store. serial, quantities: of these alone;
+    columns: of `COLUMNS`, these; after: number of an event, for judgements behind it. Texts are categories.
 
     attempt: how often the serial was judged up to then. bench: name of the bench file, if one was used. batch, place:
     the batch in which it was judged and the unit's place in it. measured: the day stated for the check, else NaT.
     voided: why quality assurance declared the judgement void, "" if it did not; unit_verdict is "voided" then. Raises
     StoreError.
     """
-    return _typed(pd.DataFrame(rows(store.events(serial, UnitJudged.KIND), voids(store, serial)), columns=COLUMNS))
+    if serial is None:
+        wanted = {"seq", "findings", *({"quantity"} if quantities is not None else ()), *columns} - {VOIDED}
+        found = findings(store, wanted)
+    else:
+        of_unit = Findings()
+        of_unit.add(store.events(serial, UnitJudged.KIND))
+        found = of_unit.arrays(TYPES)
+    void = {seq: each.words for seq, each in voids(store, serial).items()}
+    return _frame(found, void, quantities, columns, after)
+
+
+def measurements_of(store: Store, quantity: str) -> pd.DataFrame:
+    """Return the rows of one quantity; if there are none, of all, so that an error can name them. Raises StoreError."""
+    frame = measurements(store, quantities={quantity})
+    return frame if len(frame) else measurements(store)
+
+
+def _frame(
+    found: Mapping[str, Column],
+    void: Mapping[int, str],
+    quantities: Collection[str] | None,
+    columns: Collection[str],
+    after: int,
+) -> pd.DataFrame:
+    """Return the rows of the findings; what is stated once for a judgement is repeated."""
+    judgement = np.repeat(np.arange(found["seq"][0].size, dtype=np.int32), found["findings"][0])
+    chosen: np.ndarray | slice = slice(None)
+    if quantities is not None:
+        codes, words = found["quantity"]
+        chosen = np.isin(codes, [i for i, word in enumerate(words or ()) if word in quantities])
+    elif after:
+        chosen = found["seq"][0][judgement] > after
+    judgement = judgement[chosen]
+    found = {**found, **_of_voids(found, void)}
+    made = {
+        name: _typed_column(name, found[name][0][chosen if name in OF_A_FINDING else judgement], found[name][1])
+        for name in columns
+    }
+    return pd.DataFrame(made, copy=False)
+
+
+def _of_voids(found: Mapping[str, Column], void: Mapping[int, str]) -> dict[str, Column]:
+    """Return the columns `voided` and, if it is asked for, `unit_verdict` with the judgements that are void."""
+    is_void = np.flatnonzero(np.isin(found["seq"][0], list(void)))
+    words = sorted({"", *void.values()})
+    codes = np.zeros(found["seq"][0].size, np.int32)  # "" is the first
+    codes[is_void] = [words.index(void[seq]) for seq in found["seq"][0][is_void].tolist()]
+    made: dict[str, Column] = {VOIDED: (codes, words)}
+    if "unit_verdict" in found and is_void.size:
+        values, verdicts = found["unit_verdict"]
+        made["unit_verdict"] = (
+            np.where(np.isin(np.arange(values.size), is_void), len(verdicts or ()), values),
+            [
+                *(verdicts or ()),
+                VOIDED,
+            ],
+        )
+    return made
+
+
+def _typed_column(name: str, values: np.ndarray, words: list[str] | None) -> Any:
+    """Return a column as pandas types it: texts as categories in order, times in UTC."""
+    if words is not None:
+        return pd.Categorical.from_codes(values, dtype=pd.CategoricalDtype(pd.Index(words, dtype=object)))
+    if name in TIMES:
+        return pd.Series(values.view("M8[us]")).dt.tz_localize("UTC")
+    return values.astype(bool) if name == "required" else values
 
 
 def _typed(frame: pd.DataFrame) -> pd.DataFrame:
-    for name in ("time", "measured"):
+    for name in TIMES:
         frame[name] = pd.to_datetime(frame[name], utc=True, format="ISO8601").dt.as_unit("us")
     frame["required"] = frame["required"].fillna(True).astype(bool)
     numbers = ["value", "U", "lower", "upper"]
     frame[numbers] = frame[numbers].astype(float)
     return frame
-
-
-def rows(events: Iterable[Event], void: Mapping[int, Void]) -> Iterator[dict[str, Any]]:
-    """Yield the findings of each event of a judgement."""
-    attempts: Counter[str] = Counter()
-    for event in events:
-        judged = UnitJudged.of(event)
-        result, batch = judged.result, judged.batch
-        attempts[event.subject] += 1
-        common = {
-            "seq": event.seq,
-            "time": event.time,
-            "batch": batch.seq if batch else event.seq,
-            "place": batch.place if batch else 0,
-            "operator": event.who,
-            "bench": bench_of(result),
-            **{name: result.origin.get(name, NOT_STATED) for name in OF_ORIGIN},
-            "serial": event.subject,
-            "kind": result.kind,
-            "attempt": attempts[event.subject],
-            "unit_verdict": VOIDED if event.seq in void else str(result.verdict),
-            "spec": event.spec.split("@")[0],
-            "voided": void[event.seq].words if event.seq in void else "",
-        }
-        for finding in result.findings:
-            own = {name: getattr(finding, name, None) for name in OF_A_FINDING}
-            yield common | own | {"verdict": str(finding.verdict), "measured": result.measured.get(finding.check)}
 
 
 def instrument_checks(store: Store, name: str) -> pd.DataFrame:
@@ -115,6 +161,11 @@ def in_order_of_measurement(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(day=when(frame).dt.floor("D")).sort_values(["day", "batch", "place", "seq"], kind="stable")
 
 
+def in_order_of_the_store(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows as their judgements were stored; the frame itself if they are in order."""
+    return frame if frame["seq"].is_monotonic_increasing else frame.sort_values("seq", kind="stable")
+
+
 def not_void(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of judgements that were not declared void."""
     return frame[frame["voided"] == ""]
@@ -133,38 +184,35 @@ def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
     """
     frame = counted(frame)
     attempted = frame[(frame["verdict"] != "no_result") | (frame["reason"] != NOT_MEASURED)]
-    return attempted.sort_values("seq", kind="stable").drop_duplicates(["serial", "quantity"])
-
-
-def bench_of(result: UnitEntry) -> str:
-    """Return the name of the bench file that a result was judged with."""
-    calibration = result.calibration or {}
-    return str(calibration.get("bench") or NOT_STATED)
+    return in_order_of_the_store(attempted).drop_duplicates(["serial", "quantity"])
 
 
 def attempts(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return one row per judgement: seq, time, operator, bench, serial, kind, attempt, verdict, spec, causes."""
+    """Return one row per judgement: what the frame has of it, and causes."""
     bad = frame[frame["verdict"] != "pass"]
     causes = {seq: ", ".join(dict.fromkeys(names)) for seq, names in bad.groupby("seq")["quantity"]}
-    return frame.drop_duplicates("seq")[OF_A_JUDGEMENT].assign(
-        causes=lambda f: [causes.get(seq, "") for seq in f["seq"]]
-    )
+    stated = [name for name in COLUMNS_OF_A_JUDGEMENT if name in frame.columns]
+    return frame.drop_duplicates("seq")[stated].assign(causes=lambda f: [causes.get(seq, "") for seq in f["seq"]])
 
 
 def latest(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of the last judgement of every serial."""
-    return frame[frame["seq"] == frame.groupby("serial")["seq"].transform("max")]
+    return frame[frame["seq"] == frame.groupby("serial", observed=True)["seq"].transform("max")]
 
 
 def between(frame: pd.DataFrame, since: datetime.date | None, until: datetime.date | None) -> pd.DataFrame:
     """Return the rows of these days, both included (UTC): of measurement if it is stated, else of judging."""
-    days = when(frame).dt.date
+    return frame[is_between(frame, since, until)]
+
+
+def is_between(frame: pd.DataFrame, since: datetime.date | None, until: datetime.date | None) -> pd.Series:
+    """Return which rows are of these days, as `between` has them."""
     keep = pd.Series(True, index=frame.index)
     if since is not None:
-        keep &= days >= since
+        keep &= when(frame) >= pd.Timestamp(since, tz="UTC")
     if until is not None:
-        keep &= days <= until
-    return frame[keep]
+        keep &= when(frame) < pd.Timestamp(until, tz="UTC") + pd.Timedelta(days=1)
+    return keep
 
 
 def day(text: str | None, *, last: bool = False) -> datetime.date | None:

@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from accept.fleet.errors import FleetError
-from accept.fleet.measurements import NOT_STATED, first_attempts, in_order_of_measurement, of_quantity
+from accept.fleet.findings_file import NOT_STATED
+from accept.fleet.measurements import first_attempts, in_order_of_measurement, of_quantity
 from accept.pictures.labels import label_of
 from accept.store import Store
 from accept.store.payloads import BaselineSet
@@ -83,7 +84,9 @@ def trends(
     if first.empty:
         raise FleetError(f"'{quantity}' has no value at any first attempt")
     ordered = in_order_of_measurement(first)
-    groups = [("all", ordered)] if by == "all" else [(str(name), rows) for name, rows in ordered.groupby(by)]
+    groups = (
+        [("all", ordered)] if by == "all" else [(str(name), rows) for name, rows in ordered.groupby(by, observed=True)]
+    )
     known = baselines or {}
     return [_trend(name, quantity, rows, known.get(name), tuple(sorted(nelson_rules))) for name, rows in groups]
 
@@ -94,10 +97,11 @@ def _trend(
     units = rows["unit"].unique()
     if len(units) > 1:
         raise FleetError(f"{quantity}: values in {' and '.join(map(str, units))}; choose one kind or spec")
-    days, before = rows["day"].dt.strftime("%Y-%m-%d"), rows[:0]
+    before = rows[:0]
     if baseline is not None:
-        before = rows[(days >= baseline.stated.since) & (days <= baseline.stated.until)]
-        rows = rows[days > baseline.stated.until]
+        since, until = (pd.Timestamp(day, tz="UTC") for day in (baseline.stated.since, baseline.stated.until))
+        before = rows[(rows["day"] >= since) & (rows["day"] <= until)]
+        rows = rows[rows["day"] > until]
     values, why = rows["value"].to_numpy(), []
     made, cap, rate = None, None, 0.0
     scale = baseline.stated.scale if baseline is not None else scale_of(values)
@@ -131,7 +135,9 @@ def _trend(
 
 def _baselines_of_places(before: pd.DataFrame, scale: str) -> dict[Place, Baseline]:
     """Return the baseline of every place that has values enough in the days of the baseline of all."""
-    parts = ((c, str(name), part) for c in PLACES for name, part in before.groupby(c) if len(part) >= LEAST)
+    parts = (
+        (c, str(name), part) for c in PLACES for name, part in before.groupby(c, observed=True) if len(part) >= LEAST
+    )
     made = ((c, name, estimate_baseline(to_scale(part["value"].to_numpy(), scale))) for c, name, part in parts)
     return {(c, name): base for c, name, base in made if base.sigma > 0.0}
 
@@ -218,8 +224,9 @@ def set_baseline(store: Store, trend: Trend, by: str, reason: str, who: str) -> 
     return stated
 
 
-def summary(t: Trend) -> dict[str, Any]:
-    """Return a trend as a document: counts, spreads, indices with intervals, baseline, alarms and points in order."""
+def summary(t: Trend, points: bool = True) -> dict[str, Any]:
+    """Return a trend as a document: counts, spreads, indices with intervals, baseline, alarms and, if asked for, points
+    in order."""
     cap = t.capability
     indices: dict[str, Any] = {}
     for name in ("Cp", "Cpk", "Pp", "Ppk"):
@@ -247,7 +254,7 @@ def summary(t: Trend) -> dict[str, Any]:
         "false_alarm_rate": t.false_alarms if t.chart else None,
         "alarms": _alarm_documents(t),
         "cautions": list(t.why),
-        "points": _points(t.rows),
+        "points": _points(t.rows) if points else [],
     }
 
 
@@ -272,7 +279,7 @@ def _baseline_document(t: Trend) -> dict[str, Any] | None:
 
 def _alarm_documents(t: Trend) -> list[dict[str, Any]]:
     """Return the alarms of the chart in order, each with the first and last unit that it concerns."""
-    serials = t.rows["serial"].tolist()
+    serials = t.rows["serial"].array
     return [
         {
             "rule": alarm.rule,
@@ -291,8 +298,10 @@ def _alarm_documents(t: Trend) -> list[dict[str, Any]]:
 
 
 def _points(rows: pd.DataFrame) -> list[dict[str, Any]]:
-    shown = rows[["serial", "value", "U", "bench", "operator"]].assign(time=rows["day"].dt.strftime("%Y-%m-%d"))
-    return [{str(k): None if v != v else v for k, v in row.items()} for row in shown.to_dict("records")]
+    names = ("serial", "value", "U", "bench", "operator")
+    days = rows["day"].map({day: f"{day:%Y-%m-%d}" for day in rows["day"].unique()}).tolist()
+    columns = [[None if v != v else v for v in rows[name].tolist()] for name in names]
+    return [dict(zip((*names, "time"), row, strict=True)) for row in zip(*columns, days, strict=True)]
 
 
 def panel(trend: Trend) -> Panel:

@@ -1,14 +1,20 @@
 """How many units pass, at the first attempt and in the end, and what stops the others."""
 
+from statistics import NormalDist
+
 import numpy as np
 import pandas as pd
-from scipy.special import ndtri
 
-from accept.fleet.measurements import NOT_STATED, counted, first_attempts, when
+from accept.fleet.findings_file import NOT_STATED
+from accept.fleet.measurements import VOIDED, counted, first_attempts, in_order_of_the_store, when
 from accept.pictures.labels import label_of
 from checks.picture import Band, Line, Panel, Text
 
 PERIODS = {"month": "%Y-%m", "week": "%G-W%V", "day": "%Y-%m-%d"}
+COLUMNS = (  # what a yield and its causes are made of
+    "seq", "time", "measured", "kind", "study", VOIDED, "serial", "attempt", "unit_verdict", "check", "quantity",
+    "verdict", "reason", "required",
+)  # fmt: skip
 CONFIDENCE = 0.95  # of the interval of a yield, two-sided
 MOST_CAUSES = 12  # of a picture: the others are in the table
 
@@ -21,17 +27,19 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
     its first attempt if the first attempt at each of its quantities did. Wilson's interval holds for few units too.
     """
     first = _first_judgements(frame, chosen)
-    first = first.assign(**{name: when(first).dt.strftime(text) for name, text in PERIODS.items()})
+    if by in PERIODS:
+        days = when(first).dt.floor("D")
+        first = first.assign(**{by: days.map({day: day.strftime(PERIODS[by]) for day in days.unique()})})
     attempted = first_attempts(frame)
     stopped = set(attempted.loc[attempted["required"] & (attempted["verdict"] != "pass"), "serial"])
     tried = set(attempted["serial"])
     # Void ones too: a unit whose last judgement is void has not passed in the end.
-    judged = frame[frame["study"] == NOT_STATED].sort_values("seq", kind="stable")
+    judged = in_order_of_the_store(frame[frame["study"] == NOT_STATED])
     last = judged.drop_duplicates("serial", keep="last").set_index("serial")["unit_verdict"].eq("accepted")
     missing = set(last.index[~last]) - stopped  # incomplete to this day, though nothing that was attempted failed
     passed = [serial in tried and serial not in stopped | missing for serial in first["serial"]]
     units = first.assign(first=passed, finally_=first["serial"].map(last))
-    grouped = units.groupby(by, sort=True).agg(
+    grouped = units.groupby(by, sort=True, observed=True).agg(
         units=("serial", "size"), first=("first", "sum"), last=("finally_", "sum")
     )
     lo, hi = wilson(grouped["first"].to_numpy(), grouped["units"].to_numpy())
@@ -42,7 +50,7 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
 def _first_judgements(frame: pd.DataFrame, chosen: pd.Series | None) -> pd.DataFrame:
     """Return a row of the first judgement of every unit that counts, of the whole history, if it is among the
     chosen rows."""
-    first = counted(frame).sort_values("seq", kind="stable").drop_duplicates("serial")
+    first = in_order_of_the_store(counted(frame)).drop_duplicates("serial")
     return first if chosen is None else first[chosen.reindex(first.index, fill_value=False)]
 
 
@@ -54,14 +62,16 @@ def pareto(frame: pd.DataFrame, chosen: pd.Series | None = None) -> pd.DataFrame
     first = _first_judgements(frame, chosen)
     attempted = first_attempts(frame[frame["serial"].isin(first["serial"])])
     bad = attempted[attempted["verdict"] != "pass"]
-    counted = bad.groupby(["check", "quantity", "verdict"])["serial"].nunique().rename("units").reset_index()
+    counted = (
+        bad.groupby(["check", "quantity", "verdict"], observed=True)["serial"].nunique().rename("units").reset_index()
+    )
     ordered = counted.sort_values(["units", "check", "quantity"], ascending=[False, True, True], ignore_index=True)
     return ordered.assign(share=ordered["units"] / max(1, len(first)))
 
 
 def wilson(hits: np.ndarray, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the interval of a share by Wilson's score ([Wilson])."""
-    z = float(ndtri(0.5 + CONFIDENCE / 2.0))
+    z = NormalDist().inv_cdf(0.5 + CONFIDENCE / 2.0)
     n = np.maximum(of, 1).astype(float)
     p = hits / n
     middle = (p + z * z / (2 * n)) / (1 + z * z / n)

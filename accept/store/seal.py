@@ -62,11 +62,9 @@ class Sealer:
         """Return the seal; None if it is absent, not signed by this bench, or, unless `old_too`, too old to be relied
         on."""
         try:
-            stored = json.loads(read_bounded(self.file))
-            own_key(self.key_file).public_key().verify(bytes.fromhex(stored["signature"]), stored["sealed"].encode())
-            inner = json.loads(stored["sealed"])
+            inner = json.loads(self.text_of(read_bounded(self.file)) or "")
             seal = Seal(StoreHead.parse(inner["head"]), str(inner["looks"]), float(inner["made"]))
-        except (OSError, ValueError, KeyError, TypeError, InvalidSignature):
+        except (OSError, ValueError, KeyError, TypeError):
             return None
         return seal if old_too or 0.0 <= time.time() - seal.made <= OLDEST_S else None
 
@@ -74,10 +72,24 @@ class Sealer:
         """Write the seal. A bench whose folder cannot be written goes without: the chain is then walked every time."""
         seal = Seal(head, looks, time.time() if made is None else made).text()
         try:
-            signature = own_key(self.key_file).sign(seal.encode()).hex()
-            write_atomic(self.file, json.dumps({"sealed": seal, "signature": signature}).encode(), 0o600)
+            write_atomic(self.file, self.signed(seal), 0o600)
         except (OSError, ValueError):
             self.file.unlink(missing_ok=True)
+
+    def signed(self, text: str) -> bytes:
+        """Return a text with the bench's signature, on one line. Raises OSError, ValueError."""
+        signature = own_key(self.key_file).sign(text.encode()).hex()
+        return json.dumps({"sealed": text, "signature": signature}).encode()
+
+    def text_of(self, signed: bytes) -> str | None:
+        """Return the text that `signed` made, None if this bench did not sign it."""
+        try:
+            stored = json.loads(signed)
+            text = str(stored["sealed"])
+            own_key(self.key_file).public_key().verify(bytes.fromhex(stored["signature"]), text.encode())
+        except (OSError, ValueError, KeyError, TypeError, InvalidSignature):
+            return None
+        return text
 
     @property
     def bench(self) -> str:

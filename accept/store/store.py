@@ -41,7 +41,7 @@ class Store:
         """Take an open engine; `open_store` makes one. sealer: of its seal, None for a store in memory. file: of the
         database, None for a server."""
         self.where = where
-        self._engine, self._anchor, self._sealer, self._file = engine, anchor, sealer, file
+        self._engine, self._anchor, self.sealer, self._file = engine, anchor, sealer, file
         self._checked: StoreHead | None = None  # end of the chain as this program walked or wrote it
         self._made = 0.0  # when the chain was last walked whole [s]
         self._looks = ""  # state of the database then
@@ -60,14 +60,14 @@ class Store:
         head, file = self._checked, self._file
         undisturbed = head not in (None, START) and file is not None and self._looks == file_looks(file)
         self._engine.dispose()  # the log of writes goes into the file now
-        if undisturbed and self._sealer and head and file:
-            self._sealer.write(head, file_looks(file), self._made)
+        if undisturbed and self.sealer and head and file:
+            self.sealer.write(head, file_looks(file), self._made)
 
     @property
     def end_is_kept(self) -> bool:
         """Whether this bench keeps an earlier end of the chain, with which the present one is compared: beside the file
         of the database or, for a server, in its seal."""
-        return self._anchor is not None or (self._sealer is not None and self._sealer.read(old_too=True) is not None)
+        return self._anchor is not None or (self.sealer is not None and self.sealer.read(old_too=True) is not None)
 
     def verify(self, whole: bool = False) -> None:
         """Check the chain before it is used: whole, or from the last seal if the database is as it was sealed.
@@ -84,13 +84,13 @@ class Store:
                 f"{self.where}: integrity check failed: {problem}; it is not used. `accept store check` gives details, "
                 "`accept store restore` takes a backup"
             )
-        if not known and self._sealer is not None and self.head() != START:
+        if not known and self.sealer is not None and self.head() != START:
             from accept.base.console import say  # loads rich: only for a warning
 
             say(f"warning: {self.where}: {END_NOT_KEPT}")
 
     def _unchanged_since_seal(self) -> bool:
-        seal = self._sealer.read() if self._sealer else None
+        seal = self.sealer.read() if self.sealer else None
         if seal is None:
             return False
         before = file_looks(self._file) if self._file else ""
@@ -109,8 +109,8 @@ class Store:
     def _hold(self, connection: Connection, head: StoreHead, looks: str) -> None:
         """Remember what was checked; a server's rows are sealed at once, in the transaction that saw them."""
         self._checked, self._looks = head, looks
-        if self._sealer and self._file is None:
-            self._sealer.write(head, rows_look(connection, head.seq), self._made)
+        if self.sealer and self._file is None:
+            self.sealer.write(head, rows_look(connection, head.seq), self._made)
 
     def _tail_problem(self, connection: Connection, sealed: StoreHead, head: StoreHead) -> ChainBreak | None:
         """Return the first break of the chain after the sealed events, None if it is unbroken."""
@@ -138,19 +138,19 @@ class Store:
     def signed_head(self) -> SignedHead | None:
         """Return the last event with the bench's signature, for certificates and `accept store head`, event 0 for an
         empty store; None for a store in memory. Raises StoreError."""
-        if self._sealer is None:
+        if self.sealer is None:
             return None
         head = self.head()
         with reported(self.where):
-            return self._sealer.signed_head(head)
+            return self.sealer.signed_head(head)
 
     @property
     def bench(self) -> str:
         """Return the public key of the bench that uses this store, "" for a store in memory. Raises StoreError."""
-        if self._sealer is None:
+        if self.sealer is None:
             return ""
         with reported(self.where):
-            return self._sealer.bench
+            return self.sealer.bench
 
     def append(self, what: str, subject: str, payload: Mapping[str, Any], *, who: str, spec: str = "") -> Event:
         """Append one event. When this returns, the event is on the disk: it survives a kill and a power cut.
@@ -278,6 +278,11 @@ class Store:
         """The engine, for copying a whole store."""
         return self._engine
 
+    def holds(self, head: StoreHead) -> bool:
+        """Return whether the store has this event, with this hash. Raises StoreError."""
+        asked = select(tables.events.c.hash).where(tables.events.c.seq == head.seq)
+        return head == START or self._ask(lambda connection: connection.scalar(asked)) == head.hash
+
     def keep_head(self, head: StoreHead) -> None:
         """Write the head's file after events were copied in as they are. Raises StoreError."""
         if self._anchor:
@@ -343,7 +348,7 @@ class Store:
         kept = {"the exported head": exported} if exported else {}
         if self._anchor and (head := self._anchor.read()):
             kept[self._anchor.path.name] = head
-        if self._sealer and (sealed := self._sealer.read(old_too=True)):
+        if self.sealer and (sealed := self.sealer.read(old_too=True)):
             kept["the bench's seal"] = sealed.head
         return kept
 

@@ -39,6 +39,9 @@ events = Table(
     Column("hash", Text, nullable=False),
 )
 Index("events_by_subject", events.c.subject, events.c.what, events.c.seq)
+# By the kind of event. Earlier stores get it when they are opened.
+BY_KIND = "events_by_kind"
+_BY_KIND = Index(BY_KIND, events.c.what, events.c.seq)
 # By the key that two serials share that differ only in capitals. Earlier stores get it when they are opened.
 BY_SPELLING = "events_by_spelling"
 _BY_SPELLING = Index(BY_SPELLING, func.lower(events.c.subject), events.c.what, events.c.subject)
@@ -67,7 +70,8 @@ def _index(name: str) -> Table:
 samples = _index("samples")
 parts = _index("parts")
 
-NAMES = {*metadata.tables, BY_SPELLING}
+LATER = {BY_KIND: _BY_KIND, BY_SPELLING: _BY_SPELLING}  # indexes that earlier stores lack
+NAMES = {*metadata.tables, *LATER}
 
 _REFUSAL = "events are never changed or removed"
 
@@ -93,8 +97,8 @@ def make_tables(connection: Connection) -> None:
     """Make what is absent. The head's row is written only with a new store: a lost one must be found, not replaced."""
     new = not present(connection) & {events.name, head.name}
     metadata.create_all(connection)
-    if BY_SPELLING not in present(connection):
-        _BY_SPELLING.create(connection)
+    for name in LATER.keys() - present(connection):
+        LATER[name].create(connection)
     if new:
         connection.execute(insert(head).values(id=1, store_schema=SCHEMA, seq=START.seq, hash=START.hash))
 
@@ -102,7 +106,7 @@ def make_tables(connection: Connection) -> None:
 def present(connection: Connection) -> set[str]:
     """Return which of the `NAMES` exist."""
     found = {name for name in metadata.tables if inspect(connection).has_table(name)}
-    return found | ({BY_SPELLING} if has_index(connection, BY_SPELLING) else set())
+    return found | {name for name in LATER if has_index(connection, name)}
 
 
 def foreign_columns(connection: Connection) -> list[str]:

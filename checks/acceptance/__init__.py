@@ -17,6 +17,8 @@ from specs.units import label_from_name
 
 RESERVED = ("serial", "kind", "parts", "channels", "measured", "notes", "experiments")  # of a unit.toml's own
 
+OF_RESPONSES = ("frf", "misalignment", "sensor_highpass", "spurious_modes")  # they load transforms and models
+
 _OWN = frozenset(module.name for module in iter_modules(__path__) if not module.ispkg)  # files of this folder
 
 
@@ -84,8 +86,9 @@ CHECKS = Checks()
 def label_of(quantity: str) -> str:
     """Return the label of a quantity, as its check declares it, else words made from its name.
 
-    Loaded checks are searched first, so that judging by two checks loads no other."""
-    for check in chain(CHECKS.loaded, CHECKS.values()):
+    Loaded checks are searched first, so that judging by two checks loads no other; those of responses last."""
+    quick_first = sorted(CHECKS, key=OF_RESPONSES.__contains__)
+    for check in chain(CHECKS.loaded, map(CHECKS.__getitem__, quick_first)):
         if quantity in check.quantities:
             return check.labels[quantity]
     return label_from_name(quantity)

@@ -19,7 +19,7 @@ from accept.commands.trust.bench_keys import decision_signer
 from accept.fleet import gauge
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
-from accept.fleet.measurements import counted, measurements, of_quantity
+from accept.fleet.measurements import counted, measurements_of, of_quantity
 from accept.judging import golden
 from accept.store import open_store
 from checks.process_control.gauge_bias import CAPABLE
@@ -47,7 +47,7 @@ def gauge_study(
         frame = gauge.read_table(table)
     else:
         with open_store() as store:
-            frame = chosen(measurements(store), choice)
+            frame = chosen(measurements_of(store, str(wanted.quantity)), choice)
         frame = frame[frame["study"] == wanted.study] if wanted.study else counted(frame)
         if frame.empty:
             raise FleetError(f"the store holds no judgement of a study '{wanted.study}'; [origin] study names it")

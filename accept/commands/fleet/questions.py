@@ -1,7 +1,6 @@
-"""`accept history`, `list`, `yield` and `trend`."""
+"""`accept history`, `list` and `yield`."""
 
-from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from math import isnan
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,34 +9,44 @@ import pandas as pd
 import typer
 
 from accept.base.atomic_files import check_place, write_atomic
-from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.options import By, JudgementFilter, ListOptions, Outputs, TrendBy
-from accept.commands.fleet.tables import check, show, telling, write, write_documents
-from accept.commands.options import Operator, Plot
+from accept.commands.fleet.options import By, JudgementFilter, ListOptions, Outputs
+from accept.commands.fleet.tables import check, show, telling, write
+from accept.commands.options import Plot
 from accept.fleet import history as histories
-from accept.fleet import trend as trends
 from accept.fleet import yields
 from accept.fleet.errors import FleetError
-from accept.fleet.measurements import CHECKED, attempts, between, day, instrument_checks, latest, measurements
+from accept.fleet.measurements import (
+    COLUMNS,
+    attempts,
+    day,
+    is_between,
+    latest,
+    measurements,
+)
 from accept.pictures.formats import format_of
 from accept.pictures.labels import label_and_name, label_of
 from accept.store import open_store
 from checks.picture import Panel
-from checks.process_control.control_chart import NELSON, Baseline
 from checks.rounding import rounded, rounded_U
 
 MOST_NAMED = 10  # void attempts in one line
+SHOWN = 500  # units on the terminal; the files have all
+LISTED = {
+    "seq", "serial", "kind", "attempt", "time", "measured", "operator", "bench", "spec", "unit_verdict", "check",
+    "quantity", "value", "U", "unit", "lower", "upper", "verdict",
+}  # fmt: skip
 
 
 def is_chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.Series:
     """Return which rows are asked about. Raises FleetError if there are none."""
-    rows = frame.index.isin(between(frame, day(choice.since), day(choice.until, last=True)).index)
+    rows = is_between(frame, day(choice.since), day(choice.until, last=True))
     if choice.kind is not None:
         rows &= frame["kind"] == choice.kind
     if not rows.any():
         raise FleetError("the store holds no such judgement" if len(frame) else "no unit has been judged yet")
-    return pd.Series(rows, index=frame.index)
+    return rows
 
 
 def chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.DataFrame:
@@ -45,9 +54,9 @@ def chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.DataFrame:
     return frame[is_chosen(frame, choice)]
 
 
-def _stored(serial: str | None = None) -> pd.DataFrame:
+def _stored(serial: str | None = None, columns: Collection[str] = COLUMNS) -> pd.DataFrame:
     with open_store() as store:
-        return measurements(store, serial)
+        return measurements(store, serial, columns=columns)
 
 
 @clear_errors
@@ -110,7 +119,7 @@ def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
 def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exit:
     """List the units in the store. With their last verdict and what stopped them."""
     check(outputs)
-    frame, every = chosen(_stored(), choice), wanted.all_attempts
+    frame, every = chosen(_stored(columns=LISTED), choice), wanted.all_attempts
     judged = frame if every else latest(frame)
     tries = attempts(judged)
     verdict = "failed" if wanted.failed else wanted.verdict.value if wanted.verdict else None
@@ -123,8 +132,12 @@ def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exi
     tries = tries.assign(why=[why.get(seq, "") for seq in tries["seq"]])
     rows = tries[["serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes", "why"]]
     title = f"{len(rows)} of {judged['seq'].nunique()} judgements" if every else f"{len(rows)} units"
-    one_spec = ["spec"] if rows["spec"].eq(rows["kind"]).all() else []  # the built-in one of each kind: said already
-    show(telling(rows, "bench").drop(columns=[*one_spec, "causes"]), title)
+    one_spec = (
+        ["spec"] if rows["spec"].astype(str).eq(rows["kind"].astype(str)).all() else []
+    )  # the built-in one of each kind: said already
+    show(telling(rows, "bench").drop(columns=[*one_spec, "causes"]).tail(SHOWN), title)
+    if len(rows) > SHOWN:
+        say(f"the last {SHOWN} are shown; --csv FILE or --json FILE has all {len(rows)}")
     write(outputs, rows)
     return Exit.ACCEPTED
 
@@ -165,10 +178,10 @@ def first_pass(
     """Show the first-pass yield. With its interval, and the causes that stopped the others, the most frequent first."""
     check(outputs)
     check_plot(plot)
-    frame = _stored()
+    frame = _stored(columns={*yields.COLUMNS, *({by.value} - yields.PERIODS.keys())})
     asked = is_chosen(frame, choice)
     made = yields.yields(frame, by.value, asked)
-    _say_voided(frame[asked])
+    say_voided(frame[asked])
     if made.empty:
         raise FleetError("no unit was judged for the first time in this period; re-tests are no first attempts")
     show(made, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
@@ -182,109 +195,10 @@ def first_pass(
     return Exit.ACCEPTED
 
 
-def _say_voided(frame: pd.DataFrame) -> None:
+def say_voided(frame: pd.DataFrame) -> None:
     """Say which attempts do not count: a yield without them is not that of all that was measured."""
     void = frame[frame["voided"] != ""].drop_duplicates("seq")
     if len(void):
         named = [f"{row['serial']} attempt {row['attempt']}" for row in void.to_dict("records")]
         more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
         say(f"{len(named)} attempts are void and not counted: {', '.join(named[:MOST_NAMED])}{more}")
-
-
-@clear_errors
-def trend(
-    quantity: Annotated[str, typer.Argument(help="A quantity, such as stroke_um; check:lcr for the reference of lcr.")],
-    *,
-    by: Annotated[TrendBy, typer.Option(help="A chart for each of these.")] = TrendBy.ALL,
-    baseline: Annotated[
-        str | None,
-        typer.Option(
-            help="Days of a good process, 2026-10-01..2026-10-15: store it; later values are compared with it."
-        ),
-    ] = None,
-    reason: Annotated[str, typer.Option(help="Why a baseline is revised.")] = "",
-    operator: Operator = None,
-    rules: Annotated[
-        str | None, typer.Option(help="Nelson's rules asked for beside gross values and shifts, such as 2,3.")
-    ] = None,
-    choice: JudgementFilter,
-    plot: Plot = None,
-    outputs: Outputs,
-) -> Exit:
-    """Show a quantity over time. Control charts, alarms since the baseline, capability; exit 4 at an alarm."""
-    check(outputs)
-    check_plot(plot)
-    with open_store() as store:
-        of_instrument = quantity.startswith(CHECKED)
-        frame = instrument_checks(store, quantity.removeprefix(CHECKED)) if of_instrument else measurements(store)
-        if baseline is not None:
-            for of in trends.trends(frame, quantity, by.value, chosen=is_chosen(frame, _within(baseline, choice))):
-                stated = trends.set_baseline(store, of, by.value, reason, operator_name(operator))
-                say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
-        known = trends.stored_baselines(store, quantity, by.value)
-    _say_voided(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)])
-    made = trends.trends(frame, quantity, by.value, known, _rules(rules), is_chosen(frame, choice))
-    documents = [trends.summary(t) for t in made]
-    show(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{made[0].unit}], first attempts")
-    for each, document in zip(made, documents, strict=True):
-        for alarm in document["alarms"]:
-            stdout.print(f"{each.name}: {alarm['words']}", soft_wrap=True)
-        for words in each.why:
-            say(f"{each.name}: {words}")
-        if each.chart is not None:
-            say(f"{each.name}: {_basis(each, each.chart.baseline)}")
-    write_documents(
-        outputs, documents, pd.DataFrame([p | {"group": d["group"]} for d in documents for p in d["points"]])
-    )
-    draw(plot, [trends.panel(t) for t in made if len(t.rows)], columns=1)
-    return Exit.INCOMPLETE if any(d["alarms"] for d in documents) else Exit.ACCEPTED
-
-
-def _within(days: str, choice: JudgementFilter) -> JudgementFilter:
-    """Return the choice narrowed to the days of a baseline. Raises FleetError for anything but two days."""
-    since, dots, until = days.partition("..")
-    if not dots:
-        raise FleetError(f"--baseline {days}: expected two days, 2026-10-01..2026-10-15")
-    return replace(choice, since=since, until=until)
-
-
-def _rules(text: str | None) -> list[int]:
-    """Return the numbers of Nelson's rules. Raises FleetError for anything else."""
-    try:
-        rules = [int(word) for word in text.split(",")] if text else []
-    except ValueError:
-        rules = [0]
-    if wrong := [rule for rule in rules if rule not in NELSON]:
-        known = "; ".join(f"{number}: {words}" for number, words in NELSON.items())
-        raise FleetError(f"--rules {text}: expected numbers such as 2,3 ({known}); got {wrong[0]}")
-    return rules
-
-
-def _row(document: Mapping[str, Any]) -> dict[str, object]:
-    """Return a group's line of the table: each index with its 95 % interval."""
-
-    def index(name: str) -> str | None:
-        value, lo, hi = (document[f"{name}{end}"] for end in ("", "_lo", "_hi"))
-        return None if value is None else f"{value:.2f} ({lo:.2f} to {hi:.2f})"
-
-    return {
-        "group": document["group"],
-        "units": document["n"],
-        "mean": document["mean"],
-        "sigma_within": document["sigma_within"],
-        "sigma_overall": document["sigma_overall"],
-        **{name: index(name) for name in ("Cpk", "Ppk")},
-        "alarms": len(document["alarms"]),
-    }
-
-
-def _basis(each: trends.Trend, base: Baseline) -> str:
-    """Return what the chart compares with, and how often it rings without a reason."""
-    left_out = f", {base.left_out} gross left out" if base.left_out else ""
-    stated = each.baseline.stated if each.baseline else None
-    of = f"the baseline {stated.since} to {stated.until}" if stated else "the values themselves"
-    scale = f", on the scale of the {each.scale}, on which they are normal" if each.scale else ""
-    return (
-        f"compared with {of} ({base.n} units{left_out}){scale}; "
-        f"{100.0 * each.false_alarms:.1f} % of such charts ring in a process in control"
-    )

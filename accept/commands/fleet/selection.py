@@ -81,7 +81,7 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
     if not by:
         raise ProductError(f"product '{kind}' does not say by which quantities sets are matched: name them with --by")
     with open_store() as store:
-        units = matched_sets.pool(measurements(store), kind, by)
+        units = matched_sets.pool(measurements(store, columns=matched_sets.COLUMNS), kind, by)
     found = matched_sets.choose(units, size, sets)
     rows = []
     for number, members in enumerate(found.sets, 1):

@@ -8,8 +8,7 @@ import typer
 from accept.base.console import clear_errors, say
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
-from accept.commands.units.compare import measured
-from accept.fleet.site.page_data import curves, document
+from accept.fleet.site.page_data import MOST, curves, document
 from accept.fleet.site.write_site import write_site
 from accept.store import open_store
 
@@ -17,12 +16,18 @@ from accept.store import open_store
 @clear_errors
 def run(
     out: Annotated[Path, typer.Option(help="Folder for the page.")],
+    last: Annotated[int, typer.Option(min=1, help="How many judgements are shown, the last ones of the store.")] = MOST,
     units: Annotated[list[Path] | None, typer.Option(help="Unit folders whose curves are shown; repeat.")] = None,
 ) -> Exit:
     """Write a page of the fleet. Yield, causes, trends, curves and every unit's findings; opens offline."""
-    panels = {result.serial: result.panels for result in measured(units, None)} if units else {}
+    panels = {}
+    if units:
+        from accept.commands.units.compare import measured  # loads the checks: only for curves
+
+        panels = {result.serial: result.panels for result in measured(units, None)}
     with busy("writing the page"), open_store() as store:
-        content = document(store, curves(panels), out.resolve())
+        content = document(store, curves(panels), out.resolve(), last)
     write_site(out, content)
-    say(f"{len(content['judgements'])} judgements: open {out / 'index.html'}")
+    shown, of = len(content["judgements"]), content["of"]
+    say(f"{f'the last {shown} of {of}' if shown < of else shown} judgements: open {out / 'index.html'}")
     return Exit.ACCEPTED

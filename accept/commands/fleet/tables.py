@@ -11,7 +11,7 @@ from rich.text import Text
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import stdout
 from accept.commands.fleet.options import Outputs
-from accept.fleet.measurements import NOT_STATED
+from accept.fleet.findings_file import NOT_STATED
 from accept.pictures.labels import label_and_name, label_of
 
 WHOLE = ("serial", "time", "verdict", "unit_verdict")  # columns that are looked for by eye
@@ -57,8 +57,8 @@ def write_documents(outputs: Outputs, content: object, rows: pd.DataFrame) -> No
 
 
 def _harmless(frame: pd.DataFrame) -> pd.DataFrame:
-    texts = frame.select_dtypes(include=["object", "string"]).columns
-    return frame.assign(**{name: frame[name].map(_cell) for name in texts})
+    texts = frame.select_dtypes(include=["object", "string", "category"]).columns
+    return frame.assign(**{name: frame[name].astype(object).map(_cell) for name in texts})
 
 
 def _cell(value: object) -> object:

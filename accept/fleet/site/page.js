@@ -186,7 +186,9 @@ function paper(on) { // dark ink on white, as wide as the sheet
 function draw() {
   const rows = chosen();
   const units = new Set(rows.map((j) => j.serial)), good = [...units].filter((s) => last.get(s).verdict === "accepted").length;
-  $("summary").textContent = `${units.size} units, ${rows.length} judgements, ${good} accepted`;
+  $("summary").textContent = `${units.size} units, ${rows.length} judgements, ${good} accepted` +
+    (F.of > F.judgements.length ? `; this page has the last ${F.judgements.length} of ${F.of} judgements` : "") +
+    `. Made ${F.made}, up to event ${F.head} of the store.`;
   drawTable(rows);
   clearTimeout(timer); // the table answers at once; the pictures follow
   timer = setTimeout(() => { pictures(rows); document.body.dataset.drawn = rows.length; }, 0);

@@ -2,7 +2,8 @@
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -11,10 +12,9 @@ import numpy as np
 import pandas as pd
 
 from accept.fleet.errors import FleetError
+from accept.fleet.findings_file import NOT_STATED, bench_of, findings
 from accept.fleet.measurements import (
-    NOT_STATED,
     VOIDED,
-    bench_of,
     counted,
     first_attempts,
     in_order_of_measurement,
@@ -26,7 +26,7 @@ from accept.judging.voids import voids
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.store import Store, fold
-from accept.store.payloads import UnitJudged
+from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged
 from checks.picture import Line, Panel
 from checks.rounding import rounded, rounded_U
 
@@ -34,29 +34,42 @@ FINDING = ("check", "quantity", "value", "U", "lower", "upper", "verdict", "reas
 SHOWN = ("first", "shown", "shown_U")  # beside them: of a first attempt; value and U in the digits that U allows
 TREND_BY = ("all", "bench", "lot")
 DAY_S = 86_400.0
+MOST = 2000  # judgements of a page: it opens in a second, and is written in two
+OF_FIRST = (
+    "seq", "serial", "attempt", "quantity", "verdict", "reason", "required", "study", VOIDED, "unit_verdict",
+)  # fmt: skip
 SHOWN_POINTS = 400  # of a curve: a page holds those of many units
 
 
 def document(
-    store: Store, curves: Mapping[str, Sequence[Mapping[str, Any]]], out: Path | None = None
+    store: Store, curves: Mapping[str, Sequence[Mapping[str, Any]]], out: Path | None = None, last: int = MOST
 ) -> dict[str, Any]:
     """Return judgements: a row per judgement in the order of the store, its findings as lists in the order of `FINDING`
     and `SHOWN`; quantities: name -> unit as people write it; labels: name -> words; trends: quantity -> column ->
-    what `accept trend` states; curves: title -> [{serial, x, y}] with the axes' labels. out: folder of the page, from
-    which certificates are linked. Raises StoreError."""
-    frame = measurements(store)
-    first = set(first_attempts(frame).set_index(["seq", "quantity"]).index)
-    begun = set(counted(frame).drop_duplicates("serial")["seq"])
-    made = yields(frame, "serial") if begun else frame[:0].assign(first=False)
+    what `accept trend` states; curves: title -> [{serial, x, y}] with the axes' labels; of: how many judgements the
+    store holds; head: its last event; made: when. out: folder of the page, from which certificates are linked. last:
+    how many judgements are shown, the last ones. Raises StoreError."""
+    head = store.head().seq
+    numbers, tries = (values for values, _ in findings(store, ("seq", "attempt")).values())
+    after = int(numbers[-last - 1]) if numbers.size > last else 0
+    attempts = dict(zip(numbers[-last:].tolist(), tries[-last:].tolist(), strict=True))
+    frame = measurements(store, after=after)
+    history = measurements(store, columns=OF_FIRST)
+    history = history[history["serial"].isin(frame["serial"].unique())]
+    firsts = first_attempts(history)
+    firsts = firsts[firsts["seq"] > after]
+    first = set(zip(firsts["seq"].tolist(), firsts["quantity"].tolist(), strict=True))
+    begun = set(counted(history).drop_duplicates("serial")["seq"])
+    made = yields(history, "serial") if begun else history[:0].assign(first=False)
     passed = dict(zip(made["serial"].tolist(), made["first"].tolist(), strict=True))
     moments, void = _moments(frame), voids(store)
-    certificates = _certificates(store, out)
+    certificates = _certificates(store, out, set(frame["serial"].unique()))
     judgements: list[dict[str, Any]] = []
-    attempts: dict[str, int] = {}
     units: dict[str, str] = {}
-    for event in store.events(what=UnitJudged.KIND):
+    for event in store.events(what=UnitJudged.KIND, after=after):
         result = UnitJudged.of(event).result
-        attempts[event.subject] = attempts.get(event.subject, 0) + 1
+        if event.seq not in attempts:
+            continue  # judged since this page was begun
         units |= {f.quantity: "" if f.unit == "1" else pretty(f.unit) for f in result.findings}
         judgements.append(
             {
@@ -65,14 +78,14 @@ def document(
                 "operator": event.who,
                 "bench": bench_of(result),
                 "kind": result.kind,
-                "attempt": attempts[event.subject],
+                "attempt": attempts[event.seq],
                 "verdict": VOIDED if event.seq in void else str(result.verdict),
                 "voided": void[event.seq].words if event.seq in void else "",
                 "at": moments.get(event.seq, event.time[:19]),
                 "lot": result.origin.get("lot", NOT_STATED),
                 "first": event.seq in begun,
                 "passed": bool(event.seq in begun and passed[event.subject]),
-                "certificate": certificates.get((event.subject, attempts[event.subject])),
+                "certificate": certificates.get((event.subject, attempts[event.seq])),
                 "spec": event.spec.split("@")[0],
                 "findings": [
                     [
@@ -94,6 +107,9 @@ def document(
         "labels": labels,
         "judgements": judgements,
         "curves": dict(curves),
+        "of": int(numbers.size),
+        "head": head,
+        "made": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
     }
 
 
@@ -117,14 +133,16 @@ def _trends(frame: pd.DataFrame, store: Store, name: str) -> dict[str, list[dict
         except FleetError:
             continue
         keys = ("group", "n", "limits", "baseline", "alarms", "cautions", "Cpk", "Ppk")
-        found[by] = [{key: each[key] for key in keys} for each in map(summary, made)]
+        found[by] = [{key: each[key] for key in keys} for each in (summary(t, points=False) for t in made)]
     return found
 
 
-def _certificates(store: Store, out: Path | None) -> dict[tuple[str, int], str]:
+def _certificates(store: Store, out: Path | None, serials: Collection[str]) -> dict[tuple[str, int], str]:
     """Return serial and number of an attempt -> link to its certificate, of files that are there."""
     found = {}
-    for serial, unit in fold(store.events()).units.items():
+    kinds = (CertificateWritten.KIND, CertificateSigned.KIND)
+    for serial in {event.subject for kind in kinds for event in store.events(what=kind)} & set(serials):
+        unit = fold(store.events(serial)).units[serial]
         for attempt, path in unit.certificates.values():
             if Path(path).is_file():
                 found[(serial, attempt)] = _link(Path(path), out)

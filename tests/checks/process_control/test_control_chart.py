@@ -11,6 +11,7 @@ from checks.process_control.control_chart import (
     estimate_baseline,
     false_alarm_rate,
     nelson,
+    simulated_rate,
 )
 from checks.process_control.spread import moving_range_degrees, moving_range_sigma
 
@@ -49,6 +50,12 @@ def test_gross_values_do_not_widen_a_baseline():
 def test_a_process_in_control_rings_in_fewer_than_one_chart_of_twenty(n, before):
     """Two tests, each at most `FALSE_ALARM` in the whole chart; 1000 charts, so 0.04 + 3 sd = 0.059 at most."""
     assert false_alarm_rate(n, before) <= 2.0 * FALSE_ALARM + 0.019
+
+
+@pytest.mark.parametrize(("n", "before"), [(20, None), (200, None), (50, 20), (200, 50)])
+def test_the_stated_rate_is_the_simulated_one(n, before):
+    """The table is of the present tests of a chart: the simulation is seeded, so both are equal."""
+    assert false_alarm_rate(n, before) == simulated_rate(n, before, ())
 
 
 def test_rules_of_runs_cost_false_alarms_and_the_rate_says_so():

@@ -1,0 +1,124 @@
+"""`accept trend`: control charts of a quantity."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any
+
+import pandas as pd
+import typer
+
+from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.exit_codes import Exit
+from accept.commands.fleet.options import JudgementFilter, Outputs, TrendBy
+from accept.commands.fleet.questions import check_plot, draw, is_chosen, say_voided
+from accept.commands.fleet.tables import check, show, write_documents
+from accept.commands.options import Operator, Plot
+from accept.fleet import trend as trends
+from accept.fleet.errors import FleetError
+from accept.fleet.measurements import CHECKED, instrument_checks, measurements_of
+from accept.pictures.labels import label_and_name
+from accept.store import open_store
+from checks.process_control.control_chart import NELSON, Baseline
+
+
+@clear_errors
+def trend(
+    quantity: Annotated[str, typer.Argument(help="A quantity, such as stroke_um; check:lcr for the reference of lcr.")],
+    *,
+    by: Annotated[TrendBy, typer.Option(help="A chart for each of these.")] = TrendBy.ALL,
+    baseline: Annotated[
+        str | None,
+        typer.Option(
+            help="Days of a good process, 2026-10-01..2026-10-15: store it; later values are compared with it."
+        ),
+    ] = None,
+    reason: Annotated[str, typer.Option(help="Why a baseline is revised.")] = "",
+    operator: Operator = None,
+    rules: Annotated[
+        str | None, typer.Option(help="Nelson's rules asked for beside gross values and shifts, such as 2,3.")
+    ] = None,
+    choice: JudgementFilter,
+    plot: Plot = None,
+    outputs: Outputs,
+) -> Exit:
+    """Show a quantity over time. Control charts, alarms since the baseline, capability; exit 4 at an alarm."""
+    check(outputs)
+    check_plot(plot)
+    with open_store() as store:
+        of_instrument = quantity.startswith(CHECKED)
+        frame = (
+            instrument_checks(store, quantity.removeprefix(CHECKED))
+            if of_instrument
+            else measurements_of(store, quantity)
+        )
+        if baseline is not None:
+            for of in trends.trends(frame, quantity, by.value, chosen=is_chosen(frame, _within(baseline, choice))):
+                stated = trends.set_baseline(store, of, by.value, reason, operator_name(operator))
+                say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
+        known = trends.stored_baselines(store, quantity, by.value)
+    say_voided(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)])
+    made = trends.trends(frame, quantity, by.value, known, _rules(rules), is_chosen(frame, choice))
+    documents = [trends.summary(t, points=outputs.json is not None or outputs.csv is not None) for t in made]
+    show(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{made[0].unit}], first attempts")
+    for each, document in zip(made, documents, strict=True):
+        for alarm in document["alarms"]:
+            stdout.print(f"{each.name}: {alarm['words']}", soft_wrap=True)
+        for words in each.why:
+            say(f"{each.name}: {words}")
+        if each.chart is not None:
+            say(f"{each.name}: {_basis(each, each.chart.baseline)}")
+    write_documents(
+        outputs, documents, pd.DataFrame([p | {"group": d["group"]} for d in documents for p in d["points"]])
+    )
+    draw(plot, [trends.panel(t) for t in made if len(t.rows)], columns=1)
+    return Exit.INCOMPLETE if any(d["alarms"] for d in documents) else Exit.ACCEPTED
+
+
+def _within(days: str, choice: JudgementFilter) -> JudgementFilter:
+    """Return the choice narrowed to the days of a baseline. Raises FleetError for anything but two days."""
+    since, dots, until = days.partition("..")
+    if not dots:
+        raise FleetError(f"--baseline {days}: expected two days, 2026-10-01..2026-10-15")
+    return replace(choice, since=since, until=until)
+
+
+def _rules(text: str | None) -> list[int]:
+    """Return the numbers of Nelson's rules. Raises FleetError for anything else."""
+    try:
+        rules = [int(word) for word in text.split(",")] if text else []
+    except ValueError:
+        rules = [0]
+    if wrong := [rule for rule in rules if rule not in NELSON]:
+        known = "; ".join(f"{number}: {words}" for number, words in NELSON.items())
+        raise FleetError(f"--rules {text}: expected numbers such as 2,3 ({known}); got {wrong[0]}")
+    return rules
+
+
+def _row(document: Mapping[str, Any]) -> dict[str, object]:
+    """Return a group's line of the table: each index with its 95 % interval."""
+
+    def index(name: str) -> str | None:
+        value, lo, hi = (document[f"{name}{end}"] for end in ("", "_lo", "_hi"))
+        return None if value is None else f"{value:.2f} ({lo:.2f} to {hi:.2f})"
+
+    return {
+        "group": document["group"],
+        "units": document["n"],
+        "mean": document["mean"],
+        "sigma_within": document["sigma_within"],
+        "sigma_overall": document["sigma_overall"],
+        **{name: index(name) for name in ("Cpk", "Ppk")},
+        "alarms": len(document["alarms"]),
+    }
+
+
+def _basis(each: trends.Trend, base: Baseline) -> str:
+    """Return what the chart compares with, and how often it rings without a reason."""
+    left_out = f", {base.left_out} gross left out" if base.left_out else ""
+    stated = each.baseline.stated if each.baseline else None
+    of = f"the baseline {stated.since} to {stated.until}" if stated else "the values themselves"
+    scale = f", on the scale of the {each.scale}, on which they are normal" if each.scale else ""
+    return (
+        f"compared with {of} ({base.n} units{left_out}){scale}; "
+        f"{100.0 * each.false_alarms:.1f} % of such charts ring in a process in control"
+    )
