@@ -30,9 +30,11 @@ class LineEntry(Strict):
 
 
 class CalibrationEntry(Strict):
-    """certificate: its number. calibrated: the first, due: the last day on which it holds."""
+    """certificate: its number; issuer: the laboratory that calibrated, with its accreditation. calibrated: the first,
+    due: the last day on which it holds."""
 
     certificate: Words
+    issuer: Words | None = None
     calibrated: datetime.date | None = None
     due: datetime.date
 

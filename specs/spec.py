@@ -37,10 +37,14 @@ class Limit(Strict):
 
 
 class StatedU(Strict):
-    """Expanded uncertainty (k = 2) of a value typed without one: absolute in the value's unit, or in percent of it."""
+    """Expanded uncertainty (k = 2) of a value typed without one: absolute in the value's unit, or in percent of it.
+    percent_per_C: how much the quantity changes with temperature, whose distance from reference_C is then part of the
+    budget."""
 
     U: Positive | None = None
     U_percent: Positive | None = None
+    percent_per_C: Positive | None = None
+    reference_C: Finite = 23.0
     source: Words
 
     @model_validator(mode="after")

@@ -155,6 +155,7 @@ COMMANDS: dict[str, Command | Group] = {
             ),
         },
     ),
+    "worker": Command("bench.worker:run", "Start workers of a cluster on this machine."),
     "golden": Group(
         "Golden units: does the bench measure as before?",
         {

@@ -37,9 +37,11 @@ def measurements(
     quantities: Collection[str] | None = None,
     columns: Collection[str] = COLUMNS,
     after: int = 0,
+    brief: bool = False,
 ) -> pd.DataFrame:
     """Return one row per finding of every judgement, in the order of the store. serial, quantities: of these alone;
-    columns: of `COLUMNS`, these; after: number of an event, for judgements behind it. Texts are categories.
+    columns: of `COLUMNS`, these; after: number of an event, for judgements behind it; brief: without
+    findings that passed, but the first one of each judgement and of each day of measurement. Texts are categories.
 
     attempt: how often the serial was judged up to then. bench: name of the bench file, if one was used. batch, place:
     the batch in which it was judged and the unit's place in it. measured: the day stated for the check, else NaT.
@@ -48,13 +50,14 @@ def measurements(
     """
     if serial is None:
         wanted = {"seq", "findings", *({"quantity"} if quantities is not None else ()), *columns} - {VOIDED}
+        wanted |= {"verdict", "measured"} if brief else set()
         found = findings(store, wanted)
     else:
         of_unit = Findings()
         of_unit.add(store.events(serial, UnitJudged.KIND))
         found = of_unit.arrays(TYPES)
     void = {seq: each.words for seq, each in voids(store, serial).items()}
-    return _frame(found, void, quantities, columns, after)
+    return _frame(found, void, quantities, columns, after, brief)
 
 
 def measurements_of(store: Store, quantity: str) -> pd.DataFrame:
@@ -69,6 +72,7 @@ def _frame(
     quantities: Collection[str] | None,
     columns: Collection[str],
     after: int,
+    brief: bool,
 ) -> pd.DataFrame:
     """Return the rows of the findings; what is stated once for a judgement is repeated."""
     judgement = np.repeat(np.arange(found["seq"][0].size, dtype=np.int32), found["findings"][0])
@@ -76,6 +80,8 @@ def _frame(
     if quantities is not None:
         codes, words = found["quantity"]
         chosen = np.isin(codes, [i for i, word in enumerate(words or ()) if word in quantities])
+    elif brief:
+        chosen = _is_brief(judgement, found["measured"][0], found["verdict"])
     elif after:
         chosen = found["seq"][0][judgement] > after
     judgement = judgement[chosen]
@@ -85,6 +91,15 @@ def _frame(
         for name in columns
     }
     return pd.DataFrame(made, copy=False)
+
+
+def _is_brief(judgement: np.ndarray, days: np.ndarray, verdict: Column) -> np.ndarray:
+    """Return which findings did not pass, or are the first of their judgement or of a day in it."""
+    codes, words = verdict
+    first = np.ones(judgement.size, dtype=bool)
+    first[1:] = (judgement[1:] != judgement[:-1]) | (days[1:] != days[:-1])
+    passed = (words or []).index("pass") if "pass" in (words or ()) else -1
+    return first | (codes != passed)
 
 
 def _of_voids(found: Mapping[str, Column], void: Mapping[int, str]) -> dict[str, Column]:

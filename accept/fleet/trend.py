@@ -135,6 +135,8 @@ def _trend(
 
 def _baselines_of_places(before: pd.DataFrame, scale: str) -> dict[Place, Baseline]:
     """Return the baseline of every place that has values enough in the days of the baseline of all."""
+    if before.empty:
+        return {}
     parts = (
         (c, str(name), part) for c in PLACES for name, part in before.groupby(c, observed=True) if len(part) >= LEAST
     )

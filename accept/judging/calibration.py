@@ -19,9 +19,10 @@ References = Mapping[str, Sequence[tuple[str, float]]]  # instrument -> day and 
 Statement = Mapping[str, Any]
 """bench: name of the bench file; sha256: of its bytes; on: the day of judging, ISO; instruments: a row per check and
 instrument that serves it: check, name, model, serial, certificate, calibrated, due, commissioned (in words; None: no
-program reads it), and, once held against a unit, measured (the day that counts: when it was measured where the unit
-tells, else of judging) and problem (None: valid). If the spec asks for a daily reference: reference_days, and
-reference, the day and E_n of the last comparison before the measurement (None: there was none)."""
+program reads it), issuer (of the certificate, if it is stated) and, once held against a unit, measured (the day that
+counts: when it was measured where the unit tells, else of judging) and problem (None: valid). If the spec asks for a
+daily reference: reference_days, and reference, the day and E_n of the last comparison before the measurement (None:
+there was none)."""
 
 
 def statement(
@@ -43,6 +44,7 @@ def statement(
             "calibrated": _iso(entry.calibration.calibrated if entry.calibration else None),
             "due": _iso(entry.calibration.due if entry.calibration else None),
             "commissioned": (commissioned or {}).get(name),
+            **({"issuer": entry.calibration.issuer} if entry.calibration and entry.calibration.issuer else {}),
             **_asked_reference(asked, (references or {}).get(name, ())),
         }
         for check, asked in checks.items()
@@ -167,7 +169,8 @@ def notes(given: Statement) -> list[str]:
     lines = []
     for row in given["instruments"]:
         who = " ".join(word for word in (row["model"], row["serial"]) if word) or "no serial number"
-        words = row["problem"] or f"certificate {row['certificate']}, valid to {row['due']}"
+        issuer = f" of {row['issuer']}" if row.get("issuer") else ""
+        words = row["problem"] or f"certificate {row['certificate']}{issuer}, valid to {row['due']}"
         proven = f"; {row['commissioned']}" if row.get("commissioned") else ""
         lines.append(f"{row['check']}: {row['name']} ({who}): {words}{proven}")
     return lines

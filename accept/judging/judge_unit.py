@@ -20,9 +20,10 @@ from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.samples import samples_of
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.acceptance import CHECKS
+from checks.acceptance.common.typed_value import with_temperature
 from checks.cause import Cause, NoResult, Reason, because
 from checks.consistency.contradictions import check_consistency
-from checks.declare import Check
+from checks.declare import Check, Measured
 from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
 from checks.record import Record
@@ -105,7 +106,11 @@ def judge_unit(
             unit.path / units.UNIT_FILE, [f"kind = '{unit.kind}', but spec {spec.name} judges '{spec.kind}'"]
         )
     models = models or Models()
-    outcomes = {name: _outcome(held, CHECKS[name], asked, models) for name, asked in spec.checks.items()}
+    temperature = unit.environment.get("temperature_C")
+    outcomes = {
+        name: _at_temperature(_outcome(held, CHECKS[name], asked, models), asked, temperature)
+        for name, asked in spec.checks.items()
+    }
     quantities = [(name, quantity) for name, outcome in outcomes.items() for quantity in outcome.quantities]
     findings = check_consistency(
         [finding for name, asked in spec.checks.items() for finding in _judged(name, asked, outcomes[name])],
@@ -142,6 +147,7 @@ def judge_unit(
         measured=days,
         origin=unit.origin,
         environment=unit.environment,
+        provided=unit.provided,
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
     return without_bench_errors(result) if bench_errors else result
@@ -196,6 +202,16 @@ def _outcome(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -
         return _completed(Outcome((), panels=e.panels), asked, e.reason)
     except RecordError as e:
         return _completed(Outcome(()), asked, e.reason)
+
+
+def _at_temperature(outcome: Outcome, asked: CheckSpec, temperature: Measured | None) -> Outcome:
+    stated = asked.uncertainty
+    return replace(
+        outcome,
+        quantities=tuple(
+            with_temperature(q, stated[q.name], temperature) if q.name in stated else q for q in outcome.quantities
+        ),
+    )
 
 
 def _completed(outcome: Outcome, asked: CheckSpec, reason: Reason) -> Outcome:

@@ -31,7 +31,8 @@ class UnitResult:
     folder : name of its folder if that is another unit's serial (`accept.judging.folder_name`); likewise.
     part_doubts : doubts about its parts (`accept.judging.parts`); in the JSON only if any exists.
     gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only if that was asked for.
-    measured : section -> day of measuring; origin, environment : as its folder states them; in the JSON only then.
+    measured : section -> day of measuring; origin, environment, provided : as its folder states them; in the JSON only
+    then.
     """
 
     serial: str
@@ -57,6 +58,7 @@ class UnitResult:
     measured: Mapping[str, str] = field(default_factory=dict)
     origin: Mapping[str, str] = field(default_factory=dict)
     environment: Mapping[str, Measured] = field(default_factory=dict)
+    provided: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def spec(self) -> str:
@@ -102,6 +104,7 @@ class UnitResult:
             measured=dict(self.measured),
             origin=dict(self.origin),
             environment=dict(self.environment),
+            provided=dict(self.provided),
         )
 
     def to_json(self) -> dict[str, Any]:

@@ -70,6 +70,15 @@ def origin(data: Mapping[str, Any], problems: list[str]) -> dict[str, str]:
     return {k: v for k, v in _known(strings(data, "origin", problems), "origin", ORIGIN, problems).items() if v}
 
 
+def provided(data: Mapping[str, Any], problems: list[str]) -> dict[str, str]:
+    """Return `[provided]`: section -> who provided its values, `customer` or the name of an external provider."""
+    found = strings(data, "provided", problems)
+    wrong = [name for name, who in found.items() if name not in CHECKS or not who.strip()]
+    expected = "expected a section and who provided it, 'customer' or a name"
+    problems.extend(f"[provided] {name}: {expected}" for name in wrong)
+    return {name: who.strip() for name, who in found.items() if name not in wrong}
+
+
 def environment(data: Mapping[str, Any], problems: list[str]) -> dict[str, Measured]:
     """Return `[environment]`: what the air was like, each a number or a value with its U."""
     table = data.get("environment", {})

@@ -23,6 +23,9 @@ from specs.products import products
 from specs.strict import toml_of
 
 UNIT_FILE = "unit.toml"
+OF_THE_UNIT = frozenset(  # its other keys and sections are those of checks
+    {"serial", "kind", "parts", "channels", "measured", "notes", "origin", "environment", "provided", EXPERIMENTS}
+)
 MAX_UNIT_TOML_BYTES = 1_000_000  # what a person or a rig writes is a thousandth of it
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
 SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
@@ -42,7 +45,8 @@ class UnitFolder:
     """A unit as its folder states it. channels: our channel name -> where it stands in the lab's record files;
     measured: section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it;
     experiments: its responses under other conditions; sizes: of its files [bytes] as the machine sees them that hands
-    it to another one (`accept.units.shared_folder`); origin, environment: `folder_header.ORIGIN`, `.ENVIRONMENT`."""
+    it to another one (`accept.units.shared_folder`); origin, environment: `folder_header.ORIGIN`, `.ENVIRONMENT`;
+    provided: section -> who provided its values, if not the laboratory."""
 
     path: Path
     serial: str
@@ -57,6 +61,7 @@ class UnitFolder:
     sizes: Mapping[str, int] | None = None
     origin: Mapping[str, str] = field(default_factory=dict)
     environment: Mapping[str, Measured] = field(default_factory=dict)
+    provided: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def files(self) -> list[str]:
@@ -127,10 +132,11 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     notes = folder_header.notes(data, problems)
     origin = folder_header.origin(data, problems)
     environment = folder_header.environment(data, problems)
+    provided = folder_header.provided(data, problems)
     experiments = experiments_of(data, problems)
     sections = {}
     for name, content in data.items():
-        if name in {"serial", "kind", "parts", "channels", "measured", "notes", "origin", "environment", EXPERIMENTS}:
+        if name in OF_THE_UNIT:
             continue
         if name not in CHECKS or CHECKS[name].reads != name:
             known = ", ".join(own for own, check in CHECKS.items() if check.reads == own)
@@ -143,7 +149,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
         raise UnitError(folder / UNIT_FILE, problems)
     return UnitFolder(
         folder, serial, kind, text, parts, channels, sections, measured, notes, experiments,
-        origin=origin, environment=environment,
+        origin=origin, environment=environment, provided=provided,
     )  # fmt: skip
 
 

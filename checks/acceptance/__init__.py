@@ -15,7 +15,9 @@ from specs import plugins
 from specs.spec import CheckSpec
 from specs.units import label_from_name
 
-RESERVED = ("serial", "kind", "parts", "channels", "measured", "notes", "experiments")  # of a unit.toml's own
+RESERVED = (  # of a unit.toml's own
+    "serial", "kind", "parts", "channels", "measured", "notes", "experiments", "origin", "environment", "provided",
+)  # fmt: skip
 
 OF_RESPONSES = ("frf", "misalignment", "sensor_highpass", "spurious_modes")  # they load transforms and models
 

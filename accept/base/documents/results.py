@@ -81,6 +81,9 @@ class UnitEntry(Document):
     environment: Annotated[Mapping[str, Measured], _filled, "`temperature_C`, `humidity_percent`: `value`, `U`"] = (
         field(default_factory=dict)
     )
+    provided: Annotated[
+        Mapping[str, str], _filled, "who provided the values of a section, `customer` or an external provider"
+    ] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

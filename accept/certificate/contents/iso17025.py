@@ -12,6 +12,7 @@ OF_LABORATORY = {  # clause, what, key of laboratory.toml
     "address": ("7.8.2.1 b", "address of the laboratory"),
     "site": ("7.8.2.1 c", "place where the unit is measured"),
     "certificate_number": ("7.8.2.1 d", "number of the certificate"),
+    "sampling": ("7.8.2.1 k", "sampling (how units are chosen, or that every unit is measured)"),
 }
 OF_ORIGIN = {  # key of [origin]
     "manufacturer": ("7.8.2.1 g", "manufacturer of the unit"),
@@ -53,10 +54,10 @@ def missing(laboratory: Laboratory | None, spec: Spec, unit: UnitFolder | None =
     without = [check for check in spec.checks if laboratory is None or method_of(laboratory, check) is None]
     if without:
         found.append(Missing("7.8.2.1 f", f"method of {', '.join(without)}", f"{FILE}, [methods]"))
-    return sorted([*found, *(_of_unit(unit) if unit else ())], key=lambda one: one.clause)
+    return sorted([*found, *(_of_unit(unit, spec) if unit else ())], key=lambda one: one.clause)
 
 
-def _of_unit(unit: UnitFolder) -> Iterable[Missing]:
+def _of_unit(unit: UnitFolder, spec: Spec) -> Iterable[Missing]:
     for key, (clause, what) in OF_ORIGIN.items():
         if key not in unit.origin:
             yield Missing(clause, what, f"{UNIT_FILE}, [origin] {key}")
@@ -65,3 +66,8 @@ def _of_unit(unit: UnitFolder) -> Iterable[Missing]:
     for key, (clause, what) in ENVIRONMENT.items():
         if key not in unit.environment:
             yield Missing(clause, what, f"{UNIT_FILE}, [environment] {key}")
+    stated = (u for check in spec.checks.values() for u in check.uncertainty.values())
+    temperature = unit.environment.get("temperature_C")
+    if temperature is not None and temperature.U is None and any(u.percent_per_C is not None for u in stated):
+        where = f"{UNIT_FILE}, [environment] temperature_C = {{ value = {temperature.value:g}, U = ... }}"
+        yield Missing("7.8.3.1 c", "uncertainty of the temperature, on which results depend,", where)

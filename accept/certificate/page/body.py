@@ -9,7 +9,14 @@ from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.statements import statements
-from accept.certificate.page.clauses import days_words, entered_words, environment_words, item_words, rule_words
+from accept.certificate.page.clauses import (
+    days_words,
+    entered_words,
+    environment_words,
+    item_words,
+    provided_words,
+    rule_words,
+)
 from accept.judging.advice import stored_advice
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import numbers, page_style
@@ -28,12 +35,13 @@ def identity(contents: CertificateContent) -> list[Flowable]:
     rows = [
         *statements(contents).items(),
         ("Operator", contents.operator or "not named"),
-        ("Instruments", _listed(contents.instruments) or "none named by the spec"),
+        ("Instruments", instruments_words(contents) or "none named by the spec"),
         ("Parts", _listed(parts)),
         ("Item", item_words(contents.result)),
         ("Measured", days_words(contents.result)),
         ("Environment", environment_words(contents.result)),
         ("Entered", entered_words(contents)),
+        ("Provided", provided_words(contents.result)),
         ("Record", f"{attached} of {len(contents.inputs)} input files attached; the hash of each in manifest.json"),
     ]
     cells = [[words(name, page_style.TABLE_HEAD), words(text, page_style.SMALL)] for name, text in rows if text]
@@ -160,6 +168,16 @@ def _information_row(row: Mapping[str, Any]) -> list[Any]:
 
 def _shortened(text: str) -> str:
     return text if len(text) <= LONGEST_REASON else text[:LONGEST_REASON] + " … (whole text in results.json)"
+
+
+def instruments_words(contents: CertificateContent) -> str:
+    """Return the instruments as the bench file states them; of checks without an entry there, those of the spec."""
+    used: dict[str, str] = {}
+    for row in (contents.result.get("calibration") or {}).get("instruments", ()):
+        who = " ".join(str(word) for word in (row["model"], row["serial"]) if word) or str(row["name"])
+        used[row["check"]] = f"{used[row['check']]}, {who}" if row["check"] in used else who
+    by_spec = " (named by the spec)" if used else ""
+    return _listed({check: f"{words}{by_spec}" for check, words in contents.instruments.items()} | used)
 
 
 def _listed(entries: Mapping[str, str]) -> str:

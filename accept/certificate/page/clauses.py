@@ -16,6 +16,7 @@ RULES = {
 }
 COVERAGE = "U is the expanded uncertainty with k = 2, a coverage of about 95 % for a normal distribution."
 SCOPE = "The results relate only to the item tested. This certificate may be copied as a whole only."
+CUSTOMER = "customer"  # in [provided] of unit.toml
 _ENVIRONMENT = {"temperature_C": ("temperature", "°C"), "humidity_percent": ("relative humidity", "%")}
 
 
@@ -31,7 +32,8 @@ def days_words(result: Mapping[str, Any]) -> str:
 
 def item_words(result: Mapping[str, Any]) -> str:
     """Return the stated origin, condition and customer of the item, "" if none is stated (7.8.2.1 e, g, h)."""
-    return ", ".join(f"{name} {value}" for name, value in (result.get("origin") or {}).items())
+    stated = sorted((result.get("origin") or {}).items())  # an attachment has them in this order
+    return ", ".join(f"{name} {value}" for name, value in stated)
 
 
 def entered_words(contents: CertificateContent) -> str:
@@ -46,6 +48,20 @@ def entered_words(contents: CertificateContent) -> str:
         if section and not any(text in contents.inputs for text in texts if isinstance(text, str)):
             entered.append(check)
     return f"values of {', '.join(entered)} were entered without a recording" if entered else ""
+
+
+def provided_words(result: Mapping[str, Any]) -> str:
+    """Return which values the customer or an external provider provided, "" if none are (7.8.2.1 p, 7.8.2.2)."""
+    by: dict[str, list[str]] = {}
+    for check, who in sorted((result.get("provided") or {}).items()):
+        by.setdefault(who, []).append(check)
+    parts = [
+        f"{', '.join(checks)} by the customer, who answers for what it provided"
+        if who == CUSTOMER
+        else f"{', '.join(checks)} by {who}, an external provider"
+        for who, checks in by.items()
+    ]
+    return "; ".join(parts)
 
 
 def environment_words(result: Mapping[str, Any]) -> str:

@@ -13,7 +13,8 @@ _RELATIVE_RISK = 1e-3  # so do the G and the p of a cause, which its sentence ro
 _RELATIVE_WORDS = 1e-4  # numbers in sentences are rounded to six digits and fewer
 ONLY_AGAIN = " is only judged again"  # how a line ends about what the attached result does not mention
 _SAID = frozenset({"note", "notes", "reason", "sentence", "source"})  # how something is said; causes have codes beside
-_NAMED = frozenset({"serial", "kind", "parts", "inputs", "models", "origin", "measured"})  # texts as they were given
+# Texts as they were given.
+_NAMED = frozenset({"serial", "kind", "parts", "inputs", "models", "origin", "measured", "provided"})
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 

@@ -54,9 +54,9 @@ def chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.DataFrame:
     return frame[is_chosen(frame, choice)]
 
 
-def _stored(serial: str | None = None, columns: Collection[str] = COLUMNS) -> pd.DataFrame:
+def _stored(serial: str | None = None, columns: Collection[str] = COLUMNS, brief: bool = False) -> pd.DataFrame:
     with open_store() as store:
-        return measurements(store, serial, columns=columns)
+        return measurements(store, serial, columns=columns, brief=brief)
 
 
 @clear_errors
@@ -119,7 +119,7 @@ def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
 def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exit:
     """List the units in the store. With their last verdict and what stopped them."""
     check(outputs)
-    frame, every = chosen(_stored(columns=LISTED), choice), wanted.all_attempts
+    frame, every = chosen(_stored(columns=LISTED, brief=wanted.check is None), choice), wanted.all_attempts
     judged = frame if every else latest(frame)
     tries = attempts(judged)
     verdict = "failed" if wanted.failed else wanted.verdict.value if wanted.verdict else None

@@ -122,12 +122,14 @@ def _valid(name: str) -> Spec | None:
 def _lacking(spec: Spec, folder: Path | None) -> bool:
     """Print what certificates of a spec would lack; return whether they lack anything. Raises SpecError, UnitError."""
     from accept.certificate.contents.iso17025 import missing
-    from accept.certificate.contents.laboratory import laboratory_of
+    from accept.certificate.contents.laboratory import FILE, laboratory_of
     from accept.units import unit_folder
 
     found = missing(laboratory_of(home()), spec, unit_folder.read(folder) if folder else None)
     for each in found:
         stdout.print(f"{spec.name}: {each.words}", soft_wrap=True)
+    if any(each.where.startswith(FILE) for each in found):
+        say(f"{FILE} belongs into the folder of the bench: {home() / FILE}")
     if not found:
         stdout.print(f"{spec.name}: everything that ISO/IEC 17025 7.8 asks a laboratory to state is stated")
     return bool(found)

@@ -10,6 +10,7 @@ const PAPER_PX = 680; // the plots' width on a sheet of A4
 const last = new Map();
 for (const j of F.judgements) {
   j.causes = j.findings.filter((f) => f[R] !== "pass").map((f) => f[Q]).join(", ");
+  j.why = j.findings.filter((f) => f[R] !== "pass").map((f) => F.labels[f[Q]]).join(", ");
   j.text = [j.serial, j.operator, j.bench, j.causes, ...j.findings.filter((f) => f[R] !== "pass").map((f) => F.labels[f[Q]]), j.lot].join(" ").toLowerCase();
   last.set(j.serial, j);
 }
@@ -110,7 +111,7 @@ function drawTrend(rows) {
   const marked = points.filter((r) => rang.has(r[0].serial));
   if (marked.length) traces.push(trace(marked, "an alarm begins", css("--bad"), "diamond-open"));
   plot("trend-plot", points.length ? traces : [], { shapes, showlegend: groups.length > 1,
-    xaxis: { type: "date", title: { text: "day of measurement; solid and dashed: mean and limits of the process, dotted: limits of the spec" } },
+    xaxis: { type: "date", title: { text: "day of measurement" } },
     yaxis: { title: { text: F.labels[name] + (F.quantities[name] && ` [${F.quantities[name]}]`) } } });
   const list = $("alarms"); list.replaceChildren();
   for (const g of known) {
@@ -142,7 +143,7 @@ function drawTable(rows) {
   const body = $("table").tBodies[0], fresh = document.createDocumentFragment();
   for (const j of sorted.slice(0, state.shown)) {
     const row = node("tr"); row.tabIndex = 0; row.dataset.serial = j.serial;
-    for (const c of COLUMNS) row.append(node("td", c === "time" ? j.time.replace("T", " ").slice(0, 16) : j[c], c === "verdict" ? j.verdict : c));
+    for (const c of COLUMNS) row.append(node("td", c === "time" ? j.time.replace("T", " ").slice(0, 16) : c === "causes" ? j.why : j[c], c === "verdict" ? j.verdict : c));
     fresh.append(row);
   }
   body.replaceChildren(fresh);

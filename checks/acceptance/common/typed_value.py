@@ -1,11 +1,13 @@
 """Typed values, and the uncertainties that a spec states for values without their own."""
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from checks.cause import Cause
 from checks.declare import Measured, Values
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
-from specs.spec import CheckSpec
+from specs.spec import CheckSpec, StatedU
 
 
 def typed_quantity(values: Values, spec: CheckSpec, entry: str, quantity: str | None = None) -> Quantity:
@@ -43,3 +45,21 @@ def with_stated_accuracy(
     if systematic is None:
         return Quantity(name, float(value), None, tuple(scatter), note=note or "accuracy of the instrument not stated")
     return Quantity.of(name, value, *scatter, systematic, note=note)
+
+
+def with_temperature(quantity: Quantity, stated: StatedU, temperature: Measured | None) -> Quantity:
+    """Return a quantity with the influence of the temperature in its budget, if the spec gives its coefficient.
+
+    The value is not corrected, so its distance from the reference temperature is taken as the half-width of a rectangle
+    ([JCGM100] F.2.4.5), beside the uncertainty of the temperature [°C]. U is unknown if either is not stated."""
+    if stated.percent_per_C is None or not math.isfinite(quantity.value):
+        return quantity
+    if temperature is None or temperature.U is None:
+        lacks = "the temperature is not stated" if temperature is None else "the temperature is stated without its U"
+        return replace(quantity, U=None, note=f"{lacks}, so its influence is not known ([environment] temperature_C)")
+    off = temperature.value - stated.reference_C
+    source = f"temperature, {off:+.1f} °C from {stated.reference_C:g} °C at {stated.percent_per_C:g} %/°C"
+    u_C = math.hypot(off / math.sqrt(3.0), temperature.U / COVERAGE_FACTOR)
+    u = abs(quantity.value) * stated.percent_per_C / 100.0 * u_C
+    U = None if quantity.U is None else math.hypot(quantity.U, COVERAGE_FACTOR * u)
+    return replace(quantity, U=U, budget=(*quantity.budget, Contribution(source, u)))

@@ -21,7 +21,7 @@ def test_item_and_environment_are_what_is_stated():
         "origin": {"lot": "W40", "customer": "Lab"},
         "environment": {"temperature_C": {"value": 21.5, "U": 0.5}, "humidity_percent": {"value": 45.0, "U": None}},
     }
-    assert item_words(result) == "lot W40, customer Lab"
+    assert item_words(result) == "customer Lab, lot W40"  # as in an attachment, whatever the order in unit.toml
     assert environment_words(result) == "temperature 21.5 ± 0.5 °C, relative humidity 45 %"
     assert item_words({}) == environment_words({}) == ""
 

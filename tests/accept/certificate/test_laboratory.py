@@ -10,13 +10,15 @@ from accept.certificate.contents.content import read
 from accept.certificate.contents.iso17025 import missing
 from accept.certificate.contents.laboratory import FILE, laboratory_of, number_of, statement_of
 from accept.certificate.contents.statements import changes_words, statements
-from accept.certificate.page.clauses import entered_words
+from accept.certificate.page.body import instruments_words
+from accept.certificate.page.clauses import entered_words, provided_words
 from accept.certificate.trust import keys
 from accept.certificate.verify import attachments
+from accept.certificate.verify.rejudge import read_certificate
 from accept.store import open_store
 from accept.store.payloads import CertificateSigned
 from accept.units import unit_folder
-from specs.spec import load
+from specs.spec import load, parse
 from specs.strict import SpecError
 from tests.accept.certificate.verify.test_statements import PHRASE, accept, certified, forged, plainly, unit, verified
 
@@ -26,6 +28,7 @@ address = "Example Street 1, 12345 Town"
 site = "Building 7"
 accreditation = "not accredited"
 customer = "Hexapod"
+sampling = "every unit"
 certificate_number = "EX-{year} {serial}/{attempt}"
 [methods]
 flatness = "WI-11, revision 2"
@@ -81,7 +84,7 @@ def test_numbers_are_not_given_twice():
 
 def test_missing_statements_are_named_by_clause(tmp_path):
     spec = load("apa-basic")
-    assert {m.clause for m in missing(None, spec)} == {f"7.8.2.1 {letter}" for letter in "bcdef"}
+    assert {m.clause for m in missing(None, spec)} == {f"7.8.2.1 {letter}" for letter in "bcdefk"}
     states(WHOLE)
     assert missing(laboratory_of(home()), spec) == []
     folder = unit_folder.read(unit(tmp_path / "A-1", serial="A-1"))
@@ -143,3 +146,73 @@ def test_a_wrong_file_stops_before_the_unit_is_judged(bench, tmp_path):
     assert (done.exit_code, "laboratory.toml" in done.output) == (6, True), done.output
     with open_store() as store:
         assert store.latest("A-1", "unit_judged") is None
+
+
+PROVIDED = """
+[origin]
+type = "APA300ML"
+manufacturer = "Maker"
+[provided]
+stroke = "Measuring Ltd, D-K-00000"
+capacitance = "customer"
+"""
+
+
+def test_what_others_provided_is_stated_and_verified(bench, tmp_path):
+    """7.8.2.1 p and 7.8.2.2: by the customer, who answers for it, or by an external provider. In an order that is not
+    that of the alphabet, as which the attachment has it: the page is drawn again from there."""
+    folder = unit(tmp_path / "A-1", serial="A-1")
+    (folder / "unit.toml").write_text((folder / "unit.toml").read_text() + PROVIDED)
+    assert unit_folder.read(folder).provided == {"capacitance": "customer", "stroke": "Measuring Ltd, D-K-00000"}
+    pdf = tmp_path / "a.pdf"
+    accept("report", folder, "--spec", "apa-basic", "--out", pdf)
+    words = provided_words(attachments.read(read_certificate(pdf)).result)
+    assert words == (
+        "capacitance by the customer, who answers for what it provided; "
+        "stroke by Measuring Ltd, D-K-00000, an external provider"
+    )
+    assert accept("verify", pdf).exit_code == 0
+
+
+@pytest.mark.parametrize("line", ["capacitanse = 'customer'", "capacitance = ''", "capacitance = 7"])
+def test_a_provider_of_nothing_is_refused(tmp_path, line):
+    folder = unit(tmp_path / "A-1", serial="A-1")
+    (folder / "unit.toml").write_text((folder / "unit.toml").read_text() + f"\n[provided]\n{line}\n")
+    with pytest.raises(unit_folder.UnitError, match=r"\[provided\]"):
+        unit_folder.read(folder)
+
+
+def test_the_temperature_of_a_spec_with_a_coefficient_needs_its_U(tmp_path):
+    text = load("apa-basic").text.replace("U_percent = 0.5", "U_percent = 0.5\npercent_per_C = 0.4")
+    spec = parse(text.encode(), "apa with a coefficient")
+    folder = unit(tmp_path / "A-1", serial="A-1")
+    plain = (folder / "unit.toml").read_text()
+    for stated, named in (("21.5", True), ("{ value = 21.5, U = 0.5 }", False)):
+        (folder / "unit.toml").write_text(f"{plain}\n[environment]\ntemperature_C = {stated}\n")
+        assert ("7.8.3.1 c" in {m.clause for m in missing(None, spec, unit_folder.read(folder))}) is named
+
+
+BENCH = """
+name = "bench 1"
+[instruments.lcr]
+driver = "offline"
+measures = ["capacitance"]
+model = "LCR-819"
+serial = "E9123456"
+calibration = { certificate = "GW-2026-7", issuer = "Calibration Ltd", due = 2099-03-01 }
+"""
+
+
+def test_the_instruments_on_the_page_are_those_of_the_bench(bench, tmp_path):
+    """The spec names an instrument too: one that was not used must not stand on the page."""
+    (tmp_path / "bench.toml").write_text(BENCH)
+    pdf = tmp_path / "a.pdf"
+    folder = unit(tmp_path / "A-1", serial="A-1")
+    accept("report", folder, "--spec", "apa-basic", "--out", pdf, "--bench", tmp_path / "bench.toml")
+    contents = attachments.read(read_certificate(pdf))
+    words = instruments_words(contents)
+    assert "capacitance: LCR-819 E9123456" in words
+    assert contents.instruments["capacitance"] not in words
+    assert f"{contents.instruments['stroke']} (named by the spec)" in words
+    assert any("GW-2026-7 of Calibration Ltd" in note for note in contents.result["notes"])
+    assert accept("verify", pdf).exit_code in (0, 4)

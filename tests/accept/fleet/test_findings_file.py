@@ -1,5 +1,6 @@
 """The file of findings answers as the events do; a file that is old, damaged or forged is made anew."""
 
+import datetime
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 from accept.base.home import home
 from accept.fleet import findings_file
 from accept.fleet.findings_file import Findings, keep_findings
-from accept.fleet.measurements import COLUMNS, measurements
+from accept.fleet.measurements import COLUMNS, attempts, between, measurements
 from accept.store import Store, StoreError, open_store
 from accept.store.payloads import UnitJudged
 from accept.store.seal import Sealer
@@ -159,3 +160,16 @@ def test_it_hides_no_altered_event(store: Store) -> None:
         connection.exec_driver_sql("UPDATE events SET payload = replace(payload, '360.0', '361.0')")
     with pytest.raises(StoreError, match="altered"):
         open_store()
+
+
+def test_findings_that_passed_are_left_out_of_a_brief_answer_only(store: Store) -> None:
+    """A judgement stays, on each of its days of measurement, with all that stopped it."""
+    mixed = judgement("M-1", VALUES | {"flatness_um": 2.0}, day=datetime.date(2026, 10, 1))
+    mixed.payload["result"]["measured"]["stroke"] = "2026-10-02"
+    add(store, [mixed, judgement("M-2", VALUES | {"flatness_um": 99.0, "stroke_um": None})])
+    whole, brief = measurements(store), measurements(store, brief=True)
+    assert len(brief) < len(whole)
+    pd.testing.assert_frame_equal(attempts(brief).reset_index(drop=True), attempts(whole).reset_index(drop=True))
+    for day in (datetime.date(2026, 10, 1), datetime.date(2026, 10, 2)):
+        for frame in (whole, brief):
+            assert set(between(frame, day, day)["serial"]) == {"M-1"}

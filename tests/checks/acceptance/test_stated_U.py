@@ -5,11 +5,11 @@ import math
 import pytest
 
 from accept.judging.judge_unit import spec_warnings
-from checks.acceptance.common.typed_value import typed_quantity
+from checks.acceptance.common.typed_value import typed_quantity, with_temperature
 from checks.declare import Measured
 from checks.quantity import Contribution, Quantity
 from checks.verdict import MOST_RISK, Verdict, judge, largest_U, probability_outside
-from specs.spec import Limit, Spec, load, parse
+from specs.spec import Limit, Spec, StatedU, load, parse
 
 
 @pytest.fixture(scope="module")
@@ -87,3 +87,33 @@ source = "x"
 def test_a_spec_whose_U_leaves_every_verdict_open_is_warned_of(rule: str, U: float, warned: bool) -> None:
     found = spec_warnings(parse(SPEC.format(rule=rule, U=U).encode(), "n.toml"))
     assert [("uncertainty.sensor_uF" in line) for line in found] == [True] * warned
+
+
+BY_TEMPERATURE = StatedU(U_percent=0.5, percent_per_C=0.4, reference_C=23.0, source="meter")
+
+
+@pytest.mark.parametrize(("C", "U_C"), [(23.0, 0.5), (20.0, 0.5), (26.0, 2.0)])
+def test_the_influence_of_the_temperature_is_in_the_budget(C: float, U_C: float) -> None:
+    """The closed form: 0.4 % a degree of 5 uF, its distance a rectangle (/ sqrt 3), its own U at k = 2."""
+    meter = Contribution("meter", 0.0125)
+    found = with_temperature(Quantity.of("sensor_uF", 5.0, meter), BY_TEMPERATURE, Measured(C, U_C))
+    u = 5.0 * 0.004 * math.hypot((C - 23.0) / math.sqrt(3.0), U_C / 2.0)
+    assert found.value == 5.0  # not corrected
+    assert [c.u for c in found.budget] == pytest.approx([0.0125, u], rel=1e-12)
+    assert found.U == pytest.approx(2.0 * math.hypot(0.0125, u), rel=1e-12)
+
+
+@pytest.mark.parametrize("temperature", [None, Measured(23.0)])
+def test_an_unknown_temperature_is_an_unknown_U(temperature: Measured | None) -> None:
+    found = with_temperature(Quantity.of("sensor_uF", 5.0, Contribution("meter", 0.0125)), BY_TEMPERATURE, temperature)
+    assert found.U is None
+    assert judge("capacitance", found, limit_uF()).verdict is not Verdict.PASS
+
+
+def test_without_a_coefficient_nothing_changes() -> None:
+    quantity = Quantity.of("sensor_uF", 5.0, Contribution("meter", 0.0125))
+    assert with_temperature(quantity, StatedU(U_percent=0.5, source="meter"), None) is quantity
+
+
+def limit_uF() -> Limit:
+    return Limit(lower=4.4, upper=5.5, unit="uF", rule="guarded", source="x")

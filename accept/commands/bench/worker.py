@@ -1,0 +1,38 @@
+"""`accept worker`: processes that work for a cluster's scheduler."""
+
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from typing import Annotated
+from urllib.parse import urlsplit
+
+import typer
+
+from accept.base.cluster.work import ClusterError
+from accept.base.console import clear_errors
+from accept.base.exit_codes import Exit
+from specs.distribution import install
+
+HERE = "127.0.0.1"
+_LOCAL = (HERE, "localhost", "::1")
+
+
+@clear_errors
+def run(
+    scheduler: Annotated[str, typer.Argument(help="Address of the scheduler, tcp://HOST:8786.")],
+    host: Annotated[str, typer.Option(help="This machine's address in the network of the cluster.")] = HERE,
+    workers: Annotated[int, typer.Option(min=1, help="How many processes, one a core.")] = 1,
+) -> Exit:
+    """Start workers of a cluster on this machine. They listen on this machine alone unless --host names its address."""
+    if find_spec("distributed") is None:
+        raise ClusterError(f"Dask is not installed: {install('cluster')}")
+    if host in _LOCAL and urlsplit(scheduler).hostname not in _LOCAL:
+        raise ClusterError(
+            f"the scheduler at {scheduler} is on another machine and could not reach workers at {host}; "
+            "name this machine's address in its network: --host"
+        )
+    words = [scheduler, "--host", host, "--nworkers", str(workers), "--nthreads", "1", "--no-dashboard"]
+    environment = {"DASK_DISTRIBUTED__ADMIN__LOW_LEVEL_LOG_LENGTH": "10"} | os.environ
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", *words]
+    return Exit.ACCEPTED if subprocess.run(command, env=environment).returncode == 0 else Exit.BAD_INPUT
