@@ -99,7 +99,7 @@ def _is_brief(judgement: np.ndarray, days: np.ndarray, verdict: Column) -> np.nd
     first = np.ones(judgement.size, dtype=bool)
     first[1:] = (judgement[1:] != judgement[:-1]) | (days[1:] != days[:-1])
     passed = (words or []).index("pass") if "pass" in (words or ()) else -1
-    return first | (codes != passed)
+    return np.asarray(first | (codes != passed))
 
 
 def _of_voids(found: Mapping[str, Column], void: Mapping[int, str]) -> dict[str, Column]:
