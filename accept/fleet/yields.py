@@ -36,7 +36,7 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
     last = judged.drop_duplicates("serial", keep="last").set_index("serial")["unit_verdict"].eq("accepted")
     missing = set(last.index[~last]) - stopped  # incomplete to this day, though nothing that was attempted failed
     passed = [serial in tried and serial not in stopped | missing for serial in first["serial"]]
-    units = first.assign(first=passed, finally_=first["serial"].map(last))
+    units = first.assign(first=passed, finally_=first["serial"].astype(object).map(last).astype(bool))
     grouped = units.groupby(by, sort=True, observed=True).agg(
         units=("serial", "size"), first=("first", "sum"), last=("finally_", "sum")
     )

@@ -12,6 +12,7 @@ from accept.base.home import home
 from accept.fleet import findings_file
 from accept.fleet.findings_file import Findings, keep_findings
 from accept.fleet.measurements import COLUMNS, attempts, between, measurements
+from accept.fleet.yields import yields
 from accept.store import Store, StoreError, open_store
 from accept.store.payloads import UnitJudged
 from accept.store.seal import Sealer
@@ -173,3 +174,11 @@ def test_findings_that_passed_are_left_out_of_a_brief_answer_only(store: Store) 
     for day in (datetime.date(2026, 10, 1), datetime.date(2026, 10, 2)):
         for frame in (whole, brief):
             assert set(between(frame, day, day)["serial"]) == {"M-1"}
+
+
+def test_a_store_of_one_unit_has_a_yield() -> None:
+    """A category of one word is mapped to a category: not a number that can be added."""
+    with open_store() as one:
+        add(one, [judgement("A-1", VALUES)])
+        made = yields(measurements(one), "serial")
+    assert made[["units", "first", "last"]].to_numpy().tolist() == [[1, 1, 1]]
