@@ -149,7 +149,7 @@ class Summary(Scanning[bool]):
 
     def _tell(self, row: int) -> None:
         """Tell why a finding is what it is, and what was noted about the unit."""
-        if row < len(self._why):
+        if 0 <= row < len(self._why):  # an empty table says row -1
             self.query_one("#detail", Static).update("\n".join(filter(None, (self._why[row], *self._notes))))
 
     def _show_certificate(self) -> None:

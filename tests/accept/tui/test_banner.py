@@ -2,6 +2,7 @@
 
 import pytest
 from textual.app import App
+from textual.widgets import DataTable
 
 from accept.tui.screens import summary
 from accept.tui.widgets.banner import _LETTERS, Banner, band
@@ -37,3 +38,7 @@ async def test_the_result_is_large_and_can_be_heard(monkeypatch: pytest.MonkeyPa
         await pilot.pause(0.2)
         assert len(bells) == 3
         assert pilot.app.screen.query_one(Banner).size.height == 3
+        pilot.app.screen._why = []  # judged anew: its table is empty for a moment
+        pilot.app.screen.query_one(DataTable).clear()
+        pilot.app.screen._tell(-1)
+        await pilot.pause()
