@@ -11,9 +11,9 @@ from accept.fleet.population.learn import Population, learn_population, measured
 from accept.fleet.population.report import document, write_population
 from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import open_model_file
+from tests.checks.model.units_model import DATA
 from validation.model_files import write_model
 from validation.sets import SETS
-from validation.shell import DATA
 
 BATCH = DATA / "population"
 LEARN = [f"P-0{i}" for i in range(1, 6)]

@@ -11,9 +11,9 @@ from accept.fleet.population.learn import Population, learn_population, measured
 from accept.fleet.population.report import write_population
 from accept.models.model_file import open_model_file
 from accept.units.unit_folder import read
+from tests.checks.model.units_model import DATA
 from validation.model_files import write_model
 from validation.sets import SETS
-from validation.shell import DATA
 
 LABORATORY = DATA / "laboratory"
 MATES = ("L-01", "L-02", "L-03", "L-05")  # of L-04; L-05 has an effect of its own
