@@ -101,4 +101,4 @@ def moved_parameters(result: Result) -> list[MovedParameter]:
 
 def shift_words(one: MovedParameter) -> str:
     """Return the shift of a value in its prior's sd, and a warning if that is far."""
-    return f"{one.shift:+.1f} sd" + (", far from the model's file" if abs(one.shift) > FAR else "")
+    return f"{round(one.shift, 1) + 0.0:+.1f} sd" + (", far from the model's file" if abs(one.shift) > FAR else "")

@@ -91,15 +91,15 @@ def _fitted_values(result: Result) -> PageTable:
     rows = tuple(
         (
             model_label(parameter.name),
-            with_unit(f"{number(parameter.prior)} ± {parameter.prior_sd:.2g}", parameter.name),
-            with_unit(f"{number(parameter.value)} ± {parameter.sd:.2g}", parameter.name),
+            with_unit(f"{number(parameter.prior)} ± {2 * parameter.prior_sd:.3g}", parameter.name),
+            with_unit(f"{number(parameter.value)} ± {2 * parameter.sd:.2g}", parameter.name),
             shift_words(parameter),
         )
         for parameter in moved[:PARAMETERS]
     )
     rest = len(moved) - PARAMETERS
     more = f" The other {rest} moved less." if rest > 0 else ""
-    note = f"± is one standard deviation. Those that moved furthest come first.{more} model.toml holds them all."
+    note = f"± is U, k = 2. Those that moved furthest come first.{more} model.toml holds them all."
     return PageTable(
         "Fitted values against their priors", note, ("Model value", "in its file", "fitted", "moved by"), rows
     )

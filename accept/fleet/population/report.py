@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate, Table, TableStyle
+from reportlab.platypus import BaseDocTemplate, Flowable, Frame, KeepTogether, PageTemplate, Table, TableStyle
 
 from accept.fleet.population import bench
 from accept.fleet.population.learn import Judged, Population
@@ -23,11 +23,12 @@ from checks.fitting.hierarchy import determined_parameters
 from checks.picture import Band, Line, Mark, Panel
 from checks.rounding import with_U
 from specs.model_sections import PopulationRecord
-from specs.units import unit_of, with_unit
+from specs.units import model_label, unit_of, with_unit
 
 HEAD = 20 * mm
 DIGITS = 6  # of what is written: a batch knows nothing to a part in a million
 SHOWN = 14  # parameters in the picture
+LISTED = 24  # values in the table of the page; the rest moved by a fraction of their uncertainty
 LEARNED = 0.9  # share of its prior's standard deviation that is left of a mean that counts as learned
 PAIRS = 12  # of values that vary together: the strongest; the others are counted
 EXPLAINED = (
@@ -171,7 +172,7 @@ def picture_of(found: Population) -> Panel:
         "",
         tuple(items),
         y_range=(-0.6, max(len(order), 1) - 0.4),
-        y_names=tuple(found.names[i] for i in order),
+        y_names=tuple(model_label(found.names[i]) for i in order),
     )
 
 
@@ -185,9 +186,9 @@ def render(found: Population, changed: Sequence[str] = ()) -> bytes:
         *(words(line, page_style.BODY) for line in said[1:] if not line.startswith("  ")),
         *_bench_figure(found),
         *_units_table(found),
-        words("What the units have in common", page_style.HEADING),
-        words(EXPLAINED, page_style.QUIET),
-        row,
+        KeepTogether(
+            [words("What the units have in common", page_style.HEADING), words(EXPLAINED, page_style.QUIET), row]
+        ),
         *_parameters_table(found),
         *_untold(found),
     ]
@@ -240,7 +241,7 @@ def _units_table(found: Population) -> list[Flowable]:
             ", ".join(f"{c} {G:.2f}" for c, G in j.G.items()),
             ", ".join(f"{c} {G:.2f}" for c, G in j.G_left_out.items()),
             f"{j.belonging.p_all:.2g}, {j.belonging.p_worst:.2g}",
-            "" if j.worst is None else f"{j.worst[0]} {j.worst[1]:+.1f} sd",
+            "" if j.worst is None else f"{model_label(j.worst[0])} {j.worst[1]:+.1f} sd",
             "yes" if j.belongs else "no",
         ]
         for j in found.judged
@@ -250,23 +251,26 @@ def _units_table(found: Population) -> list[Flowable]:
 
 
 def _parameters_table(found: Population) -> list[Flowable]:
-    head = ("Parameter", "model file", "batch, U (k = 2)", "scatter, 1 sd", "shift / its u", "left of the prior")
+    head = ("Parameter", "model file", "batch", "one unit about it", "shift / its u", "left of the prior")
     left = determined_parameters(found.batch, found.prior).left
-    rows = []
-    for i in _by_shift(found):
+    rows, order = [], _by_shift(found)
+    for i in order[:LISTED]:
         p = _parameter(found, i, float(left[i]))
         rows.append(
             [
-                found.names[i],
-                with_unit(f"{p['prior']:.5g} ± {p['prior_sd']:.2g}", found.names[i]),
-                with_U(p["mean"], p["U"]),
-                f"{p['scatter']:.2g}",
-                f"{p['shift_sd']:+.1f} sd",
+                model_label(found.names[i]),
+                with_unit(f"{p['prior']:.5g} ± {2 * p['prior_sd']:.3g}", found.names[i]),
+                with_unit(with_U(p["mean"], p["U"]), found.names[i]),
+                with_unit(f"± {2 * p['scatter']:.2g}", found.names[i]),
+                f"{round(p['shift_sd'], 1) + 0.0:+.1f}",
                 f"{100 * left[i]:.0f} %",
             ]
         )
-    title = "What was learned, the largest shift first"
-    return [words(title, page_style.HEADING), _table(head, rows, [46, 40, 34, 22, 22, 18])]
+    rest = len(order) - LISTED
+    more = f" The other {rest} moved less; population.json holds them." if rest > 0 else ""
+    title, note = "What was learned, the largest shift first", f"± is U, k = 2.{more}"
+    table = _table(head, rows, [46, 36, 36, 26, 20, 18])
+    return [words(title, page_style.HEADING), words(note, page_style.QUIET), table]
 
 
 def _untold(found: Population) -> list[Flowable]:
@@ -274,8 +278,13 @@ def _untold(found: Population) -> list[Flowable]:
     names = [n for n, left in zip(found.names, learned.left, strict=True) if left > LEARNED]
     story: list[Flowable] = [words("What this batch cannot tell", page_style.HEADING)]
     if names:
-        story.append(words("Nothing was learned of the mean of " + ", ".join(names) + ".", page_style.SMALL))
-    pairs = [f"{found.names[i]} and {found.names[j]} ({rho:+.2f})" for i, j, rho in learned.together[:PAIRS]]
+        story.append(
+            words("Nothing was learned of the mean of " + ", ".join(map(model_label, names)) + ".", page_style.SMALL)
+        )
+    pairs = [
+        f"{model_label(found.names[i])} and {model_label(found.names[j])} ({rho:+.2f})"
+        for i, j, rho in learned.together[:PAIRS]
+    ]
     if pairs:
         more = "" if len(learned.together) <= PAIRS else f", and {len(learned.together) - PAIRS} pairs more"
         story.append(words("Told only together (correlation): " + ", ".join(pairs) + more + ".", page_style.SMALL))
