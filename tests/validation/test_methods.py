@@ -165,6 +165,8 @@ def test_a_gate_is_left_out_of_both_lists_and_comes_back() -> None:
         with ablation.left_out(name):
             rest = {g.name for g in (*gates.FULL_GATES, *beside_gates.BESIDE_GATES)}
             assert rest == set(ablation.GATES) - {name}
+    with ablation.left_out(ablation.EVERY):
+        assert (gates.FULL_GATES, beside_gates.BESIDE_GATES) == ((), ())
     assert (gates.FULL_GATES, beside_gates.BESIDE_GATES) == (full, beside)
     rules = [getattr(build_result, rule) for rule in ablation.RIVALS_OF]
     with ablation.left_out(ablation.RIVALS):

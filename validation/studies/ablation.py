@@ -5,7 +5,7 @@
 First every unit is analysed as it is, and of every effect that the search wants to name it is kept which gates fail. A
 gate changes an answer only if it is the only one that fails for some effect; only such units are analysed once more
 without it. Gates are the two lists in `checks.gap.decision`; besides, what withdraws names afterwards: names that widen
-a channel's gap, and names that others imitate.
+a channel's gap, and names that others imitate; and all gates at once.
 """
 
 import argparse
@@ -23,8 +23,9 @@ from validation.scoring.scores import Outcome
 from validation.shell import require_matrices
 from validation.studies.compare import AS_RECORDED, SEED, UNITS, answers, counted, drawn
 
-NEVER_WORSE, RIVALS = "never_worse", "rivals"
+NEVER_WORSE, RIVALS, EVERY = "never_worse", "rivals", "every gate"
 RIVALS_OF = ("indistinguishable", "imitable", "lags_alike")
+TOGETHER = (NEVER_WORSE, RIVALS, EVERY)
 GATES = tuple(dict.fromkeys(g.name for g in (*gates.FULL_GATES, *beside_gates.BESIDE_GATES)))
 
 
@@ -38,13 +39,13 @@ def left_out(name: str) -> Iterator[None]:
             for rule in RIVALS_OF:
                 stack.enter_context(patch.object(build_result, rule, lambda *_: ()))
             stack.enter_context(patch.object(beside_gates, "_compare_rivals", lambda *_: ([], [])))
-        elif name in GATES:
+        elif name in (*GATES, EVERY):
             for module, table in ((gates, "FULL_GATES"), (beside_gates, "BESIDE_GATES")):
                 every: tuple[gates.Gate[Any], ...] = getattr(module, table)
-                rest = tuple(g for g in every if g.name != name)
+                rest = tuple(g for g in every if name not in (g.name, EVERY))
                 stack.enter_context(patch.object(module, table, rest))
         else:
-            raise KeyError(f"no gate '{name}': expected one of {', '.join((*GATES, NEVER_WORSE, RIVALS))}")
+            raise KeyError(f"no gate '{name}': expected one of {', '.join((*GATES, *TOGETHER))}")
         yield
 
 
@@ -59,13 +60,13 @@ def without(name: str) -> Method:
 
 
 def recorded(folder: Path, model: Path, *, without: Sequence[str] = ()) -> Mapping[str, Any]:
-    """Return the answer of the method with a key more, "alone": the gates that alone kept a name back."""
+    """Return the answer of the method with a key more, "alone": what kept a name back that is given without it."""
     alone: set[str] = set()
     reasons_of, withdraw_harmful = gates.failed_reasons, never_worse.withdraw_harmful
 
     def noted(table: Sequence[gates.Gate[Any]], evidence: Any) -> list[str]:
         failed = [g.name for g in table if not g.test(evidence)]
-        alone.update(failed if len(failed) == 1 else ())
+        alone.update(failed if len(failed) == 1 else (), [EVERY] if failed else ())
         return reasons_of(table, evidence)
 
     def withdraw(candidates: Any, full: Any, claims: Any) -> Any:
@@ -87,7 +88,7 @@ def ablated(cases: Mapping[str, Sequence[Case]], out: Path) -> dict[str, dict[st
     """Return gate -> set -> outcomes without it, and under "" the outcomes of the method as it is."""
     base = answers(cases, AS_RECORDED, out)["gap"]
     found = {"": base}
-    for name in (*GATES, NEVER_WORSE, RIVALS):
+    for name in (*GATES, *TOGETHER):
         kept_back = {o.serial for each in base.values() for o in each if name in o.gap.get("alone", ())}
         asked = {s: [c for c in each if c.serial in kept_back] for s, each in cases.items()}
         again = answers(asked, {name: f"validation.studies.ablation:without@{name}"}, out / "without")[name]
