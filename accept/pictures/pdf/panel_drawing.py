@@ -44,19 +44,27 @@ def draw_panel(
     """Draw a panel into the rectangle with its lower left corner at x, y [pt]."""
     has_bar = any(isinstance(item, Heights | Image) for item in panel.items)
     around = room or Room(right=_MAP_RIGHT if has_bar else RIGHT)
-    wide, tall = max(width - LEFT - around.right, 3.0), max(height - around.bottom - around.top, 3.0)
-    area = Area(canvas, x + LEFT, y + around.bottom, wide, tall, *scales(panel, wide, tall))
+    left = LEFT + _room_for_names(panel, width)
+    wide, tall = max(width - left - around.right, 3.0), max(height - around.bottom - around.top, 3.0)
+    area = Area(canvas, x + left, y + around.bottom, wide, tall, *scales(panel, wide, tall))
     canvas.saveState()
     canvas.setLineJoin(1)
-    numbers = _axes(area, not any(isinstance(item, Image) for item in panel.items), around.x_words)
+    numbers = _axes(area, not any(isinstance(item, Image) for item in panel.items), around.x_words, left)
     entries = panel_items.draw_items(area, panel.items)
     _words(area, panel, numbers, around.x_words)
     legend(area, entries, panel.items, beside=around.legend_right)
     canvas.restoreState()
 
 
-def _axes(area: Area, grid: bool, x_numbers: bool) -> float:
-    """Draw grid, both axes, ticks and their numbers; return the width [pt] of those at the left."""
+def _room_for_names(panel: Panel, width: float) -> float:
+    """Return the room [pt] beside `LEFT` that long names of rows need: else they would be half as large as numbers."""
+    room = LEFT - _TICK_LENGTH - _PAD - _LABEL
+    longest = max((stringWidth(name, REGULAR, _TICK) for name in panel.y_names), default=0.0)
+    return min(longest - room, width / 3) if longest > 2 * room else 0.0
+
+
+def _axes(area: Area, grid: bool, x_numbers: bool, left: float) -> float:
+    """Draw grid, both axes, ticks and their numbers; return the width [pt] of those at the left. left: their room."""
     canvas = area.canvas
     x_ticks = area.x_scale.ticks(max(2, int(area.width / _X_TICK_ROOM)))
     y_ticks = area.y_scale.ticks(max(2, int(area.height / _Y_TICK_ROOM)))
@@ -81,7 +89,7 @@ def _axes(area: Area, grid: bool, x_numbers: bool) -> float:
         if x - half > end + 3.0:
             canvas.drawCentredString(x, area.bottom - _TICK_LENGTH - _PAD - 4.6, words)
             end = x + half
-    room, widest = LEFT - _TICK_LENGTH - _PAD - _LABEL, 0.0
+    room, widest = left - _TICK_LENGTH - _PAD - _LABEL, 0.0
     for y, words in ys:
         size = fitting_size(words, REGULAR, _TICK, room)
         canvas.setFont(REGULAR, size)
