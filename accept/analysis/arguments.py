@@ -41,13 +41,13 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         for name, value in given.arguments.items():
             kind = signature(function).parameters[name].kind
             for each in value if kind is Parameter.VAR_POSITIONAL else (value,):
-                _check(function.__name__, name, each, hints.get(name, Any))
+                check_argument(function.__name__, name, each, hints.get(name, Any))
         return function(*args, **kwargs)
 
     return call
 
 
-def _check(function: str, name: str, value: Any, hint: Any) -> None:
+def check_argument(function: str, name: str, value: Any, hint: Any) -> None:
     """Raise ArgumentError if a value is of none of the plain kinds of a hint; other kinds are checked where they are
     used."""
     kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)

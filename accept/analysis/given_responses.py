@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from accept.analysis.arguments import checked
+from accept.analysis.arguments import check_argument
 from accept.analysis.record_responses import UNITS, MeasuredResponse
 from accept.gap.responses import Responses
 from checks.errors import RecordError
@@ -16,7 +17,6 @@ Given = Responses | Dataset | MeasuredResponse
 CHANNELS = ("Vs", "de", "da")
 
 
-@checked
 def dataset(
     f: ArrayLike, H: ArrayLike, channels: Sequence[str], var: ArrayLike, averages: float = 10.0, name: str = "arrays"
 ) -> Dataset:
@@ -25,6 +25,10 @@ def dataset(
     f (F,) [Hz], rising; H (F, C) complex, Vs in V/V, de and da in m/V; channels: names of the columns of H; var (F, C)
     total complex variance of H, or (F, C, C) its covariance across channels; averages: how many estimates, records or
     segments, var was found from. Errors of different bins are taken to be independent. Raises RecordError."""
+    check_argument("dataset", "channels", channels, Sequence[str])
+    check_argument("dataset", "name", name, str)
+    if not isinstance(averages, Real) or not averages >= 2.0:
+        raise RecordError(f"{name}: averages = {averages!r}; a variance needs two or more")
     try:
         frequencies, response, noise = np.asarray(f, float), np.asarray(H, complex), np.asarray(var, complex)
     except (TypeError, ValueError) as e:
@@ -47,8 +51,6 @@ def dataset(
         raise RecordError(f"{name}: H and var must be finite numbers")
     if not (np.linalg.eigvalsh(noise)[:, 0] > 0).all():
         raise RecordError(f"{name}: var must be above zero, a covariance positive definite")
-    if not averages >= 2.0:
-        raise RecordError(f"{name}: averages = {averages}; a variance needs two or more")
     nu = np.full(frequencies.size, float(averages) - 1.0)
     return Dataset(frequencies, response, tuple(channels), noise, nu, name=name)
 
