@@ -56,7 +56,7 @@ Column = tuple[
 ]  # values; of texts the number of the word, -1 for none, and the words in order
 
 
-class Findings:
+class FindingsTable:
     """Columns of judgements (one row each, `findings` counts their findings) and of findings (in the same order)."""
 
     def __init__(self) -> None:
@@ -145,7 +145,7 @@ def keep_findings(store: Store) -> None:
     _brought_up(store)
 
 
-def _brought_up(store: Store) -> Findings:
+def _brought_up(store: Store) -> FindingsTable:
     """Return the columns up to the end of the store, and write them if more than a few judgements were added."""
     made, head = _load(store), store.head()
     before = len(made.columns["seq"])
@@ -191,7 +191,7 @@ def _path(store: Store, sealer: Sealer) -> Path:
     return sealer.key_file.parent / f"findings-{named}.columns"
 
 
-def _write(made: Findings, store: Store, sealer: Sealer) -> None:
+def _write(made: FindingsTable, store: Store, sealer: Sealer) -> None:
     """Write the file; a bench whose folder cannot be written goes without."""
     parts: dict[str, bytes] = {}
     for name, (values, words) in made.arrays(TYPES).items():
@@ -245,9 +245,9 @@ def _words(name: str) -> str:
     return f"{name}.words"
 
 
-def _load(store: Store) -> Findings:
+def _load(store: Store) -> FindingsTable:
     """Return the whole file, to add to it; without a row if there is no file that fits."""
-    made = Findings()
+    made = FindingsTable()
     read = _read(store, store.sealer, TYPES) if store.sealer is not None else None
     if read is not None:
         made.head = read[0]

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from accept.fleet.errors import FleetError
-from accept.fleet.findings_file import NOT_STATED, OF_A_FINDING, OF_ORIGIN, TYPES, Column, Findings, findings
+from accept.fleet.findings_file import NOT_STATED, OF_A_FINDING, OF_ORIGIN, TYPES, Column, FindingsTable, findings
 from accept.judging.voids import voids
 from accept.store import Store
 from accept.store.payloads import InstrumentChecked, UnitJudged
@@ -53,7 +53,7 @@ def measurements(
         wanted |= {"verdict", "measured"} if brief else set()
         found = findings(store, wanted)
     else:
-        of_unit = Findings()
+        of_unit = FindingsTable()
         of_unit.add(store.events(serial, UnitJudged.KIND))
         found = of_unit.arrays(TYPES)
     void = {seq: each.words for seq, each in voids(store, serial).items()}

@@ -13,7 +13,7 @@ from textual.filter import LineFilter, Monochrome
 from accept.tui import theme
 from accept.tui.screens.help import Help
 from accept.tui.screens.start import Begin, Given, StartScreen, open_at_bench
-from accept.workflow.shift import Shift
+from accept.workflow.shift import SigningShift
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class BenchApp(App[None]):
         self.bench: Workbench | None = None
         self.steps: Steps | None = None
         self.queue: Queue | None = None  # what is done at one unit after the other
-        self.shift = Shift()
+        self.shift = SigningShift()
         self.ansi_theme_dark, self.ansi_theme_light = theme.ANSI_DARK, theme.ANSI_LIGHT
         for one in theme.THEMES:
             self.register_theme(one)

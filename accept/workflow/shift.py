@@ -15,7 +15,7 @@ class _Kept:
     since: float
 
 
-class Shift:
+class SigningShift:
     """The technician whose key is open at this bench. Quality assurance types its passphrase every time."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:

@@ -17,7 +17,7 @@ from accept.pictures.formats import PictureError
 from accept.pictures.interactive import page
 from checks.picture import Line, Panel
 from tests.accept.units.modelled_records import write_answers
-from tests.checks.gap.gap_units import make_strut
+from tests.checks.gap.shared.gap_units import make_strut
 from tests.soak import SOAK
 
 NOTEBOOK = Path(__file__).parents[2] / "docs" / "tutorial" / "tutorial.ipynb"

@@ -82,4 +82,4 @@ def test_advice_names_the_record_and_every_channel_that_is_wrong() -> None:
     assert len(told) == 2
     assert "sensor stack Vs" in told[0]
     assert "encoder de" in told[1]
-    assert told[0].startswith(CHECKS["frf"].inputs["low"].label)
+    assert told[0].startswith(CHECKS["frf"].inputs["low"].called)

@@ -107,7 +107,7 @@ def test_its_effect_is_named(site: Path) -> None:
 import numpy as np
 from dataclasses import replace
 from checks.gap.workflow import run
-from tests.checks.gap.gap_cases import inputs
+from tests.checks.gap.shared.gap_cases import inputs
 case = inputs(5)
 def filtered(d):
     slow = np.ones(d.H.shape, dtype=complex)

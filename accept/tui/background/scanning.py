@@ -6,7 +6,7 @@ from typing import Protocol, TypeVar, cast
 from textual.events import Key
 
 from accept.tui.background.busy_screen import Working
-from accept.workflow.shift import Shift
+from accept.workflow.shift import SigningShift
 from accept.workflow.unit_list import Queue
 
 T = TypeVar("T")
@@ -17,7 +17,7 @@ class OpensUnits(Protocol):
     """What a screen of one unit asks the application for: other units. queue: what is done at one after the other."""
 
     queue: Queue | None
-    shift: Shift
+    shift: SigningShift
 
     async def next_unit(self, queue: Queue, words: str = "") -> str:
         """Open the unit that waits behind this one; return why no other is open."""

@@ -31,7 +31,7 @@ from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import check_passphrase, countersign_unit, key_problem, make_keys, sign_unit
 from accept.workflow.session import Session
-from accept.workflow.shift import Shift
+from accept.workflow.shift import SigningShift
 from accept.workflow.status import Status, of_findings
 from accept.workflow.steps.section import note_lines
 from checks.acceptance import CHECKS
@@ -260,7 +260,7 @@ class Summary(Scanning[bool]):
             )
 
     @property
-    def _shift(self) -> Shift:
+    def _shift(self) -> SigningShift:
         return self.bench_app.shift
 
     def action_lock(self) -> None:

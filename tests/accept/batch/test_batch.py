@@ -95,7 +95,8 @@ def test_demo_certificates_are_trusted_as_a_demo_only(
         assert (done.exit_code, done.stdout.startswith("DEMO")) == (0, True)
     folder = make_unit(tmp_path / "forged", "APA-01")
     spec = load_spec("apa-basic")
-    forged = render(content_of(judge_unit(unit_folder.read(folder), spec), spec, folder, "me"))
+    judged = judge_unit(unit_folder.read(folder), spec)
+    forged = render(content_of(judged, spec, folder, "me", provenance={"demo": True}))
     (tmp_path / "forged.pdf").write_bytes(sign(forged, demo_credential(home()), datetime.now(UTC)))
     done = accept("verify", "--demo", tmp_path / "forged.pdf")
     assert done.exit_code == 3

@@ -20,7 +20,7 @@ from accept.models.model_file import open_model, open_model_file, with_moved_pat
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from tests.accept.units.units import GOOD, make_unit
-from tests.checks.gap.gap_units import HIGHPASS, make_strut
+from tests.checks.gap.shared.gap_units import HIGHPASS, make_strut
 from tests.checks.model.units_model import DATA, needs_data, truth
 
 F = np.geomspace(8.0, 1900.0, 60)

@@ -55,7 +55,7 @@ WITHOUT = {
     "spec copy", "spec approve", "product new", "product check", "keys init", "keys request", "keys issue",
     "keys install", "keys revoke", "keys renew", "keys passphrase", "store head", "store publish", "store copies",
     "store resolve", "store void", "store dispose", "store backup", "store restore", "golden name", "golden resolve",
-    "golden retire", "site",
+    "golden retire", "site", "worker",
 }  # fmt: skip
 
 

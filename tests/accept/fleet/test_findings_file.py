@@ -10,7 +10,7 @@ import pytest
 
 from accept.base.home import home
 from accept.fleet import findings_file
-from accept.fleet.findings_file import Findings, keep_findings
+from accept.fleet.findings_file import FindingsTable, keep_findings
 from accept.fleet.measurements import COLUMNS, attempts, between, measurements
 from accept.fleet.yields import yields
 from accept.store import Store, StoreError, open_store
@@ -62,9 +62,9 @@ def store(monkeypatch: pytest.MonkeyPatch):
 def unread(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Return the serials of the judgements that are read from events from now on."""
     read: list[str] = []
-    plain = Findings.add
+    plain = FindingsTable.add
     monkeypatch.setattr(
-        Findings, "add", lambda self, events: plain(self, (read.append(e.subject) or e for e in events))
+        FindingsTable, "add", lambda self, events: plain(self, (read.append(e.subject) or e for e in events))
     )
     return read
 

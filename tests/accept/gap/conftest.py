@@ -3,7 +3,7 @@
 import pytest
 
 from checks.gap.decision.result import Result
-from tests.checks.gap.gap_units import highpass_answer
+from tests.checks.gap.shared.gap_units import highpass_answer
 
 
 @pytest.fixture(scope="session")

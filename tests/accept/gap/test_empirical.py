@@ -16,7 +16,7 @@ from checks.gap.empirical import fitted
 from checks.gap.workflow import Inputs, run
 from checks.model.time.partial_fractions import paths
 from checks.model.unidentified import Element, element
-from tests.checks.gap.gap_cases import CHANNELS, FS, TOLERANCE, F, recorded
+from tests.checks.gap.shared.gap_cases import CHANNELS, FS, TOLERANCE, F, recorded
 from validation.rational import lowpass, resonance
 
 GIVEN = {"channel": "Vs", "gain": 1.0, "poles": [[620.0, 0.02]], "zeros": [[630.0, 0.03]]}

@@ -17,7 +17,7 @@ from accept.cli.main import app
 from accept.gap import attach_to_result
 from accept.models.model_file import open_model
 from accept.units.loaded_unit import LoadedUnit
-from tests.checks.gap.gap_units import HIGHPASS, make_strut
+from tests.checks.gap.shared.gap_units import HIGHPASS, make_strut
 from tests.checks.model.units_model import DATA, needs_data
 
 BASIC = Path(__file__).parents[3] / "specs" / "strut-basic.toml"  # without the check that fits a model: quick

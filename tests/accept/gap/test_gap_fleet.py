@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from accept.cli.main import app
 from accept.gap.fleet import common, lines
-from tests.checks.gap.gap_units import make_strut
+from tests.checks.gap.shared.gap_units import make_strut
 from tests.soak import SOAK
 
 

@@ -33,7 +33,7 @@ def with_meter(fake: Fake):
 
 def test_a_value_stands_inside_its_limits():
     text = gauge_text("meter", Measured(4.95, 0.02), "uF", SENSOR, "").plain
-    number, bar = text.split("\n")
+    number, _, bar = text.split("\n")  # the instrument stands on a line of its own
     assert "4.950 ± 0.020 uF" in number
     zone = bar.partition("  ")[0]
     assert zone.index("┃") < zone.index("●") < zone.rindex("┃")

@@ -23,7 +23,7 @@ from accept.workflow.worker.process import Work
 from checks.picture import Image
 from tests.accept.tui.tui_help import APART, WIDE, loader, press, running, settled, shown, type_line, words
 from tests.accept.workflow import worker_orders
-from tests.checks.gap.explained import FOUND, PANELS
+from tests.checks.gap.shared.explained import FOUND, PANELS
 
 DY_UM = 150.0
 RECORD_S = 10.5  # the spec asks for 10 s

@@ -38,7 +38,7 @@ from tests.accept.tui.tui_help import (
     type_line,
     words,
 )
-from tests.checks.gap.explained import FOUND, PANELS
+from tests.checks.gap.shared.explained import FOUND, PANELS
 from tests.hw.instruments.fake_instrument import Fake, Only
 
 pytestmark = pytest.mark.skipif("NO_COLOR" in os.environ, reason="pictures are compared with their colours")

@@ -19,7 +19,7 @@ from checks.acceptance import misalignment
 from checks.errors import RecordError
 from checks.gap.workflow import GapRefused
 from tests.accept.units.test_unit import good_stroke, records_unit
-from tests.checks.gap.gap_units import make_strut
+from tests.checks.gap.shared.gap_units import make_strut
 
 PASSPHRASE = "read only once"
 opened: Counter[str] = Counter()

@@ -8,7 +8,7 @@ from accept.judging.judge_unit import default_specs, load_spec
 from accept.store import Store, open_store
 from accept.workflow import certify
 from accept.workflow.session import Session
-from accept.workflow.shift import IDLE_S, SHIFT_S, Shift
+from accept.workflow.shift import IDLE_S, SHIFT_S, SigningShift
 from accept.workflow.unit_list import ALL, RIG, SIGN, Queue, known_units, queues, rig_steps
 from checks.declare import Measured
 from specs.spec import Spec
@@ -114,7 +114,7 @@ def test_what_is_signed_waits_for_nothing(store: Store):
 
 def test_a_passphrase_is_kept_for_its_person_and_for_a_shift_and_not_while_the_bench_is_left():
     now = 0.0
-    shift = Shift(lambda: now)
+    shift = SigningShift(lambda: now)
     assert shift.passphrase("Ann") is None
     shift.keep("Ann", "correct horse")
     assert shift.passphrase("Ann") == "correct horse"

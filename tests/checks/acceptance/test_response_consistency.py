@@ -116,7 +116,7 @@ def test_a_stated_rate_is_held() -> None:
 
 def test_an_odd_rate_is_remarked_on_where_none_is_stated() -> None:
     odd = {key: at_rate(r, 1 / 1.01) for key, r in good().items()}
-    assert [words.split(":")[0] for words in remarks(odd, APA)] == ["low", "high"]
+    assert [words.split(":")[0] for words in remarks(odd, APA)] == ["low record", "high record"]
     assert not list(remarks(good(), APA))
     assert not list(remarks(odd, with_rates(4950.5)))  # somebody stated it
 

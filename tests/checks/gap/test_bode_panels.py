@@ -6,7 +6,7 @@ import pytest
 from checks.gap.decision.bode_panels import _broken, _covariance, _cut, _from, bode_panels
 from checks.gap.decision.result import Result
 from checks.picture import Band, Line
-from tests.checks.gap.gap_units import highpass_answer
+from tests.checks.gap.shared.gap_units import highpass_answer
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,8 @@ from checks.gap.conditions.trial import ConditionTrial, together
 from checks.gap.decision.experiment_checks import changed_channels
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
-from tests.checks.gap.experiment_cases import DAMPERS, SPRINGS, Case, known, random_case, scaled, with_effect
-from tests.checks.gap.gap_cases import F, recorded
+from tests.checks.gap.shared.experiment_cases import DAMPERS, SPRINGS, Case, known, random_case, scaled, with_effect
+from tests.checks.gap.shared.gap_cases import F, recorded
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 PAYLOAD = "bench.payload_kg"

@@ -13,7 +13,7 @@ from checks.arrays import Complex
 from checks.fitting.dataset import Dataset
 from checks.gap.search.disagreement import VALUES_PER_CELL, cells, left_by_cell, with_disagreement
 from checks.gap.workflow import Inputs, run
-from tests.checks.gap.gap_cases import CHANNELS, F, inputs
+from tests.checks.gap.shared.gap_cases import CHANNELS, F, inputs
 
 
 def quiet(words: str) -> None:

@@ -15,7 +15,7 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect, Parameter, Values, spread
 from checks.gap.modelling.experiment import Experiment
 from checks.gap.workflow import run
-from tests.checks.gap.gap_cases import inputs, strut
+from tests.checks.gap.shared.gap_cases import inputs, strut
 
 
 def second_order(values: Values, s: np.ndarray) -> np.ndarray:

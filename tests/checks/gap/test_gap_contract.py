@@ -9,11 +9,12 @@ import pytest
 
 from accept.gap.analyse_unit import run_gap
 from checks.gap.effects import EFFECTS
+from tests.conftest import DATA
 from validation.bench import Setting
 from validation.cases import Case
 from validation.effects import LIBRARY
 from validation.shell import MATRICES
-from validation.strut import MODEL_FILE, nominal
+from validation.strut import nominal
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 SEED = 11  # of development
@@ -44,7 +45,7 @@ def test_the_generator_knows_every_effect() -> None:
 @pytest.mark.parametrize("name", sorted(LIBRARY) if SOAK else QUICK)
 def test_found_by_name_with_its_values(name: str, tmp_path: Path) -> None:
     case = unit(name)
-    found = run_gap(case.write(tmp_path), MODEL_FILE)
+    found = run_gap(case.write(tmp_path), DATA / "units" / "model.toml")
     assert [n["effect"] for n in found["named"]] == [name]
     assert found["verdict"] == "explained"
     for key, value in case.effects[name].items():
@@ -55,6 +56,6 @@ def test_found_by_name_with_its_values(name: str, tmp_path: Path) -> None:
 
 @needs_data
 def test_not_named_where_it_is_not(tmp_path: Path) -> None:
-    found = run_gap(unit(None).write(tmp_path), MODEL_FILE)
+    found = run_gap(unit(None).write(tmp_path), DATA / "units" / "model.toml")
     assert found["verdict"] == "no_missing_effect"
     assert not found["named"]

@@ -11,8 +11,8 @@ from checks.fitting.dataset import Dataset
 from checks.gap.decision.result import Result
 from checks.gap.workflow import GapRefused, Inputs, run
 from checks.model.model import Model
-from tests.checks.gap.gap_cases import FS, TOLERANCE, drawn, inputs, recorded
-from tests.checks.gap.gap_units import make_strut
+from tests.checks.gap.shared.gap_cases import FS, TOLERANCE, drawn, inputs, recorded
+from tests.checks.gap.shared.gap_units import make_strut
 
 
 def quiet(words: str) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from checks.gap.workflow import run
-from tests.checks.gap.gap_cases import F, inputs
+from tests.checks.gap.shared.gap_cases import F, inputs
 from tests.checks.gap.test_gap import quiet
 
 IN_THE_DRIVE = {"amplifier_bandwidth", "amplifier_second_order", "loop_delay"}

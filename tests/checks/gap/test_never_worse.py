@@ -21,7 +21,7 @@ from checks.gap.preparation import record_faults
 from checks.gap.preparation.inputs import possible_faults, with_fault
 from checks.gap.search.candidate import Candidate
 from checks.gap.workflow import GapRefused, run
-from tests.checks.gap.gap_cases import inputs, recorded, strut
+from tests.checks.gap.shared.gap_cases import inputs, recorded, strut
 
 DE = 1
 

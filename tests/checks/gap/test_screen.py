@@ -9,7 +9,7 @@ from checks.gap.search.screen import screen
 from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import run
 from checks.model.model import frequency_and_damping
-from tests.checks.gap.gap_cases import drawn, inputs, recorded, strut
+from tests.checks.gap.shared.gap_cases import drawn, inputs, recorded, strut
 
 
 @pytest.mark.parametrize("f_Hz", [480.0, 626.0, 860.0])

@@ -12,7 +12,7 @@ from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.search.candidate import GROSS, Candidate
 from checks.gap.search.candidates import Search, quicker
 from checks.model.model import Model
-from tests.checks.gap.gap_cases import recorded
+from tests.checks.gap.shared.gap_cases import recorded
 
 
 def as_built() -> Model:

@@ -44,7 +44,7 @@ from accept.units.shared_folder import anywhere
 from accept.units.unit_folder import UnitFolder
 from tests.accept.base.cluster.small_work import digest, fatal_31, grab, half, process_of
 from tests.accept.units.units import GOOD, make_unit
-from tests.checks.gap.gap_units import make_strut
+from tests.checks.gap.shared.gap_units import make_strut
 from validation import run_cases
 from validation.cases import draw_cases, seal
 from validation.run_cases import Job, run_all

@@ -15,7 +15,7 @@ from checks.gap.decision.result import Result
 from checks.gap.effects import with_effects
 from checks.gap.workflow import Inputs, run
 from checks.model.model import Model
-from tests.checks.gap.gap_cases import FS, TOLERANCE, recorded
+from tests.checks.gap.shared.gap_cases import FS, TOLERANCE, recorded
 
 BINS = 150
 ENTRY = re.compile(r'kind = "(\w+)"(?:, \w+ = ([\d.]+))?')
