@@ -138,7 +138,7 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
     response = centre line (a polynomial of the drive) + drift - opening/2 on the way up, + opening/2 on the way down.
     The opening closes at both ends: cos for a phase shift (an ellipse), cos |cos| for Rayleigh's parabolas, the latter
     also skewed and bulged. All is linear, so the width has its uncertainty from the scatter. Rayleigh's law:
-    [BERTOTTI98] 2.3. Raises NoResult if the response stands still."""
+    [BERTOTTI98] 2.3. Raises NoResult if the response stands still or the samples show no loop."""
     v, angle = (drive - cycle.centre) / cycle.amplitude, cycle.angle
     up, sine = np.cos(angle), np.sin(angle)
     rayleigh = up * np.abs(up)
@@ -146,7 +146,10 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
     drift = np.linspace(-0.5, 0.5, v.size)
     line = [v**k for k in range(CENTRE_LINE_DEGREE + 1)]
     design = np.column_stack([*line, *opening, drift])
-    fit = least_squares(design, response)
+    try:
+        fit = least_squares(design, response)
+    except ValueError as e:  # noise whose crossings were taken for periods of a few samples
+        raise NoResult(Cause.NO_SINE) from e
     to_width = np.zeros(fit.x.size)
     to_width[len(line) : len(line) + 2] = -2.0  # down minus up, at sine = 0 and |cos| = 1
     # Peak to peak of the fitted loop without its drift; positive where the response rises with the drive.

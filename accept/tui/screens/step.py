@@ -144,9 +144,10 @@ class StepScreen(StepForm):
         self._go_on(field)
 
     async def _return_to(self, field: Field) -> None:
-        """Put the cursor back to what was refused, unless it was saved or something was typed elsewhere meanwhile."""
+        """Put the cursor back to what was refused or asked about, unless it was saved or something was typed elsewhere
+        meanwhile: what is typed next is its correction, and no value of the next field."""
         here = await self._typed_field()
-        if field.has_class("refused") and (here is None or not here.input.value):
+        if (field.has_class("refused") or field.doubted is not None) and (here is None or not here.input.value):
             self.set_focus(field.input)
             field.input.select_all()
 
@@ -154,8 +155,9 @@ class StepScreen(StepForm):
         place, step = field.place, self.step.name
         if not sure and (question := self._doubt(place, measured.value)):
             field.ask(text, question)
-            self.say(f"{place.name}: {question}. F9: keep it, ↑: correct it", "doubt")
+            self.say(f"{place.name}: {question}. F9: keep it, or type another", "doubt")
             self.app.bell()
+            self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
             return
         self._store(
             field,
@@ -176,6 +178,7 @@ class StepScreen(StepForm):
         if unusual and not sure:
             fields[0].ask(text, unusual)
             self.say(f"{unusual}. F9: keep all", "doubt")
+            self.set_timer(TYPED_AHEAD_S, partial(self._return_to, fields[0]))
             return
         for field, value in zip(fields, values, strict=True):
             self._take(field, Measured(value), False, f"{value:.9g} {field.place.unit}", True)

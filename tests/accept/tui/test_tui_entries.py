@@ -19,7 +19,7 @@ from accept.tui.widgets.fields import Field
 from accept.workflow.entry.parse_entry import doubt, passing_range, usual_range
 from checks.acceptance import CHECKS
 from specs.spec import Limit
-from tests.accept.tui.tui_help import begin, loader, press, running, settled, type_line, words
+from tests.accept.tui.tui_help import begin, focused_again, loader, press, running, settled, type_line, words
 from tests.hw.instruments.fake_instrument import Fake, Only
 from tests.soak import SOAK
 
@@ -119,13 +119,27 @@ async def test_a_slip_of_the_point_is_asked_about_and_kept_only_when_confirmed()
     async with running() as pilot:
         await begin(pilot)
         await press(pilot, "down", "enter")
+        asked = pilot.app.focused
         await type_line(pilot, "49.9")
         assert "4.99 uF would be usual" in words(pilot, "#status")
         assert not stored("APA-02")
-        await press(pilot, "up", "enter")  # Enter does not confirm: a scanner sends it
+        await focused_again(pilot, asked)
+        await press(pilot, "enter")  # Enter does not confirm: a scanner sends it
         assert not stored("APA-02")
         await press(pilot, "f9")
         assert [e["value"] for e in stored("APA-02")] == [49.9]
+
+
+async def test_what_is_typed_after_a_question_corrects_the_value_that_was_asked_about():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        for wrong, right in (("49.3", "4.93"), ("98.6", "9.86")):
+            asked = pilot.app.focused
+            await type_line(pilot, wrong)
+            await focused_again(pilot, asked)
+            await press(pilot, *right, "enter")
+    assert [(e["input"], e["value"]) for e in stored("APA-02")] == [("sensor_uF", 4.93), ("actuator_uF", 9.86)]
 
 
 async def test_what_is_refused_in_the_only_field_is_replaced_by_what_is_typed_next():

@@ -13,7 +13,7 @@ from checks.acceptance import hysteresis
 from checks.cause import Cause
 from checks.quantity import Quantity
 from checks.record import Record
-from checks.signals.slow.cycles import last_cycles
+from checks.signals.slow.cycles import Cycle, last_cycles
 from checks.verdict import Verdict, judge
 from specs.spec import CheckSpec, load
 from tests.causes import causes, no_result
@@ -287,3 +287,11 @@ def test_a_loop_too_wide_fails_whatever_its_gain() -> None:
     q = measured(record(sines(), wide.response(sines())), check)["hysteresis_percent"]
     assert q.U is None
     assert judge("hysteresis", q, check.limits["hysteresis_percent"]).verdict.value == "fail"
+
+
+def test_a_period_of_too_few_samples_to_show_a_loop_is_no_sine() -> None:
+    """As a record of noise has them: five samples cannot carry the centre line and the shape of the opening."""
+    period = np.array([0.0, 1.0, 0.1, -1.0, -0.1])
+    cycle = Cycle(0, 5, 1.0, 0.0, 2 * np.pi * np.arange(5) / 5)
+    with no_result(Cause.NO_SINE):
+        hysteresis.loop_of(period, 24e-6 * period, cycle)
