@@ -48,7 +48,7 @@ certificate_number = "AC-{year}-{serial}/{attempt}"
 capacitance = "MP-02, revision 3"
 others = "MP-01, revision 1"
 """
-ABSENT = ("crl", "authority", "before", "laboratory", "number")  # a bench without them has nothing to state
+ABSENT = ("crl", "authority", "before", "laboratory", "number", "reason")  # a bench without them has nothing to state
 EVERY = 1 if SOAK else 6  # of the mutants
 
 
@@ -95,8 +95,19 @@ def provenances(given: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
             place = new
             for key in at[:-1]:
                 place = place[key]
-            place[at[-1]] = not value if isinstance(value, bool) else value + 1 if isinstance(value, int) else value * 2
+            place[at[-1]] = other(value)
             yield f"{'.'.join(at)} changed", new
+
+
+def other(value: Any) -> Any:
+    """Return another value of the same kind."""
+    match value:
+        case bool():
+            return not value
+        case int() | float():
+            return value + 1
+        case _:
+            return f"{value}x"
 
 
 def forged(contents: CertificateContent, words: str, given: dict[str, Any], technician: Credential) -> bytes | None:
