@@ -97,15 +97,13 @@ def check_spec(
     revoked: keys whose approvals do not count from a day on. Raises InvalidCertificate if an approval does not hold, or
     if a certificate of this program states an approval that does not follow from spec and signatures."""
     name, sha256 = contents.spec_name, contents.spec_sha256
-    approval = contents.provenance.get("approval")
+    approval, stated = contents.provenance.get("approval"), "approval" in contents.provenance
     own = contents.code_sha256 == version.code_sha256()
     shipped = builtin()
     if name in shipped and load(name).sha256 == sha256:
-        if own and "approval" in contents.provenance and approval != {"builtin": True}:
+        if own and stated and approval != {"builtin": True}:
             raise InvalidCertificate(f"spec {name} comes with this program, which provenance.approval does not say")
         return Step(f"spec {name} comes with this program")
-    if own and "approval" in contents.provenance and not approval:
-        raise InvalidCertificate("provenance.approval is neither an approval nor a reason why there is none")
     approval = approval if isinstance(approval, Mapping) else {}
     if approval.get("signature"):
         return _check_approval(approval, contents, trust, revoked)
@@ -113,8 +111,8 @@ def check_spec(
         raise InvalidCertificate(f"spec {name} is said to come with the program, which has another of that name")
     if approval.get("person"):
         raise InvalidCertificate(f"spec {name} is said to be approved by {approval['person']}, who did not sign that")
-    if own and approval and (approval.keys() != {"reason"} or not _is_reason(approval["reason"], contents)):
-        raise InvalidCertificate("provenance.approval is neither an approval nor a reason why there is none")
+    if own and stated and (approval.keys() != {"reason"} or not _is_reason(approval["reason"], contents)):
+        raise InvalidCertificate("provenance.approval is neither an approval nor the reason why it is missing")
     if _letters(name) in map(_letters, shipped):
         return Step(f"spec {name} bears the name of a built-in spec, but is another or of another version", False)
     said = " and says so" if approval else ""

@@ -115,12 +115,13 @@ LOOKED_UP = tuple(s.field for s in STATEMENTS if Way.LOOKED_UP in s.ways)
 OF_THE_RESULT = tuple(s.field for s in STATEMENTS if Way.LOOKED_UP in s.ways and s.document == RESULTS)
 
 
-def taken_on_trust(contents: CertificateContent, looked_up: Collection[str]) -> list[str]:
-    """Return the fields that are stated and that only a store or a list shows, without those that were looked up: they
+def taken_on_trust(contents: CertificateContent, looked_up: Collection[str]) -> Step:
+    """Name the fields that are stated and that only a store or a list shows, without those that were looked up: they
     are the word of bench and technician, who signed them."""
     stated = {*_fields(contents.manifest()), *(key for key, value in contents.result.items() if value)}
     rows = (s for s in STATEMENTS if s.field in LOOKED_UP and s.field != "operator")
-    return [s.field for s in rows if s.field in stated and s.field not in looked_up]
+    trusted = [s.field for s in rows if s.field in stated and s.field not in looked_up]
+    return Step(f"not looked up, the word of bench and technician: {', '.join(trusted)}" if trusted else "")
 
 
 def words_on_trust(contents: CertificateContent, unit: UnitFolder, looked_up: Collection[str]) -> Step:

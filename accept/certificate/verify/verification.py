@@ -143,10 +143,10 @@ def _verify(
         ]
         looked_up = {field for step in steps for field in step.looked_up}
         unit = guarded(UNIT_FILE, attachments.unit_of, contents)
-        steps += [] if demo else [guarded("the words", words_on_trust, contents, unit, looked_up)]
+        if not demo:
+            steps.append(guarded("the words", words_on_trust, contents, unit, looked_up))
+            steps.append(taken_on_trust(contents, looked_up))
         details += [one_line(step.words) for step in steps if step.words]
-        if not demo and (trusted := taken_on_trust(contents, looked_up)):
-            details.append(f"not looked up, the word of bench and technician: {', '.join(trusted)}")
     except InvalidCertificate as e:
         return Verification(Validity.NOT_VALID, str(e), details=tuple(details), demo=demo)
     lacking = [step.words for step in steps if not step.complete] + [s.doubt for s in signatures if s.doubt]
