@@ -15,7 +15,7 @@ import numpy as np
 from checks.errors import ModelError
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.screen import screen
-from validation.methods.task import Found, Task, covariance
+from validation.methods.task import Found, Task, standard_deviations
 
 DECISIVE = 4.6  # of the logarithm of the Bayes factor: 100 to 1
 STEPS = 15  # of a fit, the scatter of the modes at its optimum for every value of the rest
@@ -69,7 +69,7 @@ def run(folder: Path, model: Path, without: Sequence[str] = ()) -> dict[str, Any
     if len(alike) > 1:
         return task.answer((), [[m.effect for m in alike]])
     c = probable[0].fit
-    sds = covariance(c.response, task.data, c.at, {})
+    sds = standard_deviations(c.response, task.data, c.at)
     name = probable[0].effect
     values = c.response.of(c.at, name)
     return task.answer([Found(name, values, {k: sds[f"{name}.{k}"] for k in values})])

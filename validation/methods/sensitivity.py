@@ -21,13 +21,13 @@ STEPS = 15
 EXPECTED = 10.0  # steps of a parameter (`Parameter.scale`): 1 sd of what updating expects of it
 BEYOND = 8.0  # standard deviations of its estimate from which on a parameter means an effect
 UNUSUAL = 4.0  # and of the model file's, if the parameter differs from unit to unit anyway
-FAR_HZ = 50e3  # where the corner of a filter begins that is not there
+FAR_HZ = 50e3  # first corner of a filter, of which nothing is known
 
 
 @dataclass(frozen=True)
 class Updated:
-    """A parameter that is updated. off, sd: where it is expected, as x; begin: where updating begins; corner: x is one
-    over the value, in which a filter fades to nothing."""
+    """A parameter that is updated. off, sd: its expected x; begin: x from which updating goes; corner: x is one over
+    the value, in which a filter fades to nothing."""
 
     name: str
     off: float

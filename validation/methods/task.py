@@ -114,14 +114,14 @@ def _value(value: float, lo: float, hi: float) -> Mapping[str, Any]:
     return {"value": float(value), "ci95": [float(lo), float(hi)]}
 
 
-def covariance(response: Augmented, data: Dataset, at: Values, sds: Mapping[str, float]) -> dict[str, float]:
+def standard_deviations(response: Augmented, data: Dataset, at: Values) -> dict[str, float]:
     """Return the standard deviation of every parameter of a response at values, noise, tolerance and priors taken
-    together. sds: of further priors."""
+    together."""
     free = response.free()
     names = [p.name for p in free]
     unit = np.array([p.unit for p in free])
     rows = data.whitener(response.jacobian(data.f, names, at, data.channels)) * unit[:, None]
-    prior = np.array([sds.get(p.name, p.sd) for p in free])
+    prior = np.array([p.sd for p in free])
     P = np.diag(np.where(np.isfinite(prior), (unit / prior) ** 2, 0.0))
     cov = np.linalg.pinv(rows @ rows.T + P, hermitian=True)
     return dict(zip(names, (float(s) for s in np.sqrt(np.diag(cov)) * unit), strict=True))

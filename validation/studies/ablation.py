@@ -8,7 +8,6 @@ without it. Gates are the two lists in `checks.gap.decision`; besides, what with
 a channel's gap, and names that others imitate; and all gates at once.
 """
 
-import argparse
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -21,6 +20,7 @@ from validation.cases import Case
 from validation.methods.call import Method
 from validation.scoring.scores import Outcome
 from validation.shell import require_matrices
+from validation.studies.arguments import parser_of
 from validation.studies.compare import AS_RECORDED, SEED, UNITS, answers, counted, drawn
 
 NEVER_WORSE, RIVALS, EVERY = "never_worse", "rivals", "every gate"
@@ -31,7 +31,7 @@ GATES = tuple(dict.fromkeys(g.name for g in (*gates.FULL_GATES, *beside_gates.BE
 
 @contextmanager
 def left_out(name: str) -> Iterator[None]:
-    """Leave out a gate of that name. Raises KeyError if there is none."""
+    """Leave out a gate of that name. Raises KeyError for an unknown name."""
     with ExitStack() as stack:
         if name == NEVER_WORSE:
             stack.enter_context(patch.object(never_worse, "gap_increased", lambda *_, **__: []))
@@ -112,10 +112,8 @@ def table(found: Mapping[str, Mapping[str, Sequence[Outcome]]]) -> str:
 
 def main() -> None:
     """Run, then print the table."""
-    parser = argparse.ArgumentParser(prog="ablation", description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__, UNITS, SEED)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--units", type=int, default=UNITS)
-    parser.add_argument("--seed", type=int, default=SEED)
     a = parser.parse_args()
     require_matrices()
     print(table(ablated(drawn(a.seed, a.units), a.out)))

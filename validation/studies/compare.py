@@ -4,7 +4,6 @@ The truth is sealed before anything is run, and its hash printed. Every answer i
 was stopped goes on; files of another version are refused. Methods are tuned on seeds in `DEVELOPMENT_SEEDS` only.
 """
 
-import argparse
 import json
 import tempfile
 import time
@@ -21,6 +20,7 @@ from validation.scoring.results_store import Store, stamp
 from validation.scoring.scores import Outcome, covered, right, rms, wilson
 from validation.sets import SETS, Set, draw_set
 from validation.shell import require_matrices
+from validation.studies.arguments import parser_of
 
 SEED = 20261123
 UNITS = 8  # of each set
@@ -129,11 +129,9 @@ def counted(hits: Sequence[bool]) -> str:
 
 def main() -> None:
     """Run the methods and print the table."""
-    parser = argparse.ArgumentParser(prog="compare", description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__, UNITS, SEED)
     parser.add_argument("out", type=Path)
     parser.add_argument("--method", action="append", help=f"{', '.join(METHODS)}, module:function or a command")
-    parser.add_argument("--units", type=int, default=UNITS)
-    parser.add_argument("--seed", type=int, default=SEED)
     a = parser.parse_args()
     require_matrices()
     methods = {name: AS_RECORDED.get(name, name) for name in a.method or METHODS}

@@ -9,7 +9,6 @@ each is made twice from the same search: as the program does it, and with noise 
 keeps an answer for each unit, so that a run that was stopped goes on.
 """
 
-import argparse
 import json
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,6 +30,7 @@ from validation.model_files import write_model
 from validation.scoring.scores import share
 from validation.sets import SETS, draw_set
 from validation.shell import require_matrices
+from validation.studies.arguments import parser_of
 
 SEED = 20261208
 # what the bench does not add to by itself, so that the truth of a named value is that of the unit
@@ -104,10 +104,8 @@ def report(answers: Sequence[Answer]) -> str:
 
 def main() -> None:
     """Run, print a line for each unit, then the shares."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__, 48, SEED)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--units", type=int, default=48)
-    parser.add_argument("--seed", type=int, default=SEED)
     wanted = parser.parse_args()
     require_matrices()
     model, answers = write_model(SET, wanted.out / "model"), []

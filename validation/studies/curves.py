@@ -7,7 +7,6 @@ with a higher threshold also looks elsewhere; that part is left out.) Priors are
 and the scatter of the modes by the same factor.
 """
 
-import argparse
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -24,6 +23,7 @@ from validation.methods.call import Method
 from validation.model_files import text_for
 from validation.scoring.scores import Outcome
 from validation.shell import require_matrices
+from validation.studies.arguments import parser_of
 from validation.studies.compare import AS_RECORDED, SAMPLE, SEED, UNITS, answers, counted, drawn
 
 LOW = 4.0
@@ -97,10 +97,8 @@ def _table(first: str, sets: Mapping[str, object], rows: Sequence[tuple[str, Map
 
 def main() -> None:
     """Run, then print both tables."""
-    parser = argparse.ArgumentParser(prog="curves", description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__, UNITS, SEED)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--units", type=int, default=UNITS)
-    parser.add_argument("--seed", type=int, default=SEED)
     a = parser.parse_args()
     require_matrices()
     cases = drawn(a.seed, a.units)

@@ -7,7 +7,6 @@ Intervals come from the curvature at the optimum. The sampler starts there and m
 posterior is skewed or has tails, its quantiles differ from the interval.
 """
 
-import argparse
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -26,6 +25,7 @@ from checks.gap.modelling.thresholds import THRESHOLDS
 from validation.model_files import write_model
 from validation.sets import SETS, draw_set
 from validation.shell import require_matrices
+from validation.studies.arguments import parser_of
 
 SEED = 20261210
 STEPS = 6000
@@ -81,10 +81,8 @@ def compared(result: Result, steps: int, rng: np.random.Generator) -> Mapping[st
 
 def main() -> None:
     """Print interval and quantiles of every named value."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--units", type=int, default=3)
+    parser = parser_of(__doc__, 3, SEED)
     parser.add_argument("--steps", type=int, default=STEPS)
-    parser.add_argument("--seed", type=int, default=SEED)
     a = parser.parse_args()
     require_matrices()
     with tempfile.TemporaryDirectory(prefix="posterior-") as place:
