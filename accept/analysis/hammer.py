@@ -19,7 +19,6 @@ from checks.signals.spectral.bode import bode
 ESTIMATORS = ("h1", "h2", "hv")
 ANALYSER = 2.56  # sampling rate over the highest frequency that the filter of an analyser leaves
 SAME_RATE = 1e-6  # relative
-MODE_KEYS = ("channel", "f_Hz", "U_Hz", "damping_ratio", "U_damping")
 
 
 @dataclass(frozen=True, eq=False)

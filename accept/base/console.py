@@ -50,10 +50,8 @@ def say(words: str) -> None:
 
 def confirm(question: str) -> bool | None:
     """Ask a question at the terminal and return the answer; None without a terminal to ask at."""
-    if not (sys.stdin.isatty() and sys.stderr.isatty()):
-        return None
-    print(f"{one_line(question)} [y/N] ", end="", file=sys.stderr, flush=True)
-    return sys.stdin.readline().strip().lower() in ("y", "yes")
+    answer = ask(f"{question} [y/N]")
+    return None if answer is None else answer.lower() in ("y", "yes")
 
 
 def ask(question: str) -> str | None:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-PARSING_S = 60.0  # for reading a file from outside; the largest certificate takes some seconds
 JUDGING_S = 1800.0  # for judging one unit, its gap analysis included; the longest recorded one takes two minutes
 VARIABLE = "ACCEPT_UNIT_S"
 

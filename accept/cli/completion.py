@@ -4,7 +4,7 @@ held."""
 import os
 import sqlite3
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
@@ -60,16 +60,20 @@ def _products(_words: Sequence[str], _incomplete: str) -> list[str]:
     return list(products())
 
 
+def _sections() -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield name and content of each check in the specs that come with the program."""
+    for path in _package().glob("*.toml"):
+        yield from tomllib.loads(path.read_text(encoding="utf-8")).get("checks", {}).items()
+
+
 def _checks(_words: Sequence[str], _incomplete: str) -> list[str]:
     """Return the sections of the specs that come with the program."""
-    read = (tomllib.loads(path.read_text(encoding="utf-8")) for path in _package().glob("*.toml"))
-    return [name for spec in read for name in spec.get("checks", {})]
+    return [name for name, _ in _sections()]
 
 
 def _quantities(words: Sequence[str], incomplete: str) -> list[str]:
     """Return the quantities that these specs limit, and the references of the bench's instruments."""
-    read = (tomllib.loads(path.read_text(encoding="utf-8")) for path in _package().glob("*.toml"))
-    limited = [q for spec in read for check in spec.get("checks", {}).values() for q in check.get("limits", {})]
+    limited = [quantity for _, check in _sections() for quantity in check.get("limits", {})]
     return [*limited, *(f"check:{name}" for name in _instruments(words, incomplete))]
 
 

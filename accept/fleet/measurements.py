@@ -61,7 +61,8 @@ def measurements(
 
 
 def measurements_of(store: Store, quantity: str) -> pd.DataFrame:
-    """Return the rows of one quantity; if there are none, of all, so that an error can name them. Raises StoreError."""
+    """Return the rows of one quantity; of a store without it all rows, so that an error can name what it has. Raises
+    StoreError."""
     frame = measurements(store, quantities={quantity})
     return frame if len(frame) else measurements(store)
 
@@ -113,10 +114,7 @@ def _of_voids(found: Mapping[str, Column], void: Mapping[int, str]) -> dict[str,
         values, verdicts = found["unit_verdict"]
         made["unit_verdict"] = (
             np.where(np.isin(np.arange(values.size), is_void), len(verdicts or ()), values),
-            [
-                *(verdicts or ()),
-                VOIDED,
-            ],
+            [*(verdicts or ()), VOIDED],
         )
     return made
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from accept.judging.decisions import Signer, problem_here, sign_decision
-from accept.store import Event, Store
+from accept.store import Store
 from accept.store.payloads import AttemptVoided, UnitJudged
 from specs.errors import AcceptError
 
@@ -63,12 +63,6 @@ def voids(store: Store, serial: str | None = None) -> dict[int, Void]:
         if problem_here(AttemptVoided.KIND, _content(event.subject, said), said.signed, weakens=True) is None:
             found[said.judged] = Void(said.judged, said.attempt, said.reason, event.who, event.time)
     return found
-
-
-def last_judgement(store: Store, serial: str) -> tuple[Event, Void | None] | None:
-    """Return the last judgement of a unit, with the decision if it is void; None if the unit was never judged."""
-    last = store.latest(serial, UnitJudged.KIND)
-    return None if last is None else (last, voids(store, serial).get(last.seq))
 
 
 def _content(serial: str, said: AttemptVoided) -> dict[str, Any]:

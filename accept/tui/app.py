@@ -17,7 +17,6 @@ from accept.workflow.shift import SigningShift
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
-    from accept.tui.screens.steps import Steps
     from accept.workflow.bench import Workbench
     from accept.workflow.session import Session
     from accept.workflow.unit_list import KnownUnit, Queue
@@ -52,7 +51,6 @@ class BenchApp(App[None]):
         self.load, self.given, self.done = load, given or Given(), RunOutcome()
         self.session: Session | None = None
         self.bench: Workbench | None = None
-        self.steps: Steps | None = None
         self.queue: Queue | None = None  # what is done at one unit after the other
         self.shift = SigningShift()
         self.ansi_theme_dark, self.ansi_theme_light = theme.ANSI_DARK, theme.ANSI_LIGHT
@@ -101,10 +99,10 @@ class BenchApp(App[None]):
 
         self.session, self.queue = begin.session, begin.queue
         self.given = Given(begin.session.operator, "", begin.session.spec.kind)
-        self.steps = Steps(begin.bench, begin.session, "; ".join(begin.problems))
-        await self.push_screen(self.steps, self._left)
+        steps = Steps(begin.bench, begin.session, "; ".join(begin.problems))
+        await self.push_screen(steps, self._left)
         if begin.queue is not None:
-            await self.steps.begin_queue(begin.queue.step_at(begin.session.waiting), words)
+            await steps.begin_queue(begin.queue.step_at(begin.session.waiting), words)
 
     async def _left(self, finished: bool | None) -> None:
         """Go back to the start screen, or to the next unit of the queue: a unit is left, finished or not."""
@@ -142,9 +140,7 @@ class BenchApp(App[None]):
         bench, operator = self.bench, self.given.operator
         if bench is None:
             return
-        while len(self.screen_stack) > 1:
-            self.pop_screen()
-        self.close_unit()
+        self._leave_unit()
         try:
             opened = await asyncio.to_thread(open_at_bench, bench, (serial, kind, operator, {}, None))
         except (AcceptError, OSError) as e:
@@ -168,12 +164,15 @@ class BenchApp(App[None]):
             return ""
         if problems[session.spec.kind] or len(serial) < SHORTEST:
             return f"'{serial}': no unit of this serial was begun here"
-        while len(self.screen_stack) > 1:
-            self.pop_screen()
-        self.close_unit()
+        self._leave_unit()
         self.queue, self.given = None, Given(session.operator, serial, session.spec.kind)
         self.show_start()
         return ""
+
+    def _leave_unit(self) -> None:
+        while len(self.screen_stack) > 1:
+            self.pop_screen()
+        self.close_unit()
 
     def close_unit(self) -> None:
         """Let go of the unit, and note how far it came."""

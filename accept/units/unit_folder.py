@@ -12,8 +12,8 @@ from typing import Any
 from accept.base.plain_text import as_utf8
 from accept.units import folder_header
 from accept.units.unit_entry import UnitSection, section_of
-from accept.units.unit_experiments import EXPERIMENTS, Experiments, experiments_of
-from checks.acceptance import CHECKS
+from accept.units.unit_experiments import Experiments, experiments_of
+from checks.acceptance import CHECKS, RESERVED
 from checks.declare import Check, Form, Measured, Series
 from checks.errors import RecordError
 from specs.bench import TIME, Channels
@@ -23,9 +23,6 @@ from specs.products import products
 from specs.strict import toml_of
 
 UNIT_FILE = "unit.toml"
-OF_THE_UNIT = frozenset(  # its other keys and sections are those of checks
-    {"serial", "kind", "parts", "channels", "measured", "notes", "origin", "environment", "provided", EXPERIMENTS}
-)
 MAX_UNIT_TOML_BYTES = 1_000_000  # what a person or a rig writes is a thousandth of it
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
 SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
@@ -136,7 +133,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     experiments = experiments_of(data, problems)
     sections = {}
     for name, content in data.items():
-        if name in OF_THE_UNIT:
+        if name in RESERVED:
             continue
         if name not in CHECKS or CHECKS[name].reads != name:
             known = ", ".join(own for own, check in CHECKS.items() if check.reads == own)

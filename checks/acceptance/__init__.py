@@ -15,7 +15,7 @@ from specs import plugins
 from specs.spec import CheckSpec
 from specs.units import label_from_name
 
-RESERVED = (  # of a unit.toml's own
+RESERVED = (  # keys and sections of a unit.toml that are of the unit: all others are those of checks
     "serial", "kind", "parts", "channels", "measured", "notes", "experiments", "origin", "environment", "provided",
 )  # fmt: skip
 

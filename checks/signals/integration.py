@@ -3,7 +3,7 @@
 import numpy as np
 
 from checks.arrays import Array
-from checks.signals.recursion import recursion
+from checks.signals.recursion import recursion, second_order
 
 # Of the high-pass: far below a part's modes, and high enough that a sensor's slow noise does not hide its rest.
 CORNER_Hz, DAMPING = 30.0, 0.7
@@ -17,9 +17,7 @@ def integrated(x: Array, fs: float, times: int) -> Array:
     an integration within 3 %, and a mode's frequency and damping stay as they are. Raises ValueError."""
     if times not in (1, 2):
         raise ValueError(f"integrated {times} times: expected 1 or 2")
-    w, s = 2.0 * np.pi * CORNER_Hz, 2.0 * fs  # bilinear transform: s of the filter is s (1 - 1/z) / (1 + 1/z)
-    damping = 2.0 * DAMPING * w * s
-    scale = 1.0 / (s * s + damping + w * w)
+    w, s = 2.0 * np.pi * CORNER_Hz, 2.0 * fs
+    scale, a = second_order(w, 2.0 * DAMPING * w * s, s)
     b = [scale, 2.0 * scale, scale] if times == 2 else [s * scale, 0.0, -s * scale]
-    a = [1.0, 2.0 * (w * w - s * s) * scale, (s * s - damping + w * w) * scale]
     return recursion(b, a, x - np.median(x))  # the offset of a sensor would begin as a step

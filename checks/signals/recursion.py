@@ -47,12 +47,17 @@ def _butterworth(corner: float) -> list[tuple[list[float], list[float]]]:
     w = np.tan(np.pi * corner)
     sections = []
     for half_turn in (np.pi / 8, 3 * np.pi / 8):
-        damping = 2.0 * np.cos(half_turn) * w
-        scale = 1.0 / (1.0 + damping + w * w)
+        scale, a = second_order(w, 2.0 * np.cos(half_turn) * w)
         gain = w * w * scale
-        a = [1.0, 2.0 * (w * w - 1.0) * scale, (1.0 - damping + w * w) * scale]
         sections.append(([gain, 2.0 * gain, gain], a))
     return sections
+
+
+def second_order(w: float, damping: float, s: float = 1.0) -> tuple[float, list[float]]:
+    """Return the scale of the numerator, and a, of 1 / (p^2 + damping p / s + w^2) by the bilinear transform: p is
+    s (1 - 1/z) / (1 + 1/z) ([OPPENHEIM10] 7.2)."""
+    scale = 1.0 / (s * s + damping + w * w)
+    return scale, [1.0, 2.0 * (w * w - s * s) * scale, (s * s - damping + w * w) * scale]
 
 
 def peaks(x: Array, prominence: float, distance: int = 1, height: Array | None = None) -> NDArray[np.intp]:

@@ -135,20 +135,32 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         """Return the first value of a method's result. Raises InstrumentRefused for its errors, Garbled if it is not an
         answer to the call."""
         number = next(self._numbers)
-        request = {"jsonrpc": "2.0", "method": method, "params": list(params), "id": number, "api": 2}
-        line = self._ask(json.dumps(request).encode("ascii") + b"\r\n", END, deadline).strip()
-        try:
-            said = json.loads(line)
-            if said["id"] != number:
-                raise Garbled(f"{self.name}: {line[:80]!r} answers another question than {number}")
-            if "error" in said:
-                raise InstrumentRefused(f"{self.name}: {method}: {said['error']}")
-            error, *values = said["result"]
-        except (ValueError, KeyError, TypeError, RecursionError) as e:
-            raise Garbled(f"{self.name}: {method} was answered {line[:80]!r}, expected a JSON-RPC result") from e
-        if type(error) is not int or error != 0 or not values:
-            raise InstrumentRefused(f"{self.name}: {method} gave the error {error!r} ({line[:80]!r})")
-        return values[0]
+        line = self._ask(request(method, number, *params), END, deadline)
+        return first_value(self.name, line, method, number)
+
+
+def request(method: str, number: int, *params: object) -> bytes:
+    """Return the line that calls a method. number: of the question, which its answer repeats."""
+    call = {"jsonrpc": "2.0", "method": method, "params": list(params), "id": number, "api": 2}
+    return json.dumps(call).encode("ascii") + b"\r\n"
+
+
+def first_value(who: str, line: bytes, method: str, number: int) -> Any:
+    """Return the first value of the result in an answer. Raises InstrumentRefused for the errors of the device, Garbled
+    if the line is not an answer to the call."""
+    line = line.strip()
+    try:
+        said = json.loads(line)
+        if said["id"] != number:
+            raise Garbled(f"{who}: {line[:80]!r} answers another question than {number}")
+        if "error" in said:
+            raise InstrumentRefused(f"{who}: {method}: {said['error']}")
+        error, *values = said["result"]
+    except (ValueError, KeyError, TypeError, RecursionError) as e:
+        raise Garbled(f"{who}: {method} was answered {line[:80]!r}, expected a JSON-RPC result") from e
+    if type(error) is not int or error != 0 or not values:
+        raise InstrumentRefused(f"{who}: {method} gave the error {error!r} ({line[:80]!r})")
+    return values[0]
 
 
 def _open(name: str, entry: InstrumentEntry, _: Ask) -> Instrument:

@@ -371,7 +371,7 @@ class VerificationDocument(Document):
     spec_sha256: str
     demo: bool
     approved: Annotated[bool, "quality assurance signed its spec, or the spec comes with the program"]
-    current: Annotated[bool | None, "no later attempt is known; null: nobody was asked"]
+    current: Annotated[bool | None, "no later attempt is known; null: neither a store nor a list was asked"]
     countersigned: bool
     signatures: tuple[SignatureVerified, ...]
     details: Annotated[tuple[str, ...], "a line for each thing that was checked"]

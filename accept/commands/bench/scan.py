@@ -5,7 +5,6 @@ question can be found by `accept hw test`, once a person has said which instrume
 address that is named, one question that changes nothing is asked: `*IDN?`, or the device's name.
 """
 
-import json as jsonlib
 import re
 import warnings
 from collections.abc import Sequence
@@ -20,7 +19,8 @@ from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import PlaceSeen, PlacesSeen
 from accept.base.exit_codes import Exit
 from accept.commands.options import JsonAnswer
-from hw.errors import InstrumentError
+from hw.errors import Garbled, InstrumentError, InstrumentRefused
+from hw.instruments import ids3010
 from hw.instruments.scpi_lcr import PROFILES
 from hw.link import Link
 from hw.network_port import Address, open_tcp, visa_opener
@@ -98,14 +98,14 @@ def _device(address: str) -> Seen:
     try:
         names = []
         for number, what in enumerate(("getDeviceName", "getSerialNumber")):
-            call = {"jsonrpc": "2.0", "method": f"com.attocube.system.{what}", "params": [], "id": number, "api": 2}
-            link.send(jsonlib.dumps(call).encode("ascii") + b"\r\n")
-            line = link.read_until(b"\n", link.deadline(2 * ANSWER_S))
-            names.append(re.sub(r"[^\w .-]", "", str(jsonlib.loads(line)["result"][1])))
+            method = f"{ids3010.SYSTEM}.{what}"
+            link.send(ids3010.request(method, number))
+            line = link.read_until(ids3010.END, link.deadline(2 * ANSWER_S))
+            names.append(re.sub(r"[^\w .-]", "", str(ids3010.first_value(address, line, method, number))))
+    except (Garbled, InstrumentRefused):
+        return Seen(address, "answers, but not as an IDS3010")
     except InstrumentError as e:
         return Seen(address, str(e).partition(": ")[2])
-    except (ValueError, KeyError, TypeError, IndexError):
-        return Seen(address, "answers, but not as an IDS3010")
     finally:
         link.close()
     entry = (

@@ -54,14 +54,7 @@ def document(
     after = int(numbers[-last - 1]) if numbers.size > last else 0
     attempts = dict(zip(numbers[-last:].tolist(), tries[-last:].tolist(), strict=True))
     frame = measurements(store, after=after)
-    history = measurements(store, columns=OF_FIRST)
-    history = history[history["serial"].isin(frame["serial"].unique())]
-    firsts = first_attempts(history)
-    firsts = firsts[firsts["seq"] > after]
-    first = set(zip(firsts["seq"].tolist(), firsts["quantity"].tolist(), strict=True))
-    begun = set(counted(history).drop_duplicates("serial")["seq"])
-    made = yields(history, "serial") if begun else history[:0].assign(first=False)
-    passed = dict(zip(made["serial"].tolist(), made["first"].tolist(), strict=True))
+    first, begun, passed = _first_attempts(store, set(frame["serial"].unique()), after)
     moments, void = _moments(frame), voids(store)
     certificates = _certificates(store, out, set(frame["serial"].unique()))
     judgements: list[dict[str, Any]] = []
@@ -111,6 +104,21 @@ def document(
         "head": head,
         "made": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
     }
+
+
+def _first_attempts(
+    store: Store, serials: Collection[str], after: int
+) -> tuple[set[tuple[int, str]], set[int], dict[str, bool]]:
+    """Return, of these units: judgement and quantity of each first attempt behind an event; the units' first
+    judgements; and by serial whether the unit passed at its first attempt."""
+    history = measurements(store, columns=OF_FIRST)
+    history = history[history["serial"].isin(serials)]
+    firsts = first_attempts(history)
+    firsts = firsts[firsts["seq"] > after]
+    begun = set(counted(history).drop_duplicates("serial")["seq"])
+    made = yields(history, "serial") if begun else history[:0].assign(first=False)
+    passed = dict(zip(made["serial"].tolist(), made["first"].tolist(), strict=True))
+    return set(zip(firsts["seq"].tolist(), firsts["quantity"].tolist(), strict=True)), begun, passed
 
 
 def _moments(frame: pd.DataFrame) -> dict[int, str]:

@@ -78,12 +78,11 @@ class StepView(Page):
         """Go on to the next step; of a queue, to the next unit as soon as this one has nothing more to do in it."""
         queue = self.queue
         more = queue is not None and queue.name == RIG and any(map(needs_rig, self.session.waiting))
-        if queue is None or more or (why := await self._next_unit(queue)):
-            if queue is not None and not more:
-                self.bench_app.queue = None
-                self.say(f"{why}. Enter: next step of this unit", "good")
-            else:
-                self.leave(True)
+        if queue is None or more:
+            self.leave(True)
+        elif why := await self._next_unit(queue):
+            self.bench_app.queue = None
+            self.say(f"{why}. Enter: next step of this unit", "good")
 
     async def action_next_unit(self) -> None:
         """Open the same step of the next unit that waits for it."""

@@ -111,7 +111,12 @@ class Summary(Scanning[bool]):
     def _judged(self, result: UnitResult) -> None:
         """Show a result, and go on to sign it if F2 came before it."""
         self._show_result(result)
-        if self._signs_then and self.is_current:
+        if self.is_current:
+            self._sign_then()
+
+    def _sign_then(self) -> None:
+        """Go on to sign, if F2 came before the result."""
+        if self._signs_then:
             self._signs_then = False
             self.run_worker(self.action_sign(), group="sign")
 
@@ -204,9 +209,8 @@ class Summary(Scanning[bool]):
                 self._signs_then = False
                 return
             self._shift.keep(operator, answer[0])
-            if self._signs_then and self.session.result is not None:
-                self._signs_then = False
-                self.run_worker(self.action_sign(), group="sign")
+            if self.session.result is not None:
+                self._sign_then()
 
         words = f"The unit is still being evaluated. You confirm what is signed when that is known.\n\n{_FOR_A_SHIFT}"
         lines = [QuestionLine("Passphrase", secret=True)]

@@ -39,7 +39,7 @@ MAP_ROWS = 14  # of a map beside other parts of a screen
 
 
 class Decades(AxisFormatter):
-    """Ticks of log10 of a quantity: whole decades, with 2 and 5 between where there are at most `few`. rows: how many
+    """Ticks of log10 of a quantity: whole decades, with 2 and 5 between them if it spans at most `few`. rows: how many
     rows the axis has, so that no two numbers stand on one; None if it lies."""
 
     def __init__(self, few: int, rows: Callable[[], int] | None = None) -> None:
