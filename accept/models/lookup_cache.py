@@ -61,7 +61,7 @@ class Plan:
         enough. Raises ModelError for a grid that is too small or a model without encoder or joints."""
         check_tabulated(model)
         quick = with_damping(model, "modal") if model.scatters else None
-        return cls(quick or model, *grid(nx, ny), table_frequencies())
+        return cls(quick or model, *grid(model, nx, ny), table_frequencies())
 
     @property
     def sha256(self) -> str:

@@ -77,7 +77,7 @@ def _coarse_table(model: Model) -> MisalignmentTable:
     """Return a small table of the model, with real modes if it has them: this takes a third of the time and is close
     enough for a start."""
     quick = with_damping(model, "modal") or model
-    f, (dx, dy) = table_frequencies(), grid(*PLACES)
+    f, (dx, dy) = table_frequencies(), grid(model, *PLACES)
     return MisalignmentTable(dx, dy, f, np.array([ratios(quick, float(x), dy, f) for x in dx]), model.name)
 
 

@@ -26,7 +26,7 @@ from checks.fitting.goodness import gaps
 from checks.fitting.misplaced_modes import misplaced_modes, peaks
 from checks.misalignment.estimate_types import DX, DY, LOPSIDED, AxisOffset, MisalignmentEstimate
 from checks.misalignment.gates import TO_HZ, data_reasons, reason, sensor_tells, unobservable
-from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM, MisalignmentTable
+from checks.misalignment.table import MisalignmentTable, limits_um
 from checks.model.model import Model
 
 RATIO, WITH_SENSOR = ("de", "da"), ("Vs", "de", "da")
@@ -130,7 +130,7 @@ def free_parameters(
     own = [n for n in model.sds if not n.startswith(("constants.", "delay.", "amplifier.", "sensor.", "misalignment."))]
     places = [
         replace(p, lo=-most, hi=most, start=at, scale=most / 4)
-        for p, at, most in zip(free_of(model, (DX, DY)), (dx, dy), (DX_MAX_UM, DY_MAX_UM), strict=True)
+        for p, at, most in zip(free_of(model, (DX, DY)), (dx, dy), limits_um(model), strict=True)
     ]
     gain = [n for n in SENSOR_GAIN if n in model.values and "Vs" in channels]
     gains = [replace(p, sd=np.inf, scale=0.1 * abs(p.prior)) for p in free_of(model, gain)]

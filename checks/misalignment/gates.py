@@ -15,7 +15,7 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.fitting.prior import prior_rows
 from checks.misalignment.estimate_types import DX, DY, MisalignmentEstimate
-from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM
+from checks.misalignment.table import limits_um
 from checks.model.free_apa_modes import ModalApa, mode_names
 from checks.model.model import Model
 from checks.model.structure.apa import ELASTIC_FROM
@@ -148,16 +148,17 @@ def _compliance_slope(apa: ModalApa, found: Fit, names: Sequence[str]) -> Array:
 def unobservable(found: MisalignmentEstimate) -> dict[str, Reason]:
     """Return the axis along which the data do not determine the misalignment, with the reason: its U is as wide as the
     table. The other axis is known whatever the value along this one. Empty if they determine both, or neither."""
-    wide = {axis: reason for axis, reason in _edges(found) if getattr(found, axis).U > _MOST[axis]}
+    wide = {axis: reason for axis, reason in _edges(found) if getattr(found, axis).U > _limits(found)[axis]}
     inside = not {DX, DY} & set(found.fit.at_bound)
     return wide if len(wide) == 1 and inside else {}
 
 
-_MOST = {"dx": DX_MAX_UM, "dy": DY_MAX_UM}
+def _limits(found: MisalignmentEstimate) -> dict[str, float]:
+    return dict(zip(("dx", "dy"), limits_um(found.model), strict=True))
 
 
 def _edges(found: MisalignmentEstimate) -> Iterator[tuple[str, Reason]]:
-    for axis, most in _MOST.items():
+    for axis, most in _limits(found).items():
         along = getattr(found, axis)
         if not abs(along.value) + along.U <= most:
             yield axis, because(Cause.TABLE_EDGE, parameter=axis, value=along.value, U=along.U, most=most)

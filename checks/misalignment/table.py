@@ -15,7 +15,8 @@ from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.model.model import Model
 
-DX_MAX_UM, DY_MAX_UM = 200.0, 600.0
+DX_MAX_UM, DY_MAX_UM = 200.0, 600.0  # of an APA300ML, and in proportion to the height of another actuator
+APA300ML_HEIGHT = 0.03  # [m] between its interfaces
 F_LO, F_HI = 100.0, 700.0  # [Hz] the modes that a misalignment shows in (190, 280, 400 Hz) and their zeros
 STEP = 1e-3  # of f: a mode's half-width is its damping ratio of f, so a geometric grid is as dense at every mode
 BINS = 150  # of the data, spread over log f: a query wants the place, not the last digit
@@ -31,11 +32,21 @@ def table_frequencies() -> Array:
     return f
 
 
-def grid(nx: int = 41, ny: int = 41) -> tuple[Array, Array]:
-    """Return dx (nx,) and dy (ny,) [um]. Raises ModelError if there are fewer than 3 of one."""
+def limits_um(model: Model) -> tuple[float, float]:
+    """Return the largest |dx| and |dy| [um] that are looked for in a strut of the model: those of the APA300ML, in
+    proportion to the actuator's height, which is the lever of a misalignment."""
+    height = model.apa(model.values).height or APA300ML_HEIGHT  # two springs may be stated without one
+    scale = height / APA300ML_HEIGHT
+    return DX_MAX_UM * scale, DY_MAX_UM * scale
+
+
+def grid(model: Model, nx: int = 41, ny: int = 41) -> tuple[Array, Array]:
+    """Return dx (nx,) and dy (ny,) [um] up to the limits of the model. Raises ModelError if there are fewer than 3 of
+    one."""
     if nx < 3 or ny < 3:
         raise ModelError(f"a table of {nx} x {ny}; expected 3 x 3 or more")
-    return np.linspace(-DX_MAX_UM, DX_MAX_UM, nx), np.linspace(-DY_MAX_UM, DY_MAX_UM, ny)
+    dx, dy = limits_um(model)
+    return np.linspace(-dx, dx, nx), np.linspace(-dy, dy, ny)
 
 
 def check_tabulated(model: Model) -> None:

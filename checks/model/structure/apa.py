@@ -20,6 +20,7 @@ class ApaBody:
     sensor, actuator : (n,) rows that read the elongation [m] of the sensor stack and of the actuator stacks;
     by virtual work the same rows spread a pair of forces on them.
     k_sensor, k_actuator : stiffness across the stacks [N/m], what open-circuit stiffening is a ratio of.
+    height : distance [m] of the two interfaces.
     modal : the coordinates are free modes of unit modal mass, damped each by itself.
     """
 
@@ -33,6 +34,7 @@ class ApaBody:
     actuator: Array
     k_sensor: float
     k_actuator: float
+    height: float
     name: str = "apa"
     modal: bool = False
 
@@ -56,6 +58,7 @@ def superelement_body(s: Superelement) -> ApaBody:
         actuator=actuator,
         k_sensor=stiffness_across(s, sensor),
         k_actuator=stiffness_across(s, actuator),
+        height=float(np.linalg.norm(s.xyz[s.nodes.top] - s.xyz[s.nodes.bottom])),
         name=s.name,
     )
 

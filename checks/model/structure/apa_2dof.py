@@ -38,6 +38,7 @@ def two_dof_body(
         actuator=_row({_KA: -1.0}),
         k_sensor=ke,
         k_actuator=ka,
+        height=height,
         name=name,
     )
 

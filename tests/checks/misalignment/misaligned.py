@@ -53,7 +53,7 @@ def seen(H: np.ndarray, rng: np.random.Generator) -> Dataset:
 
 def table_of(model: Model, nx: int = 21, ny: int = 21) -> MisalignmentTable:
     """A small table, in memory."""
-    f, (dx, dy) = table_frequencies(), grid(nx, ny)
+    f, (dx, dy) = table_frequencies(), grid(model, nx, ny)
     return MisalignmentTable(dx, dy, f, np.array([ratios(model, x, dy, f) for x in dx]), model.name, model.sha256)
 
 

@@ -16,9 +16,11 @@ from accept.models.lookup_cache import Plan, TableError, build, open_table, read
 from accept.models.model_file import open_model
 from checks.errors import ModelError
 from checks.fitting.dataset import simulated
-from checks.misalignment.table import Likelihood, MisalignmentTable, grid, ratios, table_frequencies
+from checks.misalignment.estimate import estimate
+from checks.misalignment.table import Likelihood, MisalignmentTable, grid, limits_um, ratios, table_frequencies
 from checks.model.model import Model
 from tests.checks.misalignment.misaligned import CHANNELS, F, draw, noise_m_per_V, table_of
+from tests.checks.model.units_model import NOMINAL
 
 quiet = list[str]
 
@@ -116,9 +118,41 @@ def test_data_elsewhere_are_refused(strut: Model, table: MisalignmentTable) -> N
 
 
 @pytest.mark.parametrize("size", [(2, 41), (41, 0)])
-def test_a_grid_needs_three_by_three(size: tuple[int, int]) -> None:
+def test_a_grid_needs_three_by_three(strut: Model, size: tuple[int, int]) -> None:
     with pytest.raises(ModelError, match=f"{size[0]} x {size[1]}"):
-        grid(*size)
+        grid(strut, *size)
+
+
+@pytest.mark.parametrize("name", ["strut", "strut-as-built", "strut-2dof"])
+def test_the_limits_of_the_built_in_actuator(name: str) -> None:
+    """To the last digit: stored tables and answers of the APA300ML stay what they were."""
+    dx, dy = grid(open_model(name), 41, 41)
+    np.testing.assert_array_equal(dx, np.linspace(-200.0, 200.0, 41))
+    np.testing.assert_array_equal(dy, np.linspace(-600.0, 600.0, 41))
+
+
+@pytest.mark.needs_data
+def test_the_limits_of_the_published_matrices() -> None:
+    assert limits_um(open_model(NOMINAL)) == (200.0, 600.0)
+
+
+def taller(tmp_path: Path) -> Model:
+    """A strut whose actuator is twice as high: what is misaligned there is so by twice as much."""
+    text = (Path(__file__).parents[3] / "specs/models/strut.toml").read_text()
+    geometry = "[apa.geometry]\nheight = 0.06\narm_foot_z = 0.0277\n"
+    (tmp_path / "tall.toml").write_text(text.replace("[joint]", f"{geometry}\n[joint]", 1))
+    return open_model(tmp_path / "tall.toml")
+
+
+def test_the_limits_follow_the_actuator(tmp_path: Path) -> None:
+    """Red before: 200 and 600 um of any actuator, so 900 um of one that is twice as high was refused at the edge."""
+    tall = taller(tmp_path)
+    assert limits_um(tall) == (400.0, 1200.0)
+    data = plain(tall, 300.0, -900.0)
+    found = estimate(tall, data, table_of(tall, 9, 9))
+    assert found.reason is None
+    assert found.dx.value == pytest.approx(300.0, abs=found.dx.U)
+    assert found.dy.value == pytest.approx(-900.0, abs=found.dy.U)
 
 
 def test_a_model_without_encoder_has_no_table() -> None:
