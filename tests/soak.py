@@ -301,6 +301,11 @@ HEAVY: Mapping[str, Heavy] = {
         ],
         "other work",
     ),
+    "tests/accept/gap/test_gap_and_misalignment.py": Heavy(
+        ["checks/gap", "checks/misalignment"],
+        ["test_a_recorded_unit", "test_what_more_data_make_narrower_is_said"],
+        "a drawn strut, both on the same data",
+    ),
     "tests/accept/units/test_mass_steps.py": Heavy(
         ["accept/capture", "hw"],
         ["test_no_fault_gives_a_wrong_stiffness", "test_a_record_without_steps_is_said_at_once"],

@@ -27,7 +27,7 @@ from accept.gap.improved_model import write_improved
 from accept.gap.realisations import F_LO, realisations, trials_of
 from accept.gap.reasons import considered_explanations
 from accept.gap.responses import Responses, responses
-from accept.gap.text import summary
+from accept.gap.summary import summary
 from accept.models.model_file import OpenedModel, as_weighed, open_model_file
 from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.unit_folder import UnitFolder

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 from accept.gap.empirical import AddedElement, elements_of
 from accept.gap.report_tables import tables
-from accept.gap.text import headline_of, result_lines
+from accept.gap.summary import result_lines
+from accept.gap.text import headline_of
 from accept.pictures.interactive import page
 from checks.gap.decision.bode_panels import bode_panels
 from checks.gap.decision.panels import disagreement

@@ -1,21 +1,19 @@
-"""What the gap workflow found, in words for the terminal, gap.pdf and the certificate."""
+"""What the gap workflow found, in words for gap.pdf, the certificate and tables."""
 
-import textwrap
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result, Tested
+from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Tested
 from checks.rounding import rounded
 
 if TYPE_CHECKING:
+    from checks.fitting.fit import Fit
     from checks.gap.effects import Parameter
 
 Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
-LINES, COLUMNS = 24, 80  # of a terminal
 TWO = 2  # steps: the model alone and one effect, which the gap before and after says already
 AT_EDGE = " (at an end of the band: a slope that goes on outside looks like a pole there)"
-_TIED = "\u00a0"  # where no line is broken
 HEADLINE = {
     NO_MISSING: "Model and data agree",
     EXPLAINED: "Cause found",
@@ -95,47 +93,10 @@ def _parameter(effect: str, parameter: str) -> "Parameter":
     return known.get(parameter) or Parameter(parameter, lo=0.0, hi=0.0, off=0.0, start=0.0, scale=0.0)
 
 
-def summary(serial: str, r: Result) -> list[str]:
-    """Return at most 24 lines of 80 columns for a terminal; the gap itself is never cut."""
-    lines = _wrapped(
-        f"{serial}: {headline_of(r.verdict, [n.effect for n in r.named])} (model {r.model}, damping {r.damping})", ""
-    )
-    gaps = ["  gap on unseen records, before -> after:"]
-    for c, before in r.gap_before.channels.items():
-        gaps.append(f"    {c}: G {gap_number(before.G)} -> {gap_number(r.gap_after.channels[c].G)}")
-    more = [line for words, indent in result_lines(r) for line in _wrapped(words, indent)]
-    room = LINES - len(lines) - len(gaps)
-    cut = [] if len(more) <= room else ["  ... for the rest see gap.json and gap.pdf"]
-    return [*lines, *more[: room - len(cut)], *cut, *gaps]
-
-
-def result_lines(r: Result) -> Iterator[tuple[str, str]]:
-    """Yield the statements besides the gap, the most important first, each with its indent."""
-    for n in r.named:
-        yield n.sentence, "  "
-        yield f"{parameter_line(n)}  p{_TIED}{chance(n.p).replace(' ', _TIED)}", "    "
-    for a in r.ambiguous:
-        yield f"cannot be distinguished: {', '.join(map(words_of, a.effects))}; next experiment: {a.experiment}", "  "
-    if len(r.steps) > TWO:
-        for step in r.steps:
-            yield step_line(step.effect, step.channels), "  "
-    for u in r.unnamed:
-        level = ", depends on the level" if u.level_dependent else ""
-        yield f"unidentified effect: {u.channel}, poles {poles_of(u.poles_Hz, u.ci95, u.at_edge)}{level}", "  "
-    for t in r.experiments:
-        yield experiment_line(t), "  "
-    if r.where and r.verdict != EXPLAINED:
-        w = r.where[0]
-        yield f"worst: {w.channel}, {w.f_lo_Hz:.1f} to {w.f_hi_Hz:.1f} Hz, {w.excess_dB:.0f} dB above chance", "  "
-    for note in r.notes:
-        yield f"note: {note}", "  "
-    if r.detection_limits:
-        yield "smallest effects that would have been detected (90 % power):", "  "
-        limits = (
-            f"{words_of(effect)} {value_words(effect, *list(values.items())[-1])}"
-            for effect, values in r.detection_limits.items()
-        )
-        yield ", ".join(limits), "    "
+def data_words(fit: "Fit") -> str:
+    """Return the responses that a fit used, such as "Vs, de, da from 5 to 2000 Hz"."""
+    data = fit.datasets[0]
+    return f"{', '.join(data.channels)} from {data.f[0]:.0f} to {data.f[-1]:.0f} Hz"
 
 
 def step_line(effect: str | None, G: Mapping[str, float]) -> str:
@@ -167,13 +128,6 @@ def experiment_line(t: Tested) -> str:
 def value_words(effect: str, name: str, value: float) -> str:
     """Return a parameter and its value, such as `dx 53.5 um`."""
     return f"{symbol(effect, name)} {number(value)} {unit(effect, name)}".rstrip()
-
-
-def _wrapped(words: str, indent: str) -> list[str]:
-    lines = textwrap.wrap(
-        words, COLUMNS, initial_indent=indent, subsequent_indent=indent + "  ", break_on_hyphens=False
-    )
-    return [line.replace(_TIED, " ") for line in lines]
 
 
 def one_line(document: Mapping[str, Any]) -> str:

@@ -21,7 +21,8 @@ from accept.commands.options import ClusterAt, StartModelName
 from accept.gap import analyse_unit
 from accept.gap.empirical import lines as lines_of
 from accept.gap.fleet import SETTLED, common, lines
-from accept.gap.text import REFUSED, summary
+from accept.gap.summary import summary
+from accept.gap.text import REFUSED
 from accept.models.model_file import default_model
 from accept.pictures.formats import PictureError
 from accept.pictures.interactive import MISSING

@@ -14,6 +14,7 @@ from accept.base.exit_codes import Exit
 from accept.base.progress import busy
 from accept.commands.options import Json, Plot
 from accept.commands.physics.model import draw_to
+from accept.gap.text import data_words
 from accept.pictures.formats import format_of
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, read
 from checks.cause import Reason
@@ -42,7 +43,7 @@ def run(
         draw_to(plot, list(panels(found).values()), 1)
     tell(*words(serial, found))
     if isinstance(found, MisalignmentEstimate) and found.reason is None:
-        say("\n".join([f"dx, dy: {found.meaning}", *found.notes]))
+        say("\n".join([f"dx, dy: {found.meaning}", f"fitted to {data_words(found.fit)}", *found.notes]))
     return Exit.ACCEPTED if document.reason is None else Exit.INCOMPLETE
 
 

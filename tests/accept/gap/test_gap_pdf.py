@@ -12,8 +12,9 @@ from accept.gap import analyse_unit
 from accept.gap.empirical import AddedElement
 from accept.gap.reasons import candidates, moved_parameters
 from accept.gap.report_pdf import render
-from accept.gap.text import COLUMNS, LINES, gap_number, one_line, summary
-from checks.gap.decision.result import Ambiguous, Nameless, Result
+from accept.gap.summary import COLUMNS, LINES, RIVALS, summary
+from accept.gap.text import gap_number, one_line
+from checks.gap.decision.result import Ambiguous, Nameless, Result, Tried
 from checks.gap.empirical import FittedElement
 from checks.model.unidentified import Element
 from checks.rounding import rounded
@@ -98,6 +99,33 @@ def test_terminal(result: Result, crowded: Result) -> None:
         for c, G in shown.gap_after.channels.items():
             assert any(re.search(rf"{c}: G .* -> {re.escape(gap_number(G.G))}$", line) for line in lines)
     assert any("for the rest see gap.json" in line for line in summary("X-1", crowded))
+
+
+@pytest.mark.parametrize("verdict", ["unexplained", "ambiguous"])
+def test_the_rivals_stand_wherever_nothing_was_named(result: Result, verdict: str) -> None:
+    """On the terminal, in gap.json and in gap.pdf; red before on the terminal."""
+    refused = Tried(("crosstalk",), 4321.0, 1e-5, "leaves its own channel unexplained " * 9)
+    notes = ("what somebody should know about these records " * 4,) * 5
+    shown = replace(result, verdict=verdict, named=(), tried=(refused, *result.tried), notes=notes, unnamed=(NAMELESS,))
+    lines = summary("X-1", shown)
+    assert len(lines) <= LINES
+    assert max(map(len, lines)) <= COLUMNS
+    seen = " ".join(" ".join(lines).split())
+    rows = list(candidates(shown))
+    assert len(rows) > RIVALS
+    for words, gain, _, _ in rows[:RIVALS]:
+        assert f"{words}: {gain}, " in seen
+    listed = analyse_unit.to_json("X-1", shown)["candidates"]
+    assert listed[0]["effect"] == "crosstalk"
+    assert listed[0]["delta_lnL"] == 4321.0
+    assert len(listed) == len(rows)
+    text = text_of(render("X-1", shown))
+    assert "Why this cause, and why not another" in text
+    assert all(f"{words} {gain}" in text for words, gain, _, _ in rows)
+
+
+def test_agreement_has_no_rivals(result: Result) -> None:
+    assert "tried" not in " ".join(summary("X-1", replace(result, verdict="no_missing_effect", named=())))
 
 
 def test_what_was_named_stands_among_what_was_tried(result: Result) -> None:

@@ -246,6 +246,7 @@ def test_recorded_unit(serial: str) -> None:
         assert max(found["gap_after"]["channels"].values()) <= 1.1
         assert max(m["G"] for m in found["gap_after"]["modes"]) <= 1.1
     else:
+        assert found["candidates"]
         pole = found["unnamed"][0]["poles_Hz"][0]
         assert found["unnamed"][0]["channel"] == "Vs"
         assert pole == pytest.approx(truth(serial)["outside_the_library"]["f_Hz"], rel=0.01)

@@ -1,0 +1,94 @@
+"""What the gap workflow found, on a terminal: at most 24 lines of 80 columns, the gap itself never cut."""
+
+import textwrap
+from collections.abc import Iterator
+
+from accept.gap.reasons import candidates
+from accept.gap.text import (
+    TWO,
+    chance,
+    data_words,
+    experiment_line,
+    gap_number,
+    headline_of,
+    parameter_line,
+    poles_of,
+    step_line,
+    value_words,
+    words_of,
+)
+from checks.gap.decision.result import EXPLAINED, NO_MISSING, Result
+
+LINES, COLUMNS = 24, 80  # of a terminal
+MISALIGNMENT = "misalignment"  # `accept misalign` estimates it too, from fewer data: the report says which these are
+RIVALS = 3  # explanations that are shown if none was named; gap.json and gap.pdf list more
+_TIED = "\u00a0"  # where no line is broken
+
+
+def summary(serial: str, r: Result) -> list[str]:
+    """Return at most 24 lines of 80 columns for a terminal; the gap itself is never cut."""
+    lines = _wrapped(
+        f"{serial}: {headline_of(r.verdict, [n.effect for n in r.named])} (model {r.model}, damping {r.damping})", ""
+    )
+    gaps = ["  gap on unseen records, before -> after:"]
+    for c, before in r.gap_before.channels.items():
+        gaps.append(f"    {c}: G {gap_number(before.G)} -> {gap_number(r.gap_after.channels[c].G)}")
+    rivals = _rivals(r)
+    more = [line for words, indent in result_lines(r) for line in _wrapped(words, indent)]
+    room = LINES - len(lines) - len(gaps) - len(rivals)
+    cut = [] if len(more) <= room else ["  ... for the rest see gap.json and gap.pdf"]
+    return [*lines, *more[: room - len(cut)], *cut, *rivals, *gaps]
+
+
+def _rivals(r: Result) -> list[str]:
+    """Return the best of what was tried, each with its gain and why it was not named, if something is missing and
+    nothing was named."""
+    if r.named or r.verdict == NO_MISSING:
+        return []
+    best = [f"{words}: {gain}, {why}" for words, gain, _, why in list(candidates(r))[:RIVALS]]
+    lines = [line for words in best for line in _wrapped(words, "    ", most=2)]
+    return ["  tried, with the gain in ln L on unseen records:", *lines] if lines else []
+
+
+def result_lines(r: Result) -> Iterator[tuple[str, str]]:
+    """Yield the statements besides the gap, the most important first, each with its indent."""
+    for n in r.named:
+        yield n.sentence, "  "
+        yield f"{parameter_line(n)}  p{_TIED}{chance(n.p).replace(' ', _TIED)}", "    "
+        if n.effect == MISALIGNMENT:
+            yield f"fitted to {data_words(r.fit)}", "    "
+    for a in r.ambiguous:
+        yield f"cannot be distinguished: {', '.join(map(words_of, a.effects))}; next experiment: {a.experiment}", "  "
+    if len(r.steps) > TWO:
+        for step in r.steps:
+            yield step_line(step.effect, step.channels), "  "
+    for u in r.unnamed:
+        level = ", depends on the level" if u.level_dependent else ""
+        yield f"unidentified effect: {u.channel}, poles {poles_of(u.poles_Hz, u.ci95, u.at_edge)}{level}", "  "
+    for t in r.experiments:
+        yield experiment_line(t), "  "
+    if r.where and r.verdict != EXPLAINED:
+        w = r.where[0]
+        yield f"worst: {w.channel}, {w.f_lo_Hz:.1f} to {w.f_hi_Hz:.1f} Hz, {w.excess_dB:.0f} dB above chance", "  "
+    for note in r.notes:
+        yield f"note: {note}", "  "
+    if r.detection_limits:
+        yield "smallest effects that would have been detected (90 % power):", "  "
+        limits = (
+            f"{words_of(effect)} {value_words(effect, *list(values.items())[-1])}"
+            for effect, values in r.detection_limits.items()
+        )
+        yield ", ".join(limits), "    "
+
+
+def _wrapped(words: str, indent: str, most: int | None = None) -> list[str]:
+    lines = textwrap.wrap(
+        words,
+        COLUMNS,
+        initial_indent=indent,
+        subsequent_indent=indent + "  ",
+        break_on_hyphens=False,
+        max_lines=most,
+        placeholder=" ...",
+    )
+    return [line.replace(_TIED, " ") for line in lines]
