@@ -65,11 +65,11 @@ def open_model_file(name: str | Path) -> OpenedModel:
     if spec.apa_file is not None:
         return model_of_spec(spec)
     key = (spec.name, spec.sha256)
-    if key not in _OPENED:
-        while len(_OPENED) >= KEPT_MODELS:
-            _OPENED.pop(next(iter(_OPENED)))
-        _OPENED[key] = model_of_spec(spec)
-    return _OPENED[key]
+    opened = _OPENED.pop(key, None) or model_of_spec(spec)
+    while len(_OPENED) >= KEPT_MODELS:
+        _OPENED.pop(next(iter(_OPENED)))
+    _OPENED[key] = opened  # at the end: the one that was not asked for the longest goes first
+    return opened
 
 
 def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement | None] = matrices_of) -> OpenedModel:
