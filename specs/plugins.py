@@ -5,10 +5,12 @@ that nothing is ever judged by half of it. It can add, never replace: a name tha
 """
 
 import os
+import sys
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from pathlib import Path
 from pkgutil import walk_packages
 from typing import Any
@@ -88,8 +90,15 @@ def _entries(group: str) -> list[EntryPoint]:
     PYTHONPATH names it."""
     named = {Path(p).resolve() for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p}
     here = None if Path.cwd() in named else Path.cwd()
-    found = sorted(entry_points(group=group), key=lambda e: (e.name, e.value))
+    found = sorted(_installed(tuple(sys.path)).select(group=group), key=lambda e: (e.name, e.value))
     return [e for e in found if not e.dist or Path(str(e.dist.locate_file(""))).resolve() != here]
+
+
+@cache
+def _installed(path: tuple[str, ...]) -> EntryPoints:
+    """Return what all packages on the path bring: each search reads a file of every package that is installed."""
+    del path
+    return entry_points()
 
 
 def _origin(entry: EntryPoint) -> str:

@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scipy import signal
+from scipy import ndimage, signal
 
-from checks.signals.sketch import Sketch, sketch
+from checks.signals.sketch import Sketch, _running, sketch
 
 RNG = np.random.default_rng(5)
 T = np.arange(20_000) / 1000.0
@@ -157,3 +157,11 @@ def test_a_sketch_of_before_is_read_and_keeps_its_keys() -> None:
     assert str(old) == text
     assert old.same(new)
     assert set(old.keys()) <= set(new.keys())
+
+
+@pytest.mark.parametrize("width", [1, 16, 37, 256])
+def test_running_extremes_are_those_of_scipy(width: int) -> None:
+    """Red with a window that is one sample short: plateaus of a converter's steps make it visible."""
+    x = np.round(np.random.default_rng(width).standard_normal(700), 1)
+    assert np.array_equal(_running(np.maximum, x, width), ndimage.maximum_filter1d(x, 2 * width + 1))
+    assert np.array_equal(_running(np.minimum, x, width), ndimage.minimum_filter1d(x, 2 * width + 1))
