@@ -1,6 +1,7 @@
 """The parts at fixed places of a certificate's pages: head, verdict, signature boxes, code, footer."""
 
 from collections.abc import Mapping
+from functools import lru_cache
 from itertools import groupby
 from typing import Any
 
@@ -163,11 +164,10 @@ def _code(canvas: Canvas, contents: CertificateContent) -> None:
 
 def _squares(canvas: Canvas, text: str, left: float, bottom: float) -> None:
     """Draw the code as one path, a rectangle for each run of dark squares: a rectangle for each square is slow."""
-    code: Any = QrCodeWidget(text, barLevel="M").qr
-    code.make()
-    side = _CODE / len(code.modules)
+    rows = _modules(text)
+    side = _CODE / len(rows)
     path = canvas.beginPath()
-    for row, dark in enumerate(code.modules):
+    for row, dark in enumerate(rows):
         y = bottom + _CODE - (row + 1) * side
         column = 0
         for is_dark, run in groupby(dark):
@@ -177,6 +177,15 @@ def _squares(canvas: Canvas, text: str, left: float, bottom: float) -> None:
             column += length
     canvas.setFillColor(page_style.INK_COLOUR)
     canvas.drawPath(path, stroke=0, fill=1)
+
+
+@lru_cache(8)
+def _modules(text: str) -> tuple[tuple[bool, ...], ...]:
+    """Return the rows of squares of a code, dark or not. Choosing among its eight masks takes a quarter of a page, and a
+    page that was just drawn is drawn again when its certificate is verified."""
+    code: Any = QrCodeWidget(text, barLevel="M").qr
+    code.make()
+    return tuple(tuple(bool(dark) for dark in row) for row in code.modules)
 
 
 def _rule(canvas: Canvas, y: float) -> None:
