@@ -11,10 +11,11 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from accept.certificate.trust import encrypted_key
-from tests.demo_run import demo_run
+from tests.shared.demo_run import demo_run
+from tests.shared.gap_run import gap_run
 from tests.soak import is_heavy, runs, unknown
 
-__all__ = ["demo_run"]
+__all__ = ["demo_run", "gap_run"]
 
 DATA = Path(__file__).parent.parent / "../shared/data"
 CHROMIUM = next((p for name in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(name))), None)

@@ -47,8 +47,9 @@ HEAVY: Mapping[str, Heavy] = {
         [
             "test_the_mass_that_was_asked_for_names_the_payload",
             "test_values_that_explain_all_leave_no_effect",
+            "test_another_answer_at_another_level_is_said_without_a_linear_name",
         ],
-        "an experiment that is contradicted, one at another level",
+        "an experiment that is contradicted",
     ),
     "tests/checks/gap/test_acquisition.py": Heavy(
         ["checks/gap"],
@@ -58,8 +59,9 @@ HEAVY: Mapping[str, Heavy] = {
             "test_is_named_for_what_it_is[filter of fourth order, 2.5 kHz, on Vs]",
             "test_is_named_for_what_it_is[skew of 20 us on Vs]",
             "test_is_named_for_what_it_is[high-pass of second order, 8 Hz]",
+            "test_is_named_for_what_it_is[skew of 20 us on de]",
         ],
-        "a skew of de, whole samples",
+        "whole samples; a drift between records, which is no effect; a skew of another form in test_lags.py",
     ),
     "tests/checks/gap/test_gap.py": Heavy(
         ["checks/gap"],
@@ -78,10 +80,7 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/checks/gap/test_gap_robust.py": Heavy(
         ["checks/gap"],
-        [
-            "test_crosstalk_is_another_sensor_constant",
-            "test_payload_is_a_scaling_of_force_stiffness_and_damping",
-        ],
+        ["test_crosstalk_is_another_sensor_constant", "test_payload_is_a_scaling_of_force_stiffness_and_damping"],
         "a short delay that is an amplifier; what the data tell apart",
     ),
     "tests/checks/gap/test_lags.py": Heavy(
@@ -94,9 +93,12 @@ HEAVY: Mapping[str, Heavy] = {
         "an amplifier that the band shows, one that it does not, a pickup that is no latency",
     ),
     "tests/checks/gap/test_effects_of_others.py": Heavy(
-        ["checks/gap"],
-        ["test_within_bounds_it_is_named_and_else_listed[False]"],
-        "the same effect broken; its derivatives",
+        ["checks/gap", "specs/plugins.py"],
+        [
+            "test_within_bounds_it_is_named_and_else_listed[False]",
+            "test_within_bounds_it_is_named_and_else_listed[True]",
+        ],
+        "an installed effect that is named, in tests/plugins; broken ones; its derivatives",
     ),
     "tests/checks/gap/test_starts.py": Heavy(
         ["checks/gap"],
@@ -163,7 +165,11 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/accept/commands/test_gap_cli.py": Heavy(
         ["accept/gap", "checks/misalignment"],
-        ["test_misalignment_is_estimated_again_on_the_improved_model[strut]", "test_one_realisation_is_said"],
+        [
+            "test_misalignment_is_estimated_again_on_the_improved_model[strut]",
+            "test_one_realisation_is_said",
+            "test_nothing_is_missing_from_it",
+        ],
         "the improved model is taken by every command",
     ),
     "tests/accept/fleet/population/test_recorded_bench.py": Heavy(
@@ -171,8 +177,9 @@ HEAVY: Mapping[str, Heavy] = {
         [
             "test_latencies_are_those_of_converters_amplifier_and_filter",
             "test_a_misaligned_strut_is_measured_within_U",
+            "test_the_one_with_an_effect_does_not_belong",
         ],
-        "models learned from simulated batches, in test_learn.py",
+        "models learned from simulated batches, and a unit outside of them, in test_learn.py",
     ),
     "tests/accept/tui/test_tui_snapshots.py": Heavy(
         ["accept/tui"],
@@ -199,8 +206,16 @@ HEAVY: Mapping[str, Heavy] = {
             "test_records_are_picked_and_the_bode_plot_appears",
             "test_undo_does_not_reach_into_another_step",
             "test_what_is_scanned_into_the_list_of_steps_undoes_nothing",
+            "test_help_on_every_screen",
+            "test_when_storing_fails_the_entry_is_kept_and_enter_tries_again[error1-holds it locked]",
+            "test_a_record_that_arrives_is_proposed_and_enter_takes_it",
+            "test_a_known_serial_is_measured_again_as_a_new_attempt",
+            "test_repeat_readings_show_their_scatter",
+            "test_known_units_are_listed",
+            "test_notes_and_nonconformance",
+            "test_the_operator_and_the_serial_come_from_the_command_line",
         ],
-        "a unit from its serial to a countersigned certificate, nonsense that is refused, undo, a unit that is known",
+        "a unit up to a countersigned certificate, nonsense, undo, a record of another unit, storing that fails",
     ),
     "tests/accept/tui/test_tui_entries.py": Heavy(
         ["accept/tui", "accept/workflow"],
@@ -210,6 +225,9 @@ HEAVY: Mapping[str, Heavy] = {
             "test_on_a_complete_step_nothing_is_overwritten_unseen",
             "test_what_is_refused_in_the_only_field_is_replaced_by_what_is_typed_next",
             "test_what_is_refused_keeps_its_field_and_the_next_entry_has_its_own",
+            "test_what_is_typed_after_a_question_corrects_the_value_that_was_asked_about",
+            "test_escape_closes_the_nearest_thing",
+            "test_two_lines_of_a_scanner_land_in_their_two_fields",
         ],
         "entries of any speed, a slip of the point",
     ),
@@ -218,6 +236,8 @@ HEAVY: Mapping[str, Heavy] = {
         [
             "test_a_stored_value_stands_in_its_limits_without_an_instrument",
             "test_nobody_looks_when_the_line_is_left",
+            "test_a_stroke_is_measured_from_its_screen_and_undone_like_any_entry",
+            "test_a_person_is_asked_and_stops_it",
         ],
         "a live value that is taken, an instrument that drops out",
     ),
@@ -228,21 +248,39 @@ HEAVY: Mapping[str, Heavy] = {
             "test_a_step_without_records_says_which",
             "test_misalignment_is_found_shown_and_not_computed_again_after_a_restart",
             "test_pictures_that_come_faster_than_they_are_drawn_do_no_harm",
+            "test_a_derived_step_stands_until_it_was_judged",
         ],
         "the gap analysis, found and kept, and one that is stopped",
     ),
     "tests/accept/tui/test_tui_training.py": Heavy(
-        ["accept/tui", "accept/workflow", "accept/simulate"],
+        ["accept/tui", "accept/workflow", "accept/simulate", "accept/judging"],
         [
             "test_an_apa_with_a_reversed_plug_by_few_keys_then_put_right_and_accepted",
             "test_what_does_not_help_leaves_the_fault_and_a_restart_keeps_what_was_put_right",
+            "test_a_strut_of_a_chosen_kind_on_a_wrong_payload_by_few_keys",
+            "test_a_spec_without_responses_can_be_practised_and_offers_no_remedy_for_them",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-double_hit]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-dead_stack]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-flatness]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-offset]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-soft]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-hysteresis]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-wrong_payload]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-soft_bending]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-dead_encoder]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-truncated]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-clipped]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[apa-capacitance]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[strut-exchanged]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[strut-polarity]",
+            "test_what_is_said_first_about_every_fault_is_the_right_action[strut-offset]",
         ],
-        "a strut in training",
+        "a strut in training in a real terminal, in test_terminal_run.py; some faults and what is said first",
     ),
     "tests/accept/tui/terminal_programs/test_terminal_recorder.py": Heavy(
         ["accept/tui", "accept/capture", "hw/recorders"],
-        ["test_from_the_hammer_to_the_certificate[audio]"],
-        "the simulated recorder in a terminal, and the audio interface in tests/hw/recorders",
+        ["test_from_the_hammer_to_the_certificate[audio]", "test_from_the_hammer_to_the_certificate[simulated]"],
+        "the simulated recorder in tests/accept/workflow, a strut in a real terminal",
     ),
     "tests/accept/tui/terminal_programs/test_terminal_run.py": Heavy(
         ["accept/tui", "accept/workflow", "hw"],
@@ -256,8 +294,11 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/accept/tui/test_web_chromium.py": Heavy(
         ["accept/tui"],
-        ["test_a_unit_in_training_by_keys_in_a_browser"],
-        "the page and its sockets without a browser, in test_tui_web.py",
+        [
+            "test_a_unit_in_training_by_keys_in_a_browser",
+            "test_keys_that_a_glove_hits_a_dropped_photo_and_plots_at_full_resolution",
+        ],
+        "the page and its sockets without a browser, in test_tui_web.py; Chromium, in tests/accept/fleet/test_site.py",
     ),
     "tests/accept/store/test_store_kill.py": Heavy(
         ["accept/store"],
@@ -276,11 +317,22 @@ HEAVY: Mapping[str, Heavy] = {
             "test_a_connection_that_drops_at_any_message_of_a_read[last_of_each]",
             "test_a_connection_that_drops_at_any_message_of_a_read[judgements_with]",
             "test_a_connection_that_drops_at_any_message_of_an_append[cut before the bench hears]",
+            "test_a_server_that_is_killed_in_mid_batch",
+            "test_a_connection_that_drops_at_any_message_of_a_read[other_spelling]",
+            "test_a_connection_that_drops_at_any_message_of_a_read[head]",
+            "test_a_connection_that_drops_at_any_message_of_a_read[naming]",
+            "test_a_connection_that_drops_at_any_message_of_a_read[latest]",
         ],
         "one chain of several benches, an append that the server never hears, a read of events",
     ),
     "tests/accept/store/test_store_parts.py": Heavy(
-        ["accept/store"], ["test_a_filling_that_is_killed_is_done_again"], "the filling itself, page by page"
+        ["accept/store"],
+        [
+            "test_a_filling_that_is_killed_is_done_again",
+            "test_every_unit_that_names_a_part_is_found[1]",
+            "test_every_unit_that_names_a_part_is_found[2]",
+        ],
+        "the filling itself, page by page; units found by their parts with another seed",
     ),
     "tests/accept/batch/test_batch_kill.py": Heavy(
         ["accept/batch", "accept/certificate", "accept/store"],
@@ -308,21 +360,108 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/accept/units/test_mass_steps.py": Heavy(
         ["accept/capture", "hw"],
-        ["test_no_fault_gives_a_wrong_stiffness", "test_a_record_without_steps_is_said_at_once"],
+        [
+            "test_no_fault_gives_a_wrong_stiffness",
+            "test_a_record_without_steps_is_said_at_once",
+            "test_what_changes_within_a_record_ends_it[dual pass]",
+        ],
         "a record followed at the bench up to its certificate, and what ends one",
     ),
     "tests/validation/test_generator.py": Heavy(
-        ["validation"], ["test_weak_effects_are_weak_and_spread"], "what can be detected grows with the effect"
+        ["validation"],
+        [
+            "test_weak_effects_are_weak_and_spread",
+            "test_detectability_is_nothing_without_an_effect_and_grows_with_it",
+            "test_a_new_effect_shifts_no_set_that_was_drawn",
+            "test_a_seed_settles_everything_and_the_seal_notices_a_change",
+            "test_the_cubic_spring_is_the_differential_equation",
+        ],
+        "an estimate from the records against its closed form, the mix, other effects by their definitions",
     ),
     "tests/validation/test_challenge.py": Heavy(
         ["validation", "checks/gap"],
-        ["test_blind_units_get_no_false_name_and_no_false_alarm", "test_blind_units_get_their_right_name"],
-        "the runner of the blind test",
+        [
+            "test_blind_units_get_no_false_name_and_no_false_alarm",
+            "test_blind_units_get_their_right_name",
+            "test_the_runner_hands_over_folders_and_keeps_what_was_said",
+        ],
+        "a run that is stopped and goes on, a workflow that crashes, scores against closed forms",
     ),
     "tests/test_docs.py": Heavy(
-        ["docs/how-to/gap.md", "accept/gap"],
-        ["test_examples_run[gap.md]"],
+        ["docs/how-to/gap.md", "docs/tutorial/simulate.md", "accept/gap", "accept/simulate"],
+        ["test_examples_run[gap.md]", "test_examples_run[simulate.md]"],
         "the examples of the README and other pages",
+    ),
+    "tests/accept/tui/test_tui_units.py": Heavy(
+        ["accept/tui", "accept/workflow"],
+        [
+            "test_ten_capacitances_in_a_row_typed_without_waiting",
+            "test_one_passphrase_for_a_shift_and_one_unit_after_the_other_to_sign",
+            "test_a_scan_goes_to_its_unit_wherever_it_comes",
+            "test_the_same_step_of_the_next_unit_by_one_key_and_what_was_found_is_said",
+        ],
+        "a passphrase among other keys, a unit that is open elsewhere, a stray letter",
+    ),
+    "tests/checks/misalignment/test_estimate_proof.py": Heavy(
+        ["checks/misalignment", "checks/fitting"],
+        ["test_with_a_model_that_is_another[7000-10.0-20.0]"],
+        "struts of the matching model; struts as built, in test_as_built_proof.py",
+    ),
+    "tests/accept/fleet/test_month.py": Heavy(
+        ["accept/fleet", "checks/process_control"],
+        ["test_the_causes_of_many_months_are_named", "test_a_baseline_of_the_first_days_finds_the_same_causes"],
+        "each cause in one month",
+    ),
+    "tests/accept/fleet/test_site.py": Heavy(
+        ["accept/fleet", "accept/pictures"],
+        [
+            "test_more_units_than_a_table_shows_at_once",
+            "test_the_page_says_what_the_trend_says",
+            "test_no_button_of_a_plot_sends_anything",
+            "test_paper_is_white_and_no_wider_than_a_sheet",
+            "test_curves_lie_over_each_other",
+        ],
+        "in Chromium: filters, search and keys; nothing that stands in a unit runs",
+    ),
+    "tests/windows/test_windows.py": Heavy(
+        ["accept", "hw", "checks", "specs"],
+        ["test_the_whole_way_without_posix_modules"],
+        "modules and functions that Windows lacks, by the source",
+    ),
+    "tests/test_site.py": Heavy(
+        ["docs", "mkdocs.yml"],
+        ["test_it_builds_without_a_warning"],
+        "every page in the navigation, generated pages as they are",
+    ),
+    "tests/accept/pictures/test_pictures.py": Heavy(
+        ["accept/pictures"],
+        ["test_the_same_bytes_in_another_process_and_place"],
+        "equal bytes in one process; a certificate in another process, in test_certificate.py",
+    ),
+    "tests/accept/pictures/pdf/test_panel_drawing.py": Heavy(
+        ["accept/pictures"],
+        ["test_the_same_bytes_in_another_process"],
+        "a certificate in another process, in test_certificate.py",
+    ),
+    "tests/accept/commands/test_ctrl_c.py": Heavy(
+        ["accept/base", "accept/gap", "accept/models", "accept/commands"],
+        ["test_a_gap_analysis_that_is_stopped_leaves_nothing", "test_a_table_that_is_stopped_has_only_whole_rows"],
+        "a batch that is stopped and goes on, a signal in the store",
+    ),
+    "tests/accept/store/test_store.py": Heavy(
+        ["accept/store"],
+        ["test_a_new_store_is_made_once_by_many_at_once"],
+        "processes that keep one chain",
+    ),
+    "tests/hw/records/test_records_fuzz.py": Heavy(
+        ["hw/records"],
+        ["test_every_header_word_at_its_extremes[v73-packed.mat]"],
+        "the same of the other formats",
+    ),
+    "tests/accept/commands/test_hw_cli.py": Heavy(
+        ["accept/commands/bench", "hw"],
+        ["test_a_fault_asked_for_on_the_command_line"],
+        "the bench as a program of its own; faults of instruments in tests/hw",
     ),
 }
 

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.shared.source_trees import nodes
+
 ROOT = Path(__file__).parent.parent
 HEAVY = ("numpy", "scipy", "pandas", "textual", "reportlab", "matplotlib", "sqlalchemy", "pydantic", "pyhanko")
 
@@ -136,7 +138,7 @@ IMPURE = {"print", "open", "now", "time", "time_ns", "monotonic", "perf_counter"
 def test_checks_neither_print_nor_read_the_clock_nor_open_files() -> None:
     """checks are pure functions: the same data judged twice give the same findings."""
     for path in (ROOT / "checks").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in nodes(path):
             if isinstance(node, ast.Call):
                 called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
                 seeded = called == "default_rng" and node.args
@@ -161,7 +163,7 @@ def test_no_folder_and_a_room_in_it_import_each_other() -> None:
     for package in ("accept", "hw", "checks", "specs"):
         for path in (ROOT / package).rglob("*.py"):
             here = ".".join(path.parent.relative_to(ROOT).parts)
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for node in nodes(path):
                 if path.name != "__init__.py" and isinstance(node, ast.ImportFrom) and node.module:
                     # `from folder import name`: a module of that folder, or what its `__init__` hands on
                     names = [f"{node.module}.{a.name}" for a in node.names]
@@ -174,7 +176,7 @@ def test_no_class_name_stands_for_two_things():
     places: dict[str, list[str]] = {}
     for package in ("accept", "hw", "checks", "specs"):
         for path in sorted((ROOT / package).rglob("*.py")):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for node in nodes(path):
                 if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                     places.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
     assert {name: where for name, where in places.items() if len(where) > 1} == {}

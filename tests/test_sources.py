@@ -14,6 +14,7 @@ import pytest
 
 from checks.gap.effects import EFFECTS
 from specs.spec import builtin, load
+from tests.shared.source_trees import nodes
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -111,13 +112,13 @@ OF_LIBRARIES = {"InvalidSignature", "LinAlgError", "SerialException", "Timestamp
 
 
 @cache
-def trees() -> dict[Path, ast.Module]:
-    return {p: ast.parse(p.read_text()) for package in PACKAGES for p in sorted((ROOT / package).rglob("*.py"))}
+def sources() -> list[Path]:
+    return [p for package in PACKAGES for p in sorted((ROOT / package).rglob("*.py"))]
 
 
 @cache
 def classes() -> set[str]:
-    own = {node.name for tree in trees().values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    own = {node.name for path in sources() for node in nodes(path) if isinstance(node, ast.ClassDef)}
     return own | set(dir(builtins)) | OF_LIBRARIES
 
 
@@ -132,9 +133,9 @@ def test_every_error_that_a_docstring_names_exists(package: str) -> None:
     documented = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Module)
     found = [
         f"{path.relative_to(ROOT)}: {name}"
-        for path, tree in trees().items()
+        for path in sources()
         if path.is_relative_to(ROOT / package)
-        for node in ast.walk(tree)
+        for node in nodes(path)
         if isinstance(node, documented)
         for name in unknown(ast.get_docstring(node) or "")
     ]

@@ -12,6 +12,7 @@ import pytest
 from accept.judging.advice import ADVICE, lines
 from checks.acceptance import CHECKS
 from checks.cause import Cause, NoResult, Reason, because, together
+from tests.shared.source_trees import nodes
 
 ROOT = Path(__file__).parents[2]
 ABOUT = {"record", "file"}
@@ -25,7 +26,7 @@ def fields(template: str) -> set[str]:
 def made() -> Iterator[tuple[str, Cause, set[str] | None]]:
     """(place, cause, its parameters; None where they are unpacked from a mapping) of every cause in the code."""
     for path in (p for package in ("accept", "checks", "hw") for p in (ROOT / package).rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in nodes(path):
             match node:
                 case ast.Call(args=args, keywords=keywords):
                     for arg in args:

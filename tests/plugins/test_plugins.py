@@ -115,12 +115,14 @@ def filtered(d):
     return replace(d, H=d.H * slow)
 result = run(replace(case, A=filtered(case.A), B=filtered(case.B)), lambda words: None)
 print(result.verdict, *(n.effect for n in result.named), result.named[0].parameters["f_Hz"].value)
+from accept.cli.main import app
+app(["model", "effects"])
 """,
     )
-    verdict, effect, f_Hz = found.stdout.split()
+    first, _, listed = found.stdout.partition("\n")
+    verdict, effect, f_Hz = first.split()
     assert (verdict, effect) == ("explained", "encoder_lowpass"), found.stderr
     assert float(f_Hz) == pytest.approx(1500.0, rel=0.01)  # ten times its interval: 0.1 %
-    listed = python(site, "-m", "accept", "model", "effects").stdout
     assert "encoder_lowpass (f_Hz): " in listed
     assert "misalignment (dx_um, dy_um): " in listed
 

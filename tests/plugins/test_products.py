@@ -7,10 +7,13 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner, Result
 
+from accept.cli.main import app
 from specs.products import BUILT_IN, Product, ProductError, product_named, product_problem
 
 ROOT = Path(__file__).parents[2]
@@ -43,9 +46,24 @@ def installed(package: Path, site: Path) -> None:
 
 
 @pytest.fixture
-def package(tmp_path: Path) -> Path:
-    done = accept(tmp_path, "product", "new", NAME, "--out", "package")
-    assert done.returncode == 0, done.stderr
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
+    """The commands in this process, for what asks no entry points of a new environment."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words: object) -> Result:
+        for module in [name for name in sys.modules if name.startswith("accept_product_")]:
+            del sys.modules[module]  # as a program that starts
+        done = CliRunner().invoke(app, [str(word) for word in words])
+        assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
+        return done
+
+    return run
+
+
+@pytest.fixture
+def package(tmp_path: Path, here: Callable[..., Result]) -> Path:
+    done = here("product", "new", NAME, "--out", "package")
+    assert done.exit_code == 0, done.stderr
     return tmp_path / "package"
 
 
@@ -89,8 +107,8 @@ def test_it_is_asked_for_at_the_bench(tmp_path: Path, package: Path) -> None:
     )
 
 
-def test_a_package_is_checked_before_it_is_installed(tmp_path: Path, package: Path) -> None:
-    assert accept(tmp_path, "product", "check", "package").returncode == 0
+def test_a_package_is_checked_before_it_is_installed(package: Path, here: Callable[..., Result]) -> None:
+    assert here("product", "check", "package").exit_code == 0
     spec = package / "accept_product_lever_2" / "spec.toml"
     good = spec.read_text()
     for broken, words in (
@@ -99,14 +117,14 @@ def test_a_package_is_checked_before_it_is_installed(tmp_path: Path, package: Pa
         (good.replace("checks.lever_2_mass", "checks.weight"), "unknown check"),
     ):
         spec.write_text(broken)
-        done = accept(tmp_path, "product", "check", "package")
-        assert done.returncode == 6
+        done = here("product", "check", "package")
+        assert done.exit_code == 6
         assert words in done.stderr
         assert "Traceback" not in done.stderr
     spec.write_text(good)
     (package / "accept_product_lever_2" / "__init__.py").write_text("PRODUCT = 1 / 0\n")
-    done = accept(tmp_path, "product", "check", "package")
-    assert (done.returncode, "ZeroDivisionError" in done.stderr, "Traceback" in done.stderr) == (6, True, False)
+    done = here("product", "check", "package")
+    assert (done.exit_code, "ZeroDivisionError" in done.stderr, "Traceback" in done.stderr) == (6, True, False)
 
 
 def test_an_installed_product_whose_spec_is_broken_stops_no_other(tmp_path: Path, package: Path) -> None:
@@ -122,7 +140,7 @@ def test_an_installed_product_whose_spec_is_broken_stops_no_other(tmp_path: Path
 
 
 @pytest.mark.parametrize("where", ["unit", "spec", "list", "match", "simulate", "check"])
-def test_every_error_names_the_installed_products(tmp_path: Path, where: str) -> None:
+def test_every_error_names_the_installed_products(tmp_path: Path, here: Callable[..., Result], where: str) -> None:
     (tmp_path / "unit.toml").write_text('serial = "A"\nkind = "bridge"\n')
     (tmp_path / "spec.toml").write_text(
         'name = "s"\nkind = "bridge"\ntitle = "t"\n[checks.capacitance.limits.sensor_uF]\n'
@@ -136,8 +154,8 @@ def test_every_error_names_the_installed_products(tmp_path: Path, where: str) ->
         "simulate": ("simulate", "unit", "--kind", "bridge", "--serial", "X", "--out", "x"),
         "check": ("product", "check", "bridge"),
     }[where]
-    done = accept(tmp_path, *words)
-    assert done.returncode in (2, 6)
+    done = here(*words)
+    assert done.exit_code in (2, 6)
     said = " ".join(done.stderr.replace("│", " ").split())
     assert "bridge" in said
     assert "apa, strut" in said
@@ -146,16 +164,15 @@ def test_every_error_names_the_installed_products(tmp_path: Path, where: str) ->
 
 
 @pytest.mark.parametrize("name", ["apa", "../x", "Lever", "", "a b"])
-def test_a_name_that_cannot_be(tmp_path: Path, name: str) -> None:
-    done = accept(tmp_path, "product", "new", name, "--out", "package")
-    assert done.returncode == 6
+def test_a_name_that_cannot_be(tmp_path: Path, here: Callable[..., Result], name: str) -> None:
+    assert here("product", "new", name, "--out", "package").exit_code == 6
     assert not (tmp_path / "package").exists()
 
 
-def test_nothing_is_written_over(tmp_path: Path, package: Path) -> None:
+def test_nothing_is_written_over(package: Path, here: Callable[..., Result]) -> None:
     before = (package / "README.md").read_text()
     (package / "README.md").write_text("mine")
-    assert accept(tmp_path, "product", "new", NAME, "--out", "package").returncode == 6
+    assert here("product", "new", NAME, "--out", "package").exit_code == 6
     assert (package / "README.md").read_text() == "mine" != before
 
 

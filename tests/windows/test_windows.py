@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.shared import source_trees
 from tests.windows.windows_run import OURS, POSIX_ONLY, SIGNAL_TIMER
 
 ROOT = Path(__file__).parents[2]
@@ -52,9 +53,8 @@ def test_a_posix_module_would_be_missed(tmp_path: Path):
 def nodes() -> list[tuple[Path, ast.AST]]:
     """Everything that imports or looks into a module, with its file."""
     paths = [path for package in OURS for path in sorted((ROOT / package).rglob("*.py"))]
-    parsed = [(path.relative_to(ROOT), ast.parse(path.read_text(encoding="utf-8"))) for path in paths]
     kinds = ast.Import | ast.ImportFrom | ast.Attribute
-    return [(path, node) for path, tree in parsed for node in ast.walk(tree) if isinstance(node, kinds)]
+    return [(path, node) for path in paths for node in source_trees.nodes(path) if isinstance(node, kinds)]
 
 
 def test_no_function_that_windows_lacks():

@@ -27,7 +27,7 @@ from accept.store import open_store
 from accept.units import unit_folder
 from specs.spec import builtin
 from tests.accept.units.units import DATA, GOOD, make_unit
-from tests.demo_run import DemoRun
+from tests.shared.demo_run import DemoRun
 
 COLUMNS = ["serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule",
            "verdict", "p_false_accept", "required", "reason", "gap", "attempt", "time", "operator"]  # fmt: skip

@@ -19,9 +19,11 @@ from accept.models.lookup_cache import table_for
 from accept.models.model_file import open_model, open_model_file, with_moved_paths
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
+from checks.gap.workflow import GapRefused
 from tests.accept.units.units import GOOD, make_unit
-from tests.checks.gap.shared.gap_units import HIGHPASS, make_strut
+from tests.checks.gap.shared.gap_units import make_strut
 from tests.checks.model.units_model import DATA, needs_data, truth
+from tests.shared.gap_run import GapRun
 
 F = np.geomspace(8.0, 1900.0, 60)
 
@@ -30,19 +32,6 @@ def accept(*arguments: object):
     done = CliRunner().invoke(app, [str(a) for a in arguments])
     assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
     return done
-
-
-@pytest.fixture(scope="module")
-def crossed(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
-    """A strut with a high-pass through `accept gap`: its folder, what was written, what was found."""
-    place = tmp_path_factory.mktemp("gap")
-    unit, out = make_strut(place / "X-1", "X-1", HIGHPASS), place / "out"
-    found: list[analyse_unit.GapAnalysis] = []
-    analyse = analyse_unit.analyse
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(analyse_unit, "analyse", lambda *a, **k: found.append(analyse(*a, **k)) or found[-1])
-        run = accept("gap", unit, "--out", out, "--html")
-    return SimpleNamespace(unit=unit, out=out, run=run, done=found[0])
 
 
 def numbers(value: Any) -> list[float]:
@@ -54,22 +43,22 @@ def numbers(value: Any) -> list[float]:
 
 
 class TestFiles:
-    def test_named_and_written(self, crossed: SimpleNamespace) -> None:
-        assert crossed.run.exit_code == 0
-        assert {p.name for p in crossed.out.iterdir()} == {"gap.html", "gap.json", "gap.pdf", "model.toml"}
-        assert b'id="plot-3"' in (crossed.out / "gap.html").read_bytes()  # the map and three channels
-        document = json.loads((crossed.out / "gap.json").read_text())
+    def test_named_and_written(self, gap_run: GapRun) -> None:
+        assert gap_run.exit_code == 0
+        assert {p.name for p in gap_run.out.iterdir()} == {"gap.html", "gap.json", "gap.pdf", "model.toml"}
+        assert b'id="plot-3"' in (gap_run.out / "gap.html").read_bytes()  # the map and three channels
+        document = json.loads((gap_run.out / "gap.json").read_text())
         assert [n["effect"] for n in document["named"]] == ["sensor_highpass"]
         found = document["named"][0]["parameters"]["f_Hz"]
         assert abs(found["value"] - 4.0) < found["ci95"][1] - found["ci95"][0]  # twice its half-width: 1 in 10,000
-        lines = crossed.run.stdout.splitlines()
+        lines = gap_run.stdout.splitlines()
         assert len(lines) <= 24
         assert max(map(len, lines)) <= 80
         assert document["named"][0]["sentence"] in " ".join(" ".join(lines).split())
-        assert "calibrating the model" in crossed.run.stderr  # progress
+        assert "calibrating the model" in gap_run.stderr  # progress
 
-    def test_gap_json_is_what_the_design_says(self, crossed: SimpleNamespace) -> None:
-        document = json.loads((crossed.out / "gap.json").read_text())
+    def test_gap_json_is_what_the_design_says(self, gap_run: GapRun) -> None:
+        document = json.loads((gap_run.out / "gap.json").read_text())
         assert all(math.isfinite(n) for n in numbers(document))
         for key, kind in {
             "serial": str, "model": str, "verdict": str, "gap_before": dict, "gap_after": dict, "where": list,
@@ -78,7 +67,7 @@ class TestFiles:
         }.items():  # fmt: skip
             assert isinstance(document[key], kind), key
         assert document["serial"] == "X-1"
-        assert document["model"] == "strut-as-built"
+        assert document["model"] == "strut"
         assert document["verdict"] in {
             "no_missing_effect", "explained", "ambiguous", "partly_explained", "unexplained",
         }  # fmt: skip
@@ -105,14 +94,14 @@ class TestFiles:
                 lo, hi = value["ci95"]
                 assert lo <= value["value"] <= hi
 
-    def test_what_is_told_and_not_told_by_contract(self, crossed: SimpleNamespace) -> None:
+    def test_what_is_told_and_not_told_by_contract(self, gap_run: GapRun) -> None:
         """The parts that this unit has none of, from an answer that has them."""
         from dataclasses import replace
 
         from checks.gap.decision.result import Ambiguous, Nameless
 
         more = replace(
-            crossed.done.result,
+            gap_run.done.result,
             verdict="partly_explained",
             ambiguous=(Ambiguous(("loop_delay", "amplifier_bandwidth"), "drive a dummy"),),
             unnamed=(Nameless("Vs", (620.3,), (625.1,), False, "near", ((619.8, 620.8),), False),),
@@ -129,28 +118,41 @@ class TestFiles:
         assert document["detection_limits"] == {"loop_delay": {"tau_us": 1.9}}
 
 
+def test_without_a_model_it_is_the_strut_as_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def refused(_: object, model: object, *__: object, **___: object) -> None:
+        asked.append(model)
+        raise GapRefused("not today")
+
+    monkeypatch.setattr(analyse_unit, "analyse", refused)
+    unit = make_unit(tmp_path / "S-1", "S-1", GOOD)
+    (unit / "unit.toml").write_text((unit / "unit.toml").read_text().replace('kind = "apa"', 'kind = "strut"'))
+    done = accept("gap", unit, "--out", tmp_path / "out")
+    assert done.exit_code == 6, done.output  # what the search refuses is no verdict
+    assert asked == ["strut-as-built"]
+
+
 class TestImprovedModel:
-    def test_its_response_is_the_fitted_one(self, crossed: SimpleNamespace) -> None:
-        after = crossed.done.result.after
+    def test_its_response_is_the_fitted_one(self, gap_run: GapRun) -> None:
+        after = gap_run.done.result.after
         f, channels = after.data.f, after.data.channels
-        again = open_model(crossed.out / "model.toml").frf(f, channels=channels)
+        again = open_model(gap_run.out / "model.toml").frf(f, channels=channels)
         # written with every digit; the factors of the frame's modes are built in again, which rounds
         np.testing.assert_allclose(again, after.response.frf(f, after.at, channels), rtol=1e-6)
 
-    def test_where_it_comes_from(self, crossed: SimpleNamespace) -> None:
-        spec = open_model_file(crossed.out / "model.toml").spec
+    def test_where_it_comes_from(self, gap_run: GapRun) -> None:
+        spec = open_model_file(gap_run.out / "model.toml").spec
         assert [e.name for e in spec.effects] == ["sensor_highpass"]
         assert spec.fit is not None
         assert spec.fit.serial == "X-1"
-        assert spec.fit.model == "strut-as-built"
+        assert spec.fit.model == "strut"
         assert "sensor_highpass.f_Hz" in spec.fit.names
         assert "frf_noise.mat" in spec.fit.inputs
-        assert spec.name == "strut-as-built-X-1"
+        assert spec.name == "strut-X-1"
 
-    def test_every_command_takes_it(
-        self, crossed: SimpleNamespace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        model = crossed.out / "model.toml"
+    def test_every_command_takes_it(self, gap_run: GapRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        model = gap_run.out / "model.toml"
         for words in (("show",), ("modes",), ("frf", "--csv", tmp_path / "H.csv")):
             assert accept("model", *words, "--model", model).exit_code == 0, words
         assert accept("lookup", "build", "--model", model, "--nx", 3, "--ny", 3, "--workers", 1).exit_code == 0
@@ -158,20 +160,20 @@ class TestImprovedModel:
         assert accept(*simulated, "--out", tmp_path / "again").exit_code == 0
         # the whole table takes 8 s and says no more of this than a coarse one
         monkeypatch.setattr(misalignment, "table_for", lambda m, say, workers: table_for(m, say, 9, 13, 1))
-        done = accept("misalign", crossed.unit, "--model", model, "--json", tmp_path / "m.json")
+        done = accept("misalign", gap_run.unit, "--model", model, "--json", tmp_path / "m.json")
         assert done.exit_code == 0, done.output
         found = json.loads((tmp_path / "m.json").read_text())
         for axis in ("dx_um", "dy_um"):  # the strut is aligned
             assert abs(found[axis]["value"]) <= 1.5 * found[axis]["U"]  # three standard uncertainties
 
-    def test_nothing_is_missing_from_it(self, crossed: SimpleNamespace, tmp_path: Path) -> None:
-        done = accept("gap", crossed.unit, "--model", crossed.out / "model.toml", "--out", tmp_path)
+    def test_nothing_is_missing_from_it(self, gap_run: GapRun, tmp_path: Path) -> None:
+        done = accept("gap", gap_run.unit, "--model", gap_run.out / "model.toml", "--out", tmp_path)
         assert done.exit_code == 0
         assert "X-1: Model and data agree" in done.stdout
         assert json.loads((tmp_path / "gap.json").read_text())["verdict"] == "no_missing_effect"
 
     @pytest.mark.parametrize("name", sorted(n for n, e in EFFECTS.items() if e.in_model))
-    def test_no_effect_counts_twice(self, name: str, tmp_path: Path, crossed: SimpleNamespace) -> None:
+    def test_no_effect_counts_twice(self, name: str, tmp_path: Path, gap_run: GapRun) -> None:
         """A model written with any effect answers as the fit did, also where a calibrated value says the same thing."""
         effect = EFFECTS[name]
         models = (
@@ -187,7 +189,7 @@ class TestImprovedModel:
             fit=fit, named=(SimpleNamespace(effect=name, parameters=values),), gap_after=SimpleNamespace(channels={}),
             damping=given.model.damping,
         )  # fmt: skip
-        write_improved(tmp_path / "m.toml", given, crossed.done.measured, result)
+        write_improved(tmp_path / "m.toml", given, gap_run.done.measured, result)
         again = open_model(tmp_path / "m.toml").frf(F)
         expected = response.frf(F, at, given.model.channels)
         if name == "sensor_polarity":  # found before the fit, which saw Vs turned back
@@ -265,39 +267,39 @@ class TestRefused:
         make_unit(tmp_path / "U", "U-1", GOOD.replace('"apa"', '"strut"').split("[flatness]")[0])
         assert "[frf]" in self.refused(tmp_path / "U", "--out", tmp_path / "out")
 
-    def test_unreadable_record(self, crossed: SimpleNamespace, tmp_path: Path) -> None:
-        unit = copy(crossed.unit, tmp_path / "X")
+    def test_unreadable_record(self, gap_run: GapRun, tmp_path: Path) -> None:
+        unit = copy(gap_run.unit, tmp_path / "X")
         whole = (unit / "frf_noise.mat").read_bytes()
         (unit / "frf_noise.mat").write_bytes(whole[: len(whole) // 2])
         assert "frf_noise.mat" in self.refused(unit, "--out", tmp_path / "out")
 
-    def test_channel_that_is_not_there(self, crossed: SimpleNamespace, tmp_path: Path) -> None:
-        unit = copy(crossed.unit, tmp_path / "X")
+    def test_channel_that_is_not_there(self, gap_run: GapRun, tmp_path: Path) -> None:
+        unit = copy(gap_run.unit, tmp_path / "X")
         text = (unit / "unit.toml").read_text()
         (unit / "unit.toml").write_text(text + '\n[channels]\nVa = "nobody"\n')
         assert "nobody" in self.refused(unit, "--out", tmp_path / "out")
 
-    def test_no_such_model_or_unit_or_effect(self, crossed: SimpleNamespace, tmp_path: Path) -> None:
-        assert "strut-2dof" in self.refused(crossed.unit, "--model", "nope", "--out", tmp_path)
+    def test_no_such_model_or_unit_or_effect(self, gap_run: GapRun, tmp_path: Path) -> None:
+        assert "strut-2dof" in self.refused(gap_run.unit, "--model", "nope", "--out", tmp_path)
         assert "does not exist" in self.refused(tmp_path / "nowhere", "--out", tmp_path)
-        assert "misalignment" in self.refused(crossed.unit, "--without", "misalignmnt", "--out", tmp_path)
+        assert "misalignment" in self.refused(gap_run.unit, "--without", "misalignmnt", "--out", tmp_path)
 
-    def test_where_nothing_can_be_written(self, crossed: SimpleNamespace, tmp_path: Path) -> None:
+    def test_where_nothing_can_be_written(self, gap_run: GapRun, tmp_path: Path) -> None:
         """Said at once, not after the search."""
         (tmp_path / "file").write_text("")
-        words = self.refused(crossed.unit, "--out", tmp_path / "file" / "out")
+        words = self.refused(gap_run.unit, "--out", tmp_path / "file" / "out")
         assert str(tmp_path / "file") in words
         assert "calibrating" not in words
 
-    def test_two_units_of_one_serial(self, crossed: SimpleNamespace, tmp_path: Path) -> None:
-        copy(crossed.unit, tmp_path / "a")
-        copy(crossed.unit, tmp_path / "b")
+    def test_two_units_of_one_serial(self, gap_run: GapRun, tmp_path: Path) -> None:
+        copy(gap_run.unit, tmp_path / "a")
+        copy(gap_run.unit, tmp_path / "b")
         assert "must be unique" in self.refused(tmp_path, "--out", tmp_path / "out")
 
     @pytest.mark.soak
     @pytest.mark.parametrize("model", ["strut-2dof", "apa-frame"])
-    def test_wrong_model_gives_no_name(self, crossed: SimpleNamespace, tmp_path: Path, model: str) -> None:
-        done = accept("gap", crossed.unit, "--model", model, "--out", tmp_path)
+    def test_wrong_model_gives_no_name(self, gap_run: GapRun, tmp_path: Path, model: str) -> None:
+        done = accept("gap", gap_run.unit, "--model", model, "--out", tmp_path)
         assert done.exit_code == 4
         assert not json.loads((tmp_path / "gap.json").read_text())["named"]
 

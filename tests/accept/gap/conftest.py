@@ -1,11 +1,11 @@
-"""A strut with a high-pass, analysed once for the reports that are made of it."""
+"""The answer that reports are made of."""
 
 import pytest
 
 from checks.gap.decision.result import Result
-from tests.checks.gap.shared.gap_units import highpass_answer
+from tests.shared.gap_run import GapRun
 
 
 @pytest.fixture(scope="session")
-def result() -> Result:
-    return highpass_answer()
+def result(gap_run: GapRun) -> Result:
+    return gap_run.done.result

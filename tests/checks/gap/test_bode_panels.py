@@ -6,12 +6,12 @@ import pytest
 from checks.gap.decision.bode_panels import _broken, _covariance, _cut, _from, bode_panels
 from checks.gap.decision.result import Result
 from checks.picture import Band, Line
-from tests.checks.gap.shared.gap_units import highpass_answer
+from tests.shared.gap_run import GapRun
 
 
 @pytest.fixture(scope="module")
-def result() -> Result:
-    return highpass_answer()
+def result(gap_run: GapRun) -> Result:
+    return gap_run.done.result
 
 
 def test_three_panels_of_a_channel_stand_on_one_axis(result: Result) -> None:

@@ -26,6 +26,7 @@ from checks.gap.workflow import GapRefused, check_same_unit, run
 from checks.model.model import Model
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, F, drawn, inputs, recorded, strut
 from tests.checks.model.units_model import DATA, needs_data, truth
+from tests.shared.source_trees import nodes
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 UNITS = DATA / "units"
@@ -72,7 +73,7 @@ class TestLibrary:
         files = [p for package in ("accept", "checks", "hw", "specs") for p in (root / package).rglob("*.py")]
         compared = []
         for path in (p for p in files if Path(library.__file__).parent not in p.parents):
-            for node in ast.walk(ast.parse(path.read_text())):
+            for node in nodes(path):
                 if isinstance(node, ast.Compare):
                     words = [c.value for part in ast.walk(node) if isinstance(c := part, ast.Constant)]
                     compared += [

@@ -3,12 +3,9 @@
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
-from accept.gap import analyse_unit
 from accept.models.model_file import open_model
 from accept.simulate import SimulatedUnit, UnitRequest, simulate, write
-from checks.gap.decision.result import Result
 
 HIGHPASS = ("sensor_highpass", {"f_Hz": 4.0})
 SECONDS = 10.5  # the checks of a spec ask for 10
@@ -20,13 +17,6 @@ def make_strut(
     """A unit folder with these effects hidden in it."""
     hidden = tuple((name, tuple(parameters.items())) for name, parameters in effects)
     return write(_simulated(serial, hidden, seed, repeats), folder)
-
-
-@cache
-def highpass_answer() -> Result:
-    """What the search says of a strut with a high-pass, once for all tests of a process that only read it."""
-    with TemporaryDirectory() as place:
-        return analyse_unit.analyse(make_strut(Path(place) / "X-1", "X-1", HIGHPASS), "strut").result
 
 
 @cache  # many tests begin with one and the same strut

@@ -1,23 +1,21 @@
 """`accept demo`, run once for all tests that look at what it leaves: what is printed, the files, the README."""
 
-import json
-import os
 from contextlib import chdir
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from filelock import FileLock
 from typer.testing import CliRunner
 
 from accept.cli.main import app
+from tests.shared.once import once
 
 
 @dataclass(frozen=True)
 class DemoRun:
     """What `accept demo --out out/demo` printed, and where. home: its ACCEPT_HOME."""
 
-    place: str
+    place: Path
     home: str
     exit_code: int
     stdout: str
@@ -26,25 +24,18 @@ class DemoRun:
 
     @property
     def out(self) -> Path:
-        return Path(self.place, "out", "demo")
+        return self.place / "out" / "demo"
 
 
 @pytest.fixture(scope="session")
 def demo_run(tmp_path_factory: pytest.TempPathFactory) -> DemoRun:
-    """Not to be written into. Test processes that run beside each other share it."""
-    base = tmp_path_factory.getbasetemp()
-    shared = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "demo"
-    record = shared / "run.json"
-    with FileLock(f"{shared}.lock"):
-        if not record.exists():
-            run = _run(shared)
-            record.write_text(json.dumps(asdict(run)))
-    return DemoRun(**json.loads(record.read_text()))
+    """Not to be written into."""
+    return once(tmp_path_factory, "demo", _run)
 
 
 def _run(place: Path) -> DemoRun:
     home = place / "home"
-    home.mkdir(parents=True)
+    home.mkdir()
     with chdir(place):
         done = CliRunner().invoke(app, ["demo", "--out", "out/demo"], env={"ACCEPT_HOME": str(home), "COLUMNS": "100"})
-    return DemoRun(str(place), str(home), done.exit_code, done.stdout, done.stderr, done.output)
+    return DemoRun(place, str(home), done.exit_code, done.stdout, done.stderr, done.output)
