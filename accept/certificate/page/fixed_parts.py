@@ -181,8 +181,8 @@ def _squares(canvas: Canvas, text: str, left: float, bottom: float) -> None:
 
 @lru_cache(8)
 def _modules(text: str) -> tuple[tuple[bool, ...], ...]:
-    """Return the rows of squares of a code, dark or not. Choosing among its eight masks takes a quarter of a page, and a
-    page that was just drawn is drawn again when its certificate is verified."""
+    """Return the rows of squares of a code, dark or not. Choosing among its eight masks takes a quarter of the time of
+    a page, and a page that was just drawn is drawn again when its certificate is verified."""
     code: Any = QrCodeWidget(text, barLevel="M").qr
     code.make()
     return tuple(tuple(bool(dark) for dark in row) for row in code.modules)
