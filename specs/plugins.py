@@ -90,15 +90,16 @@ def _entries(group: str) -> list[EntryPoint]:
     PYTHONPATH names it."""
     named = {Path(p).resolve() for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p}
     here = None if Path.cwd() in named else Path.cwd()
-    found = sorted(_installed(tuple(sys.path)).select(group=group), key=lambda e: (e.name, e.value))
+    found = sorted(_installed(tuple(sys.path))[group], key=lambda e: (e.name, e.value))
     return [e for e in found if not e.dist or Path(str(e.dist.locate_file(""))).resolve() != here]
 
 
 @cache
-def _installed(path: tuple[str, ...]) -> EntryPoints:
-    """Return what all packages on the path bring: each search reads a file of every package that is installed."""
+def _installed(path: tuple[str, ...]) -> dict[str, EntryPoints]:
+    """Return what all packages on the path bring, by group: each search reads a file of every package."""
     del path
-    return entry_points()
+    found = entry_points()
+    return {group: found.select(group=group) for group in GROUPS}
 
 
 def _origin(entry: EntryPoint) -> str:
