@@ -30,10 +30,10 @@ def write_improved(
         model_sha256=given.model.sha256,
         serial=measured.serial,
         inputs=measured.inputs,
-        G={c: g.G for c, g in result.gap_after.channels.items()},
+        G=dict(result.written_G),
     )
     weighed = {n: given.model.values[n] for n in (PAYLOAD,) if n in given.model.values}  # as the unit's folder says
-    values = weighed | {n: fit.at[n] for n in own}
+    values = weighed | {n: fit.at[n] for n in own} | dict(result.bench_latency)
     sds = {n: fit.sds[n] for n in own}
     effects = [(n.effect, {k: v.value for k, v in n.parameters.items()}) for n in result.named if n.effect in EFFECTS]
     name = spec.name if spec.name.endswith(measured.serial) else f"{spec.name}-{measured.serial}"

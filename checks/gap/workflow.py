@@ -9,11 +9,10 @@ from checks.gap.decision.never_worse import gap_increased
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, Result
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Problem, check_same_unit, prepare
+from checks.gap.search.bench_paths import NEARLY, in_words, is_usual, needs_paths, with_bench_paths, without_lags
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Effort, Say, Search
 from checks.gap.search.forward import SearchResult, explain, explain_beside
-
-NEARLY = 10.0  # G up to which one more effect may be what is left of an explanation
 
 
 def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
@@ -53,6 +52,10 @@ def _explain(problem: Problem, search: Search, base: Candidate) -> Result:
     whole = replace(base, unseen=problem.B)
     if whole.adequate:
         return build_result(problem, search, SearchResult(base, base, (), ()), whole)
+    if problem.inputs.model.learned is None and not base.gross:
+        bench = with_bench_paths(search, base)
+        if is_usual(bench) and needs_paths(search, base, bench):
+            return _explain_on_bench(problem, search, base, bench)
     found = explain(search, base, 1, problem.table.beam)
     if not found.best.adequate and found.best.worst_G < problem.table.G:  # chance alone says that it is not all
         found = _search_deeper(search, found)
@@ -70,6 +73,25 @@ def _explain(problem: Problem, search: Search, base: Candidate) -> Result:
         if partial.verdict != UNEXPLAINED:
             return partial
     return build_result(problem, search, found if found.best.adequate else _search_deeper(search, found), whole)
+
+
+def _explain_on_bench(problem: Problem, search: Search, base: Candidate, bench: Candidate) -> Result:
+    """Search for the effects that a calibrated model lacks on a bench with lags of its own."""
+    whole = replace(base, unseen=problem.B)
+    alone = found = SearchResult(bench, bench, (), (base,))
+    beyond = without_lags(search)
+    if not bench.adequate:
+        found = explain_beside(beyond, alone)  # it finds a complete explanation too, and sooner than a full search
+        if not found.is_named and bench.worst_G < NEARLY:
+            start = found.best if found.steps else bench
+            deeper = explain(beyond, start, 1, 1)
+            found = deeper if deeper.is_named or not found.steps else found
+    if found.is_named:
+        named = in_words(search, found)
+        if named is not None and _explains(result := build_result(problem, search, named, whole)):
+            return result
+    result = build_result(problem, search, found, whole)
+    return result if result.named or found is alone else build_result(problem, search, alone, whole)
 
 
 def _search_deeper(search: Search, found: SearchResult) -> SearchResult:

@@ -21,7 +21,7 @@ COUNTS = 0.1  # of the largest share in the imitation: parameters with less are 
 def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
     """Return the calibrated parameters that together imitate the effect, the largest share first; none if the part that
     they cannot imitate is seen: beyond 2 delta lnL of two distinguishable explanations. The modes of an APA are limited
-    to their scatter: without that limit they would imitate anything."""
+    to their scatter, the paths of a bench to their size: without that limit they would imitate anything."""
     data, response = full.unseen, full.response
     less = response.without(effect.name)
     own = {t for p in effect.parameters for t in effect.targets(response.model, p.name)}  # is the effect itself
@@ -29,13 +29,19 @@ def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
     change = by_its_size(effect, response.model, response, full.at, data)
     d = data.whitener(change_by(effect, response, full.at, data) if change is None else change)
     J = data.whitener(response.jacobian(data.f, names, full.at, data.channels)).T
-    scatter = np.array([1.0 / p.sd if is_mode_factor(p.name) else 0.0 for p in less.free() if p.name in names])
+    scatter = np.array([1.0 / p.sd if _is_limited(p.name) else 0.0 for p in less.free() if p.name in names])
     J, d = np.vstack([J, np.diag(scatter)]), np.concatenate([d, np.zeros(len(names))])
     share, rest = shares(J, d)
     if float(rest @ rest) > full.table.two_delta_lnL:
         return ()
     ranked = sorted(zip(np.abs(share), names, strict=True), reverse=True)
     return tuple(n for s, n in ranked if s > COUNTS * ranked[0][0])
+
+
+def _is_limited(name: str) -> bool:
+    """Return whether a parameter may imitate an effect only within its prior: the scatter of a mode and the path of a
+    channel, which would imitate anything."""
+    return is_mode_factor(name) or name.startswith("unnamed_path")
 
 
 def any_lag_explains(full: Candidate, effect: Effect) -> bool:

@@ -18,8 +18,16 @@ from checks.gap.decision.next_experiment import choose_experiments
 from checks.gap.decision.resolve_by_experiments import FinalExplanation, resolve_by_experiments
 from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Result, StepShown, Tried
 from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
-from checks.gap.decision.verdict import imitable, indistinguishable, lags_alike, named_effects, verdict_of
+from checks.gap.decision.verdict import (
+    imitable,
+    indistinguishable,
+    lags_alike,
+    lags_of_bench,
+    named_effects,
+    verdict_of,
+)
 from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.unmodelled_modes import is_path
 from checks.gap.preparation.inputs import Problem
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
@@ -43,6 +51,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     rivals = decision.rivals if result.steps else choose_experiments(decision.rivals, good, result, full, search.A)
     named = named_effects(good, decision.fit, problem.early, problem.in_slow)
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
+    rivals = (*rivals, *lags_of_bench(full))
     experiments = check_by_experiments(
         full.response, decision.fit, problem.A.select(channels), problem.B.select(channels), problem.trials(channels)
     )
@@ -85,10 +94,13 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
             *_notes(full, verdict),
             *_agrees_before(base, named, gap_before),
             *_ended(search, verdict),
+            *_lags_of_bench(full),
         ),
         damping=result.best.response.model.damping,
         experiments=experiments,
         steps=steps_of(after),
+        bench_latency=(latency := _latency_of_bench(after)),
+        written_G={c: g.G for c, g in gaps_of(_as_written(after, latency)).channels.items()},
     )
 
 
@@ -218,6 +230,31 @@ def _ended(search: Search, verdict: str) -> tuple[str, ...]:
     if not search.over or verdict in (NO_MISSING, EXPLAINED):
         return ()
     return ("the search ended at its bound of work; what it had not tried may explain more",)
+
+
+def _lags_of_bench(full: Candidate) -> tuple[str, ...]:
+    """Return a note on the lags of the bench's channels, if the explanation holds its paths."""
+    paths = [m for m in full.response.members if is_path(m)]
+    lags = ", ".join(f"{m.channel} {full.response.of(full.at, m.name)['tau_us']:.0f} us" for m in paths)
+    words = f"lags and gains of the bench are fitted beside the effects; the written model has the lags: {lags}"
+    return (words,) if paths else ()
+
+
+def _latency_of_bench(c: Candidate) -> dict[str, float]:
+    """Return the values of the model's latencies that stand for the paths of a bench; their gains, and what filters do
+    beyond a delay, have no place in a model."""
+    given, at = c.response.model.values, c.response.of
+    keys = {m: f"bench.latency_{m.channel}_us" for m in c.response.members if is_path(m)}
+    return {key: given[key] + at(c.at, m.name)["tau_us"] for m, key in keys.items()}
+
+
+def _as_written(c: Candidate, latency: Mapping[str, float]) -> Candidate:
+    """Return a candidate with latencies in the place of the paths of a bench."""
+    if not latency:
+        return c
+    members = tuple(m for m in c.response.members if not is_path(m))
+    response = replace(c.response, model=c.response.model.with_values(latency), members=members)
+    return replace(c, response=response, at={p.name: c.at[p.name] for p in response.free()})
 
 
 def _notes(full: Candidate, verdict: str) -> tuple[str, ...]:

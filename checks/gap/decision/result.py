@@ -3,7 +3,7 @@
 from __future__ import annotations  # so that reading results does not load what computes them
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -119,7 +119,8 @@ class Tested:
 @dataclass(frozen=True, eq=False)
 class Result:
     """The result of the whole analysis. before, after: residuals on unseen records; fit: of the augmented model to
-    A."""
+    A; bench_latency: values of the model's latencies that stand for the paths of a bench; written_G: G of every channel
+    of the model that is written, with these latencies instead of the paths."""
 
     model: str
     verdict: str
@@ -142,3 +143,5 @@ class Result:
     damping: str = "full"
     experiments: tuple[Tested, ...] = ()
     steps: tuple[StepShown, ...] = ()
+    bench_latency: Mapping[str, float] = field(default_factory=dict)
+    written_G: Mapping[str, float] = field(default_factory=dict)

@@ -20,7 +20,9 @@ from checks.gap.effects import EFFECTS, effect_named
 from checks.gap.modelling.effect import Effect, SlowFinding
 from checks.gap.modelling.experiment import sharpest
 from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.modelling.unmodelled_modes import is_path
 from checks.gap.preparation.record_faults import RecordFault
+from checks.gap.search.bench_paths import SAME_LAG_US
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 
@@ -84,6 +86,16 @@ def lags_alike(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...
         alike = sorted(e.name for e in EFFECTS.values() if e.lags and e.channels == effect.channels)
         if any_lag_explains(full, effect):
             out.append(Ambiguous(tuple(alike), effect.experiment.value))
+    return tuple(out)
+
+
+def lags_of_bench(full: Candidate) -> tuple[Ambiguous, ...]:
+    """Return the lags that the paths of a bench may be, for each channel that is late by more than a record tells."""
+    out = []
+    for path in (m for m in full.response.members if is_path(m)):
+        if abs(full.response.of(full.at, path.name)["tau_us"]) > SAME_LAG_US:
+            alike = [e for e in EFFECTS.values() if e.lags and set(path.channels) <= set(e.channels)]
+            out.append(Ambiguous(tuple(sorted(e.name for e in alike)), sharpest(e.experiment for e in alike).value))
     return tuple(out)
 
 

@@ -11,9 +11,9 @@ from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.fit import free_of
-from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.shift import AS_IT_IS, Shift
-from checks.gap.modelling.unmodelled_modes import UnmodelledMode
+from checks.gap.modelling.unmodelled_modes import UnmodelledMode, is_path
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 
@@ -46,8 +46,8 @@ class Augmented:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Return the labels of the members, for reports."""
-        return tuple(m.label for m in self.members)
+        """Return the labels of the members, for reports, without the paths of a bench."""
+        return tuple(m.label for m in self.members if not is_path(m))
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -112,11 +112,18 @@ class Augmented:
         out = self._of_model(f, names, targets, at, channels)
         if not self._factors:
             return out
-        out *= self._factor(f, changes, channels)
+        s = np.asarray(2j * np.pi * f, dtype=np.complex128)
+        own = [(m, _columns(m, channels), _evaluated(m, self.of(changes, m.name), s)) for m in self._factors]
+        out *= _product(own, f.size, len(channels))
         H = self._bare(f, at, channels)
-        for i, n in enumerate(names):
-            if not targets[i]:
-                out[i] = H * self._factor_derivative(f, n, changes, channels)
+        for m, columns, _ in own:
+            others = H * _product([o for o in own if o[0] is not m], f.size, len(channels))
+            for p in m.parameters:
+                if (n := f"{m.name}.{p.name}") in names:
+                    slope = _slope(m, p, self.of(changes, m.name), s)
+                    row = out[names.index(n)]
+                    row[:] = 0.0
+                    row[:, columns] = others[:, columns] * slope[:, None]
         return out
 
     def _bare(self, f: Array, at: Values, channels: tuple[str, ...]) -> Complex:
@@ -162,20 +169,29 @@ class Augmented:
         return tuple(m for m in self.members if m.factor is not None)
 
     def _factor(self, f: Array, values: Values, channels: tuple[str, ...]) -> Complex:
-        out = np.ones((f.size, len(channels)), dtype=complex)
-        for m in self._factors:
-            if m.factor is not None:
-                each = _evaluated(m, self.of(values, m.name), np.asarray(2j * np.pi * f, dtype=np.complex128))
-                out[:, [channels.index(c) for c in m.channels if c in channels]] *= each[:, None]
-        return out
+        s = np.asarray(2j * np.pi * f, dtype=np.complex128)
+        own = [(m, _columns(m, channels), _evaluated(m, self.of(values, m.name), s)) for m in self._factors]
+        return _product(own, f.size, len(channels))
 
-    def _factor_derivative(self, f: Array, name: str, values: Values, channels: tuple[str, ...]) -> Complex:
-        member = next(m for m in self._factors if name.startswith(f"{m.name}."))
-        p = next(p for p in member.parameters if name == f"{member.name}.{p.name}")
-        h, at = STEP * p.scale, values[name]
-        up, down = min(h, max(p.hi - at, 0.0)), min(h, max(at - p.lo, 0.0))  # no step leaves the bounds
-        above, below = (self._factor(f, {**values, name: at + d}, channels) for d in (up, -down))
-        return np.asarray((above - below) / (up + down))
+
+def _columns(member: Member, channels: tuple[str, ...]) -> list[int]:
+    return [channels.index(c) for c in member.channels if c in channels]
+
+
+def _product(own: Sequence[tuple[Member, list[int], Complex]], bins: int, channels: int) -> Complex:
+    """Return the product (F, C) of factors (F,) on their columns."""
+    out = np.ones((bins, channels), dtype=complex)
+    for _, columns, each in own:
+        out[:, columns] *= each[:, None]
+    return out
+
+
+def _slope(member: Member, p: Parameter, values: Values, s: Complex) -> Complex:
+    """Return the derivative (F,) of a member's factor by one of its parameters."""
+    h, at = STEP * p.scale, values[p.name]
+    up, down = min(h, max(p.hi - at, 0.0)), min(h, max(at - p.lo, 0.0))  # no step leaves the bounds
+    above, below = (_evaluated(member, {**values, p.name: at + d}, s) for d in (up, -down))
+    return np.asarray((above - below) / (up + down))
 
 
 @lru_cache(maxsize=16)

@@ -9,6 +9,7 @@ delay: exp(-s tau)
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TypeGuard
 
 import numpy as np
 
@@ -126,6 +127,39 @@ def levels(merge_Hz: float, width: float) -> UnmodelledMode:
         )
 
     return UnmodelledMode(RationalShape("levels", parameters, factor), ALL, counts=False)
+
+
+USUAL_LAG_US = 30.0  # 1 sd: converters, interpolators, filters against aliasing and amplifiers lag by some tens
+USUAL_GAIN = 0.003  # 1 sd: a percent between two channels is seen beside a tolerance, and is an encoder's scale
+
+
+def _path(v: Values, s: Complex) -> Complex:
+    x = 1e-6 * USUAL_LAG_US * s
+    return np.asarray((1.0 + v["gain"]) * np.exp(-1e-6 * v["tau_us"] * s - v["droop"] * x**2 - v["bend"] * x**3))
+
+
+PATH = RationalShape(
+    "path",
+    (
+        Parameter("tau_us", lo=-500.0, hi=1000.0, off=0.0, start=0.0, scale=USUAL_LAG_US, sd=USUAL_LAG_US),
+        Parameter("droop", lo=-30.0, hi=30.0, off=0.0, start=0.0, scale=1.0, sd=1.0),
+        Parameter("bend", lo=-30.0, hi=30.0, off=0.0, start=0.0, scale=1.0, sd=1.0),
+        Parameter("gain", lo=-0.5, hi=0.5, off=0.0, start=0.0, scale=USUAL_GAIN, sd=USUAL_GAIN),
+    ),
+    _path,
+)
+
+
+def bench_paths(channels: tuple[str, ...]) -> tuple[UnmodelledMode, ...]:
+    """Return what a bench that no file describes adds to each channel: a gain, and a latency and filters with corners
+    above the band, together exp(-c1 s - c2 s^2 - c3 s^3), the first terms of the logarithm of any of them. A path does
+    not count as missing."""
+    return tuple(UnmodelledMode(PATH, c, counts=False) for c in channels)
+
+
+def is_path(member: object) -> TypeGuard[UnmodelledMode]:
+    """Return whether a member is the path of a channel."""
+    return isinstance(member, UnmodelledMode) and member.shape is PATH
 
 
 SHAPES = (MODE, LAG, SHELF, DELAY)

@@ -1,0 +1,96 @@
+"""A bench whose channels lag each by a time of its own, which no file describes: an effect beside that is named as if
+the bench had none, and a sound strut has no name.
+
+Red on the search without the bench's paths: four or five members of the library, of which the hidden one was one.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from checks.arrays import Complex
+from checks.gap import workflow
+from checks.gap.effects import EFFECTS
+from checks.gap.workflow import Inputs, run
+from checks.model.learned_bench import LearnedBench
+from tests.checks.gap.gap_cases import F, inputs
+from tests.checks.gap.test_gap import quiet
+
+LATE_US = (12.0, 31.0, 14.0)  # Vs, de, da: with the filters 37, 56 and 67 us, three lags that no two names explain
+AMPLIFIER_HZ, DAMPING_RATIO = 9000.0, 0.7
+FILTER_HZ = 8000.0  # of second order, on da
+GAINS = (1.002, 0.998, 1.003)
+LAGS = {e.name for e in EFFECTS.values() if e.lags}
+NOTHING_LEARNED = LearnedBench(
+    np.array([1.0, 2e3]), ("de",), np.zeros((2, 1), dtype=complex), np.full((2, 1), 1e-3), np.full((2, 1), 1e-3)
+)
+
+
+def of_a_bench() -> Complex:
+    """What the bench makes of every response (F, 3): latencies, an amplifier of second order, a filter on da, gains."""
+    s = 2j * np.pi * F[:, None]
+    w, filtered = 2 * np.pi * AMPLIFIER_HZ, 2 * np.pi * FILTER_HZ
+    every = w**2 / (s**2 + 2 * DAMPING_RATIO * w * s + w**2) * np.exp(-1e-6 * s * LATE_US) * GAINS
+    every[:, 2] *= (filtered**2 / (s**2 + np.sqrt(2) * filtered * s + filtered**2))[:, 0]
+    return np.asarray(every)
+
+
+def on_a_bench(given: Inputs) -> Inputs:
+    by = of_a_bench()
+    A, B = (replace(d, H=d.H * by, cov=d.cov * by[:, :, None] * by[:, None, :].conj()) for d in (given.A, given.B))
+    return replace(given, A=A, B=B)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        ("misalignment", {"dx_um": -10.0, "dy_um": 25.0}),
+        ("payload_mass", {"kg": 0.8}),
+        ("encoder_scale", {"relative": 0.05}),  # a path's gain may not hide it
+    ],
+)
+def test_one_effect_is_named_exactly(effect: str, values: dict[str, float]) -> None:
+    found = run(on_a_bench(inputs(3, {effect: values})), quiet)
+    assert [n.effect for n in found.named] == [effect]
+    assert found.verdict == "ambiguous"  # by the lags alone
+    assert {n for a in found.ambiguous for n in a.effects} <= LAGS
+    for name, at in found.named[0].parameters.items():
+        half = 0.5 * (at.hi - at.lo)
+        assert at.lo - half < values[name] < at.hi + half  # twice the 95 % interval: one unit in twenty lies outside
+
+
+def test_a_sound_strut_lacks_lags_only() -> None:
+    found = run(on_a_bench(inputs(4)), quiet)
+    assert found.verdict == "ambiguous"
+    assert not found.named
+    assert {n for a in found.ambiguous for n in a.effects} <= LAGS
+    # 2 zeta / w of a filter of second order: 25 us of the amplifier, 28 us of the filter on da
+    expected = dict(zip(("Vs", "de", "da"), np.add(LATE_US, (25.0, 25.0, 53.0)).tolist(), strict=True))
+    written = {c: found.bench_latency[f"bench.latency_{c}_us"] for c in expected}
+    assert written == pytest.approx(expected, abs=3.0)  # us: a filter's phase is no straight line
+    assert max(found.written_G.values()) < 5.0  # from 100 and more: latencies alone, without the filters' droop
+
+
+def test_lags_that_have_names_keep_them() -> None:
+    """Two effects are fewer than three paths: no bench is needed to explain them."""
+    hidden = {"loop_delay": {"tau_us": 70.0}, "sensor_highpass": {"f_Hz": 9.0}}
+    found = run(inputs(3, hidden), quiet)
+    assert {n.effect for n in found.named} == set(hidden)
+
+
+def test_a_learned_bench_has_its_paths_already(monkeypatch: pytest.MonkeyPatch) -> None:
+    class SearchBegun(Exception):
+        pass
+
+    def begin(*_: object) -> None:
+        raise SearchBegun
+
+    def add_paths(*_: object) -> None:
+        raise AssertionError("paths beside a learned bench")
+
+    monkeypatch.setattr(workflow, "with_bench_paths", add_paths)
+    monkeypatch.setattr(workflow, "explain", begin)
+    given = on_a_bench(inputs(4))
+    with pytest.raises(SearchBegun):
+        run(replace(given, model=replace(given.model, learned=NOTHING_LEARNED)), quiet)
