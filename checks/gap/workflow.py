@@ -9,7 +9,7 @@ from checks.gap.decision.never_worse import gap_increased
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, Result
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Problem, check_same_unit, prepare
-from checks.gap.search.bench_paths import NEARLY, in_words, is_usual, needs_paths, with_bench_paths, without_lags
+from checks.gap.search.bench_paths import NEARLY, in_words, on_bench, with_bench_paths, without_lags
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Effort, Say, Search
 from checks.gap.search.forward import SearchResult, explain, explain_beside
@@ -53,9 +53,9 @@ def _explain(problem: Problem, search: Search, base: Candidate) -> Result:
     if whole.adequate:
         return build_result(problem, search, SearchResult(base, base, (), ()), whole)
     if problem.inputs.model.learned is None and not base.gross:
-        bench = with_bench_paths(search, base)
-        if is_usual(bench) and needs_paths(search, base, bench):
-            return _explain_on_bench(problem, search, base, bench)
+        bench = on_bench(search, base)
+        if bench is not None and bench.is_usual and bench.is_needed(search):
+            return _explain_on_bench(problem, search, base, with_bench_paths(search, bench))
     found = explain(search, base, 1, problem.table.beam)
     if not found.best.adequate and found.best.worst_G < problem.table.G:  # chance alone says that it is not all
         found = _search_deeper(search, found)
@@ -82,10 +82,8 @@ def _explain_on_bench(problem: Problem, search: Search, base: Candidate, bench: 
     beyond = without_lags(search)
     if not bench.adequate:
         found = explain_beside(beyond, alone)  # it finds a complete explanation too, and sooner than a full search
-        if not found.is_named and bench.worst_G < NEARLY:
-            start = found.best if found.steps else bench
-            deeper = explain(beyond, start, 1, 1)
-            found = deeper if deeper.is_named or not found.steps else found
+        if not found.steps and not found.is_named and bench.worst_G < NEARLY:
+            found = max(found, explain(beyond, bench, 1, 1), key=lambda f: f.is_named)
     if found.is_named:
         named = in_words(search, found)
         if named is not None and _explains(result := build_result(problem, search, named, whole)):

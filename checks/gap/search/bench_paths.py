@@ -5,46 +5,68 @@ complete, or an effect would have to be found as the fourth or fifth of one. Wit
 model, whose priors limit what a bench may add, it is the first.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
+from checks.arrays import Array
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.unmodelled_modes import bench_paths, is_path
+from checks.gap.modelling.unmodelled_modes import USUAL_LAG_US, bench_paths, is_path
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import MANY, POLISH, Search
+from checks.gap.search.disagreement import DisagreementFit, add_one, settle_if_held
 from checks.gap.search.forward import SearchResult, explain
-from checks.gap.search.screen import screen
-from checks.gap.statistics.projected_residual import project
 
-BEYOND_ONE = 50.0  # of log-likelihood: four times what a name needs, because a screen is linear
-NEARLY = 10.0  # G up to which one more effect may be what is left of an explanation
-USUAL = 3.0  # sd of a bench's lags, filters and gains
+LITTLE = 25.0  # of profile log-likelihood, twice what a name needs: paths that explain less are no bench's
+NEARLY = 3.0  # G up to which one more effect, of a band too narrow for the disagreement, may be all that is left
+USUAL = 4.0  # sd of a bench's lags, filters and gains
 SAME_LAG_US = 4.0  # lags this near may be one: as well as records tell a lag from a filter
+TWICE = 2.0  # the usual lag: an amplifier, a filter and a converter's latency together
 TWO_NAMES = 2  # effects by which lags of three channels are still told by their names
 
 
-def with_bench_paths(search: Search, base: Candidate) -> Candidate:
-    """Return a calibrated candidate with the paths of a bench in it, fitted from its values."""
+@dataclass(frozen=True, eq=False)
+class OnBench:
+    """A calibrated model without and with the paths of a bench, each beside its disagreement: what neither explains
+    hardly bends them, be it an effect of the strut or a guide that gives way."""
+
+    without: DisagreementFit
+    paths: DisagreementFit
+
+    @property
+    def is_usual(self) -> bool:
+        """Return whether no path is larger than a bench's: a larger lag is an effect's."""
+        members = [m for m in self.paths.response.members if is_path(m)]
+        sizes = [(f"{m.name}.{p.name}", p.sd) for m in members for p in m.parameters]
+        return all(abs(self.paths.at[name]) < USUAL * sd for name, sd in sizes)
+
+    def is_needed(self, search: Search) -> bool:
+        """Return whether the paths explain more than any one lag of the library could: lags of several kinds, beside
+        which no single effect would be complete."""
+        gain = self.paths.lnL - self.without.lnL
+        if gain < LITTLE:
+            return False
+        lagging = tuple(m for m in search.library if isinstance(m, Effect) and m.lags)
+        largest = max((b.lnL - self.without.lnL for _, b in add_one(search, self.without, lagging)), default=0.0)
+        return gain > largest + 0.5 * search.table.two_delta_lnL
+
+
+def on_bench(search: Search, base: Candidate) -> OnBench | None:
+    """Return a calibrated candidate on a bench with paths of its own; None if the strut is not held on the way."""
     response = replace(base.response, members=(*base.response.members, *bench_paths(search.A.channels)))
-    held = search.advance(search.begin(response.holding_scatter(base.at), base.at), MANY)
-    return search.advance(search.free_scatter(held), POLISH)
+    every = [[settle_if_held(search, r, at) for at in (base.at, {})] for r in (base.response, response)]
+    without, paths = (max((b for b in fits if b is not None), key=lambda b: b.lnL, default=None) for fits in every)
+    return None if without is None or paths is None else OnBench(without, paths)
 
 
-def is_usual(bench: Candidate) -> bool:
-    """Return whether the paths of a bench leave little of the gap and none of them is larger than usual: a larger gap
-    would distort them, and a larger lag is an effect's."""
-    paths = [(f"{m.name}.{p.name}", p.sd) for m in bench.response.members if is_path(m) for p in m.parameters]
-    return bench.worst_G < NEARLY and all(abs(bench.at[name]) < USUAL * sd for name, sd in paths)
-
-
-def needs_paths(search: Search, base: Candidate, bench: Candidate) -> bool:
-    """Return whether the paths of a bench explain more than any one effect could: lags of several kinds, beside which
-    no single effect would be complete."""
-    on_A = project(base.response, search.A, base.at)
-    largest = max(screen(on_A, m, starts=1).gain for m in search.library)
-    return base.cost - bench.cost > 0.5 * largest + BEYOND_ONE
+def with_bench_paths(search: Search, bench: OnBench) -> Candidate:
+    """Return the model with the paths of a bench: fitted to explain all, if that is adequate, else beside its
+    disagreement."""
+    response, at = bench.paths.response, bench.paths.at
+    held = search.advance(search.begin(response.holding_scatter(at), at), MANY)
+    whole = search.advance(search.free_scatter(held), POLISH)
+    return whole if whole.adequate else search.begin(response, at)
 
 
 def without_lags(search: Search) -> Search:
@@ -55,9 +77,10 @@ def without_lags(search: Search) -> Search:
 
 def in_words(search: Search, found: SearchResult) -> SearchResult | None:
     """Return an explanation in which one or two effects of the library take the place of the bench's paths; None if no
-    such explanation is complete."""
+    such explanation is complete, or if every channel lags as on many a bench: which part of it causes what is not seen
+    then."""
     best = found.best
-    if len(set(_lags(best))) > TWO_NAMES:
+    if len(set(_lags(best))) > TWO_NAMES or _is_every_lag_usual(best):
         return None
     paths = [m for m in best.response.members if is_path(m)]
     response = best.response
@@ -71,10 +94,20 @@ def in_words(search: Search, found: SearchResult) -> SearchResult | None:
     return replace(named, base=found.base, tried=(*found.tried, *named.tried))
 
 
+def _taus(c: Candidate) -> Array:
+    """Return the lag [us] of each channel."""
+    return np.array([v for n, v in c.at.items() if n.startswith("unnamed_path") and n.endswith("tau_us")])
+
+
+def _is_every_lag_usual(c: Candidate) -> bool:
+    size = np.abs(_taus(c))
+    return bool(size.min() > SAME_LAG_US and size.max() < TWICE * USUAL_LAG_US)
+
+
 def _lags(c: Candidate) -> list[int]:
     """Return the number of the class of each channel's lag: channels of one class are not told apart, and those without
     a lag are in none."""
-    tau = np.array([v for n, v in c.at.items() if n.startswith("unnamed_path") and n.endswith("tau_us")])
+    tau = _taus(c)
     group = list(range(tau.size))
     for i, j in combinations(range(tau.size), 2):
         if abs(tau[i] - tau[j]) < SAME_LAG_US:

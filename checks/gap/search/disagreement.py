@@ -42,6 +42,7 @@ EFFECTS_TRIED, STAND_INS_TRIED = 8, 5  # members of a round that are fitted, the
 FOLLOWED = 4  # of these to the end, with everything free
 ROUNDS = 6  # of weights
 STEPS, STEPS_HELD = 4, 6  # of a fit within a round, and of the first one, with the scatter held
+LARGE = 12.5  # gain in the screen, half of what a name needs, from which on an effect may be too large for the weights
 SMALL_GAIN = 0.1  # of log-likelihood: a round that gains less is the last
 
 
@@ -121,7 +122,7 @@ def search_beside(search: Search, starts: Sequence[Candidate]) -> tuple[Disagree
 
     starts: candidates with no member that counts, from whose calibrations the search begins."""
     search.say("looking beside what is left")
-    begun = [_try_to_settle(search, c.response, at) for c in starts for at in (c.at, {})]
+    begun = [settle_if_held(search, c.response, at) for c in starts for at in (c.at, {})]
     state = base = max((b for b in begun if b is not None), key=lambda b: b.lnL)
     steps: list[ExplainingStep] = []
     while len(steps) < search.table.most_effects and not search.over:
@@ -160,10 +161,12 @@ def add_one(
         if search.over:
             break
         fits = [_fit_with_member(weighted, state, score.member, values) for values in score.starts]
+        if score.gain > LARGE and isinstance(score.member, Effect):
+            fits += [_fit_large(search, state, score.member, values) for values in score.starts]
         if fitted := [fit for fit in fits if fit is not None]:
             out.append((score.member, max(fitted, key=lambda fit: fit.lnL)))
     out = sorted(out, key=lambda each: -score_of(*each))
-    out = [(m, (_try_to_settle(search, b.response, b.at) or b) if i < FOLLOWED else b) for i, (m, b) in enumerate(out)]
+    out = [(m, (settle_if_held(search, b.response, b.at) or b) if i < FOLLOWED else b) for i, (m, b) in enumerate(out)]
     return sorted(out, key=lambda each: -score_of(*each))
 
 
@@ -186,7 +189,21 @@ def _fit_with_member(search: Search, state: DisagreementFit, member: Member, val
         return None
 
 
-def _try_to_settle(search: Search, response: Augmented, start: Values) -> DisagreementFit | None:
+def _fit_large(search: Search, state: DisagreementFit, member: Member, values: Values) -> DisagreementFit | None:
+    """Return a member added to a state and fitted with the weights of what it leaves at its own values; None if the
+    strut is not held at them. Beside the disagreement without it, a large effect is hardly seen, and its fit stays
+    where the disagreement hides the most."""
+    response = state.response.with_member(member)
+    start = {**state.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
+    try:
+        at = search.begin(response, start).at
+        weighted = search.on(with_disagreement(search.A, _residual(search.A, response, at)))
+    except ModelError:
+        return None
+    return _fit_with_member(weighted, state, member, values)
+
+
+def settle_if_held(search: Search, response: Augmented, start: Values) -> DisagreementFit | None:
     """Return a response fitted to A beside its disagreement; None if the strut is not held at values on the way."""
     try:
         return settle(search, response, start, ROUNDS)

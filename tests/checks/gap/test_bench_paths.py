@@ -1,7 +1,8 @@
-"""A bench whose channels lag each by a time of its own, which no file describes: an effect beside that is named as if
-the bench had none, and a sound strut has no name.
+"""A bench whose channels lag each by a time of its own, which no file describes, and whose guide may give way: an
+effect beside that is named as if the bench had none, and a sound strut has no name.
 
-Red on the search without the bench's paths: four or five members of the library, of which the hidden one was one.
+Red on the search without the bench's paths: four or five members of the library, of which the hidden one was one; and
+on one that calibrates them as if nothing else were missing: beside a large effect or a guide it took them for wrong.
 """
 
 from dataclasses import replace
@@ -14,12 +15,13 @@ from checks.gap import workflow
 from checks.gap.effects import EFFECTS
 from checks.gap.workflow import Inputs, run
 from checks.model.learned_bench import LearnedBench
-from tests.checks.gap.gap_cases import F, inputs
+from tests.checks.gap.shared.gap_cases import F, inputs
 from tests.checks.gap.test_gap import quiet
 
 LATE_US = (12.0, 31.0, 14.0)  # Vs, de, da: with the filters 37, 56 and 67 us, three lags that no two names explain
 AMPLIFIER_HZ, DAMPING_RATIO = 9000.0, 0.7
 FILTER_HZ = 8000.0  # of second order, on da
+GUIDE_HZ, GUIDE_DAMPING_RATIO = 460.0, 0.01
 GAINS = (1.002, 0.998, 1.003)
 LAGS = {e.name for e in EFFECTS.values() if e.lags}
 NOTHING_LEARNED = LearnedBench(
@@ -36,8 +38,16 @@ def of_a_bench() -> Complex:
     return np.asarray(every)
 
 
-def on_a_bench(given: Inputs) -> Inputs:
-    by = of_a_bench()
+def of_a_guide() -> Complex:
+    """What a guide that gives way makes of each response (F, 3): next to nothing of Vs, four times de at the mode's
+    peak."""
+    s, w = 2j * np.pi * F[:, None], 2 * np.pi * GUIDE_HZ
+    peaks = np.array([1e-3, 3.0, 0.1])  # Vs, de, da
+    return np.asarray(1.0 + 2j * GUIDE_DAMPING_RATIO * peaks * w**2 / (s**2 + 2 * GUIDE_DAMPING_RATIO * w * s + w**2))
+
+
+def on_a_bench(given: Inputs, gives_way: bool = False) -> Inputs:
+    by = of_a_bench() * (of_a_guide() if gives_way else 1.0)
     A, B = (replace(d, H=d.H * by, cov=d.cov * by[:, :, None] * by[:, None, :].conj()) for d in (given.A, given.B))
     return replace(given, A=A, B=B)
 
@@ -46,6 +56,7 @@ def on_a_bench(given: Inputs) -> Inputs:
     ("effect", "values"),
     [
         ("misalignment", {"dx_um": -10.0, "dy_um": 25.0}),
+        ("misalignment", {"dx_um": -80.0, "dy_um": -345.0}),  # large: a linear look from zero does not reach it
         ("payload_mass", {"kg": 0.8}),
         ("encoder_scale", {"relative": 0.05}),  # a path's gain may not hide it
     ],
@@ -58,6 +69,26 @@ def test_one_effect_is_named_exactly(effect: str, values: dict[str, float]) -> N
     for name, at in found.named[0].parameters.items():
         half = 0.5 * (at.hi - at.lo)
         assert at.lo - half < values[name] < at.hi + half  # twice the 95 % interval: one unit in twenty lies outside
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"), [("misalignment", {"dx_um": -80.0, "dy_um": -345.0}), ("payload_mass", {"kg": 0.8})]
+)
+def test_an_effect_is_named_beside_a_guide_that_gives_way(effect: str, values: dict[str, float]) -> None:
+    found = run(on_a_bench(inputs(3, {effect: values}), gives_way=True), quiet)
+    assert [n.effect for n in found.named] == [effect]
+    assert found.verdict == "partly_explained"
+    assert any(u.channel == "de" for u in found.unnamed)  # the guide's mode
+    for name, at in found.named[0].parameters.items():
+        half = 0.5 * (at.hi - at.lo)
+        assert at.lo - half < values[name] < at.hi + half  # twice the 95 % interval, as above
+
+
+def test_a_sound_strut_on_a_guide_that_gives_way_has_no_name() -> None:
+    found = run(on_a_bench(inputs(4), gives_way=True), quiet)
+    assert not found.named
+    assert found.verdict in ("partly_explained", "unexplained")
+    assert any(u.channel == "de" for u in found.unnamed)
 
 
 def test_a_sound_strut_lacks_lags_only() -> None:
@@ -89,7 +120,7 @@ def test_a_learned_bench_has_its_paths_already(monkeypatch: pytest.MonkeyPatch) 
     def add_paths(*_: object) -> None:
         raise AssertionError("paths beside a learned bench")
 
-    monkeypatch.setattr(workflow, "with_bench_paths", add_paths)
+    monkeypatch.setattr(workflow, "on_bench", add_paths)
     monkeypatch.setattr(workflow, "explain", begin)
     given = on_a_bench(inputs(4))
     with pytest.raises(SearchBegun):
