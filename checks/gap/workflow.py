@@ -52,7 +52,7 @@ def _explain(problem: Problem, search: Search, base: Candidate) -> Result:
     whole = replace(base, unseen=problem.B)
     if whole.adequate:
         return build_result(problem, search, SearchResult(base, base, (), ()), whole)
-    if problem.inputs.model.learned is None and not base.gross:
+    if problem.inputs.model.learned is None:
         bench = on_bench(search, base)
         if bench is not None and bench.is_usual and bench.is_needed(search):
             return _explain_on_bench(problem, search, base, with_bench_paths(search, bench))

@@ -35,6 +35,11 @@ class OnBench:
     paths: DisagreementFit
 
     @property
+    def gain(self) -> float:
+        """Return the gain of the paths in profile log-likelihood of B."""
+        return self.paths.lnL - self.without.lnL
+
+    @property
     def is_usual(self) -> bool:
         """Return whether no path is larger than a bench's: a larger lag is an effect's."""
         members = [m for m in self.paths.response.members if is_path(m)]
@@ -44,20 +49,25 @@ class OnBench:
     def is_needed(self, search: Search) -> bool:
         """Return whether the paths explain more than any one lag of the library could: lags of several kinds, beside
         which no single effect would be complete."""
-        gain = self.paths.lnL - self.without.lnL
-        if gain < LITTLE:
-            return False
         lagging = tuple(m for m in search.library if isinstance(m, Effect) and m.lags)
         largest = max((b.lnL - self.without.lnL for _, b in add_one(search, self.without, lagging)), default=0.0)
-        return gain > largest + 0.5 * search.table.two_delta_lnL
+        return self.gain > largest + 0.5 * search.table.two_delta_lnL
 
 
 def on_bench(search: Search, base: Candidate) -> OnBench | None:
-    """Return a calibrated candidate on a bench with paths of its own; None if the strut is not held on the way."""
+    """Return a calibrated candidate on a bench with paths of its own; None if these explain little, or if the strut is
+    not held on the way."""
     response = replace(base.response, members=(*base.response.members, *bench_paths(search.A.channels)))
-    every = [[settle_if_held(search, r, at) for at in (base.at, {})] for r in (base.response, response)]
-    without, paths = (max((b for b in fits if b is not None), key=lambda b: b.lnL, default=None) for fits in every)
-    return None if without is None or paths is None else OnBench(without, paths)
+    fits: list[list[DisagreementFit]] = [[], []]
+    for at in (base.at, {}):  # a calibration that has gone astray is not followed
+        for known, r in zip(fits, (base.response, response), strict=True):
+            known += [b for b in (settle_if_held(search, r, at),) if b is not None]
+        if not all(fits):
+            return None
+        bench = OnBench(*(max(known, key=lambda b: b.lnL) for known in fits))
+        if bench.gain < LITTLE:
+            return None
+    return bench
 
 
 def with_bench_paths(search: Search, bench: OnBench) -> Candidate:
