@@ -9,10 +9,13 @@ from checks.gap.decision.never_worse import gap_increased
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, Result
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Problem, check_same_unit, prepare
-from checks.gap.search.bench_paths import NEARLY, in_words, on_bench, with_bench_paths, without_lags
+from checks.gap.search.bench_paths import in_words, on_bench, with_bench_paths, without_lags
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Effort, Say, Search
 from checks.gap.search.forward import SearchResult, explain, explain_beside
+
+NEARLY = 10.0  # G up to which one more effect may be what is left of an explanation
+NEARLY_ON_BENCH = 3.0  # the same on a bench of its own, whose guide leaves more than one effect could explain
 
 
 def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
@@ -82,7 +85,7 @@ def _explain_on_bench(problem: Problem, search: Search, base: Candidate, bench: 
     beyond = without_lags(search)
     if not bench.adequate:
         found = explain_beside(beyond, alone)  # it finds a complete explanation too, and sooner than a full search
-        if not found.steps and not found.is_named and bench.worst_G < NEARLY:
+        if not found.steps and not found.is_named and bench.worst_G < NEARLY_ON_BENCH:
             found = max(found, explain(beyond, bench, 1, 1), key=lambda f: f.is_named)
     if found.is_named:
         named = in_words(search, found)

@@ -19,7 +19,6 @@ from checks.gap.search.disagreement import DisagreementFit, add_one, settle_if_h
 from checks.gap.search.forward import SearchResult, explain
 
 LITTLE = 25.0  # of profile log-likelihood, twice what a name needs: paths that explain less are no bench's
-NEARLY = 3.0  # G up to which one more effect, of a band too narrow for the disagreement, may be all that is left
 USUAL = 4.0  # sd of a bench's lags, filters and gains
 SAME_LAG_US = 4.0  # lags this near may be one: as well as records tell a lag from a filter
 TWICE = 2.0  # the usual lag: an amplifier, a filter and a converter's latency together
