@@ -28,6 +28,7 @@ from accept.gap.text import one_line
 from accept.judging.golden import BenchStopped
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
+from accept.pictures import signs
 from accept.pictures.labels import label_of
 from accept.store import Event, Store, StoreError
 from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged
@@ -196,7 +197,7 @@ class _Batch:
             # Noted again: the run that judged it may have been killed before it could.
             self.doubted += pipeline.weaken_others(unit.serial, known.reservations.copies)
             self._note_parts(unit.serial, unit.parts, known.reservations.part_doubts)
-            self.say(f"{unit.serial}: unchanged, {before.verdict}")
+            self.say(f"{unit.serial}: unchanged, {signs.unit_word(before.verdict, known.reservations.nonconformances)}")
             return None
         return pipeline.prepare(unit, known, certificate, self._place(unit))
 
@@ -219,7 +220,7 @@ class _Batch:
         self.roster.keep(outcome.result)
         self.doubted += settled.weakened
         self._note_parts(result.serial, result.parts, result.part_doubts)
-        self.say(f"{prefix}{result.serial}: {result.verdict}{_why(result)}")
+        self.say(f"{prefix}{result.serial}: {result.word}{_why(result)}")
 
     def settle_doubted_again(self) -> None:
         """Settle again the units of this run that share a recording with a later one, or whose part was judged or built

@@ -38,7 +38,8 @@ def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | 
         found = {f["quantity"]: f for f in unit["findings"]}
         cells = [Text(column.get(unit["serial"], "")) for column in extra.values()]
         cells += [_cell(found.get(q)) for q in shown]
-        table.add_row(unit["serial"], *cells, Text(unit["verdict"], style=signs.UNITS[unit["verdict"]].bold))
+        word = signs.unit_word(unit["verdict"], unit.get("nonconformances") or ())
+        table.add_row(unit["serial"], *cells, Text(word, style=signs.UNITS[word].bold))
     return table
 
 

@@ -135,8 +135,18 @@ def lines(check: Check, reason: Reason) -> list[str]:
     return list(dict.fromkeys(line for one in reason.all() for line in _lines(check, one)))
 
 
+def record_advice(reason: Reason) -> list[str]:
+    """Return the advice on why a record was refused before any check saw it."""
+    return [ADVICE[each.cause].format(**_named(each)) for each in reason.all() if each.cause in ADVICE]
+
+
+def _named(reason: Reason) -> dict[str, Any]:
+    """Return the parameters of a reason, channels by their names."""
+    return {k: CHANNEL_LABELS.get(v, v) if isinstance(v, str) else v for k, v in reason.parameters.items()}
+
+
 def _lines(check: Check, reason: Reason) -> list[str]:
-    parameters = {k: CHANNEL_LABELS.get(v, v) if isinstance(v, str) else v for k, v in reason.parameters.items()}
+    parameters = _named(reason)
     if reason.cause is Cause.IMPACTS_BAD:
         found = [IMPACT_ADVICE[fault] for fault in parameters["faults"] if fault in IMPACT_ADVICE]
     elif reason.cause is Cause.IN_WORDS and reason.record:  # of a file that its reader refused

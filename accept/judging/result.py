@@ -6,6 +6,7 @@ from typing import Any
 
 from accept.base.documents.results import Information, UnitEntry
 from accept.judging.advice import action
+from accept.pictures import signs
 from checks.declare import Measured
 from checks.picture import Panel
 from checks.quantity import Quantity
@@ -66,13 +67,18 @@ class UnitResult:
         return f"{self.spec_name}@{self.spec_sha256}"
 
     @property
+    def word(self) -> str:
+        """The verdict as people read it."""
+        return signs.unit_word(self.verdict, self.nonconformances)
+
+    @property
     def action(self) -> str | None:
         """What to correct at the bench before it is measured again, None if no such cause is known."""
         return action(self.findings)
 
     def __repr__(self) -> str:
         """Return a line for the unit and one for each finding: what a notebook shows."""
-        lines = [f"{self.serial} ({self.kind}): {self.verdict} by spec {self.spec_name}"]
+        lines = [f"{self.serial} ({self.kind}): {self.word} by spec {self.spec_name}"]
         for f in self.findings:
             value = "" if f.value is None else f" {with_U(f.value, f.U) if f.U else rounded(f.value, None)}"
             why = "" if f.reason is None else f", {f.reason}"

@@ -1,5 +1,6 @@
 """How a verdict looks, once for every medium: distinguished by word, by mark and by colour, so also without colour."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from enum import Enum
 
@@ -54,6 +55,7 @@ UNITS = {
     "conditional": Sign("conditional", *_DOUBT),
     "rejected": Sign("rejected", *_BAD),
     "incomplete": Sign("incomplete", *_OPEN),
+    "held": Sign("held", "!", "!", Tone.BAD),  # conditional, as quality assurance must decide about a nonconformance
 }
 GAP = {
     "no_missing_effect": Sign("no missing effect", *_GOOD),
@@ -63,3 +65,13 @@ GAP = {
     "unexplained": Sign("cause not found", *_OPEN),
     "refused": Sign("not analysed", *_OPEN),
 }
+
+
+def is_held(verdict: str | None, nonconformances: Collection[str]) -> bool:
+    """Return whether nonconformances hold a unit of this verdict, None before it was judged."""
+    return bool(nonconformances) and verdict in (None, "conditional")
+
+
+def unit_word(verdict: str, nonconformances: Collection[str]) -> str:
+    """Return the verdict of a unit as people read it, a key of `UNITS`: one that is held is called so everywhere."""
+    return "held" if is_held(verdict, nonconformances) else str(verdict)

@@ -3,6 +3,7 @@
 A kind grows by keys with a default, so that stores of earlier versions are read. No key changes its name or meaning.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Self
@@ -412,6 +413,14 @@ class StepNoted(Payload, what="step_noted"):
         """Return the note as it stands in `unit.toml` and on the certificate, with the hashes of its files."""
         files = "".join(f"; file {file.name}, SHA-256 {file.sha256}" for file in self.files)
         return f"{self.text}{files} ({who})"
+
+
+_HASHED = re.compile(r"; file ([^;]+), SHA-256 [0-9a-f]{64}")
+
+
+def without_hashes(line: str) -> str:
+    """Return a note's line with its files by their names alone, as screens show it."""
+    return _HASHED.sub(r" [\1]", line)
 
 
 @dataclass(frozen=True)

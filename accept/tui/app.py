@@ -10,6 +10,7 @@ from textual.binding import Binding, BindingType
 from textual.events import Event, Key, MouseDown
 from textual.filter import LineFilter, Monochrome
 
+from accept.pictures.signs import unit_word
 from accept.tui import theme
 from accept.tui.screens.help import Help
 from accept.tui.screens.start import Begin, Given, StartScreen, open_at_bench
@@ -32,6 +33,7 @@ class RunOutcome:
     """What this run has come to, for the exit code."""
 
     verdicts: dict[str, str] = field(default_factory=dict)
+    words: dict[str, str] = field(default_factory=dict)  # the same as people read them
 
 
 class BenchApp(App[None]):
@@ -113,9 +115,10 @@ class BenchApp(App[None]):
         self.close_unit()
         self.show_start()
 
-    async def next_unit(self, queue: "Queue", words: str = "") -> str:
-        """Open the unit that waits behind this one for the same thing. words: about the unit that is left. Return why
-        no other is open, "" if one is. Keys that follow wait until it is there."""
+    async def next_unit(self, queue: "Queue", words: str = "", goes_on: "Queue | None" = None) -> str:
+        """Open the unit that waits behind this one for the same thing. words: about the unit that is left; goes_on:
+        what is done at one unit after the other from there, by default the same. Return why no other is open, "" if one
+        is. Keys that follow wait until it is there."""
         session, bench = self.session, self.bench
         if session is None or bench is None:
             return "No unit is open"
@@ -129,10 +132,12 @@ class BenchApp(App[None]):
         except AcceptError as e:
             return str(e)
         if unit is None:
-            return f"No other unit waits: {queue.title}"
+            return queue.nothing_waits
         left = sum(one.serial not in (session.serial, unit.serial) for one in waiting.units)
         more = f"{left} more wait" if left else "the last one"
         await self.go_to(unit.serial, unit.kind, queue, f"{words}Now {unit.serial}, {more}")
+        if self.queue is not None:
+            self.queue = goes_on or self.queue
         return ""
 
     async def go_to(self, serial: str, kind: str, queue: "Queue | None", words: str = "") -> None:
@@ -179,7 +184,9 @@ class BenchApp(App[None]):
         if self.session is not None:
             attempt = self.session.run.attempt
             if attempt is not None:
-                self.done.verdicts[self.session.serial] = attempt.verdict or "incomplete"
+                serial, verdict = self.session.serial, attempt.verdict or "incomplete"
+                self.done.verdicts[serial] = verdict
+                self.done.words[serial] = unit_word(verdict, self.session.nonconformances)
             self.session.close()
             self.session = None
 

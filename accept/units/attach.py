@@ -55,8 +55,7 @@ def may_fit(source: Path, declared: Series | CsvTable, channels: Channels) -> bo
     A structure, whose channels stand inside it, may fit. channels: our name -> where it stands in the file.
     """
     try:
-        status = source.stat()
-        found = _channels_of(source, status.st_mtime_ns, status.st_size)
+        found = _channels_now(source)
     except (RecordError, OSError):
         return False
     if isinstance(declared, CsvTable):
@@ -72,10 +71,31 @@ def may_fit(source: Path, declared: Series | CsvTable, channels: Channels) -> bo
     return not vectors or (needed <= set(found) and timed)
 
 
+def damage(source: Path) -> str:
+    """Return why not even the names of a file's channels can be read, "" if they can."""
+    try:
+        _channels_now(source)
+    except (RecordError, OSError) as e:
+        return " ".join(str(e).split())
+    return ""
+
+
+def _channels_now(source: Path) -> dict[str, tuple[int, ...]]:
+    status = source.stat()
+    found = _channels_of(source, status.st_mtime_ns, status.st_size)
+    if isinstance(found, RecordError):
+        raise found
+    return found
+
+
 @lru_cache(maxsize=2000)
-def _channels_of(source: Path, _mtime_ns: int, _size: int) -> dict[str, tuple[int, ...]]:
-    """Return the channels of a file: it is looked into again only if it has changed. Raises RecordError, OSError."""
-    return dict(records.list_channels(source))
+def _channels_of(source: Path, _mtime_ns: int, _size: int) -> dict[str, tuple[int, ...]] | RecordError:
+    """Return the channels of a file, or why they cannot be read: it is looked into again only if it has changed. Raises
+    OSError."""
+    try:
+        return dict(records.list_channels(source))
+    except RecordError as e:
+        return e
 
 
 def _free_name(folder: Path, name: str, digest: str) -> str:

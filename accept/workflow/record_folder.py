@@ -21,7 +21,7 @@ _PHOTOS = {".jpg", ".jpeg", ".png", ".heic", ".webp", ".tif", ".tiff"}
 LOOKED_INTO_MOST = 64 * 2**20  # bytes of a file that is looked into unasked
 _MOST = 500  # files of one folder
 _MOST_PROPOSED = 60  # the newest of them, from which one is proposed
-_SETTLED_S = 1.5  # a file that changed within it may still be written
+SETTLED_S = 1.5  # a file that changed within it may still be written
 _TOGETHER_S = 600.0  # files of one session at the rig; an older one is proposed only without any of these
 
 FileInput = Series | CsvTable
@@ -29,12 +29,16 @@ FileInput = Series | CsvTable
 
 @dataclass(frozen=True)
 class PickableFile:
-    """One file. mtime: seconds of the epoch; fits: whether it has what is wanted."""
+    """One file. mtime: seconds of the epoch; fits: whether it has what is wanted; score: how far its name speaks for
+    that; other: the step that it speaks for instead, "" for none; damage: why it cannot be read, "" if it can."""
 
     name: str
     mtime: float
     size: int
     fits: bool = True
+    score: int = 0
+    other: str = ""
+    damage: str = ""
 
 
 @dataclass(frozen=True)
@@ -45,11 +49,20 @@ class Listing:
     files: tuple[PickableFile, ...]
 
 
-def look(folder: Path, fits: Callable[[Path], bool] = lambda _: True) -> Listing:
-    """Return what a folder holds: files that fit before the others, the newest first. Raises OSError."""
+def look(
+    folder: Path,
+    fits: Callable[[Path], bool] = lambda _: True,
+    named: Callable[[str], tuple[int, str]] = lambda _: (0, ""),
+) -> Listing:
+    """Return what a folder holds: files that fit before the others, of these the ones whose names speak most for what
+    is wanted, then the newest. named: score of a name, and the step that it speaks for instead. Raises OSError."""
     folders, files = _contents(folder)
-    judged = [replace(f, fits=f.size > LOOKED_INTO_MOST or fits(folder / f.name)) for f in files[:_MOST]]
-    return Listing(tuple(folders[:_MOST]), tuple(sorted(judged, key=lambda entry: not entry.fits)))
+    judged = []
+    for file in files[:_MOST]:
+        score, other = named(file.name)
+        good = file.size > LOOKED_INTO_MOST or fits(folder / file.name)
+        judged.append(replace(file, fits=good, score=score, other=other))
+    return Listing(tuple(folders[:_MOST]), tuple(sorted(judged, key=lambda entry: (not entry.fits, -entry.score))))
 
 
 def _contents(folder: Path) -> tuple[list[str], list[PickableFile]]:
@@ -80,8 +93,10 @@ def proposals(
     about: str,
     fits: Callable[[FileInput, Path], bool],
     taken: Callable[[Path, float], bool],
+    damage: Callable[[Path], str] = lambda _: "",
 ) -> dict[str, PickableFile]:
-    """Return for each input that wants a file the one that is proposed, by the input's name; no file twice.
+    """Return for each input that wants a file the one that is proposed, by the input's name; no file twice. Without
+    one, a file whose name speaks for the input and that cannot be read, with its damage.
 
     A file is proposed if it has the channels, is written to its end and belongs to no unit yet (taken: by path and
     time). Files of one session at the rig come first, of these the one whose name speaks for the input, then the
@@ -93,17 +108,17 @@ def proposals(
     except OSError:
         return {}
     now = time.time()
-    free = [f for f in files if not 0 <= now - f.mtime < _SETTLED_S and f.size <= LOOKED_INTO_MOST]
-    free = [f for f in free if not taken(folder / f.name, f.mtime)]
+    free = [f for f in files if not 0 <= now - f.mtime < SETTLED_S and f.size <= LOOKED_INTO_MOST]
+    free = [replace(f, damage=damage(folder / f.name)) for f in free if not taken(folder / f.name, f.mtime)]
     candidates = [
         (place, declared, file, _score(file.name, declared, wanted, about))
         for place, declared in enumerate(wanted)
         for file in free
-        if fits(declared, folder / file.name)
+        if file.damage or fits(declared, folder / file.name)
     ]
     newest = max((file.mtime for _, _, file, _ in candidates), default=0.0)
-    candidates = [c for c in candidates if c[3] >= (1 if c[1].name in _optional(wanted) else 0)]
-    candidates.sort(key=lambda c: (newest - c[2].mtime > _TOGETHER_S, -c[3], c[0], -c[2].mtime))
+    candidates = [c for c in candidates if c[3] >= (1 if c[1].name in _optional(wanted) or c[2].damage else 0)]
+    candidates.sort(key=lambda c: (c[2].damage != "", newest - c[2].mtime > _TOGETHER_S, -c[3], c[0], -c[2].mtime))
     chosen: dict[str, PickableFile] = {}
     for _, declared, file, _ in candidates:
         if declared.name not in chosen and file not in chosen.values():
@@ -122,6 +137,22 @@ def _score(file: str, declared: FileInput, wanted: Sequence[FileInput], about: s
     own = len(found & _named(declared))
     others = max((len(found & _named(other)) for other in wanted if other is not declared), default=0)
     return own + common if own >= others else own - others
+
+
+def name_score(
+    file: str, declared: FileInput, wanted: Sequence[FileInput], about: str, others: Mapping[str, Sequence[FileInput]]
+) -> tuple[int, str]:
+    """Return how far the name of a file speaks for an input of a step, less how far it speaks for another step, and
+    that step if it speaks more for it, else "". wanted: inputs of the form; about: words of the step; others: words of
+    the other steps, the last one its name, and their inputs."""
+    found, own = _words(Path(file).stem), _score(file, declared, wanted, about)
+    scores = [
+        (len(found & _named(one)) + len(found & _words(words)), words.split("\n")[-1])
+        for words, inputs in others.items()
+        for one in inputs
+    ]
+    most, name = max(scores, default=(0, ""), key=lambda each: each[0])
+    return own - most, name if most > max(own, 0) else ""
 
 
 def _named(declared: FileInput) -> frozenset[str]:

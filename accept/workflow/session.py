@@ -6,8 +6,10 @@ Each method may block (disk, lock, physics): screens call them from thread worke
 import math
 import threading
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from datetime import datetime
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from accept.base.documents.results import Information
@@ -15,6 +17,7 @@ from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
 from accept.gap.attach_to_result import with_explanation
+from accept.judging.advice import ADVICE, record_advice
 from accept.judging.nonconformance import open_nonconformances
 from accept.judging.result import UnitResult
 from accept.store import Event, Store
@@ -42,6 +45,7 @@ from accept.workflow.lock import UnitLock
 from accept.workflow.record_folder import Proposals
 from accept.workflow.state.unit_state import (
     Attempt,
+    FileLink,
     Given,
     StepJudgement,
     StepState,
@@ -56,12 +60,15 @@ from accept.workflow.steps.section import note_lines
 from accept.workflow.usual_values import usual_values
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
+from checks.cause import Cause
 from checks.declare import CsvTable, Form, Input, Measured, Scalar, Series
+from checks.errors import RecordError
 from checks.picture import Panel
 from hw.errors import InstrumentError
 from specs.bench import NO_CHANNELS, BenchFile, Channels, channel_map
 from specs.spec import Spec
 
+NOTHING_REFUSED: Mapping[Path, float] = MappingProxyType({})
 NOTES_FOLDER = "notes"  # in that of an attempt: photos and other files
 _FILE_BYTES = 200_000_000  # of one of them
 _EVENTS_BACK = 5000  # of the store: whether a file belongs to another unit is asked of these
@@ -226,31 +233,64 @@ class Session:
             RecordLinked(step, form, declared.name, name, digest, str(source), day, instrument, evidence)
         )
 
+    def link_advice(self, source: Path, why: RecordError) -> str:
+        """Return what to do about a record that could not be linked."""
+        if attach.damage(source):
+            return ADVICE[Cause.FILE_DAMAGED]
+        return next(iter(record_advice(why.reason)), "F2: choose another file")
+
     def may_fit(self, declared: Series | CsvTable, source: Path) -> bool:
         """Return whether a file has the channels of a record of this unit, by their names."""
         return attach.may_fit(source, declared, channel_map(self.attempt.channels))
 
-    def proposals(self, step: WorkflowStep, form: Form, folder: Path) -> Proposals:
-        """Return the records in a folder that are proposed for the inputs of a form that have none yet."""
+    def proposals(
+        self, step: WorkflowStep, form: Form, folder: Path, refused: Mapping[Path, float] = NOTHING_REFUSED
+    ) -> Proposals:
+        """Return the records in a folder that are proposed for the inputs of a form that have none yet. refused: files
+        that were refused, and when they were written [s of the epoch]: one that was written again may be proposed."""
         state = self.state(step.name)
         wanted = [i for i in form.inputs if isinstance(i, Series | CsvTable) and state.link(i.name) is None]
         if not wanted:
             return {}
         known = self._sources()
-        about = f"{step.name} {step.short}"
-        return record_folder.proposals(
-            folder, wanted, about, self.may_fit, lambda path, mtime: mtime <= known.get(str(path), -math.inf)
-        )
+
+        def taken(path: Path, mtime: float) -> bool:
+            return mtime <= max(known.get(str(path), -math.inf), refused.get(path, -math.inf))
+
+        return record_folder.proposals(folder, wanted, _about(step), self.may_fit, taken, attach.damage)
+
+    def name_score(self, step: WorkflowStep, declared: Series | CsvTable, file: str) -> tuple[int, str]:
+        """Return how far the name of a file speaks for an input of a step, and the step that it speaks for instead."""
+        if any(isinstance(e, FileLink) and e.file == file for e in self.state(step.name).entries):
+            return -1, "in use"
+        inputs = {_about(other): _files_of(other) for other in self.steps if other is not step and not other.derived}
+        wanted = [i for i in step.form_with(declared.name).inputs if isinstance(i, Series | CsvTable)]
+        return record_folder.name_score(file, declared, wanted, _about(step), inputs)
 
     def _sources(self) -> dict[str, float]:
-        """Return when [s of the epoch] each file was last taken for a unit, among the latest events of the store."""
+        """Return when [s of the epoch] each file was last taken for a unit, among the latest events of the store. What
+        was undone or replaced in this attempt is free again."""
         latest = self.store.events(what=RecordLinked.KIND, after=max(0, self.store.head().seq - _EVENTS_BACK))
         gone = {p.undoes for e in self._events if isinstance(p := payload_of(e, EntryUndone), EntryUndone)}
+        gone |= self._replaced(gone)
         return {
             str(event.data["origin"]): datetime.fromisoformat(event.time).timestamp()
             for event in latest
             if event.seq not in gone
         }
+
+    def _replaced(self, undone: AbstractSet[int]) -> set[int]:
+        """Return the numbers of the events by which a record was linked in whose place another one was linked since.
+        What went before a step was begun anew is not among them: it was measured then."""
+        replaced, last = set[int](), dict[tuple[str, str], int]()
+        for event in self._events:
+            match payload_of(event, RecordLinked, StepRemeasured):
+                case RecordLinked() as link if event.seq > self._begun and event.seq not in undone:
+                    replaced |= {last[link.step, link.input]} if (link.step, link.input) in last else set()
+                    last[link.step, link.input] = event.seq
+                case StepRemeasured() as again:
+                    last = {key: seq for key, seq in last.items() if key[0] != again.step}
+        return replaced
 
     def note(
         self, step: str, text: str, nonconformance: bool = False, files: Sequence[Path] = (), internal: bool = False
@@ -393,3 +433,12 @@ class Session:
             attempt = self.attempt
             attach.write_document(self.folder, section.document(self.serial, attempt, self.steps))
             return attempt
+
+
+def _about(step: WorkflowStep) -> str:
+    """Return the words of a step that the names of its records may hold, its name in a list last."""
+    return f"{step.name}\n{step.short}"
+
+
+def _files_of(step: WorkflowStep) -> list[Series | CsvTable]:
+    return [i for form in step.check.forms for i in form.inputs if isinstance(i, Series | CsvTable)]

@@ -1,6 +1,8 @@
 """Training: simulated units with a hidden fault, which can be put right, on instruments of their own."""
 
+import os
 import random
+import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
@@ -23,6 +25,7 @@ from accept.units.unit_folder import UNIT_FILE, UnitFolder
 from accept.workflow.bench import LOCK_WAIT_S, Begun, Workbench
 from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import InstrumentPort
+from accept.workflow.record_folder import SETTLED_S
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import is_needed
 from hw.simulated import SimulatedBench
@@ -39,6 +42,14 @@ class Label:
     name: str
     value: float
     unit: str
+
+    @property
+    def short_name(self) -> str:
+        return self.name
+
+    @property
+    def offer(self) -> str:
+        return f"{self.value:.6g} {self.unit} from {self.name}"
 
     def read(self) -> tuple[float, str]:
         return self.value, self.unit
@@ -73,7 +84,7 @@ class TrainingUnit:
     def __init__(self, request: UnitRequest, folder: Path) -> None:
         """Write the records, without the list of them. Raises OSError, UnitRequestError, ModelError."""
         self._asked, self._request, self.folder = request, request, folder
-        self._write(lambda _: True)
+        self._write(lambda _: True, ago_s=SETTLED_S)  # they are whole: nothing waits for them to be written to the end
 
     @property
     def remedies(self) -> Sequence[Remedy]:
@@ -109,11 +120,13 @@ class TrainingUnit:
         self._request = replace(now, fault=None if gone else now.fault, take=now.take + 1)
         self._write(lambda name: name.startswith(remedy.stems))
 
-    def _write(self, wanted: Callable[[str], bool]) -> None:
+    def _write(self, wanted: Callable[[str], bool], ago_s: float = 0.0) -> None:
+        """Write the records that are wanted and not there yet. ago_s: how long ago they were written [s]."""
         for name, content in simulate(self._request).files.items():
             path = self.folder / name
             if wanted(name) and not (path.exists() and path.read_bytes() == content):
                 write_atomic(path, content)
+                os.utime(path, (time.time() - ago_s,) * 2)
 
 
 _REASON = "put right: "

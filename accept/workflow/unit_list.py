@@ -51,8 +51,13 @@ class KnownUnit:
     @property
     def words(self) -> str:
         end = {0: "not signed", 1: "signed", 2: "signed and countersigned"}[min(self.signed, 2)]
-        state = f"{self.verdict}, {end}" if self.verdict else f"{self.taken} step{'s' if self.taken != 1 else ''} begun"
+        verdict = "held" if self._is_held else self.verdict
+        state = f"{verdict}, {end}" if verdict else f"{self.taken} step{'s' if self.taken != 1 else ''} begun"
         return f"attempt {self.attempt}: {state}"
+
+    @property
+    def _is_held(self) -> bool:
+        return self.held and self.verdict == UnitVerdict.CONDITIONAL
 
     @property
     def to_sign(self) -> bool:
@@ -64,11 +69,11 @@ class KnownUnit:
         """Return where it stands, in a few words."""
         verdict = "held" if self.held and self.verdict in (None, UnitVerdict.CONDITIONAL) else self.verdict
         if self.signed:
-            return f"{verdict}, {'signed' if self.signed == 1 else 'countersigned'}"
+            return f"{verdict}, {'signed' if self.signed == 1 else 'QA signed'}"
         if self.to_sign:
             return f"{verdict or 'complete'}, to sign"
         done = f"{self.steps - len(self.waiting)} of {self.steps} steps" if self.steps else f"{self.taken} steps begun"
-        return f"{done}, held" if self.held else done
+        return f"held, {done}" if self.held else done
 
 
 @dataclass(frozen=True)
@@ -86,6 +91,13 @@ class Queue:
         serials = [unit.serial for unit in self.units]
         at = serials.index(serial) + 1 if serial in serials else 0
         return next((unit for unit in (*self.units[at:], *self.units[:at]) if unit.serial != serial), None)
+
+    @property
+    def nothing_waits(self) -> str:
+        """Return why no other unit is opened."""
+        if self.name in (ALL, SIGN, RIG):
+            return f"No other unit waits: {self.title}"
+        return f"No other unit waits for {self.title}: all the others have it"
 
     def renewed(self, units: Sequence[KnownUnit], specs: Mapping[str, Spec]) -> "Queue":
         """Return the queue as it stands now."""

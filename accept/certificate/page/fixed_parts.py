@@ -11,9 +11,11 @@ from reportlab.lib.utils import simpleSplit
 from reportlab.pdfgen.canvas import Canvas
 
 from accept.certificate.contents.content import CertificateContent
+from accept.pictures import signs
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, MONO, REGULAR, fitting_size
+from accept.store.payloads import without_hashes
 
 TECHNICIAN, QA = "technician", "qa"
 BOXES = {TECHNICIAN: "Technician", QA: "Quality assurance"}
@@ -37,14 +39,14 @@ def code_text(contents: CertificateContent) -> str:
 def first_page(canvas: Canvas, contents: CertificateContent) -> None:
     """Draw the fixed parts of the first page: title, verdict, signature boxes, code."""
     _title(canvas, contents)
-    _verdict(canvas, str(contents.result["verdict"]))
+    _verdict(canvas, contents.result)
     _boxes(canvas)
     _code(canvas, contents)
 
 
 def later_page(canvas: Canvas, contents: CertificateContent) -> None:
     """Draw the head of every other page."""
-    sign = page_style.UNIT_SIGNS[contents.result["verdict"]]
+    sign = page_style.UNIT_SIGNS[_word(contents.result)]
     canvas.setFont(BOLD, 8)
     canvas.setFillColor(page_style.INK_COLOUR)
     line = f"{contents.serial}   {sign.mark} {sign.word}"
@@ -96,7 +98,8 @@ def summary(result: Mapping[str, Any]) -> str:
     """Return why the unit has its verdict, in a sentence that names the quantities; what holds the unit comes first."""
     if nonconformances := result.get("nonconformances"):
         others = summary({**result, "nonconformances": []}) if result["verdict"] != "conditional" else ""
-        return f"Held by a nonconformance: {'; '.join(nonconformances)}. Quality assurance decides. {others}".rstrip()
+        listed = "; ".join(map(without_hashes, nonconformances))  # the notes have the hashes of their files
+        return f"Held by a nonconformance: {listed}. Quality assurance decides. {others}".rstrip()
     by_verdict: dict[str, list[str]] = {}
     for finding in result["findings"]:
         by_verdict.setdefault(finding["verdict"], []).append(label_of(finding["quantity"]))
@@ -117,9 +120,14 @@ def _lines(text: str, width: float, most: int = 3) -> list[str]:
     return lines if len(lines) <= most else [*lines[: most - 1], lines[most - 1] + " …"]
 
 
-def _verdict(canvas: Canvas, verdict: str) -> None:
+def _word(result: Mapping[str, Any]) -> str:
+    return signs.unit_word(result["verdict"], result.get("nonconformances", ()))
+
+
+def _verdict(canvas: Canvas, result: Mapping[str, Any]) -> None:
     """Draw the verdict, legible across a room: in a filled box, or in an empty one before there is a verdict."""
-    sign = page_style.UNIT_SIGNS[verdict]
+    word, verdict = _word(result), str(result["verdict"])
+    sign = page_style.UNIT_SIGNS[word]
     width, height = 92 * mm, 26 * mm
     left, bottom = page_style.WIDTH - page_style.MARGIN - width, _TOP - height
     canvas.setFillColor(sign.fill)
@@ -133,6 +141,10 @@ def _verdict(canvas: Canvas, verdict: str) -> None:
     size = fitting_size(sign.word, BOLD, 40, room)
     canvas.setFont(BOLD, size)
     canvas.drawCentredString(left + 22 * mm + room / 2, bottom + height / 2 - 0.36 * size, sign.word)
+    if word != verdict:  # the verdict of results.json
+        canvas.setFont(BOLD, 8)
+        below = f"{verdict.upper()} UNTIL QUALITY ASSURANCE DECIDES"
+        canvas.drawCentredString(left + 22 * mm + room / 2, bottom + 4 * mm, below)
 
 
 def _boxes(canvas: Canvas) -> None:

@@ -17,7 +17,7 @@ from accept.certificate.contents.step import Step
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import TECHNICIAN
 
-VERDICT_WORDS = re.compile(r"\b(ACCEPTED|REJECTED|CONDITIONAL|INCOMPLETE|PASS|FAIL|NO RESULT|DEMO)\b")
+VERDICT_WORDS = re.compile(r"\b(ACCEPTED|REJECTED|CONDITIONAL|INCOMPLETE|HELD|PASS|FAIL|NO RESULT|DEMO)\b")
 _SHOWN = 3  # words that are missing on a page: enough to see where it differs
 _CATALOG = {"/Perms", "/Metadata", "/Extensions", "/Version", "/DSS"}  # what signing changes of it
 

@@ -28,6 +28,7 @@ from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_copies, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
 from accept.judging.result import UnitResult
+from accept.pictures import signs
 from accept.units.unit_folder import UNIT_FILE
 from checks.verdict import UnitVerdict
 
@@ -176,7 +177,8 @@ def _summary(contents: CertificateContent, signatures: Sequence[Signed]) -> str:
     state += "".join(f", disposition: {s.disposition}" for s in signatures if s.disposition)
     signed = "; ".join(_words(s) for s in signatures)
     spec = f"spec {contents.spec_name} {contents.spec_sha256[:12]}"
-    return f"{contents.serial} {contents.result['verdict']}; {signed}; {state}; {spec}"
+    word = signs.unit_word(contents.result["verdict"], contents.result.get("nonconformances", ()))
+    return f"{contents.serial} {word}; {signed}; {state}; {spec}"
 
 
 def _roots(trust: Sequence[x509.Certificate], demo: bool) -> list[x509.Certificate]:

@@ -75,8 +75,8 @@ def show(wanted: RunOptions) -> Exit:
         app.close_unit()
         if app.bench is not None:
             app.bench.close()
-    for serial, verdict in app.done.verdicts.items():
-        say(f"{serial}: {verdict}")
+    for serial, word in app.done.words.items():
+        say(f"{serial}: {word}")
     if app.return_code:
         say("accept: internal error; every saved entry is kept. Please report the lines above")
         raise SystemExit(app.return_code)

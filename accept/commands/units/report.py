@@ -58,5 +58,5 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
         say(line)
     if result.gap is not None:
         say(f"{result.serial}: {one_line(result.gap)}")
-    say(f"{result.serial}: {result.verdict}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
+    say(f"{result.serial}: {result.word}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
     return of_verdicts([str(result.verdict)])

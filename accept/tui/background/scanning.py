@@ -6,6 +6,7 @@ from typing import Protocol, TypeVar, cast
 from textual.events import Key
 
 from accept.tui.background.busy_screen import Working
+from accept.tui.widgets.text_entry import letters_arrived
 from accept.workflow.shift import SigningShift
 from accept.workflow.unit_list import Queue
 
@@ -19,8 +20,9 @@ class OpensUnits(Protocol):
     queue: Queue | None
     shift: SigningShift
 
-    async def next_unit(self, queue: Queue, words: str = "") -> str:
-        """Open the unit that waits behind this one; return why no other is open."""
+    async def next_unit(self, queue: Queue, words: str = "", goes_on: Queue | None = None) -> str:
+        """Open the unit that waits behind this one, and go on with another queue from there; return why no other is
+        open."""
         ...
 
     async def scanned(self, serial: str, queue: Queue | None) -> str:
@@ -61,6 +63,7 @@ class Scanning(Working[T]):
 
     async def take_scan(self) -> bool:
         """Go to the unit whose serial was scanned. Returns whether one was."""
+        await letters_arrived(self)
         serial, self._scan = self.scan.strip(), ""
         if not serial:
             return False

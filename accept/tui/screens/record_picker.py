@@ -4,7 +4,9 @@ The folder is looked at again every second, so that a record that has just been 
 are typed leave the files whose name holds them.
 """
 
+import asyncio
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import ClassVar
@@ -17,8 +19,10 @@ from textual.events import Key
 from textual.widgets import DataTable, Label, Static
 
 from accept.tui.background.busy_screen import Working
-from accept.workflow.record_folder import LOOKED_INTO_MOST, TYPES, Listing, age_words, look
+from accept.tui.widgets.text_entry import letters_arrived
+from accept.workflow.record_folder import LOOKED_INTO_MOST, Listing, age_words, look
 
+LOOKS_AT_MOST_S = 5.0  # Enter waits for the list of a slow folder no longer
 _HINT = "New files appear here. Type letters of a name, Enter: choose, Esc: cancel"
 
 
@@ -56,16 +60,28 @@ class Pick(Working[Path | None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "choose", show=False, priority=True),
         Binding("escape", "leave", "Back"),
-        Binding("backspace", "shorten", "Folder above"),
+        Binding("backspace", "shorten", "Folder above", priority=True),
+        Binding("up", "move(-1)", show=False, priority=True),
+        Binding("down", "move(1)", show=False, priority=True),
+        Binding("pageup", "move(-10)", show=False, priority=True),
+        Binding("pagedown", "move(10)", show=False, priority=True),
         Binding("end", "to_row(-1)", show=False, priority=True),
         Binding("home", "to_row(0)", show=False, priority=True),
     ]
 
-    def __init__(self, what: str, folder: Path, fits: Callable[[Path], bool] = lambda _: True) -> None:
-        """Make the list. fits: whether a file has what is wanted; asked in a thread."""
+    def __init__(
+        self,
+        what: str,
+        folder: Path,
+        fits: Callable[[Path], bool] = lambda _: True,
+        named: Callable[[str], tuple[int, str]] = lambda _: (0, ""),
+    ) -> None:
+        """Make the list. fits: whether a file has what is wanted; named: how far its name speaks for that, and for
+        which step instead. Both are asked in a thread."""
         super().__init__()
         self._what, self._folder = what, folder
-        self._fits = fits
+        self._fits, self._named = fits, named
+        self._there = asyncio.Event()  # a folder was looked into
         self._placed = 0  # row on which the cursor was put
         self._typed = ""  # letters that the name must hold
         self._listing: Listing | None = None
@@ -83,23 +99,25 @@ class Pick(Working[Path | None]):
         if not self.alive:
             return
         table = self.query_one(DataTable)
-        for title, width in (("file", None), ("written", 16), ("size", 8), ("type", 7)):
+        for title, width in (("file", None), ("written", 16), ("size", 8), ("fits", 14)):
             table.add_column(title, key=title, width=width)
         table.focus()
         self._open(self._folder)
-        self.set_interval(1.0, self._again)
+        self.set_interval(1.0, lambda: self._again() if self._there.is_set() else None)
 
     def _open(self, folder: Path) -> None:
         self._folder, self._listing = folder, None
+        self._there.clear()
         self.query_one("#folder", Label).update(str(folder))
         self._again()
 
     def _again(self) -> None:
         folder = self._folder
-        self.aside(lambda: (folder, look(folder, self._fits)), self._looked, "look")
+        self.aside(lambda: (folder, look(folder, self._fits, self._named)), self._looked, "look")
 
     def _looked(self, seen: tuple[Path, Listing]) -> None:
         folder, listing = seen
+        self._there.set()
         if folder != self._folder or listing == self._listing:
             return
         if self._listing is None:
@@ -111,16 +129,17 @@ class Pick(Working[Path | None]):
         table, now = self.query_one(DataTable), datetime.now().timestamp()
         before = self._here() if self._moved else ""
         table.clear()
-        files = [entry for entry in listing.files if self._typed.lower() in entry.name.lower()]
+        part = self._typed.lower()
+        files = [entry for entry in listing.files if part in entry.name.lower()]
         names = [f"{entry.name}{'' if entry.name in self._first else '  ← new'}" for entry in files]
-        folders = [f"{name}/" for name in ("..", *listing.folders)]
+        folders = [f"{name}/" for name in ("..", *listing.folders) if part in name.lower()]
         column = table.ordered_columns[0]  # left to itself it shows cut names until the program has nothing to do
         column.auto_width, column.width = False, max(map(len, ("file", *names, *folders)))
         for name, entry in zip(names, files, strict=True):
-            kind = TYPES[Path(entry.name).suffix.lower()] if entry.fits else "no fit"
-            cells = (age_words(entry.mtime, now), size_words(entry.size), kind)
+            fits = entry.fits and not entry.other
+            cells = (age_words(entry.mtime, now), size_words(entry.size), entry.other or "yes" if entry.fits else "no")
             table.add_row(
-                Text(name, "" if entry.fits else "dim"), *(Text(cell, "dim") for cell in cells), key=f"f:{entry.name}"
+                Text(name, "" if fits else "dim"), *(Text(cell, "dim") for cell in cells), key=f"f:{entry.name}"
             )
         for folder in folders:
             table.add_row(Text(folder), "", "", Text("folder", "dim"), key=f"d:{folder[:-1]}")
@@ -153,9 +172,15 @@ class Pick(Working[Path | None]):
         if self._here() == f"f:{name}":
             self.query_one("#preview", Static).update(words)
 
-    def action_choose(self) -> None:
+    async def action_choose(self) -> None:
+        """Take what is under the cursor, once letters typed before have arrived and the folder was looked into."""
+        await letters_arrived(self)
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._there.wait(), LOOKS_AT_MOST_S)
         kind, _, name = self._here().partition(":")
-        if kind == "f":
+        if not kind:
+            self.say(f"No file with '{self._typed}' in its name. Backspace: less" if self._typed else "No files", "bad")
+        elif kind == "f":
             self.leave(self._folder / name)
         elif name == "..":
             self.action_up()
@@ -174,12 +199,17 @@ class Pick(Working[Path | None]):
         if self._listing is not None:
             self._fill(self._listing)
 
-    def action_shorten(self) -> None:
+    async def action_shorten(self) -> None:
         """Take back a letter of the filter; without one, go to the folder above."""
+        await letters_arrived(self)
         if self._typed:
             self._filter(self._typed[:-1])
         else:
             self.action_up()
+
+    def action_move(self, rows: int) -> None:
+        table = self.query_one(DataTable)
+        table.move_cursor(row=max(0, min(table.cursor_row + rows, table.row_count - 1)))
 
     def action_to_row(self, row: int) -> None:
         table = self.query_one(DataTable)

@@ -1,5 +1,6 @@
 """The first screen: who is at the bench, which unit, of what kind, made of what."""
 
+import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
@@ -99,6 +100,8 @@ class StartScreen(Working[Begin | None]):
         self._entered = ""  # serial behind which Enter came before it was looked up
         self._waiting: tuple[str | None] | None = None  # what shall begin as soon as the bench is open
         self._ending = False  # Escape was pressed once
+        self._begun = asyncio.Event()  # what Enter began has ended: a unit is open, or it is not
+        self._begun.set()
         self._confirmed: set[str] = set()  # serials of a folder that is called like another one
 
     def compose(self) -> ComposeResult:
@@ -121,7 +124,7 @@ class StartScreen(Working[Begin | None]):
         self.query_one(f"#{first}", Input).focus()
         self._show_parts()
         if self._bench is None:
-            self.send(self._load, self._opened_bench)
+            self.send(self._load, self._opened_bench, failed=lambda _: self._begun.set())
         else:
             self._ready(self._bench)
 
@@ -200,7 +203,8 @@ class StartScreen(Working[Begin | None]):
             self._begin(None)
 
     async def action_next(self) -> None:
-        """Go to the next line; a serial that is known goes on where it stands."""
+        """Go to the next line; a serial that is known goes on where it stands. Keys behind the last Enter wait until
+        the unit is open: they belong to its steps, and not to a field here."""
         await typed(*self.query(Input), self)  # the screen last: it looks up the serial that was typed
         shown = [field for field in self.query(Input) if field.parent is not None and field.parent.display]
         if self.focused not in shown:
@@ -208,6 +212,7 @@ class StartScreen(Working[Begin | None]):
         at = shown.index(self.focused)
         if at + 1 == len(shown) or (shown[at].id == "serial" and self._known):
             self._begin(None)
+            await self._begun.wait()
         else:
             self._entered = self._value("serial") if shown[at].id == "serial" else ""
             self.say(_GO_ON)
@@ -223,11 +228,17 @@ class StartScreen(Working[Begin | None]):
 
     def _begin(self, reason: str | None) -> None:
         """Begin or go on with a unit. reason: of a new attempt; None goes on with the present one if it exists."""
+        self._begun.clear()
+        if not self._is_under_way(reason):
+            self._begun.set()
+
+    def _is_under_way(self, reason: str | None) -> bool:
+        """Open the unit, or say what is missing. Returns whether something is waited for."""
         bench, operator, serial, kind = self._bench, self._value("operator"), self._value("serial"), self._value("kind")
         if bench is None:
             self._waiting = (reason,)
             self.say("Opening the bench; then the unit begins")
-            return
+            return True
         missing = [words for words, there in (("your name", operator), ("the serial number", serial)) if not there]
         if kind not in bench.specs:
             missing.append(f"the kind: {' or '.join(bench.specs)}")
@@ -235,14 +246,16 @@ class StartScreen(Working[Begin | None]):
             missing.append("the reason for the new attempt")
         if missing:
             self.say(f"Enter {' and '.join(missing)}", "bad")
-            return
+            return False
         named = {name: self._value(name) for name in parts_of(kind) if self._value(name)}
         said = (serial, kind, operator, named, reason)
         if serial not in self._confirmed and (doubt := bench.doubt(serial)) is not None:
             asked = Question("Which unit is it?", doubt, [QuestionLine("Serial number on its label")])
             self.app.push_screen(asked, lambda answer: self._confirm(serial, reason, answer))
-            return
-        self.send(lambda: open_at_bench(bench, said), self._opened, f"opening {serial}")
+            return False
+        self.say(f"Opening {serial} …")
+        self.send(lambda: open_at_bench(bench, said), self._opened, f"opening {serial}", lambda _: self._begun.set())
+        return True
 
     def _confirm(self, serial: str, reason: str | None, answer: list[str] | None) -> None:
         """Go on if the serial was confirmed of a folder that is called like another one."""
@@ -255,6 +268,7 @@ class StartScreen(Working[Begin | None]):
     def _opened(self, opened: "tuple[Workbench, Session, list[str]]") -> None:
         serial = opened[1].serial
         queue = self._queue[1] if self._queue is not None and self._queue[0] == serial else None
+        self._begun.set()
         self.leave(Begin(*opened, queue))
 
     def action_known(self) -> None:

@@ -3,22 +3,25 @@
 import asyncio
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
-from textual.binding import Binding, BindingType
+from textual.binding import ActiveBinding, Binding, BindingType
 
 from accept.capture.operator_actions import Person
 from accept.capture.setup import CaptureResult
+from accept.judging.advice import ADVICE
 from accept.store import Event
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.capture_dialogue import CaptureDialogue
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.record_picker import Pick
 from accept.tui.screens.step_form import StepForm
-from accept.tui.widgets.fields import Field, FieldPlace, places
+from accept.tui.widgets.fields import Field, FieldPlace
 from accept.tui.widgets.live_value import Gauge
+from accept.tui.widgets.step_list import WIDE_FROM
 from accept.workflow.capture import capture
 from accept.workflow.entry.parse_entry import (
     EntryError,
@@ -33,6 +36,7 @@ from accept.workflow.steps.plan import has_files, is_needed
 from accept.workflow.steps.section import full
 from checks.cause import Cause
 from checks.declare import CsvTable, Measured, Scalar, Series, Vector
+from checks.errors import RecordError
 
 TYPED_AHEAD_S = 0.2  # what a paste or a scanner sends arrives within; a person reads a refusal more slowly
 
@@ -52,8 +56,8 @@ class StepScreen(StepForm):
         Binding("f7", "picture", "Plots", priority=True),
         Binding("f8", "measure_again", "Again", priority=True),
         Binding("f9", "keep", "Keep", priority=True, show=False),
-        Binding("ctrl+r", "put_right", "Put right", priority=True, show=False),
         Binding("ctrl+z", "undo", "Undo", priority=True),
+        Binding("ctrl+r", "put_right", "Put right", priority=True),
         Binding("up", "line(-1)", show=False, priority=True),
         Binding("down", "line(1)", show=False, priority=True),
         Binding("escape", "leave", "Back", priority=True),
@@ -74,9 +78,14 @@ class StepScreen(StepForm):
         elif self._dispensable(field):
             await self._finish()
         else:
-            if not self._has(field.place):
-                self.say(f"{field.place.label} left empty")
+            left = field.place.name if is_needed(field.place.declared) or field.damaged else ""
             self._go_on(field)
+            if field.damaged:
+                self.say(f"{left}: {field.damaged}. {ADVICE[Cause.FILE_DAMAGED].capitalize()}", "bad")
+            elif left and not self._has(field.place):
+                self.say(f"{left} left empty. {self.what_now}")
+            else:
+                self._hint()
 
     def _dispensable(self, field: Field) -> bool:
         """Return whether Enter may go past all that is still empty: the step was judged, and nothing that could be
@@ -124,12 +133,12 @@ class StepScreen(StepForm):
         The cursor goes on at once, because what was typed ahead belongs to the next field, and comes back to what was
         refused if nothing was.
         """
-        place, step = field.place, self.step.name
+        place = field.place
         try:
             match place.declared:
                 case Series() | CsvTable() as declared:
                     path = self.bench.records / Path(text.strip()).expanduser()  # an absolute one stays itself
-                    self._store(field, partial(self.session.link, step, declared, path), text)
+                    self._store(field, partial(self._link, declared, path), text)
                 case Vector() as declared if len(text.replace(";", " ").split()) == declared.size:
                     self._take_all(parse_list(text, declared), text, sure)
                 case Scalar() as declared:
@@ -142,6 +151,16 @@ class StepScreen(StepForm):
             self.app.bell()
             self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
         self._go_on(field)
+
+    def _link(self, declared: Series | CsvTable, path: Path) -> Event:
+        """Link a record, in a thread. Raises EntryError if it is refused, with what to do; it is not proposed again
+        until it is written anew."""
+        try:
+            return self.session.link(self.step.name, declared, path)
+        except RecordError as e:
+            if path.is_file():
+                self._refused_files[path] = path.stat().st_mtime
+            raise EntryError(f"{e}\n→ {self.session.link_advice(path, e)}") from e
 
     async def _return_to(self, field: Field) -> None:
         """Put the cursor back to what was refused or asked about, unless it was saved or something was typed elsewhere
@@ -189,6 +208,7 @@ class StepScreen(StepForm):
         asked = [field for field in self.query(Field) if field.doubted]
         field = here if here in asked else next(iter(asked), None)
         if field is None or field.doubted is None:
+            self.say("F9 keeps a value that is asked about; none is. Summary: Esc, then F9", "doubt")
             return
         text, line = field.doubted, field.input
         if line.value != text:  # it was typed again meanwhile: that is another entry
@@ -203,9 +223,12 @@ class StepScreen(StepForm):
     def _stored(self, field: Field, event: Event) -> None:
         """Show a value that is on the disk."""
         field.arrived()
-        further = "next step" if self.queue is None else "next unit"
-        self.say(f"Saved ({event.seq}){f'. Enter: {further}' if self.complete else ''}", "saved")
         self.show()
+        if self._early:
+            self.say(f"Saved ({event.seq}). F3 came before that and read nothing. {self.what_now}", "doubt")
+        else:
+            self.say(f"Saved ({event.seq}). {self.what_now}", "saved")
+        self._early = False
         for gauge in self.query(Gauge):
             gauge.forget()
         self._follow()
@@ -220,7 +243,13 @@ class StepScreen(StepForm):
     def _lost(self, field: Field, text: str, why: str) -> None:
         """Put back what was typed but is not on the disk, and the cursor, unless something else was typed already."""
         field.arrived()
-        field.refuse(text, why)
+        self._early = False
+        is_there = field.place.is_file and (self.bench.records / Path(text.strip()).expanduser()).is_file()
+        field.refuse("" if is_there else text, why)  # a file that is no use is not tried again: Enter takes another
+        refused = {path.name for path in self._refused_files}
+        self._proposals = {name: file for name, file in self._proposals.items() if file.name not in refused}
+        self._propose(field)
+        self._look_again()
         self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
 
     async def action_pick(self) -> None:
@@ -228,13 +257,21 @@ class StepScreen(StepForm):
         if field is None or not field.place.is_file:
             field = next((f for f in self.query(Field) if f.place.is_file and not self._has(f.place)), None)
         if field is None:
-            self.say("No empty field for a file. ↑ ↓: choose the field to replace", "bad")
+            others = ", ".join(form.name for form in self.step.check.forms if has_files(form))
+            full = "No empty field for a file. ↑ ↓: choose the field to replace"
+            other = f"Files go to another input. F6: {others}" if others else "This step takes no file"
+            self.say(full if has_files(self._form) else other, "bad")
             return
         chosen, declared = field, field.place.declared
         if not isinstance(declared, Series | CsvTable):
             return
         await self.app.push_screen(
-            Pick(chosen.place.name, self.bench.records, partial(self.session.may_fit, declared)),
+            Pick(
+                chosen.place.name,
+                self.bench.records,
+                partial(self.session.may_fit, declared),
+                partial(self.session.name_score, self.step, declared),
+            ),
             lambda path: self._give(chosen, self._from_records(path), repeat=False) if path else None,
         )
 
@@ -246,10 +283,12 @@ class StepScreen(StepForm):
     async def action_read(self) -> None:
         """Take the instrument's value into the line; what is saved there already is replaced only when asked twice."""
         field = await self._typed_field()
-        if field is None:
+        if field is None and self._reading:
+            self._too_early()
+        elif field is None:
             self.say("Step complete. ↑ ↓: choose a field to read again")
         elif self._reading:
-            self.say("A reading is under way", "bad")
+            self._too_early()
         elif self._has(field.place) and self._rereading is not field:
             self._rereading = field
             self.say(f"{field.place.name} is saved. F3 again: replace it. F4: one more reading of it", "doubt")
@@ -262,9 +301,15 @@ class StepScreen(StepForm):
         if field is not None and field.input.value.strip():
             self._give(field, field.input.value, repeat=True)
         elif self._reading:
-            self.say("A reading is under way", "bad")
+            self._too_early()
         elif field is not None:
             self._read(field, repeat=True)
+
+    def _too_early(self) -> None:
+        """Say that nothing is read for this key: the probe would still be at the point before."""
+        self._early = True
+        self.app.bell()
+        self.say("Wait: a reading is under way. Press F3 again when it is saved", "bad")
 
     def _read(self, field: Field, repeat: bool) -> None:
         place, step = field.place, self.step.name
@@ -340,10 +385,11 @@ class StepScreen(StepForm):
             self.leave(False)
 
     async def _begin_anew(self) -> None:
+        self._refused_files.clear()
         await self._look_for_records()
         await self._lay_out()
         self.show()
-        self.say(f"New records are there. {self._first_words()}", "saved")
+        self.say(f"New records are there. {self.what_now}", "saved")
 
     def action_undo(self) -> None:
         """Undo the last entry of this step only: the technician would not see what goes elsewhere."""
@@ -360,6 +406,32 @@ class StepScreen(StepForm):
         if self.complete:
             self.judge()
 
+    @property
+    def active_bindings(self) -> dict[str, ActiveBinding]:
+        """Return the bindings, with those that do nothing at the present field out of the row of keys."""
+        idle = self._idle() if self.is_mounted and self.query(Field) else set()
+        return {
+            key: active._replace(binding=replace(active.binding, show=False))
+            if active.node is self and active.binding.action in idle
+            else active
+            for key, active in super().active_bindings.items()
+        }
+
+    def _idle(self) -> set[str]:
+        """Return the actions that only say why they do nothing at present."""
+        field, form = self._focused_field(), self._form
+        is_value = field is not None and not field.place.is_file
+        reads = field is not None and self._instrument(field.place) is not None
+        does = {
+            "pick": has_files(form),
+            "read": reads or (not is_value and field is not None and self._is_measured),
+            "repeat": is_value,
+            # behind F1 if there is no room for it
+            "measure_again": bool(self.state.entries) and not (is_value and self.app.size.width < WIDE_FROM),
+            "undo": bool(self.session.attempt.undoable),
+        }
+        return {action for action, active in does.items() if not active}
+
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at this step out of the footer."""
         if not self.is_mounted:
@@ -369,19 +441,6 @@ class StepScreen(StepForm):
                 return self.bench.training is not None
             case "way":
                 return len(self.step.check.forms) > 1
-            case "pick":
-                return has_files(self._form)
-            case "read":
-                whole = has_files(self._form) and self.bench.instruments.recording(self.step.name) is not None
-                return whole or any(not p.is_file and self._instrument(p) is not None for p in places(self._form))
-            case "repeat":
-                return any(not p.is_file for p in places(self._form))
-            case "measure_again":
-                return bool(self.state.entries)
-            case "undo":
-                return bool(self.session.attempt.undoable)
-            case "keep":
-                return any(field.doubted for field in self.query(Field))
             case _:
                 return super().check_action(action, parameters)
 

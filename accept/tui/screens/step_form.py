@@ -1,11 +1,13 @@
 """The form of one step: its fields, where the cursor stands, what the instrument of the present field shows."""
 
 import asyncio
+from pathlib import Path
 
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Input, Label, Static
 
+from accept.judging.advice import ADVICE
 from accept.tui.screens.step_view import StepView
 from accept.tui.widgets.fields import Field, FieldPlace, places
 from accept.tui.widgets.live_value import Gauge
@@ -16,10 +18,12 @@ from accept.workflow.record_folder import Proposals, age_words
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import has_files, is_needed
 from accept.workflow.steps.section import repeated
+from checks.cause import Cause
 from checks.declare import Form, Measured
 from specs.errors import AcceptError
 
 LOOK_EVERY_S = 1.0  # into the folder of the records
+SAVES = ". Enter: save the field"
 LOOK_AT_MOST_S = 0.7  # before the form is shown
 
 
@@ -30,9 +34,13 @@ class StepForm(StepView):
         super().__init__(bench, session, name)
         self._form = self.step.form(session.state(name).form)
         self._reading = False
+        self._early = False  # F3 was pressed while a reading was under way
         self._rereading: Field | None = None  # F3 was pressed once on what is saved already
         self._last: Field | None = None  # given last: where all is given, the arrows go on from it
         self._proposals: Proposals = {}  # of the present form
+        self._refused_files: dict[Path, float] = {}  # files that could not be linked, and when they were written
+        self._chosen_form = False  # the technician chose the input
+        self._hinting = False  # the line at the foot says what the present field wants
 
     def parts(self) -> ComposeResult:
         yield from super().parts()  # the result stands on top: it is seen without scrolling
@@ -48,7 +56,7 @@ class StepForm(StepView):
         await self._look_for_records()
         await self._lay_out()
         self.show()
-        self.say(self.complete_words if self.complete else self._first_words())
+        self._hint()
         if self.complete:
             self.judge()
         self.set_interval(LOOK_EVERY_S, self._look_again)
@@ -57,8 +65,7 @@ class StepForm(StepView):
         """Look for records that fit before the form is laid out: without any entry it opens with the input for which
         something is there. A folder that answers slowly is waited for no longer than a person notices."""
         forms = [self._form] if self.state.entries else [self._form, *self.step.check.forms]
-        readable = any(not p.is_file and self._instrument(p) is not None for p in places(self._form))
-        for form in forms[:1] if readable else forms:
+        for form in forms[:1] if self._is_readable else forms:
             try:
                 found = await asyncio.wait_for(asyncio.to_thread(self._proposed_for, form), LOOK_AT_MOST_S)
             except TimeoutError:
@@ -67,17 +74,51 @@ class StepForm(StepView):
                 self._form, self._proposals = form, found
                 return
 
+    @property
+    def _is_readable(self) -> bool:
+        """Return whether an instrument reads a value of the present form."""
+        return any(not p.is_file and self._instrument(p) is not None for p in places(self._form))
+
     def _proposed_for(self, form: Form) -> Proposals:
         try:
-            return self.session.proposals(self.step, form, self.bench.records)
+            return self.session.proposals(self.step, form, self.bench.records, dict(self._refused_files))
         except (AcceptError, OSError):  # the list behind F2 says why
             return {}
 
     def _look_again(self) -> None:
-        """Look into the folder once more: a record that has just been written is proposed by itself."""
+        """Look into the folder once more: a record that has just been written is proposed by itself, and for a form
+        that was not begun the step changes to the input that it belongs to."""
         form = self._form
-        if self.is_current and has_files(form):
+        if not self.is_current:
+            return
+        if has_files(form):
             self.aside(lambda: (form, self._proposed_for(form)), self._looked, "records")
+        elif not (self._begun or self._chosen_form or self._is_readable):
+            others = [each for each in self.step.check.forms if has_files(each)]
+            self.aside(lambda: [(each, self._proposed_for(each)) for each in others], self._turn, "records")
+
+    @property
+    def _is_measured(self) -> bool:
+        """Return whether the records of this step are measured from here."""
+        return self.bench.instruments.recording(self.step.name) is not None
+
+    @property
+    def _begun(self) -> bool:
+        """Return whether something was given, or typed without Enter."""
+        return bool(self.state.entries) or any(field.pending or field.input.value for field in self.query(Field))
+
+    def _turn(self, seen: list[tuple[Form, Proposals]]) -> None:
+        self.call_later(self._turn_to, seen)
+
+    async def _turn_to(self, seen: list[tuple[Form, Proposals]]) -> None:
+        """Change to the first form for which there are records, unless something was typed meanwhile."""
+        found = next(((form, proposals) for form, proposals in seen if proposals), None)
+        if found is None or self._begun or self._chosen_form:
+            return
+        self._form, self._proposals = found
+        await self._lay_out()
+        self.show()
+        self._hint()
 
     def _looked(self, seen: tuple[Form, Proposals]) -> None:
         form, found = seen
@@ -94,13 +135,51 @@ class StepForm(StepView):
             if here is None or not (here.input.value or here.proposed):
                 here = field
                 self.set_focus(field.input)
+        if self._hinting:
+            self._hint()
 
     def _propose(self, field: Field) -> None:
         free = field.place.is_file and not field.pending and not self._has(field.place)
         field.propose(self._proposals.get(field.place.declared.name) if free else None)
 
-    def _first_words(self) -> str:
-        return "Enter: take the record proposed, F2: another file" if self._proposals else "Enter: save the field"
+    def _hint(self) -> None:
+        """Say at the foot of the screen what the present field wants and which key gives it."""
+        damaged = next((f for f in self.query(Field) if f.damaged), None)
+        if damaged is not None and self._focused_field() in (None, damaged):
+            self.say(f"{damaged.place.name}: {ADVICE[Cause.FILE_DAMAGED]}. F2: another file", "bad")
+        else:
+            self.say(self.what_now)
+        self._hinting = True
+
+    def say(self, words: str, role: str = "quiet") -> None:
+        self._hinting = False
+        super().say(words, role)
+
+    @property
+    def what_now(self) -> str:
+        """Return what the field under the cursor wants, and which key gives it; without a cursor, how to go on."""
+        field = self._focused_field()
+        if field is None:
+            return self.complete_words if self.complete else "↑ ↓: choose a field"
+        place, instrument = field.place, self._instrument(field.place)
+        optional = not is_needed(place.declared) and not place.among_optional
+        if self._has(place):
+            return (
+                f"{place.name} is saved. What is given now replaces it{', F4 repeats it' if not place.is_file else ''}"
+            )
+        if field.proposed is not None:
+            words = f"Enter: take {field.proposed.name}, F2: another file"
+        elif place.is_file:
+            words = f"{'F3: measure, ' if self._is_measured else ''}F2: choose the file"
+        elif instrument is not None:
+            words = f"F3: take {instrument.offer}, or type it{SAVES}"
+        else:
+            words = f"Type the value{SAVES}"
+        if optional or (place.among_optional and self.complete):
+            if field.proposed is None:
+                words = f"{words.replace(SAVES, '')}. Enter: go on without it"
+            return f"Optional: {place.name}. {words}"
+        return words
 
     async def _lay_out(self) -> None:
         """Lay out the form's fields; the cursor goes into the first that is empty."""
@@ -150,6 +229,9 @@ class StepForm(StepView):
 
     def on_descendant_focus(self) -> None:
         self._follow()
+        self.refresh_bindings()
+        if self._hinting:
+            self._hint()
 
     def on_screen_resume(self) -> None:
         self._follow()
@@ -205,11 +287,13 @@ class StepForm(StepView):
         """Change to the next way of giving this step its data. What was given another way stays until something new is
         given."""
         forms = self.step.check.forms
+        self._chosen_form = True
         self._form, self._proposals = forms[(forms.index(self._form) + 1) % len(forms)], {}
         if has_files(self._form):
             self._proposals = await asyncio.to_thread(self._proposed_for, self._form)
         await self._lay_out()
         self.show()
+        self._hint()
 
 
 def field_of(line: Input) -> Field | None:

@@ -85,19 +85,21 @@ class StepView(Page):
             self.say(f"{why}. Enter: next step of this unit", "good")
 
     async def action_next_unit(self) -> None:
-        """Open the same step of the next unit that waits for it."""
-        if why := await self._next_unit(self.queue or self.own_queue):
+        """Open the same step of the next unit that waits for it, also from the queue of the rig, which goes on then."""
+        if why := await self._next_unit(self.own_queue, self.queue):
             self.say(why, "bad")
 
-    async def _next_unit(self, queue: Queue) -> str:
-        """Open the next unit of a queue, with what was found at this one. Return why not."""
+    async def _next_unit(self, queue: Queue, goes_on: Queue | None = None) -> str:
+        """Open the next unit of a queue, with what was found at this one. goes_on: the queue that is done from there.
+        Return why not."""
         for worker in [w for w in self.workers if w.node is self and w.group == "judge"]:
             with suppress(WorkerFailed, WorkerCancelled):
                 await worker.wait()
         status = self.session.status(self.step)
         if status in (Status.FAIL, Status.NO_RESULT):
             self.app.bell()
-        return await self.bench_app.next_unit(queue, f"{self.session.serial}: {status.mark} {status.word}. ")
+        words = f"{self.session.serial}: {status.mark} {status.word}. "
+        return await self.bench_app.next_unit(queue, words, goes_on)
 
     def show(self) -> None:
         """Show everything from the state of the session."""

@@ -43,6 +43,10 @@ class Steps(Scanning[bool]):
         Binding("f9", "summary", "Summary", priority=True),
         Binding("ctrl+r", "put_right", "Put right"),
         Binding("escape", "leave", "Other unit"),
+        Binding("up", "move(-1)", show=False, priority=True),  # before Enter, however fast they come
+        Binding("down", "move(1)", show=False, priority=True),
+        Binding("pageup", "move(-10)", show=False, priority=True),
+        Binding("pagedown", "move(10)", show=False, priority=True),
         Binding("home", "to_row(0)", show=False, priority=True),  # a table's own go to the first and last column
         Binding("end", "to_row(-1)", show=False, priority=True),
     ]
@@ -164,6 +168,10 @@ class Steps(Scanning[bool]):
     def action_to_row(self, row: int) -> None:
         rail = self.query_one(StepList)
         rail.move_cursor(row=row % rail.row_count)
+
+    def action_move(self, rows: int) -> None:
+        rail = self.query_one(StepList)
+        rail.move_cursor(row=max(0, min(rail.cursor_row + rows, rail.row_count - 1)))
 
     async def action_note(self) -> None:
         step = self._step_here() or self.session.step("frf")

@@ -17,6 +17,7 @@ from accept.judging.advice import advice, first_advice
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
+from accept.store.payloads import without_hashes
 from accept.tui.background.problems import words_of
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.background.scanning import Scanning
@@ -121,20 +122,24 @@ class Summary(Scanning[bool]):
             self.run_worker(self.action_sign(), group="sign")
 
     def _show_result(self, result: UnitResult) -> None:
-        sign, held = signs.UNITS[result.verdict], _is_held(result)
-        self.query_one(Banner).show("held" if held else sign.word, HELD if held else sign.bold)
+        sign = signs.UNITS[result.word]
+        self.query_one(Banner).show(sign.word, sign.bold)
         self.query_one("#verdict", Static).update(_verdict(result))
         table = self.query_one(DataTable)
         table.clear()
         for f in result.findings:
             status = Status.NOT_DONE if _not_measured(f) else of_findings([f])
+            held = _is_only_held(f)
+            mark, word, style = ("!", "held", HELD) if held else (status.mark, status.word, status.style)
             value = numbers(f.value, f.U, f.unit) if f.value is not None else "-"
             bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
-            cells = (*(f"{words} " for words in (label_of(f.quantity), value, bounds)), Text(status.word, status.style))
-            table.add_row(Text(f" {status.mark} ", status.style), *cells)
+            cells = (*(f"{words} " for words in (label_of(f.quantity), value, bounds)), Text(word, style))
+            table.add_row(Text(f" {mark} ", style), *cells)
         steps = [step.name for step in self.session.steps]
         people = {f"{name}: {line}" for name in steps for line in note_lines(self.session.state(name))}
-        self._notes = [self._with_step(note) for note in sorted(result.notes, key=lambda note: note not in people)]
+        self._notes = [
+            without_hashes(self._with_step(note)) for note in sorted(result.notes, key=lambda note: note not in people)
+        ]
         self._why = [_detail(f) for f in result.findings]
         worst = next((n for n, f in enumerate(result.findings) if f.verdict is not Verdict.PASS), 0)
         table.move_cursor(row=worst)
@@ -222,7 +227,7 @@ class Summary(Scanning[bool]):
         result = self.session.result
         words = Text("You sign as technician: ")
         if result is not None:
-            words.append(str(result.verdict).upper(), signs.UNITS[result.verdict].bold)
+            words.append(result.word.upper(), signs.UNITS[result.word].bold)
             words.append("".join(f"; {open_words}" for open_words in _open_in(result)))
         held = held_words(self.session.nonconformances)
         return words.append_text(Text("\n").append_text(held)) if held else words
@@ -279,13 +284,15 @@ class Summary(Scanning[bool]):
         elif problem := key_problem(self.bench.home, keys.QA, self.session.operator):
             self.say(problem, "bad")
         else:
-            self.app.push_screen(self._asked_of_qa(str(self.session.attempt.verdict)), self._countersign)
+            self.app.push_screen(self._asked_of_qa(), self._countersign)
 
-    def _asked_of_qa(self, verdict: str) -> Question:
+    def _asked_of_qa(self) -> Question:
         """Return the passphrase, and for a unit that was not accepted what is to be done with it."""
+        verdict, held = str(self.session.attempt.verdict), self.session.nonconformances
         words, lines = "As quality assurance, with the QA key's own passphrase.", []
         if verdict != UnitVerdict.ACCEPTED:
-            words = f"The unit is {verdict}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
+            word = signs.unit_word(verdict, held)
+            words = f"The unit is {word}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
             lines = [QuestionLine("Disposition"), QuestionLine("Reason")]
         passphrase = QuestionLine("QA passphrase", secret=True)
         return Question(f"Countersign {self.session.serial}", words, [*lines, passphrase], self._passphrase(keys.QA))
@@ -385,24 +392,24 @@ def _open_in(result: UnitResult) -> list[str]:
         ("failed", [f for f in result.findings if f.verdict is Verdict.FAIL]),
         ("no result", [f for f in result.findings if f.verdict is Verdict.NO_RESULT and not _not_measured(f)]),
         ("not measured", [f for f in result.findings if f.verdict is Verdict.NO_RESULT and _not_measured(f)]),
-        ("conditional", [f for f in result.findings if f.verdict is Verdict.CONDITIONAL]),
+        ("conditional", [f for f in result.findings if f.verdict is Verdict.CONDITIONAL and not _is_only_held(f)]),
     )
     return [f"{word}: {', '.join(label_of(f.quantity) for f in found)}" for word, found in groups if found]
 
 
-def _is_held(result: UnitResult) -> bool:
-    return bool(result.nonconformances) and result.verdict is UnitVerdict.CONDITIONAL
+def _is_only_held(f: Finding) -> bool:
+    """Return whether a finding would pass without the nonconformance that holds the unit."""
+    return f.cause is not None and f.cause.cause is Cause.NONCONFORMANCE and f.verdict is Verdict.CONDITIONAL
 
 
 def _verdict(result: UnitResult) -> Text:
     """Return the verdict, what is open, and on a line of its own what to do first."""
-    sign = signs.UNITS[result.verdict]
-    held = _is_held(result)
-    text = Text.assemble((" HELD ", f"reverse {HELD}") if held else (f" {sign.word.upper()} ", f"reverse {sign.bold}"))
+    sign = signs.UNITS[result.word]
+    text = Text.assemble((f" {sign.word.upper()} ", f"reverse {sign.bold}"))
     if result.nonconformances:
-        text.append(f"  nonconformance: {'; '.join(result.nonconformances)}. QA decides (F3).", HELD)
-    if not held:
-        text.append("".join(f"  {words}" for words in _open_in(result)))
+        named = "; ".join(map(without_hashes, result.nonconformances))
+        text.append(f"  nonconformance: {named}. QA decides (F3).", HELD)
+    text.append("".join(f"  {words}" for words in _open_in(result)))
     if (told := first_advice(result.findings)) is not None:
         text.append(f"\n → {told}", "bold yellow")
     return text

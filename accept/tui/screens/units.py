@@ -16,7 +16,7 @@ from accept.tui.widgets.text_entry import TextEntry, typed
 from accept.workflow.bench import Begun, Workbench
 from accept.workflow.unit_list import ALL, KnownUnit, Queue, queues
 
-_COLUMNS = (("serial", 14), ("kind", 6), ("state", 18), ("who", 8), ("when", 9))  # 55: beside the queues at 80 columns
+_COLUMNS = (("serial", 13), ("kind", 6), ("state", 21), ("who", 7), ("when", 9))  # 56: beside the queues at 80 columns
 _SCAN = "Scan a unit: Enter opens it"
 _TRAY = "Adding: scan every unit of the tray. F6: that was all"
 

@@ -7,12 +7,14 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Input, Label, Static
 
+from accept.judging.advice import ADVICE
 from accept.tui.widgets.limit_bar import numbers
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.record_folder import PickableFile, age_words
 from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from accept.workflow.steps.section import Repeated, repeated
+from checks.cause import Cause
 from checks.declare import CsvTable, Form, Scalar, Series, Vector
 from checks.declare import Input as Declared
 
@@ -69,7 +71,7 @@ class Field(Vertical):
     """Label, what is typed, and beside it what is saved; below, why it was refused or what is asked about it.
 
     pending: entries on their way to the store. doubted: what was typed and is asked about, None without. proposed: a
-    record that fits, which Enter takes; None without.
+    record that fits, which Enter takes; None without. damaged: why the record that belongs here cannot be read.
     """
 
     def __init__(self, place: FieldPlace, step: WorkflowStep, state: StepState) -> None:
@@ -78,6 +80,8 @@ class Field(Vertical):
         self.pending = 0
         self.doubted: str | None = None
         self.proposed: PickableFile | None = None
+        self.damaged = ""
+        self._refusal = ""  # of the last entry
 
     def compose(self) -> ComposeResult:
         with Horizontal():
@@ -105,17 +109,26 @@ class Field(Vertical):
         return self.place.hint if self.proposed is None else "Enter: take it"
 
     def propose(self, file: PickableFile | None) -> None:
-        """Propose a record, or none; what was refused there keeps its reason."""
-        self.proposed = file
+        """Propose a record, or none, or say why the one that belongs here cannot be taken; what was refused there keeps
+        its reason, above a proposal."""
+        self.proposed = file if file is not None and not file.damage else None
+        self.damaged = "" if file is None else file.damage
         for line in self.query(Input):
             line.placeholder = self._hint() if not self.has_class("has-stored") else line.placeholder
-        if not (self.has_class("refused") or self.has_class("doubted")):
-            self._reason(f"→ {file.name}, {age_words(file.mtime)}" if file else "", "proposed" if file else "")
+        if self.has_class("doubted"):
+            return
+        proposed = f"→ {file.name}, {age_words(file.mtime)}" if file is not None and self.proposed else ""
+        if proposed and self._refusal:
+            proposed = f"→ Enter: take {proposed.removeprefix('→ ')}"
+        damaged = f"✗ {self.damaged}\n→ {ADVICE[Cause.FILE_DAMAGED]}" if self.damaged else ""
+        kind = "refused" if self._refusal or damaged else "proposed" if proposed else ""
+        self._reason("\n".join(filter(None, (self._refusal or damaged, proposed))), kind)
 
     def send(self) -> None:
         """Send what was typed: the line is free, and the next key is not of this entry."""
         self.pending += 1
         self.doubted = self.proposed = None
+        self._refusal = self.damaged = ""
         self._reason("", "")
         for line in self.query(Input):
             line.value = ""
@@ -123,7 +136,8 @@ class Field(Vertical):
     def refuse(self, text: str, reason: str) -> None:
         """Say why nothing was saved; what was typed comes back, unless something else was typed meanwhile."""
         self._back(text)
-        self._reason(f"✗ {reason}", "refused")
+        self._refusal = f"✗ {reason}"
+        self._reason(self._refusal, "refused")
 
     def ask(self, text: str, question: str) -> None:
         """Ask about what was typed, which may be a slip: it is saved when that is confirmed."""

@@ -47,12 +47,12 @@ class Gauge(Static):
         """Look at this instrument from now on; without one, show what is stored. The fault of an instrument stays if it
         is the same one: the cursor comes back to the line whose reading failed. usual: value of the units before."""
         self.leave()
-        if instrument is None or instrument.name != self._whose:
+        if instrument is None or instrument.short_name != self._whose:
             self._fault = ""
         self._whose, self._unit, self._limit, self._value, self._usual = "", unit, limit, stored, usual
         self._token = token = object()
         if instrument is not None:
-            self._whose, self._value = instrument.name, None
+            self._whose, self._value = instrument.short_name, None
             self._watch = Watch(instrument, unit, partial(self._tell, token))
         self._draw()
 
@@ -94,7 +94,8 @@ def gauge_text(
     text = Text()
     if name:
         text.append("now ", "dim").append("…" if value is None else _number(value, unit), "bold")
-        text.append(f"{'  ' if len(text.plain) + len(name) < _LINE else chr(10)}on {name}\n", "dim")
+        on = f"on {name}"
+        text.append(f"{'  ' if len(text.plain) + 2 + len(on) <= _LINE else chr(10)}{on}\n", "dim")
     if limit is not None and value is not None:
         drawn = limit_bar(value.value, value.U, limit.lower, limit.upper, _STRIP, usual)
         inside = _inside(value.value, limit)

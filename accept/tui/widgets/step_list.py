@@ -6,6 +6,7 @@ from rich.text import Text
 from textual.widgets import DataTable
 
 from accept.pictures import signs
+from accept.store.payloads import without_hashes
 from accept.tui.widgets.limit_bar import after_number, numbers
 from accept.workflow.session import Session
 from accept.workflow.status import Status
@@ -15,6 +16,7 @@ from checks.verdict import Finding, Verdict
 HELD = "bold red"  # of what quality assurance must decide
 GAP = "gap"  # the row that no check stands behind
 GAP_TITLE = "Gap analysis"
+GAP_ROW = "Gap (optional)"  # it is none of the steps that are counted
 _TITLE, _RESULT = 16, 20  # columns
 WIDE_FROM = 110  # columns of a terminal, as in the app's breakpoints
 
@@ -34,7 +36,7 @@ class StepList(DataTable[Text]):
         for step in self._session.steps:
             self.add_row(Text(), Text(step.short), Text(), key=step.name)
         if self._session.responses is not None:
-            self.add_row(Text(), Text(GAP_TITLE), Text(), key=GAP)
+            self.add_row(Text(), Text(GAP_ROW), Text(), key=GAP)
         self.show()
 
     def show(self) -> None:
@@ -75,15 +77,17 @@ def gap_row(session: Session) -> tuple[Status, str, str]:
     """Return status, title and words of the gap analysis: it has no verdict, but a mark all the same."""
     found = session.gap
     if found is None:
-        return Status.NOT_DONE, GAP_TITLE, ""
-    return Status.TAKEN, GAP_TITLE, signs.GAP[str(found["verdict"])].word
+        return Status.NOT_DONE, GAP_ROW, ""
+    return Status.TAKEN, GAP_ROW, signs.GAP[str(found["verdict"])].word
 
 
 def held_words(nonconformances: Sequence[str]) -> Text:
     """Return what holds a unit, in red; empty if nothing does."""
     if not nonconformances:
         return Text()
-    return Text().append(f"HELD: nonconformance: {'; '.join(nonconformances)}. Quality assurance decides.", HELD)
+    return Text().append(
+        f"HELD: nonconformance: {'; '.join(map(without_hashes, nonconformances))}. Quality assurance decides.", HELD
+    )
 
 
 def result_words(session: Session, step: WorkflowStep, status: Status) -> str:

@@ -1,8 +1,10 @@
 """The line that is typed into."""
 
 import asyncio
+from typing import Any
 
 from textual.message_pump import MessagePump
+from textual.screen import Screen
 from textual.widgets import Input
 
 
@@ -23,3 +25,11 @@ async def typed(*widgets: MessagePump) -> None:
         taken = asyncio.Event()
         if widget.call_later(taken.set):
             await taken.wait()
+
+
+async def letters_arrived(screen: Screen[Any]) -> None:
+    """Wait as `typed` does for letters that no line takes: they go down to what has the focus and bubble up from there
+    to the screen."""
+    focused = screen.focused
+    path = [] if focused is None else [widget for widget in focused.ancestors_with_self if widget is not screen.app]
+    await typed(screen, *path)

@@ -40,6 +40,14 @@ class BenchInstrument:
         """Return the name with model and serial number, by which `accept recall` finds it."""
         return " ".join(word for word in (self.key, self.entry.model, self.entry.serial) if word)
 
+    @property
+    def short_name(self) -> str:
+        return f"{self.key} ({self.entry.model})" if self.entry.model else self.key
+
+    @property
+    def offer(self) -> str:
+        return "the reading"
+
     def read(self) -> tuple[float, str]:
         """Return one reading in SI. Raises InstrumentError."""
         with self.mutex:

@@ -14,7 +14,19 @@ class InstrumentPort(Protocol):
     """The interface of an instrument to the workflow."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Return the name by which it is found in the store."""
+        ...
+
+    @property
+    def short_name(self) -> str:
+        """Return the name that stands beside its value."""
+        ...
+
+    @property
+    def offer(self) -> str:
+        """Return what a reading takes from it, behind "take"."""
+        ...
 
     def read(self) -> tuple[float, str]:
         """Return a settled value and its unit. Raises InstrumentError."""

@@ -16,7 +16,6 @@ from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.store import Store, StoreError, open_store
 from accept.tui.screens.ask import Question
 from accept.tui.screens.start import Given
-from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.step_list import HELD, StepList
 from accept.workflow.session import Session
@@ -509,14 +508,6 @@ async def test_help_on_every_screen():
             await press(pilot, "escape")
         await press(pilot, "escape", "f9", "f1")
         assert screen(pilot) == "Help"
-
-
-def test_all_keys_of_a_step_fit_into_80_columns():
-    """The last of them is the way back."""
-    keys = [b for b in StepScreen.BINDINGS if b.show]
-    shown = [("f1", "Help"), *((b.key.replace("ctrl+", "^").replace("escape", "esc"), b.description) for b in keys)]
-    assert shown[-1] == ("esc", "Back")
-    assert len(" ".join(f"{key} {words}" for key, words in shown)) <= 80
 
 
 async def test_the_operator_and_the_serial_come_from_the_command_line():

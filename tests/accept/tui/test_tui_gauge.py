@@ -60,7 +60,7 @@ async def test_the_live_value_is_taken_with_one_key_and_repeated_with_another():
         await begin(pilot)
         await press(pilot, "down", "enter")
         await shown(pilot, "#gauge", "4.99 uF")
-        assert "meter X1 SN-7" in words(pilot, "#gauge")
+        assert "meter (X1)" in words(pilot, "#gauge")
         await press(pilot, "f3")
         field = pilot.app.screen.query(Field).first()
         assert "4.99 uF" in str(field.query_one(".stored").render())

@@ -95,7 +95,7 @@ def test_units_of_all_kinds_say_state_who_and_when(store: Store):
     assert (strut.kind, apa.kind) == ("strut", "apa")
     assert (apa.begun_by, apa.last_by) == ("Ann", "Bob")
     assert apa.begun < strut.begun < apa.last_at
-    assert apa.state == f"1 of {apa.steps} steps, held"
+    assert apa.state == f"held, 1 of {apa.steps} steps"
     assert {queue.kind for queue in queues([strut, apa], specs) if queue.name == "stroke"} == {"apa"}
 
 

@@ -12,6 +12,8 @@ class Fake:
     `let_go`."""
 
     name = "meter X1 SN-7"
+    short_name = "meter (X1)"
+    offer = "the reading"
 
     def __init__(self, answers: Sequence[float | Exception], unit: str = "F", hold: bool = False) -> None:
         self._answers, self._unit, self._hold = list(answers), unit, hold

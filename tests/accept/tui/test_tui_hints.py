@@ -1,0 +1,335 @@
+"""What a step says and proposes: the record that fits, why one cannot be taken and what to do, the key that gives what
+the present field wants; typing ahead loses nothing and goes nowhere else."""
+
+import os
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from textual.events import Key
+from textual.widgets import DataTable, Static
+from textual.widgets._footer import FooterKey
+
+from accept.judging.judge_unit import load_spec
+from accept.store import open_store
+from accept.store.payloads import NotedFile, StepNoted, without_hashes
+from accept.tui.screens.units import _COLUMNS
+from accept.tui.widgets.fields import Field
+from accept.tui.widgets.key_row import KeyRow
+from accept.tui.widgets.step_list import StepList
+from accept.workflow.bench import Begun, Workbench
+from accept.workflow.training import open_training
+from accept.workflow.unit_list import RIG, KnownUnit, Queue, known_units
+from checks.verdict import UnitVerdict
+from hw.records import write_csv, write_mat
+from tests.accept.tui.tui_help import (
+    NARROW,
+    begin,
+    fill_basic,
+    loader,
+    press,
+    running,
+    settled,
+    shown,
+    type_line,
+    words,
+)
+from tests.hw.instruments.fake_instrument import Fake, Only
+
+AGO_S = 100.0  # the records were written to their ends
+CHANNELS = ("Va", "Vs", "de", "da")
+
+
+def aged(path: Path, ago_s: float = AGO_S) -> None:
+    os.utime(path, (time.time() - ago_s,) * 2)
+
+
+def write_record(path: Path, names: tuple[str, ...] = CHANNELS, ago_s: float = AGO_S, gain: float = 1.0) -> None:
+    rng = np.random.default_rng(len(path.name))
+    columns = {name: np.clip(gain * rng.standard_normal(1000), -10.0, 10.0) for name in names} | {
+        "t": np.arange(1000) * 1e-3
+    }
+    (write_csv if path.suffix == ".csv" else write_mat)(path, columns)
+    aged(path, ago_s)
+
+
+@pytest.fixture
+def records(tmp_path: Path) -> Path:
+    folder = tmp_path / "records"
+    folder.mkdir()
+    return folder
+
+
+async def open_step(pilot, step: str, serial: str = "ST-01") -> None:
+    if type(pilot.app.screen).__name__ == "StartScreen":
+        await type_line(pilot, serial)
+        while type(pilot.app.screen).__name__ == "StartScreen":
+            await press(pilot, "enter")
+    pilot.app.screen.query_one(StepList).stand_at(step)
+    await press(pilot, "enter")
+
+
+def post(pilot, *keys: str) -> None:
+    """Keys as a terminal sends them, without waiting for an answer."""
+    for key in keys:
+        pilot.app.post_message(Key(key, key if len(key) == 1 else None))
+
+
+def field(pilot, name: str) -> Field:
+    return next(f for f in pilot.app.screen.query(Field) if f.place.declared.name == name)
+
+
+async def stand_at(pilot, name: str) -> None:
+    pilot.app.screen.set_focus(field(pilot, name).input)
+    await settled(pilot)
+
+
+def reason(pilot, name: str) -> str:
+    return str(field(pilot, name).query_one(".reason", Static).render())
+
+
+def links(serial: str = "ST-01") -> dict[str, str]:
+    with open_store() as store:
+        return {e.data["input"]: e.data["file"] for e in store.events(serial, "record_linked")}
+
+
+async def test_letters_behind_f2_reach_the_filter_before_enter_takes_the_file_on_top(records: Path):
+    for n, name in enumerate(("frf_noise.csv", "frf_noise_hf.csv", "old_loops.csv", "hysteresis.csv")):
+        write_record(records / name, ago_s=AGO_S + n)
+    async with running(loader("strut", records)) as pilot:
+        await open_step(pilot, "hysteresis")
+        post(pilot, "f2", *"old", "enter")
+        await settled(pilot)
+        assert links() == {"record": "old_loops.csv"}
+
+
+async def test_the_file_on_top_is_the_one_whose_name_speaks_for_the_field(records: Path):
+    for n, name in enumerate(("frf_noise.csv", "frf_noise_hf.csv", "hysteresis.csv")):
+        write_record(records / name, ago_s=AGO_S + n)
+    async with running(loader("strut", records)) as pilot:
+        await open_step(pilot, "hysteresis")
+        await press(pilot, "f2")
+        table = pilot.app.screen.query_one("#files", DataTable)
+        rows = [[str(cell) for cell in table.get_row_at(n)] for n in range(3)]
+        assert [(row[0], row[3]) for row in rows] == [
+            ("hysteresis.csv", "yes"),
+            ("frf_noise.csv", "Responses"),
+            ("frf_noise_hf.csv", "Responses"),
+        ]
+        await press(pilot, *"zz", "enter")  # no folder above is opened for letters that no name holds
+        assert "zz" in words(pilot, "#status")
+        assert str(records) in words(pilot, "#folder")
+
+
+async def test_a_wrong_file_leaves_the_proposals_as_they_were(records: Path):
+    write_record(records / "frf_noise.csv")
+    write_record(records / "frf_noise_hf.csv")
+    write_record(records / "loops.csv", ("Va", "de"))
+    async with running(loader("strut", records)) as pilot:
+        await open_step(pilot, "frf")
+        await type_line(pilot, "loops.csv")  # lacks channels: refused
+        assert "loops.csv" in reason(pilot, "low")
+        assert "→ Enter: take frf_noise.csv" in reason(pilot, "low")
+        await press(pilot, "enter")
+        assert links() == {"low": "frf_noise.csv"}
+        await stand_at(pilot, "low")
+        await type_line(pilot, "frf_noise_hf.csv")  # in the wrong place
+        await stand_at(pilot, "low")
+        await type_line(pilot, "frf_noise.csv")  # put right
+        await shown(pilot, "#status", "frf_noise_hf.csv")
+        await press(pilot, "enter")
+        assert links() == {"low": "frf_noise.csv", "high": "frf_noise_hf.csv"}
+
+
+async def test_a_record_that_is_cut_says_so_at_once_with_what_to_do(records: Path):
+    write_record(records / "frf_noise.mat")
+    write_record(records / "frf_noise_hf.mat")
+    cut = (records / "frf_noise_hf.mat").read_bytes()
+    (records / "frf_noise_hf.mat").write_bytes(cut[: len(cut) * 2 // 3])
+    aged(records / "frf_noise_hf.mat")
+    async with running(loader("strut", records)) as pilot:
+        await open_step(pilot, "frf")
+        assert "frf_noise_hf.mat" in reason(pilot, "high")
+        assert "→ copy the file again, or record again" in reason(pilot, "high")
+        await press(pilot, "enter", "enter")  # the low one, then none for the high one
+        assert "frf_noise_hf.mat" in words(pilot, "#status")
+        assert "Copy the file again" in words(pilot, "#status")
+        (records / "frf_noise_hf.mat").write_bytes(cut)
+        aged(records / "frf_noise_hf.mat", AGO_S - 1.0)
+        await shown(pilot, "#status", "Enter: take")
+        assert field(pilot, "high").proposed is not None
+
+
+async def test_a_record_that_is_refused_says_what_to_do(records: Path):
+    write_record(records / "frf_noise.mat", gain=6.0)  # the converter ends at 10 V
+    async with running(loader("strut", records)) as pilot:
+        await open_step(pilot, "frf")
+        await press(pilot, "enter")
+        assert "clipped" in reason(pilot, "low")
+        assert "→ set the range of" in reason(pilot, "low")
+        assert field(pilot, "low").proposed is None  # Enter would only be refused again
+
+
+async def test_a_step_turns_to_the_input_whose_record_arrives_unless_something_was_typed(records: Path):
+    async with running(loader("apa", records)) as pilot:
+        await open_step(pilot, "stroke", "APA-02")
+        assert pilot.app.screen._form.name == "values"
+        await press(pilot, "3")
+        write_record(records / "stroke_one_stack.csv", ("V", "d"))
+        await pilot.pause(2.2)
+        assert pilot.app.screen._form.name == "values"
+        await press(pilot, "backspace")
+        await shown(pilot, "#status", "stroke_one_stack.csv")
+        assert pilot.app.screen._form.name == "records"
+
+
+async def test_f3_says_what_it_takes_and_one_that_comes_too_early_is_said(records: Path):
+    fake = Fake([4.99e-6], hold=True)
+
+    def load() -> Workbench:
+        return replace(loader()(), instruments=Only("capacitance", fake))
+
+    async with running(load) as pilot:
+        await open_step(pilot, "capacitance", "APA-02")
+        assert "F3: take the reading" in words(pilot, "#status")
+        await pilot.press("f3", "f3", "f3")
+        assert "under way" in words(pilot, "#status")
+        fake.let_go.set()
+        await settled(pilot)
+        assert "F3 came before that" in words(pilot, "#status")
+    with open_store() as store:
+        assert [e.data["input"] for e in store.events("APA-02", "value_taken")] == ["sensor_uF"]
+
+
+async def test_enter_at_an_open_optional_record_says_that_it_is_optional(records: Path):
+    for name in ("frf_noise.csv", "frf_noise_hf.csv"):
+        write_record(records / name)
+    async with running(loader("strut", records)) as pilot:
+        await open_step(pilot, "frf")
+        await press(pilot, "enter", "enter")
+        assert "Optional: " in words(pilot, "#status")
+        assert "Enter: go on without it" in words(pilot, "#status")
+
+
+async def test_a_key_without_a_use_here_says_so_and_stays_out_of_the_row_of_keys(records: Path):
+    async with running(loader("strut", records)) as pilot:
+        await open_step(pilot, "frf")
+        for key, said in (("f9", "F9 keeps a value"), ("f3", "No instrument"), ("f8", "Nothing to repeat")):
+            await press(pilot, key)
+            assert said in words(pilot, "#status")
+        assert {key.key for key in pilot.app.screen.query_one(KeyRow).query(FooterKey)} == {
+            *("f1", "f2", "f5", "escape"),
+        }
+
+
+@pytest.mark.slow
+async def test_training_says_what_the_label_holds_and_its_keys_fit_into_80_columns():
+    bench = open_training("apa", 31)
+    async with running(lambda: bench, NARROW) as pilot:
+        await open_step(pilot, "stiffness")
+        for _ in range(2):
+            await press(pilot, "enter")
+        assert "F3: take 6.4 kg from the label" in words(pilot, "#status")
+        await press(pilot, "f3")
+        await stand_at(pilot, "mass_kg")
+        row = pilot.app.screen.query_one(KeyRow)
+        assert {"ctrl+r", "f3", "f7"} <= {key.key for key in row.query(FooterKey)}
+        assert max(key.region.right for key in row.query(FooterKey)) <= 80
+    bench.close()
+
+
+def test_the_records_of_a_training_are_proposed_as_soon_as_its_unit_is_open():
+    """Opened from a tray, a step asked for values: its records were written in that moment."""
+    bench, begun = open_training("apa", 31), Begun("TRAIN-000031", "apa", "Ann")
+    bench.add(begun)
+    at_unit = bench.at_unit(begun)
+    session, _ = at_unit.open_unit(begun)
+    step = session.step("stroke")
+    assert session.proposals(step, step.check.forms[1], at_unit.records)
+    session.close()
+    bench.close()
+
+
+async def test_the_same_step_of_the_next_unit_that_lacks_it_also_from_the_queue_of_the_rig():
+    async with running() as pilot:
+        for serial in ("APA-01", "APA-02", "APA-03"):
+            await begin(pilot, serial)
+            if serial == "APA-02":  # it has this step already
+                await open_step(pilot, "stroke")
+                await type_line(pilot, "365")
+                await press(pilot, "escape")
+            await press(pilot, "escape")
+        await begin(pilot, "APA-01")
+        pilot.app.queue = Queue(RIG, "", "For the rig", ())
+        await open_step(pilot, "stroke")
+        await press(pilot, "f10")
+        assert (pilot.app.session.serial, pilot.app.screen.step.name) == ("APA-03", "stroke")
+        assert pilot.app.queue is not None
+        assert pilot.app.queue.name == RIG
+        await type_line(pilot, "365")
+        await press(pilot, "f10")
+        assert (pilot.app.session.serial, pilot.app.screen.step.name) == ("APA-01", "stroke")
+        await type_line(pilot, "365")
+        await press(pilot, "f10")
+        assert "all the others have it" in words(pilot, "#status")
+
+
+async def test_a_unit_that_is_held_is_called_so_wherever_it_is_named():
+    async with running() as pilot:
+        await begin(pilot)
+        await fill_basic(pilot)
+        pilot.app.session.note("stiffness", "flexure cracked", nonconformance=True)
+        await press(pilot, "f9")
+        table = pilot.app.screen.query_one("#findings", DataTable)
+        shown_words = {str(table.get_row_at(n)[4]) for n in range(table.row_count)}
+        assert shown_words == {"held"}
+        assert "conditional" not in words(pilot, "#verdict").lower()
+        await press(pilot, "f2")
+        assert "HELD" in words(pilot, ".words")
+        assert "conditional" not in words(pilot, ".words").lower()
+        await press(pilot, "escape", "escape", "escape")
+        assert pilot.app.done.words == {"APA-02": "held"}
+        assert pilot.app.done.verdicts == {"APA-02": "conditional"}  # for the exit code
+    with open_store() as store:
+        (unit,) = known_units(store, {"apa": load_spec("apa-basic")})
+    assert "held" in unit.words
+    assert "conditional" not in unit.words
+    assert unit.state == "held, to sign"
+
+
+def test_every_state_of_a_unit_fits_into_its_column():
+    width = dict(_COLUMNS)["state"] - 1
+    for verdict in (None, *map(str, UnitVerdict)):
+        for held in (False, True):
+            for steps, waiting, signed in ((8, ("a",), 0), (8, (), 0), (8, (), 1)):
+                unit = KnownUnit("A", "apa", 1, verdict, signed, 0, held=held, steps=steps, waiting=waiting)
+                assert len(unit.state) <= width, unit.state
+
+
+def test_a_note_is_shown_with_the_names_of_its_files_and_printed_with_their_hashes():
+    line = StepNoted(
+        "frf", "cracked", True, (NotedFile("a b.jpg", "0f" * 32, "/x"), NotedFile("c.png", "1e" * 32, "/"))
+    ).line("Ann")
+    assert "0f" * 32 in line
+    assert without_hashes(line) == "cracked [a b.jpg] [c.png] (Ann)"
+
+
+async def test_keys_behind_the_last_enter_wait_for_the_unit_and_change_no_field():
+    async with running() as pilot:
+        post(pilot, *"APA-07", "enter", "enter", "end", "up", "enter")
+        await settled(pilot)
+        assert type(pilot.app.screen).__name__ == "StepScreen"
+        assert (pilot.app.session.serial, pilot.app.screen.step.name) == ("APA-07", "stroke")
+
+
+async def test_a_serial_that_a_scanner_sends_in_one_burst_goes_to_its_unit():
+    async with running() as pilot:
+        for serial in ("APA-01", "APA-02"):
+            await begin(pilot, serial)
+            await press(pilot, "escape")
+        await begin(pilot, "APA-01")
+        post(pilot, *"APA-02", "enter")
+        await settled(pilot)
+        assert (type(pilot.app.screen).__name__, pilot.app.session.serial) == ("Steps", "APA-02")
