@@ -69,6 +69,7 @@ class BenchApp(App[None]):
         self.theme = theme.LIGHT if self.theme == theme.DARK else theme.DARK
 
     def on_mount(self) -> None:
+        self.set_class(self.no_color or self.console.color_system == "standard", "-few-colours")
         self.show_start()
 
     def _handle_exception(self, error: Exception) -> None:
@@ -124,8 +125,9 @@ class BenchApp(App[None]):
             return "No unit is open"
 
         def look() -> "tuple[Queue, KnownUnit | None]":
-            waiting = queue.renewed(bench.known(), bench.specs)
-            return waiting, waiting.after(session.serial)
+            known = bench.known()
+            waiting = queue.renewed(known, bench.specs)
+            return waiting, waiting.after(session.serial, [unit.serial for unit in reversed(known)])
 
         try:
             waiting, unit = await asyncio.to_thread(look)

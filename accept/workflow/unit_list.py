@@ -86,11 +86,14 @@ class Queue:
     title: str
     units: tuple[KnownUnit, ...]
 
-    def after(self, serial: str) -> KnownUnit | None:
-        """Return the unit that comes next behind another one, or from the top again; None if no other waits."""
-        serials = [unit.serial for unit in self.units]
-        at = serials.index(serial) + 1 if serial in serials else 0
-        return next((unit for unit in (*self.units[at:], *self.units[:at]) if unit.serial != serial), None)
+    def after(self, serial: str, begun: Sequence[str]) -> KnownUnit | None:
+        """Return the unit that comes next behind another one, which need not wait any more, or from the top again; None
+        if no other waits. begun: serials of all units, those begun first on top."""
+        place = {each: n for n, each in enumerate(begun)}
+        here = place.get(serial, -1)
+        others = [unit for unit in self.units if unit.serial != serial]
+        behind = [unit for unit in others if place.get(unit.serial, here) > here]
+        return next(iter([*behind, *others]), None)
 
     @property
     def nothing_waits(self) -> str:

@@ -139,7 +139,7 @@ class Steps(Scanning[bool]):
         await self._open(self.session.step(step))
         shown = self.app.screen
         if words and isinstance(shown, Working):
-            shown.say(words)
+            shown.say(f"{words}. {shown.what_now}" if isinstance(shown, StepScreen) else words)
 
     def _back(self, goes_on: bool | None) -> None:
         """Stand at the next incomplete step, and open it if Enter asked for it."""

@@ -4,9 +4,11 @@ import pytest
 from rich.segment import Segment
 from rich.style import Style
 from textual.color import Color as TextualColor
+from textual.widgets import Input
 
 from accept.tui import theme
 from accept.tui.screens.start import Given
+from accept.tui.widgets.step_list import StepList
 from tests.accept.tui.tui_help import loader, press, running
 
 TEXT = 4.5  # WCAG 2.2, 1.4.3
@@ -54,3 +56,12 @@ def test_a_cell_without_a_style_has_no_colour_either():
     assert (plain.text, blank.text) == ("a", " ")
     triplet = plain.style.color.get_truecolor()
     assert triplet.red == triplet.green == triplet.blue
+
+
+async def test_lines_and_the_row_under_the_cursor_are_seen_without_colour(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+    async with running(loader(), given=Given("Ann")) as pilot:
+        assert pilot.app.screen.query_one("#kind", Input).rich_style.underline
+        await press(pilot, *"APA-02", "enter", "enter")
+        rail = pilot.app.screen.query_one(StepList)
+        assert rail.get_component_rich_style("datatable--cursor").reverse

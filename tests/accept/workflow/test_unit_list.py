@@ -73,15 +73,20 @@ def test_the_rig_is_needed_for_records_and_not_for_meters(store: Store):
 
 
 def test_the_next_unit_is_the_one_behind_this_one_then_the_first(store: Store):
-    for serial in ("APA-01", "APA-02", "APA-03"):
+    begun = ["APA-01", "APA-02", "APA-03"]
+    for serial in begun:
         unit(store, serial)
-    queue = Queue("capacitance", "apa", "Capacitance", ()).renewed(known_units(store, SPECS), SPECS)
-    assert [getattr(queue.after(serial), "serial", None) for serial in ("APA-01", "APA-03")] == ["APA-02", "APA-01"]
+
+    def after(serial: str) -> str | None:
+        queue = Queue("capacitance", "apa", "Capacitance", ()).renewed(known_units(store, SPECS), SPECS)
+        return getattr(queue.after(serial, begun), "serial", None)
+
+    assert [after(serial) for serial in ("APA-01", "APA-03")] == ["APA-02", "APA-01"]
+    unit(store, "APA-02", "capacitance")  # measured first: the one behind it comes next, not the top again
+    assert after("APA-02") == "APA-03"
     unit(store, "APA-01", "capacitance")
-    unit(store, "APA-02", "capacitance")
-    queue = queue.renewed(known_units(store, SPECS), SPECS)
-    assert queue.after("APA-02").serial == "APA-03"
-    assert queue.after("APA-03") is None
+    assert after("APA-02") == "APA-03"
+    assert after("APA-03") is None
 
 
 def test_units_of_all_kinds_say_state_who_and_when(store: Store):
