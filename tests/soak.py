@@ -358,6 +358,24 @@ HEAVY: Mapping[str, Heavy] = {
         ["test_a_recorded_unit", "test_what_more_data_make_narrower_is_said"],
         "a drawn strut, both on the same data",
     ),
+    "tests/accept/gap/test_twelve_effects.py": Heavy(
+        ["accept/gap", "accept/analysis", "checks/gap", "checks/misalignment", "checks/signals"],
+        [
+            "test_a_fault_of_sampling_is_said_or_refused[clipped]",
+            "test_a_fault_of_sampling_is_said_or_refused[jitter]",
+            "test_a_fault_of_sampling_is_said_or_refused[block of all lost]",
+            "test_a_fault_of_sampling_is_said_or_refused[block of de lost]",
+            "test_a_fault_of_sampling_is_said_or_refused[block of zeros]",
+            "test_an_effect_on_the_responses_gets_no_false_name[gain drifts by 2 % in each record]",
+            "test_an_effect_on_the_responses_gets_no_false_name[skew of 20 us on Vs]",
+            "test_an_effect_on_the_responses_gets_no_false_name[anti-alias filter on Vs]",
+            "test_an_effect_on_the_responses_gets_no_false_name[charge amplifier of second order]",
+            "test_an_effect_on_the_responses_gets_no_false_name[amplifier of second order]",
+            "test_an_effect_on_the_responses_gets_no_false_name[two close modes in de]",
+            "test_learning_leaves_an_affected_unit_out_by_name",
+        ],
+        "a block that is held, by every command; a delay of one channel, by every command",
+    ),
     "tests/accept/units/test_mass_steps.py": Heavy(
         ["accept/capture", "hw"],
         [

@@ -14,17 +14,18 @@ import numpy as np
 from accept.base.console import say
 from checks.acceptance.responses.rules import unusable_units
 from checks.arrays import Array
-from checks.cause import together
+from checks.cause import Reason, together
 from checks.declare import Series
 from checks.errors import RecordError
 from checks.record import Record
+from checks.signals.sampling_faults import sampling_faults
 from checks.signals.spectral.frf import Frf, Mask, h1_record
 from checks.signals.spectral.lpm import lpm_record
 from checks.signals.spectral.merge import merge
 from checks.signals.spectral.periodic import detect, periodic_frf
 from checks.signals.spectral.poles import Transforms
 from checks.signals.spectral.resonance import Resonance, find
-from checks.signals.spectral.transient import concentration, is_transient
+from checks.signals.spectral.transient import concentration, is_broadband, is_transient
 from hw.records import list_channels, read
 from hw.records.foreign_record import TIMES, Unreadable, foreign_record
 from hw.records.uff import frf_bytes
@@ -151,7 +152,11 @@ class MeasuredResponse:
     def __repr__(self) -> str:
         f, seen = self.frf.f, ", ".join(f"{c} {mode.f_Hz:.2f} Hz" for c, mode in self.resonances.items())
         of = f"{', '.join(self.frf.channels)} over {self.frf.input}"
-        return f"MeasuredResponse({of}; {f.size} bins from {f[0]:.4g} to {f[-1]:.4g} Hz; resonances: {seen or 'none'})"
+        faults = "".join(f"; {reason}" for reason in record_faults(self.records, self.frf.input))
+        return (
+            f"MeasuredResponse({of}; {f.size} bins from {f[0]:.4g} to {f[-1]:.4g} Hz; resonances: {seen or 'none'}"
+            f"{faults})"
+        )
 
 
 def read_any(
@@ -253,8 +258,22 @@ def cut(frf: Frf, f_lo: float, f_hi: float | None, notes: tuple[str, ...] | None
 
 
 def _response(records: tuple[Record, ...], frf: Frf, wanted: EstimatorSettings) -> MeasuredResponse:
+    faults = record_faults(records, wanted.input)
+    said = [str(r if len(records) > 1 else replace(r, file="")) for r in faults]  # the title names a single record
+    frf = replace(frf, notes=(*frf.notes, *said))
     units = {name: records[0].units.get(name, "") for name in (wanted.input, *frf.channels)}
     return MeasuredResponse(records, frf, units, {c: r for c in frf.channels if (r := _pole(records, frf, c, wanted))})
+
+
+def record_faults(records: Sequence[Record], input: str) -> list[Reason]:
+    """Return the faults of sampling that judging refuses: values clipped or held, samples lost, scattered times. They
+    show against a drive of many frequencies; other records are not examined."""
+    return [
+        reason.within("", record.name)
+        for record in records
+        if input in record.channels and not is_transient(record[input]) and is_broadband(record[input])
+        for reason in sampling_faults(record, input, [c for c in record.channels if c != input])
+    ]
 
 
 def _pole(records: tuple[Record, ...], frf: Frf, channel: str, wanted: EstimatorSettings) -> Resonance | None:

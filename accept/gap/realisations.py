@@ -4,6 +4,8 @@ condition of its experiments."""
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from accept.gap.responses import Responses, records_of, refuse_faults
 from accept.units.loaded_unit import LoadedUnit
 from checks.errors import RecordError
@@ -14,15 +16,29 @@ from checks.record import Record
 
 F_LO = 5.0  # [Hz] below [STB]'s 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
 RESISTOR = ("sensor_highpass", "resistor_ohm")  # section and key of unit.toml with the unit's own resistor
+DRIFT, SURE = 3e-3, 6.0  # of a gain from record to record, and standard deviations, from which on it is said
 HALVES = "a single realisation: one half of it is fitted, the other half judged, so the sensitivity is reduced"
 
 
 def realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Dataset, tuple[str, ...]]:
     """Return A to fit, B to judge with, and notes: a single realisation is cut in two halves, and a note states it."""
     if measured.second is not None:
-        return measured.first, measured.second, ()
+        return measured.first, measured.second, gain_notes(measured.first, measured.second)
     A, B = _halves(measured, measured.records, tolerance)
     return A, B, (HALVES,)
+
+
+def gain_notes(A: Dataset, B: Dataset) -> tuple[str, ...]:
+    """Return a note on channels that are larger or smaller in the second realisation by one factor at all frequencies,
+    as a gain that drifts from record to record makes them."""
+    if A.H.shape != B.H.shape:
+        return ()
+    weight = 1.0 / (A.noise + B.noise)
+    power = np.sum(weight * np.abs(A.H) ** 2, axis=0)
+    off = np.sum(weight * (A.H.conj() * (B.H - A.H)).real, axis=0) / power
+    sure = np.abs(off) > np.maximum(DRIFT, SURE / np.sqrt(power))
+    parts = [f"{c} {100 * x:+.1f} %" for c, x, there in zip(A.channels, off, sure, strict=True) if there]
+    return (f"gain of the second realisation over the first: {', '.join(parts)}",) if parts else ()
 
 
 def trials_of(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from accept.gap.text import chance, words_of
 from checks.gap.decision.result import EXPLAINED, Result, Tried
+from checks.rounding import fixed
 
 SHOWN = 8  # of each: what follows says less
 ALIKE = 3.0  # in ln L: less does not distinguish two explanations
@@ -32,7 +33,7 @@ def candidates(result: Result) -> Iterator[tuple[str, str, str, str]]:
     """Yield every explanation with its gain in ln L, p of the rest, and why it was named or not; the best first."""
     for tried, why in considered_explanations(result):
         words = ", ".join(map(words_of, tried.names)) or "none"
-        gain = f"{tried.delta_lnL:.0f}" if math.isfinite(tried.delta_lnL) else "-"
+        gain = fixed(tried.delta_lnL, 0) if math.isfinite(tried.delta_lnL) else "-"
         yield words, gain, "-" if math.isnan(tried.p) else chance(tried.p), why
 
 

@@ -2,25 +2,35 @@
 added. gap.pdf and gap.html show the same."""
 
 from collections.abc import Sequence
+from math import isfinite
 
 from accept.gap.empirical import AddedElement
 from accept.gap.reasons import candidates, moved_parameters, shift_words
-from accept.gap.text import TWO, gap_number, number, words_of
+from accept.gap.text import TWO, gap_number, number, symbol, unit, words_of
+from accept.models.value_labels import value_label
 from accept.pictures.interactive import PageTable
+from checks.fitting.identifiability import determined, profile
 from checks.gap.decision.panels import errors
 from checks.gap.decision.result import Result
 from checks.model.unidentified import Pair
-from specs.units import model_label, with_unit
+from checks.rounding import rounded, with_U
+from specs.units import with_unit
 
+G_NOTE = (
+    "G: squared residual over noise variance plus squared tolerance, per degree of freedom; 1 or less is agreement."
+)
+LEVEL_NOTE = "Level and phase: rms of what is left over"
 PARAMETERS = 16  # of the fitted values: those that moved furthest
 
 
 def tables(result: Result, added: Sequence[AddedElement] = ()) -> dict[str, PageTable]:
-    """Return the tables that have rows by subject, in order: "gap", "steps", "reasons", "added", "fitted"."""
+    """Return the tables that have rows by subject, in order: "gap", "steps", "reasons", "identified", "added",
+    "fitted"."""
     found = {
         "gap": _gap(result),
         "steps": _steps(result),
         "reasons": _candidates(result),
+        "identified": _identified(result),
         "added": _added(added),
         "fitted": _fitted_values(result),
     }
@@ -34,10 +44,14 @@ def _gap(result: Result) -> PageTable:
         dB, deg, dB_after, deg_after = off[c]
         row = (c, gap_number(before.G), gap_number(result.gap_after.channels[c].G))
         rows.append((*row, f"{dB:.3g} dB", f"{dB_after:.3g} dB", f"{deg:.3g} deg", f"{deg_after:.3g} deg"))
+    if not result.named:
+        rows = [(row[0], row[1], row[3], row[5]) for row in rows]  # after is before
+        return PageTable(
+            "The gap by channel", f"{G_NOTE} {LEVEL_NOTE}.", ("Channel", "G", "level", "phase"), tuple(rows)
+        )
     note = (
-        "G: squared residual over noise variance plus squared tolerance, per degree of freedom; 1 or less is "
-        "agreement. G before: the lowest that the model reaches without the named effects, fitted again. "
-        f"Level and phase: rms of what is left over{_before_note(result)}."
+        f"{G_NOTE} G before: the lowest that the model reaches without the named effects, fitted again. "
+        f"{LEVEL_NOTE}{_before_note(result)}."
     )
     head = ("Channel", "G before", "G after", "level before", "after", "phase before", "after")
     return PageTable("The gap by channel", note, head, tuple(rows))
@@ -70,6 +84,24 @@ def _candidates(result: Result) -> PageTable:
     return PageTable("Why this cause, and why not another", note, head, tuple(candidates(result)))
 
 
+def _identified(result: Result) -> PageTable:
+    """Return how well the data determine each named value beside all others that were fitted."""
+    note = (
+        "By curvature: Fisher information at the optimum, priors included. By profile: where ln L has fallen by 1.92 "
+        "with all other values fitted again. Wider: than if all others were known. Most alike: the most correlated."
+    )
+    head = ("Named value", "95 % by curvature", "95 % by profile", "wider by", "most alike")
+    rows = []
+    for name, it in determined(result.fit, [n.effect for n in result.named]).items():
+        effect, _, parameter = name.partition(".")
+        label = f"{words_of(effect)}: {symbol(effect, parameter)} [{unit(effect, parameter) or '1'}]"
+        ends = (result.fit.interval(name), profile(result.after.response, result.fit, name).ci95)
+        shown = (" to ".join(rounded(x, it.sd) if isfinite(x) else "open" for x in pair) for pair in ends)
+        rival = value_label(result.after.response.model, it.rival)
+        rows.append((label, *shown, f"{it.inflation:.3g}", f"{rival} ({it.correlation:+.3f})"))
+    return PageTable("How well each named value is determined", note, head, tuple(rows))
+
+
 def _added(added: Sequence[AddedElement]) -> PageTable:
     rows = []
     for one in added:
@@ -90,9 +122,9 @@ def _fitted_values(result: Result) -> PageTable:
     moved = moved_parameters(result)
     rows = tuple(
         (
-            model_label(parameter.name),
-            with_unit(f"{number(parameter.prior)} ± {2 * parameter.prior_sd:.3g}", parameter.name),
-            with_unit(f"{number(parameter.value)} ± {2 * parameter.sd:.2g}", parameter.name),
+            value_label(result.before.response.model, parameter.name),
+            with_unit(with_U(parameter.prior, 2 * parameter.prior_sd), parameter.name),
+            with_unit(with_U(parameter.value, 2 * parameter.sd), parameter.name),
             shift_words(parameter),
         )
         for parameter in moved[:PARAMETERS]

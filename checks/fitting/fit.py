@@ -28,6 +28,7 @@ TOLERANCES = (0.1, 0.03, 0.01, 0.003)
 STEPS, FEW_STEPS = 60, 15  # of the last search and of those that only lead to it
 BEYOND_DOUBT = 4.6  # of log likelihood: a ratio of 100
 SPREAD = 1.0  # of further starts, in prior standard deviations
+HELD = 1e-4  # of its standard deviation: the prior of a parameter that is held
 AT_BOUND = 1e-3  # of the standard deviation
 BESIDE = 30  # parameters: what a step costs beside derivatives, the modes of a strut above all
 CONTRADICTION = (
@@ -241,6 +242,20 @@ def resume(response: Response, found: Fit, datasets: Sequence[Dataset]) -> Fit:
     problem = _FitProblem(response, sets, found.free, found.joint)
     end = descend(problem, problem.coordinates.x(found.values), STEPS, EXACT)
     return _result(problem, end, found.starts)
+
+
+def cost_with(response: Response, found: Fit, name: str, value: float) -> float:
+    """Return the least cost of a fit with one parameter held at a value and all others fitted again, on the same bins
+    with the same weights: minus the profile of ln L, but for a constant ([PAWITAN01] 3.4). Raises ModelError."""
+    k = found.names.index(name)
+    own = found.free[k]
+    held = replace(own, prior=value, sd=HELD * found.sds[name], start=value)
+    free = (*found.free[:k], held, *found.free[k + 1 :])
+    near = found.values + found.cov[:, k] / found.cov[k, k] * (value - found.values[k])  # where the others lie then
+    near[k] = value
+    problem = _FitProblem(response, found.datasets, free, found.joint)
+    end = descend(problem, np.clip(problem.coordinates.x(near), *problem.bounds()), STEPS, EXACT)
+    return end.cost + (0.5 * ((value - own.prior) / own.sd) ** 2 if np.isfinite(own.sd) else 0.0)
 
 
 def start_as_fit(response: Response, datasets: Dataset | Sequence[Dataset], found: Fit, message: str) -> Fit:

@@ -40,6 +40,12 @@ class ModalApa:
     def modes(self) -> int:
         return self.body.size - ELASTIC_FROM
 
+    @property
+    def frequencies_Hz(self) -> dict[str, float]:
+        """Return the nominal frequency [Hz] of the mode that each factor is of, by the factor's flat name."""
+        f = np.sqrt(np.diag(self.body.K)[ELASTIC_FROM:]) / (2.0 * np.pi)
+        return {name: float(f_Hz) for names in mode_names(self.modes) for name, f_Hz in zip(names, f, strict=True)}
+
     def below(self, f_Hz: float) -> int:
         """Return the elastic modes below a frequency."""
         return int(np.sum(np.diag(self.body.K)[ELASTIC_FROM:] < (2.0 * np.pi * f_Hz) ** 2))

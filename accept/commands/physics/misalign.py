@@ -20,6 +20,7 @@ from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, read
 from checks.cause import Reason
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import panels
+from checks.rounding import fixed
 
 
 @clear_errors
@@ -65,6 +66,6 @@ def words(serial: str, found: MisalignmentEstimate | Reason) -> list[str]:
     return [
         f"{serial}: {axis}: no result: {found.unknown[axis]}"
         if (along := found.answer(axis)) is None
-        else f"{serial}: {axis} = {along.value:.1f} ± {along.U:.1f} um"
+        else f"{serial}: {axis} = {fixed(along.value, 1)} ± {along.U:.1f} um"
         for axis in ("dx", "dy")
     ]

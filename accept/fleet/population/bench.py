@@ -20,7 +20,7 @@ SURE = 4.0  # standard uncertainties: a thousand bins are looked at
 MOST = 6  # bands of a channel
 SHARP_OCTAVES = 0.5  # narrower than that is a resonance
 EXPLAINED = (
-    "Black: what the bench multiplies each channel by, less one, in every unit alike (real part; imaginary part "
+    "Line: what the bench multiplies each channel by, less one, in every unit alike (real part; imaginary part "
     "dashed). Shaded: how far one more unit may differ from it, two standard deviations. Where the shade is wide, "
     "units differ, and the records of a unit say little there."
 )

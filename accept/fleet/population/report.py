@@ -2,18 +2,29 @@
 
 import io
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import BaseDocTemplate, Flowable, Frame, KeepTogether, PageTemplate, Table, TableStyle
+from reportlab.platypus import (
+    BaseDocTemplate,
+    CondPageBreak,
+    Flowable,
+    Frame,
+    KeepTogether,
+    PageTemplate,
+    Table,
+    TableStyle,
+)
 
 from accept.fleet.population import bench
 from accept.fleet.population.learn import Judged, Population
 from accept.fleet.population.unit_fits import LATENCIES
 from accept.models.model_file import write_model
+from accept.models.value_labels import value_label
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
 from accept.pictures.pdf.figure_row import FigureRow
@@ -21,11 +32,12 @@ from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 from accept.pictures.pdf.page_style import words
 from checks.fitting.hierarchy import determined_parameters
 from checks.picture import Band, Line, Mark, Panel
-from checks.rounding import with_U
+from checks.rounding import rounded_U, with_U
 from specs.model_sections import PopulationRecord
-from specs.units import model_label, unit_of, with_unit
+from specs.units import unit_of, with_unit
 
 HEAD = 20 * mm
+TABLE_NEEDS = 40 * mm  # of a page: with less, heading and table begin the next one
 DIGITS = 6  # of what is written: a batch knows nothing to a part in a million
 SHOWN = 14  # parameters in the picture
 LISTED = 24  # values in the table of the page; the rest moved by a fraction of their uncertainty
@@ -172,7 +184,7 @@ def picture_of(found: Population) -> Panel:
         "",
         tuple(items),
         y_range=(-0.6, max(len(order), 1) - 0.4),
-        y_names=tuple(model_label(found.names[i]) for i in order),
+        y_names=tuple(value_label(found.given.model, found.names[i]) for i in order),
     )
 
 
@@ -241,7 +253,7 @@ def _units_table(found: Population) -> list[Flowable]:
             ", ".join(f"{c} {G:.2f}" for c, G in j.G.items()),
             ", ".join(f"{c} {G:.2f}" for c, G in j.G_left_out.items()),
             f"{j.belonging.p_all:.2g}, {j.belonging.p_worst:.2g}",
-            "" if j.worst is None else f"{model_label(j.worst[0])} {j.worst[1]:+.1f} sd",
+            "" if j.worst is None else f"{value_label(found.given.model, j.worst[0])} {j.worst[1]:+.1f} sd",
             "yes" if j.belongs else "no",
         ]
         for j in found.judged
@@ -258,10 +270,10 @@ def _parameters_table(found: Population) -> list[Flowable]:
         p = _parameter(found, i, float(left[i]))
         rows.append(
             [
-                model_label(found.names[i]),
-                with_unit(f"{p['prior']:.5g} ± {2 * p['prior_sd']:.3g}", found.names[i]),
+                value_label(found.given.model, found.names[i]),
+                with_unit(with_U(p["prior"], 2 * p["prior_sd"]), found.names[i]),
                 with_unit(with_U(p["mean"], p["U"]), found.names[i]),
-                with_unit(f"± {2 * p['scatter']:.2g}", found.names[i]),
+                with_unit(f"± {rounded_U(2 * p['scatter'])}" if p["scatter"] > 0.0 else "-", found.names[i]),
                 f"{round(p['shift_sd'], 1) + 0.0:+.1f}",
                 f"{100 * left[i]:.0f} %",
             ]
@@ -270,20 +282,19 @@ def _parameters_table(found: Population) -> list[Flowable]:
     more = f" The other {rest} moved less; population.json holds them." if rest > 0 else ""
     title, note = "What was learned, the largest shift first", f"± is U, k = 2.{more}"
     table = _table(head, rows, [46, 36, 36, 26, 20, 18])
-    return [words(title, page_style.HEADING), words(note, page_style.QUIET), table]
+    heading = [CondPageBreak(TABLE_NEEDS), words(title, page_style.HEADING), words(note, page_style.QUIET)]
+    return [*heading, table]
 
 
 def _untold(found: Population) -> list[Flowable]:
     learned = determined_parameters(found.batch, found.prior)
-    names = [n for n, left in zip(found.names, learned.left, strict=True) if left > LEARNED]
+    label = partial(value_label, found.given.model)
+    names = [label(n) for n, left in zip(found.names, learned.left, strict=True) if left > LEARNED]
     story: list[Flowable] = [words("What this batch cannot tell", page_style.HEADING)]
     if names:
-        story.append(
-            words("Nothing was learned of the mean of " + ", ".join(map(model_label, names)) + ".", page_style.SMALL)
-        )
+        story.append(words(f"Nothing was learned of the mean of {', '.join(names)}.", page_style.SMALL))
     pairs = [
-        f"{model_label(found.names[i])} and {model_label(found.names[j])} ({rho:+.2f})"
-        for i, j, rho in learned.together[:PAIRS]
+        f"{label(found.names[i])} and {label(found.names[j])} ({rho:+.2f})" for i, j, rho in learned.together[:PAIRS]
     ]
     if pairs:
         more = "" if len(learned.together) <= PAIRS else f", and {len(learned.together) - PAIRS} pairs more"

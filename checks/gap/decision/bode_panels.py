@@ -150,7 +150,7 @@ def _deviation(result: Result, c: int, f: Array, relative_sd: Array, added: Elem
     model = np.sqrt(-np.log(0.05)) * relative_sd
     items: list[Item] = [
         Band(f, np.full(f.size, LEAST), np.maximum(model, LEAST), "95 % of the model", "model"),
-        Band(data.f, np.full(data.f.size, LEAST), np.maximum(noise, LEAST), "95 % of the noise", "data"),
+        Line(*smooth(data.f, np.maximum(noise, LEAST)), "95 % of the noise", "dashed", "data"),
         *(Line(*smooth(data.f, np.abs(H - M) / np.abs(H)), words, "solid", role) for words, M, role in models),
         *(Mark(u.poles_Hz[0], label=f"{u.poles_Hz[0]:.1f} Hz") for u in result.unnamed if _has_pole(u, name)),
     ]

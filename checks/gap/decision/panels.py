@@ -39,18 +39,18 @@ def shown(result: Result) -> tuple[Projected, Projected]:
 
 
 def disagreement(result: Result) -> Panel:
-    """Return the map over frequency and channel, before and after: log10 of the squared residual over noise and
-    tolerance."""
+    """Return the map over frequency and channel, before and after if something was named: log10 of the squared residual
+    over noise and tolerance."""
     data = result.before.data
     edges = np.geomspace(data.f[0], data.f[-1] * (1 + 1e-9), CELLS + 1)
     middle = np.sqrt(edges[1:] * edges[:-1])
     rows, names = [], []
     for c, name in enumerate(data.channels):
-        for words, H in zip(("before", "after"), responses(result), strict=True):
+        for words, H in list(zip(("before", "after"), responses(result), strict=True))[: 2 if result.named else 1]:
             near = data.around(H)
             G = np.abs(data.H[:, c] - H[:, c]) ** 2 / np.maximum(near.variance[:, c], 1e-300)
             rows.append(np.clip(np.log10(np.maximum(_by_cell(data.f, G, edges), 1e-3)), *SHOWN))
-            names.append(f"{name} {words}")
+            names.append(f"{name} {words}" if result.named else name)
     image = Image(middle, np.arange(len(rows), dtype=float), np.array(rows), "log10 of G")
     title = "G by frequency and channel (dark: within noise and tolerance)"
     order = len(rows) - 0.5, -0.5  # the first channel on top

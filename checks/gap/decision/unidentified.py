@@ -34,7 +34,7 @@ def unidentified_effects(
         poles, zeros = mode.poles_and_zeros(values)
         intervals = tuple(final.interval(f"{mode.name}.f_Hz") for _ in poles)
         at_edge = any(_at_edge(pole, *ends, f) for pole, ends in zip(poles, intervals, strict=True))
-        numbers = ", ".join(f"{k} {v:.4g}" for k, v in values.items())
+        numbers = ", ".join(f"{p.symbol} {values[p.name]:.4g} {p.unit}".rstrip() for p in mode.parameters)
         words = f"{mode.channel} times a {mode.shape.name} ({numbers}) would explain it"
         out.append(Nameless(mode.channel, tuple(poles), tuple(zeros), level, words, intervals, at_edge))
     channels = {n.channel for n in out}

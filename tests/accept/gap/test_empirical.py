@@ -62,6 +62,10 @@ def test_written_reopened_and_never_worse(tmp_path: Path) -> None:
     inputs = Inputs(given.model, A, B, FS)
     result = run(inputs, lambda _: None)
     assert not result.named
+    (left,) = (u for u in result.unnamed if u.channel == "Vs")
+    (lo, hi) = left.ci95[0]
+    assert lo - (hi - lo) < 620.0 < hi + (hi - lo)  # three times as wide it must hold the truth
+    assert not left.at_edge
     added = write_with_elements(tmp_path / "model.toml", given, Responses("S", "strut", A, B, 350.0), result, inputs)
     assert [a.channel for a in added if a.fitted is not None] == ["Vs"]
     assert all(a.after <= a.before for a in added)

@@ -51,6 +51,8 @@ def test_the_first_page_has_sentence_numbers_and_reasons_the_second_the_bode_plo
     for words in ("measured", "model before", "model after", "95 % of the measurement", "95 % of the model after"):
         assert pages[1].count(words) >= 3  # of every channel
     assert pages[1].count("frequency [Hz]") == 3  # one axis for magnitude, phase and what is left
+    assert "How well each named value is determined" in text
+    assert "sensor highpass: f [Hz]" in text
     document = analyse_unit.to_json("X-1", result)
     assert document["named"][0]["sentence"] in text
     for key in ("gap_before", "gap_after"):

@@ -1,11 +1,14 @@
-"""Marginal and conditional uncertainty of a fitted value against closed forms of a known covariance."""
+"""Marginal and conditional uncertainty of a fitted value against closed forms of a known covariance; profiles of the
+likelihood against those of a straight line and of a value that the data bound on one side only."""
 
 import numpy as np
 import pytest
 
 from checks.fitting.coordinates import Free
-from checks.fitting.fit import Fit
-from checks.fitting.identifiability import identifiability
+from checks.fitting.dataset import Dataset, simulated
+from checks.fitting.fit import Fit, fit
+from checks.fitting.identifiability import identifiability, profile
+from tests.checks.fitting.function_response import FunctionResponse
 
 
 def fit_of(cov: list[list[float]]) -> Fit:
@@ -38,3 +41,39 @@ def test_a_single_value_is_its_own_rival_and_a_strange_name_is_refused() -> None
     assert identifiability(fit_of([[4.0]]), "effect.a").inflation == 1.0
     with pytest.raises(KeyError, match=r"effect\.a"):
         identifiability(fit_of([[4.0]]), "crosstalk.V_per_V")
+
+
+F = np.linspace(1.0, 2.0, 60)
+
+
+def measured(H: np.ndarray, sigma: float) -> Dataset:
+    cov = np.tile(np.eye(1) * sigma**2, (F.size, 1, 1)).astype(complex)
+    return simulated(F, H, ("y",), cov, np.random.default_rng(2))
+
+
+def test_the_profile_of_a_straight_line_is_the_parabola_of_fisher() -> None:
+    """a + b f, whose two values share much: half of the squared distance in marginal standard uncertainties."""
+    line = FunctionResponse(lambda v, f, _: (v["a.x"] + v["b.x"] * f)[:, None] + 0j, {"a.x": 1e-3, "b.x": 1e-3})
+    data = measured((2.0 + 3.0 * F)[:, None] + 0j, 0.1)
+    found = fit(line, data, [Free("a.x", 1.0, scale=1.0), Free("b.x", 1.0, 2.0)])  # b with a prior
+    for name in ("a.x", "b.x"):
+        it = profile(line, found, name)
+        z = (it.values - found.at[name]) / found.sds[name]
+        np.testing.assert_allclose(it.fall, 0.5 * z**2, rtol=1e-3, atol=1e-3)
+        np.testing.assert_allclose(it.ci95, found.interval(name), rtol=1e-3)
+    assert identifiability(found, "a.x").inflation > 3.0
+
+
+def test_an_end_that_the_data_do_not_show_is_open() -> None:
+    """A low-pass far above the band: any higher corner explains the data too."""
+    lag = FunctionResponse(lambda v, f, _: (1.0 / (1.0 + 1j * f / v["lag.f"]))[:, None], {"lag.f": 1e-3})
+    data = measured(np.ones((F.size, 1), complex), 0.3)
+    found = fit(lag, data, [Free("lag.f", 30.0, lo=0.1, scale=10.0)])
+    it = profile(lag, found, "lag.f")
+    assert it.ci95[1] == np.inf
+    assert 0.0 < it.ci95[0] < found.at["lag.f"]
+
+
+def test_a_profile_of_a_strange_name_is_refused() -> None:
+    with pytest.raises(KeyError, match=r"effect\.a"):
+        profile(FunctionResponse(lambda v, f, _: f[:, None] + 0j, {}), fit_of([[4.0]]), "b")
