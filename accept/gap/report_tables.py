@@ -45,10 +45,8 @@ def _gap(result: Result) -> PageTable:
         row = (c, gap_number(before.G), gap_number(result.gap_after.channels[c].G))
         rows.append((*row, f"{dB:.3g} dB", f"{dB_after:.3g} dB", f"{deg:.3g} deg", f"{deg_after:.3g} deg"))
     if not result.named:
-        rows = [(row[0], row[1], row[3], row[5]) for row in rows]  # after is before
-        return PageTable(
-            "The gap by channel", f"{G_NOTE} {LEVEL_NOTE}.", ("Channel", "G", "level", "phase"), tuple(rows)
-        )
+        once = tuple((row[0], row[1], row[3], row[5]) for row in rows)  # after is before
+        return PageTable("The gap by channel", f"{G_NOTE} {LEVEL_NOTE}.", ("Channel", "G", "level", "phase"), once)
     note = (
         f"{G_NOTE} G before: the lowest that the model reaches without the named effects, fitted again. "
         f"{LEVEL_NOTE}{_before_note(result)}."
