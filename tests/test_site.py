@@ -43,7 +43,11 @@ def tutorial_page() -> str:
     cells = json.loads((ROOT / "docs" / "tutorial" / "tutorial.ipynb").read_text(encoding="utf-8"))["cells"]
     parts = ["".join(c["source"]).rstrip("\n") for c in cells]
     shown = [p if c["cell_type"] == "markdown" else f"```python\n{p}\n```" for p, c in zip(parts, cells, strict=True)]
-    head = "The same as a notebook to run: [tutorial.ipynb](tutorial.ipynb)."
+    head = (
+        "The same as a notebook to run: [tutorial.ipynb](tutorial.ipynb). It is stored without outputs; "
+        "`pip install nbconvert ipykernel`, then `jupyter nbconvert --to notebook --execute --inplace tutorial.ipynb` "
+        "runs it in about a minute and keeps them."
+    )
     page = "\n\n".join([shown[0], head, *shown[1:]]) + "\n"
     if os.environ.get("ACCEPT_RENEW"):
         (ROOT / "docs" / "tutorial" / "tutorial-python.md").write_text(page, encoding="utf-8")

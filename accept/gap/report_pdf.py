@@ -63,7 +63,7 @@ def render(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> b
         *([words(BEFORE, page_style.QUIET)] if result.named else []),
         FigureRow([reduce_panel(disagreement(result))], 40.0),
         *_table(shown.get("gap"), (24, 24, 24, 28, 24, 30, 28) if result.named else (46, 46, 46, 44)),
-        *_table(shown.get("steps"), (82, 34, 34, 34)),
+        *_table(shown.get("steps"), (80, 34, 34, 34)),
         *_remarks(result),
         *_table(shown.get("reasons"), (66, 22, 24, 70)),
         *_table(shown.get("identified"), (50, 36, 36, 16, 44)),

@@ -20,19 +20,20 @@ G_NOTE = (
     "G: squared residual over noise variance plus squared tolerance, per degree of freedom; 1 or less is agreement."
 )
 LEVEL_NOTE = "Level and phase: rms of what is left over"
-PARAMETERS = 16  # of the fitted values: those that moved furthest
+PARAMETERS, LEAST_PARAMETERS = 16, 6  # of the fitted values, those that moved furthest: what the page has room for
 
 
 def tables(result: Result, added: Sequence[AddedElement] = ()) -> dict[str, PageTable]:
     """Return the tables that have rows by subject, in order: "gap", "steps", "reasons", "identified", "added",
     "fitted"."""
+    steps, identified = _steps(result), _identified(result)
     found = {
         "gap": _gap(result),
-        "steps": _steps(result),
+        "steps": steps,
         "reasons": _candidates(result),
-        "identified": _identified(result),
+        "identified": identified,
         "added": _added(added),
-        "fitted": _fitted_values(result),
+        "fitted": _fitted_values(result, max(LEAST_PARAMETERS, PARAMETERS - len(steps.rows) - len(identified.rows))),
     }
     return {name: table for name, table in found.items() if table.rows}
 
@@ -116,7 +117,7 @@ def _added(added: Sequence[AddedElement]) -> PageTable:
     return PageTable("Unidentified elements in the improved model", note, head, tuple(rows))
 
 
-def _fitted_values(result: Result) -> PageTable:
+def _fitted_values(result: Result, most: int) -> PageTable:
     moved = moved_parameters(result)
     rows = tuple(
         (
@@ -125,9 +126,9 @@ def _fitted_values(result: Result) -> PageTable:
             with_unit(with_U(parameter.value, 2 * parameter.sd), parameter.name),
             shift_words(parameter),
         )
-        for parameter in moved[:PARAMETERS]
+        for parameter in moved[:most]
     )
-    rest = len(moved) - PARAMETERS
+    rest = len(moved) - most
     more = f" The other {rest} moved less." if rest > 0 else ""
     note = f"± is U, k = 2. Those that moved furthest come first.{more} model.toml holds them all."
     return PageTable(

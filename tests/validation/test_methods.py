@@ -269,12 +269,15 @@ def test_reported_units_are_drawn_alike_each_time() -> None:
 # --- the sampler ------------------------------------------------------------------------------------------------------
 
 
-def test_a_random_walk_has_the_quantiles_of_a_normal_density() -> None:
+@pytest.mark.parametrize("sampler", ["metropolis", "emcee"])
+def test_a_sampler_has_the_quantiles_of_a_normal_density(sampler: str) -> None:
     """20 000 states of a walk in two dimensions are worth some 2000 independent ones: 5 % of a standard deviation."""
+    if sampler == "emcee":
+        pytest.importorskip("emcee")
     cov = np.array([[4.0, 1.5e-3], [1.5e-3, 1e-6]])
     information = np.linalg.inv(cov)
-    states = posterior.sample(
+    states = posterior.SAMPLERS[sampler](
         lambda x: -0.5 * float(x @ information @ x), np.zeros(2), cov, 20_000, np.random.default_rng(2)
-    )
+    )[4000:]
     for k, sd in enumerate(np.sqrt(np.diag(cov))):
         assert np.quantile(states[:, k], posterior.QUANTILES) == pytest.approx([-1.96 * sd, 1.96 * sd], abs=0.15 * sd)

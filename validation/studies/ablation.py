@@ -20,7 +20,7 @@ from validation.cases import Case
 from validation.methods.call import Method
 from validation.scoring.scores import Outcome
 from validation.shell import require_matrices
-from validation.studies.arguments import parser_of
+from validation.studies.arguments import mixed_in_words, parser_of
 from validation.studies.compare import AS_RECORDED, SEED, UNITS, answers, counted, drawn
 
 NEVER_WORSE, RIVALS, EVERY = "never_worse", "rivals", "every gate"
@@ -116,7 +116,8 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     a = parser.parse_args()
     require_matrices()
-    print(table(ablated(drawn(a.seed, a.units), a.out)))
+    with mixed_in_words():
+        print(table(ablated(drawn(a.seed, a.units), a.out)))
 
 
 if __name__ == "__main__":

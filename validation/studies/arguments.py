@@ -1,6 +1,19 @@
 """The command line that the studies share."""
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from validation.scoring.results_store import Mixed
+
+
+@contextmanager
+def mixed_in_words() -> Iterator[None]:
+    """End with one line if the folder holds answers of another version."""
+    try:
+        yield
+    except Mixed as e:
+        raise SystemExit(str(e)) from e
 
 
 def parser_of(doc: str | None, units: int, seed: int) -> argparse.ArgumentParser:

@@ -20,7 +20,7 @@ from validation.scoring.results_store import Store, stamp
 from validation.scoring.scores import Outcome, covered, right, rms, wilson
 from validation.sets import SETS, Set, draw_set
 from validation.shell import require_matrices
-from validation.studies.arguments import parser_of
+from validation.studies.arguments import mixed_in_words, parser_of
 
 SEED = 20261123
 UNITS = 8  # of each set
@@ -135,7 +135,8 @@ def main() -> None:
     a = parser.parse_args()
     require_matrices()
     methods = {name: AS_RECORDED.get(name, name) for name in a.method or METHODS}
-    print(table(answers(drawn(a.seed, a.units), methods, a.out)))
+    with mixed_in_words():
+        print(table(answers(drawn(a.seed, a.units), methods, a.out)))
 
 
 if __name__ == "__main__":
