@@ -17,10 +17,13 @@ from checks.model.model import Model
 Values = Mapping[str, float]
 
 GAIN, FALL, DELAY = "drive.log_gain", "drive.fall_per_kHz2", "drive.delay_us"
-SKEW_OF_DE, SKEW_OF_VS = "drive.skew_de_us", "drive.skew_Vs_us"
-SKEWED = {SKEW_OF_DE: "de", SKEW_OF_VS: "Vs"}
-SKEWS = tuple(  # of channels behind da: benches sample theirs some microseconds apart, and filters add as many
-    Free(name, 0.0, 10.0, lo=-100.0, hi=100.0) for name in SKEWED
+SKEW_OF_DE, SKEW_OF_VS, GAIN_OF_DE = "drive.skew_de_us", "drive.skew_Vs_us", "drive.log_gain_de"
+OF_ONE_CHANNEL = {SKEW_OF_DE: "de", SKEW_OF_VS: "Vs", GAIN_OF_DE: "de"}
+# Beside da: benches sample their channels some microseconds apart, and filters add as many; scales differ by a percent.
+# The gain of Vs is free in any case.
+BESIDE_DA = (
+    *(Free(name, 0.0, 10.0, lo=-100.0, hi=100.0) for name in (SKEW_OF_DE, SKEW_OF_VS)),
+    Free(GAIN_OF_DE, 0.0, 0.01, lo=-0.1, hi=0.1),
 )
 DRIVE = (  # bounds: a tenth to ten times the gain, a drive that lasts to 1 kHz, 5 ms
     Free(GAIN, 0.0, lo=-2.3, hi=2.3, scale=0.1),
@@ -57,6 +60,7 @@ _LOGS: dict[str, Callable[[Array], NDArray[np.complexfloating]]] = {
     DELAY: lambda f: -2e-6j * np.pi * f,
     SKEW_OF_DE: lambda f: -2e-6j * np.pi * f,
     SKEW_OF_VS: lambda f: -2e-6j * np.pi * f,
+    GAIN_OF_DE: lambda f: np.ones(f.shape, dtype=complex),
 }
 
 
@@ -76,5 +80,5 @@ def _factor(f: Array, drive: Values, channels: tuple[str, ...]) -> Complex:
 
 def _log(name: str, f: Array, channels: tuple[str, ...]) -> Complex:
     """Return the derivative (F, C) of the logarithm of the responses by a parameter."""
-    there = np.array([SKEWED.get(name, c) == c for c in channels], dtype=float)
+    there = np.array([OF_ONE_CHANNEL.get(name, c) == c for c in channels], dtype=float)
     return np.asarray(_LOGS[name](f)[:, None] * there)

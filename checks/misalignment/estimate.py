@@ -18,7 +18,7 @@ from checks.cause import Cause, NoResult, Reason, because
 from checks.errors import ModelError
 from checks.fitting.agreement import contradiction
 from checks.fitting.calibrate import Calibration, refine, with_damping, with_likelier_damping
-from checks.fitting.common_drive import DRIVE, SKEW_OF_DE, SKEWED, SKEWS, Driven, mechanics
+from checks.fitting.common_drive import BESIDE_DA, DRIVE, OF_ONE_CHANNEL, SKEW_OF_DE, Driven, mechanics
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT, Fit, FitPoint, coarse_fits, finish, free_of
@@ -64,7 +64,7 @@ def estimate(
     whole = _estimate_band(model, data, table, repeat, OffsetSearch())
     why = whole if isinstance(whole, Reason) else whole.reason
     if why is not None and why.cause in LESS_MAY_TELL:
-        part = _estimate_band(model, data, table, repeat, OffsetSearch(f_hi=BELOW_HZ, skewed=True))
+        part = _estimate_band(model, data, table, repeat, OffsetSearch(f_hi=BELOW_HZ, own_paths=True))
         if isinstance(part, MisalignmentEstimate) and part.reason is None:
             return replace(part, notes=(_note_of_upper_band(part, why),))
     if why is not None and (isinstance(whole, MisalignmentEstimate) or why.cause is Cause.SEARCH_FAILED):
@@ -76,11 +76,11 @@ def estimate(
 
 @dataclass(frozen=True)
 class OffsetSearch:
-    """Settings of a search: the data up to f_hi [Hz] are used; skewed: with the times by which channels were sampled
-    apart among the unknowns; thorough: from more starts than the table gives."""
+    """Settings of a search: the data up to f_hi [Hz] are used; own_paths: with the times by which channels were sampled
+    apart and the gain of de among the unknowns; thorough: from more starts than the table gives."""
 
     f_hi: float = F_HI
-    skewed: bool = False
+    own_paths: bool = False
     thorough: bool = False
 
 
@@ -123,10 +123,10 @@ def with_payload(model: Model, kg: float | None, sd_kg: float | None = None) -> 
 
 
 def free_parameters(
-    model: Model, dx: float, dy: float, channels: Sequence[str] = RATIO, skewed: bool = False
+    model: Model, dx: float, dy: float, channels: Sequence[str] = RATIO, own_paths: bool = False
 ) -> list[Free]:
     """Return the free parameters: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive, the
-    sensor's gain; skewed: how far the channels were sampled apart."""
+    sensor's gain; own_paths: how far the channels were sampled apart, and the gain of de beside da."""
     own = [n for n in model.sds if not n.startswith(("constants.", "delay.", "amplifier.", "sensor.", "misalignment."))]
     places = [
         replace(p, lo=-most, hi=most, start=at, scale=most / 4)
@@ -137,7 +137,7 @@ def free_parameters(
     return [
         *free_of(model, [n for n in own if n not in LOPSIDED]),
         *DRIVE,
-        *[p for p in SKEWS if skewed and SKEWED[p.name] in channels],
+        *[p for p in BESIDE_DA if own_paths and OF_ONE_CHANNEL[p.name] in channels],
         *gains,
         *places,
     ]
@@ -175,7 +175,7 @@ def _fits(
     """Return fits from the starts that lead to different places, the best first, each with the form of damping that the
     data require. If no fit explains the strut's own modes, one mode may have been taken for another: the search is then
     repeated with a mode in another place, and from random draws of the parameters."""
-    free = [free_parameters(model, dx, dy, data.channels, search.skewed) for dx, dy in starts]
+    free = [free_parameters(model, dx, dy, data.channels, search.own_paths) for dx, dy in starts]
     found = _finish_all(model, data, _distinct_places(_coarse_fits(model, data, free)))
     if search.thorough and not any(_is_another_bench(c.fit) for c in found):
         if not any(_explains(c) for c in found):
