@@ -11,9 +11,8 @@ from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import GoldenCompared, GoldenList, GoldenListed, GoldensCompared, ReferenceListed
 from accept.base.exit_codes import Exit
+from accept.commands.fleet.answers import check, check_plot, chosen, draw, show, write_documents
 from accept.commands.fleet.options import ExpectedGolden, GaugeOptions, JudgementFilter, Outputs
-from accept.commands.fleet.questions import check_plot, chosen, draw
-from accept.commands.fleet.tables import check, show, write_documents
 from accept.commands.options import JsonAnswer, Plot, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
 from accept.fleet import gauge

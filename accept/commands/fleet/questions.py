@@ -1,18 +1,16 @@
 """`accept history`, `list` and `yield`."""
 
-from collections.abc import Collection, Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping
 from math import isnan
-from pathlib import Path
 from typing import Annotated, Any
 
 import pandas as pd
 import typer
 
-from accept.base.atomic_files import check_place, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
+from accept.commands.fleet.answers import check, check_plot, chosen, draw, is_chosen, say_voided, show, telling, write
 from accept.commands.fleet.options import By, JudgementFilter, ListOptions, Outputs
-from accept.commands.fleet.tables import check, show, telling, write
 from accept.commands.options import Plot
 from accept.fleet import history as histories
 from accept.fleet import yields
@@ -20,38 +18,18 @@ from accept.fleet.errors import FleetError
 from accept.fleet.measurements import (
     COLUMNS,
     attempts,
-    day,
-    is_between,
     latest,
     measurements,
 )
-from accept.pictures.formats import format_of
 from accept.pictures.labels import label_and_name, label_of
 from accept.store import open_store
-from checks.picture import Panel
 from checks.rounding import rounded, rounded_U
 
-MOST_NAMED = 10  # void attempts in one line
 SHOWN = 500  # units on the terminal; the files have all
 LISTED = {
     "seq", "serial", "kind", "attempt", "time", "measured", "operator", "bench", "spec", "unit_verdict", "check",
     "quantity", "value", "U", "unit", "lower", "upper", "verdict",
 }  # fmt: skip
-
-
-def is_chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.Series:
-    """Return which rows are asked about. Raises FleetError if there are none."""
-    rows = is_between(frame, day(choice.since), day(choice.until, last=True))
-    if choice.kind is not None:
-        rows &= frame["kind"] == choice.kind
-    if not rows.any():
-        raise FleetError("the store holds no such judgement" if len(frame) else "no unit has been judged yet")
-    return rows
-
-
-def chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.DataFrame:
-    """Return the rows that are asked about. Raises FleetError if there are none."""
-    return frame[is_chosen(frame, choice)]
 
 
 def _stored(serial: str | None = None, columns: Collection[str] = COLUMNS, brief: bool = False) -> pd.DataFrame:
@@ -85,23 +63,6 @@ def history(
     write(outputs, changed)
     draw(plot, histories.panels(changed), columns=2)
     return Exit.ACCEPTED
-
-
-def check_plot(plot: Path | None) -> None:
-    """Raise OSError or PictureError, before the work, if a picture cannot be written."""
-    if plot is not None:
-        check_place(plot)
-        format_of(plot)
-
-
-def draw(plot: Path | None, panels: Sequence[Panel], columns: int) -> None:
-    """Write pictures to a file if one is named. Raises OSError, PictureError."""
-    if plot is None or not panels:
-        return
-    from accept.pictures.draw import picture  # loads matplotlib: only when wanted
-
-    write_atomic(plot, picture(panels, format_of(plot), columns=min(columns, len(panels))))
-    say(f"{plot}: written")
 
 
 def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
@@ -193,12 +154,3 @@ def first_pass(
     write(outputs, made)
     draw(plot, yields.panels(made, causes, by.value), columns=2)
     return Exit.ACCEPTED
-
-
-def say_voided(frame: pd.DataFrame) -> None:
-    """Say which attempts do not count: a yield without them is not that of all that was measured."""
-    void = frame[frame["voided"] != ""].drop_duplicates("seq")
-    if len(void):
-        named = [f"{row['serial']} attempt {row['attempt']}" for row in void.to_dict("records")]
-        more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
-        say(f"{len(named)} attempts are void and not counted: {', '.join(named[:MOST_NAMED])}{more}")

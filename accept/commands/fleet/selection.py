@@ -9,8 +9,8 @@ import typer
 from accept.base.cluster.connect import connected
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
+from accept.commands.fleet.answers import check, show, write
 from accept.commands.fleet.options import MatchOptions, Outputs
-from accept.commands.fleet.tables import check, show, write
 from accept.commands.options import ClusterAt
 from accept.fleet import judged_again, matched_sets
 from accept.fleet.measurements import measurements

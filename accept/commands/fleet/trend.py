@@ -9,9 +9,8 @@ import typer
 
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
+from accept.commands.fleet.answers import check, check_plot, draw, is_chosen, say_voided, show, write_documents
 from accept.commands.fleet.options import JudgementFilter, Outputs, TrendBy
-from accept.commands.fleet.questions import check_plot, draw, is_chosen, say_voided
-from accept.commands.fleet.tables import check, show, write_documents
 from accept.commands.options import Operator, Plot
 from accept.fleet import trend as trends
 from accept.fleet.errors import FleetError

@@ -1,20 +1,27 @@
-"""A table for people, scripts and spreadsheets: the same rows on the terminal, as CSV and as JSON."""
+"""What all questions about many units share: the judgements that are asked about, and the answer as a table for people,
+scripts and spreadsheets (the same rows on the terminal, as CSV and as JSON) and as a picture."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import pandas as pd
 from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from accept.base.atomic_files import check_places, write_atomic
-from accept.base.console import stdout
-from accept.commands.fleet.options import Outputs
+from accept.base.atomic_files import check_place, check_places, write_atomic
+from accept.base.console import say, stdout
+from accept.commands.fleet.options import JudgementFilter, Outputs
+from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import NOT_STATED
+from accept.fleet.measurements import day, is_between
+from accept.pictures.formats import format_of
 from accept.pictures.labels import label_and_name, label_of
+from checks.picture import Panel
 
 WHOLE = ("serial", "time", "verdict", "unit_verdict")  # columns that are looked for by eye
+MOST_NAMED = 10  # void attempts in one line
 NARROW = 100  # columns of a terminal below which the day stands alone
 TITLES = {  # on the terminal; files keep the names of the columns
     "unit_verdict": "verdict",
@@ -35,9 +42,40 @@ TITLES = {  # on the terminal; files keep the names of the columns
 DANGEROUS = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet takes a cell that begins so for a formula
 
 
+def is_chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.Series:
+    """Return which rows are asked about. Raises FleetError if there are none."""
+    rows = is_between(frame, day(choice.since), day(choice.until, last=True))
+    if choice.kind is not None:
+        rows &= frame["kind"] == choice.kind
+    if not rows.any():
+        raise FleetError("the store holds no such judgement" if len(frame) else "no unit has been judged yet")
+    return rows
+
+
+def chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.DataFrame:
+    """Return the rows that are asked about. Raises FleetError if there are none."""
+    return frame[is_chosen(frame, choice)]
+
+
+def say_voided(frame: pd.DataFrame) -> None:
+    """Say which attempts do not count: a yield without them is not that of all that was measured."""
+    void = frame[frame["voided"] != ""].drop_duplicates("seq")
+    if len(void):
+        named = [f"{row['serial']} attempt {row['attempt']}" for row in void.to_dict("records")]
+        more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
+        say(f"{len(named)} attempts are void and not counted: {', '.join(named[:MOST_NAMED])}{more}")
+
+
 def check(outputs: Outputs) -> None:
     """Raise OSError, before the work, if a place cannot be written."""
     check_places(outputs.json, outputs.csv)
+
+
+def check_plot(plot: Path | None) -> None:
+    """Raise OSError or PictureError, before the work, if a picture cannot be written."""
+    if plot is not None:
+        check_place(plot)
+        format_of(plot)
 
 
 def write(outputs: Outputs, frame: pd.DataFrame) -> None:
@@ -78,6 +116,16 @@ def show(frame: pd.DataFrame, title: str, formats: Mapping[str, str] | None = No
     for row in frame.itertuples(index=False):
         table.add_row(*(Text(_told(n, _shown(v, given.get(n)))) for n, v in zip(names, row, strict=True)))
     stdout.print(table)
+
+
+def draw(plot: Path | None, panels: Sequence[Panel], columns: int) -> None:
+    """Write pictures to a file if one is named. Raises OSError, PictureError."""
+    if plot is None or not panels:
+        return
+    from accept.pictures.draw import picture  # loads matplotlib: only when wanted
+
+    write_atomic(plot, picture(panels, format_of(plot), columns=min(columns, len(panels))))
+    say(f"{plot}: written")
 
 
 def telling(frame: pd.DataFrame, *columns: str) -> pd.DataFrame:
