@@ -89,8 +89,9 @@ HEAVY: Mapping[str, Heavy] = {
             "test_a_hold_of_another_rate_is_no_amplifier",
             "test_what_the_band_shows_is_named[channel_lowpass_de-values1]",
             "test_what_the_band_shows_is_named[loop_delay-values2]",
+            "test_what_the_band_shows_is_named[amplifier_second_order-values0]",
         ],
-        "an amplifier that the band shows, one that it does not, a pickup that is no latency",
+        "a lag whose form the band does not show, a pickup that is no latency",
     ),
     "tests/checks/gap/test_effects_of_others.py": Heavy(
         ["checks/gap", "specs/plugins.py"],
@@ -151,8 +152,8 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/accept/commands/test_fit_claims.py": Heavy(
         ["accept/analysis", "checks/fitting"],
-        ["test_values_that_the_file_does_not_allow_explain_nothing"],
-        "a search that goes astray",
+        ["test_values_that_the_file_does_not_allow_explain_nothing", "test_one_convention_of_uncertainty_throughout"],
+        "a search that goes astray, an end that is worse than the start",
     ),
     "tests/accept/fleet/population/test_learn.py": Heavy(
         ["accept/fleet/population", "checks/fitting"],
@@ -160,6 +161,7 @@ HEAVY: Mapping[str, Heavy] = {
             "test_a_strange_unit_is_told_and_moves_nothing",
             "test_units_with_nothing_in_common_are_no_batch",
             "test_units_of_which_none_belongs_end_in_a_sentence",
+            "test_a_learned_model_fits_a_unit_that_it_was_not_learned_from",
         ],
         "mean and scatter of a batch, a unit outside of it, bad input",
     ),
@@ -214,8 +216,9 @@ HEAVY: Mapping[str, Heavy] = {
             "test_known_units_are_listed",
             "test_notes_and_nonconformance",
             "test_the_operator_and_the_serial_come_from_the_command_line",
+            "test_signing_needs_the_passphrase",
         ],
-        "a unit up to a countersigned certificate, nonsense, undo, a record of another unit, storing that fails",
+        "a countersigned certificate, whose key is needed, nonsense, undo, a record of another unit, storing",
     ),
     "tests/accept/tui/test_tui_entries.py": Heavy(
         ["accept/tui", "accept/workflow"],
@@ -274,6 +277,7 @@ HEAVY: Mapping[str, Heavy] = {
             "test_what_is_said_first_about_every_fault_is_the_right_action[strut-exchanged]",
             "test_what_is_said_first_about_every_fault_is_the_right_action[strut-polarity]",
             "test_what_is_said_first_about_every_fault_is_the_right_action[strut-offset]",
+            "test_a_known_serial_that_comes_before_it_is_looked_up_opens_its_unit",
         ],
         "a strut in training in a real terminal, in test_terminal_run.py; some faults and what is said first",
     ),
@@ -331,6 +335,9 @@ HEAVY: Mapping[str, Heavy] = {
             "test_a_filling_that_is_killed_is_done_again",
             "test_every_unit_that_names_a_part_is_found[1]",
             "test_every_unit_that_names_a_part_is_found[2]",
+            "test_a_store_from_before_the_index_is_filled_once[earlier1]",
+            "test_a_store_from_before_the_index_is_filled_once[earlier2]",
+            "test_a_store_from_before_the_index_is_filled_once[earlier3]",
         ],
         "the filling itself, page by page; units found by their parts with another seed",
     ),
@@ -377,6 +384,7 @@ HEAVY: Mapping[str, Heavy] = {
             "test_no_fault_gives_a_wrong_stiffness",
             "test_a_record_without_steps_is_said_at_once",
             "test_what_changes_within_a_record_ends_it[dual pass]",
+            "test_a_round_trip_of_25_ms_makes_a_record",
         ],
         "a record followed at the bench up to its certificate, and what ends one",
     ),
@@ -463,8 +471,12 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/accept/store/test_store.py": Heavy(
         ["accept/store"],
-        ["test_a_new_store_is_made_once_by_many_at_once"],
-        "processes that keep one chain",
+        [
+            "test_a_new_store_is_made_once_by_many_at_once",
+            "test_a_home_that_everybody_writes_is_said[1023-False]",
+            "test_a_home_that_everybody_writes_is_said[504-False]",
+        ],
+        "processes that keep one chain, a home that everybody writes",
     ),
     "tests/hw/records/test_records_fuzz.py": Heavy(
         ["hw/records"],
@@ -475,6 +487,67 @@ HEAVY: Mapping[str, Heavy] = {
         ["accept/commands/bench", "hw"],
         ["test_a_fault_asked_for_on_the_command_line"],
         "the bench as a program of its own; faults of instruments in tests/hw",
+    ),
+    "tests/checks/acceptance/test_responses.py": Heavy(
+        ["checks/acceptance", "checks/signals"],
+        [
+            "test_recorded_struts[S-02]",
+            "test_recorded_struts[S-03]",
+            "test_recorded_struts[S-04]",
+            "test_recorded_struts[S-06]",
+            "test_recorded_apas[A-02]",
+            "test_recorded_apas[A-03]",
+        ],
+        "recorded units A-01, S-01 and S-05, all other rules",
+    ),
+    "tests/checks/acceptance/test_whole_apa.py": Heavy(
+        ["checks/acceptance", "accept/capture", "hw/instruments", "hw/simulated"],
+        ["test_it_is_judged_as_the_unit_that_stands_on_the_bench"],
+        "records of the rig that are picked up and judged, in test_rig.py; recorded steps, in test_recording.py",
+    ),
+    "tests/accept/units/test_bench_errors.py": Heavy(
+        ["accept/judging", "checks/consistency", "accept/simulate"],
+        ["test_every_fault[strut-table1]"],
+        "the faults of an APA; those of a strut alone, in test_simulate.py",
+    ),
+    "tests/accept/units/test_capture.py": Heavy(
+        ["accept/capture", "hw"],
+        [
+            "test_a_passing_fault_costs_a_repeat_and_no_reading[half_line]",
+            "test_a_passing_fault_costs_a_repeat_and_no_reading[echo_lost]",
+            "test_a_passing_fault_costs_a_repeat_and_no_reading[unplug]",
+        ],
+        "garbage on a line, a fault that lasts; faults of instruments in tests/hw",
+    ),
+    "tests/accept/workflow/test_recording.py": Heavy(
+        ["accept/capture", "accept/workflow", "hw/recorders"],
+        ["test_responses_and_slow_sines_are_recorded"],
+        "hits and a drive that are recorded and judged",
+    ),
+    "tests/plugins/test_plugins.py": Heavy(
+        ["specs/plugins.py", "checks/declare.py", "checks/acceptance"],
+        ["test_its_check_is_judged"],
+        "the check of an installed product, in test_products.py; its instrument, its effect, broken ones",
+    ),
+    "tests/validation/test_intervals.py": Heavy(
+        ["validation", "checks/acceptance", "checks/signals"],
+        [
+            "test_every_interval_holds_the_truth[frf of a strut]",
+            "test_every_interval_holds_the_truth[spurious_modes]",
+            "test_every_interval_holds_the_truth[frf of an APA]",
+            "test_every_interval_holds_the_truth[frf with a second resonance]",
+        ],
+        "the intervals of the other checks; those of resonances, in tests/checks/acceptance",
+    ),
+    "tests/checks/gap/test_screen.py": Heavy(
+        ["checks/gap"],
+        ["test_a_mode_of_the_bracket_beside_one_of_the_struts_own[596.0-0.009]"],
+        "a tall mode of the bracket beside other effects, one on a mode of the strut's own",
+    ),
+    "tests/checks/gap/test_read_point.py": Heavy(
+        ["checks/gap"],
+        ["test_a_ruler_read_beside_its_place_is_named"],
+        "other effects by their names, in test_gap.py",
     ),
 }
 

@@ -2,7 +2,7 @@
 process goes on.
 
 The processes are forked, so that hundreds are cheap. Points are: before every SQL statement that SQLite runs (its own
-trace, COMMIT included), after each statement of ours, and around every fsync and rename. By default every third one,
+trace, COMMIT included), after each statement of ours, and around every fsync and rename. By default every fifth one,
 in full (ACCEPT_SOAK=1) all; then each system call that writes is a point as well, if strace is there.
 A kill leaves the page cache alone, so this does not show what synchronous=FULL does against a power cut.
 """
@@ -84,7 +84,7 @@ def test_killed_at_every_point(tmp_path: Path, existing: bool) -> None:
         (template / "acks").rename(template / "before")
     total = points_of(Path(shutil.copytree(template, tmp_path / "whole")))
     assert total > 50  # the counting itself works
-    first, step = (1, 1) if SOAK else (1 + existing, 3)
+    first, step = (1, 1) if SOAK else (1 + existing, 5)
     for point in range(first, total + 1, step):
         folder = Path(shutil.copytree(template, tmp_path / str(point)))
         assert run(folder, point) == -signal.SIGKILL, f"point {point} of {total}"

@@ -17,7 +17,7 @@ from accept.tui.widgets.text_entry import TextEntry
 from tests.accept.tui.tui_help import begin, loader, press, running, settled
 from tests.soak import SOAK
 
-COUNT = 20_000 if SOAK else 400
+COUNT = 20_000 if SOAK else 200
 MOST = 5  # times as many, if a field was not reached
 BATCH = 20
 TURNS = 50  # of the event loop for a key to bubble up from the line to the screen, which is five widgets away

@@ -119,8 +119,8 @@ def test_side_of_a_zero_that_noise_hides_stays_open():
 @pytest.mark.parametrize("what", ["axial f", "axial damping", "second f", "zero f", "zero damping"])
 @pytest.mark.slow
 def test_intervals_cover(what):
-    """100 repeats (1000 in the soak); value +- U must hold the truth in the 99.9 % binomial band about 95 %."""
-    inside = covered(1000 if SOAK else 100)[what]
+    """60 repeats (1000 in the soak); value +- U must hold the truth in the 99.9 % binomial band about 95 %."""
+    inside = covered(1000 if SOAK else 60)[what]
     lo, hi = binom.ppf([0.0005, 0.9995], inside.size, 0.95)
     assert lo <= inside.sum() <= hi
 
@@ -145,8 +145,8 @@ def covered(repeats):
 
 @pytest.mark.slow
 def test_false_alarms_of_a_second_resonance():
-    """One in 1000 is stated: of 60 (1000) records none, or by chance one (four), may show a second resonance."""
-    repeats, allowed = (1000, 4) if SOAK else (60, 1)
+    """One in 1000 is stated: of 30 (1000) records none, or by chance one (four), may show a second resonance."""
+    repeats, allowed = (1000, 4) if SOAK else (30, 1)
     alarms = 0
     for seed in range(repeats):
         transforms = cheap(Plant(), 9000 + seed, 6.0)

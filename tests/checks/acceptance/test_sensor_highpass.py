@@ -126,7 +126,7 @@ def test_the_discrete_filter_is_the_continuous_one() -> None:
 
 
 def test_intervals_are_honest() -> None:
-    repeats = 200 if SOAK else 60
+    repeats = 200 if SOAK else 40
     bench = Bench(fs=100.0, seconds=100.0)
     clean = bench.clean()
     rng = np.random.default_rng(20263)

@@ -90,7 +90,7 @@ def test_recovers_a_closed_form_stroke(drive: str) -> None:
 
 def test_intervals_are_honest(sine_response: np.ndarray) -> None:
     """Scatter and the stated accuracy drawn, 95 percent interval = 1.96/2 of U."""
-    repeats = 1000 if SOAK else 400
+    repeats = 1000 if SOAK else 200
     rng = np.random.default_rng(20262)
     spec = CheckSpec(required=False, uncertainty={"d_um": StatedU(U=0.02, source="gauge")})
     truth, hits = 1e6 * ONE.first_rise(170), 0

@@ -1,6 +1,6 @@
 """Random faults on real pseudo-terminals: a right value or a clear error within the deadline, and then right again.
 
-1,000 sequences per driver with ACCEPT_SOAK=1, 50 otherwise.
+1,000 sequences per driver with ACCEPT_SOAK=1, 25 otherwise.
 """
 
 import random
@@ -24,7 +24,7 @@ from hw.simulated import FaultKind, HeidenhainDevice, Lcr800Device, LineFault, M
 from hw.simulated.server import swap
 from tests.soak import SOAK
 
-SEQUENCES = 1000 if SOAK else 50
+SEQUENCES = 1000 if SOAK else 25
 # Short, so that 50 sequences take seconds; the driver under test has no other clock. A reply takes under 1 ms here.
 TIMES = {"timeout_s": 0.12, "quiet_s": 0.06, "deadline_s": 0.6}
 # One look at the port (20 ms) beyond the deadline, reopening it, and a machine busy with other tests.

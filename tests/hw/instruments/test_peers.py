@@ -1,7 +1,7 @@
 """Drivers against peers written from the documents: no sequence of faults gives a value that is neither right nor
 refused, and what the documents print is read.
 
-2,000 sequences per driver with ACCEPT_SOAK=1, 100 otherwise. The clock is the line's own: nothing waits.
+2,000 sequences per driver with ACCEPT_SOAK=1, 50 otherwise. The clock is the line's own: nothing waits.
 """
 
 import random
@@ -19,7 +19,7 @@ from tests.hw.peers.line import KINDS, Line, random_faults
 from tests.hw.peers.millimar import MillimarPeer
 from tests.soak import SOAK
 
-SEQUENCES = 2000 if SOAK else 100
+SEQUENCES = 2000 if SOAK else 50
 PAGE = Path(__file__).parents[3] / "docs" / "how-to" / "instruments.md"
 
 
@@ -40,7 +40,7 @@ def test_no_value_is_neither_right_nor_refused(kind):
 def test_every_fault_at_every_moment(kind, fault):
     """One fault alone, at each message of a session and a reading: driver by fault."""
     if fault in kinds_of(kind):
-        _, wrong = alone(kind, fault, 1 if SOAK else 4)
+        _, wrong = alone(kind, fault, 1 if SOAK else 8)
         assert not wrong, wrong
 
 
