@@ -549,6 +549,31 @@ HEAVY: Mapping[str, Heavy] = {
         ["test_a_ruler_read_beside_its_place_is_named"],
         "other effects by their names, in test_gap.py",
     ),
+    "tests/checks/misalignment/test_as_built_proof.py": Heavy(
+        ["checks/misalignment", "checks/fitting"],
+        ["test_intervals_hold_where_modes_scatter[0.01]"],
+        "false acceptance of struts as built, which needs these intervals",
+    ),
+    "tests/checks/signals/test_hammer.py": Heavy(
+        ["checks/signals"],
+        ["test_intervals_cover_when_the_place_of_the_hit_varies"],
+        "intervals at the stated rate of 3 and of 6 hits",
+    ),
+    "tests/checks/misalignment/test_believable.py": Heavy(
+        ["checks/misalignment", "checks/fitting"],
+        ["test_a_bench_as_it_is[M-04]"],
+        "a bench as it is, of another unit",
+    ),
+    "tests/accept/commands/test_command_line.py": Heavy(
+        ["accept/cli", "accept/commands"],
+        [
+            "test_completion[zsh-excite sweep --no---notch]",
+            "test_completion[fish-simulate un-unit]",
+            "test_the_script_that_a_shell_sources[zsh]",
+            "test_the_script_that_a_shell_sources[fish]",
+        ],
+        "completion and its script in bash",
+    ),
 }
 
 

@@ -341,13 +341,13 @@ def test_the_runner_hands_over_folders_and_keeps_what_was_said(tmp_path: Path, m
 
 @needs_data
 def test_a_stopped_run_goes_on_and_never_mixes_versions(tmp_path: Path, model: Path) -> None:
-    made = jobs(4, "tests.validation.test_challenge:nothing", model)
+    made = jobs(2, "tests.validation.test_challenge:nothing", model)
     now = stamp("sealed")
-    first = run_all(made[:2], workers=0, store=Store(tmp_path, now))
+    first = run_all(made[:1], workers=0, store=Store(tmp_path, now))
     later = [Job(job.case, job.truth, "tests.validation.test_challenge:crash", model=model) for job in made]
     every = run_all(later, workers=0, store=Store(tmp_path, now))
-    assert every[:2] == first
-    assert [bool(o.error) for o in every] == [False, False, True, True]
+    assert every[:1] == first
+    assert [bool(o.error) for o in every] == [False, True]
     for changed in ("thresholds", "code", "sealed"):
         with pytest.raises(Mixed, match=changed):
             run_all(made, workers=0, store=Store(tmp_path, replace(now, **{changed: "0" * 64})))

@@ -54,7 +54,9 @@ def nodes() -> list[tuple[Path, ast.AST]]:
     """Everything that imports or looks into a module, with its file."""
     paths = [path for package in OURS for path in sorted((ROOT / package).rglob("*.py"))]
     kinds = ast.Import | ast.ImportFrom | ast.Attribute
-    return [(path, node) for path in paths for node in source_trees.nodes(path) if isinstance(node, kinds)]
+    return [
+        (path.relative_to(ROOT), node) for path in paths for node in source_trees.nodes(path) if isinstance(node, kinds)
+    ]
 
 
 def test_no_function_that_windows_lacks():
