@@ -16,7 +16,7 @@ from checks.verdict import Finding, Verdict
 HELD = "bold red"  # of what quality assurance must decide
 GAP = "gap"  # the row that no check stands behind
 GAP_TITLE = "Gap analysis"
-GAP_ROW = "Gap (optional)"  # it is none of the steps that are counted
+GAP_ROW = "Gap (optional)"  # not among the steps that are counted
 _TITLE, _RESULT = 16, 20  # columns
 WIDE_FROM = 110  # columns of a terminal, as in the app's breakpoints
 
