@@ -11,6 +11,7 @@ from specs.units import unit_of
 if TYPE_CHECKING:  # pictures load numpy, and the event store, which holds quantities, opens without it
     from checks.picture import Panel
 
+TWO_SIDED_95 = 1.96  # standard deviations to either side that hold 95 % of a normal distribution
 COVERAGE_FACTOR = 2.0  # U = k u with k = 2 everywhere ([JCGM100] 6.3)
 
 

@@ -173,7 +173,7 @@ def builtin() -> dict[str, Path]:
 
 
 def resolve(name: str) -> Path:
-    """Return file of a spec given as a built-in name or a path."""
+    """Return the file of a spec given as a built-in name or a path. Raises SpecError for any other name."""
     known = builtin()
     if name in known:
         return known[name]

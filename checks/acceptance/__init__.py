@@ -103,7 +103,7 @@ def check_problem(check: Any) -> str:
     if not check.name.isidentifier() or check.name in RESERVED:
         return f"a check cannot be called '{check.name}'"
     if check.section is not None and check.section not in CHECKS:
-        return f"check '{check.name}' reads section '{check.section}', which there is not"
+        return f"check '{check.name}' reads section '{check.section}', which no check has"
     if not (check.quantities and check.kinds and (check.forms or check.section)):
         return f"check '{check.name}' declares no quantities, kinds or forms"
     known = {q: own.name for own in CHECKS.values() for q in own.quantities}

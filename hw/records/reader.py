@@ -146,6 +146,8 @@ def _arrays(file: str, wanted: Variables, limits: ReadLimits) -> dict[str, Array
 
 
 def _time(file: str, arrays: Mapping[str, Array], series: Series, sources: Channels, limits: ReadLimits) -> Array:
+    """Return the times (N,) [s]: those of the file, else by the step that it states, else by the sampling time of the
+    channel map. Raises RecordError if there are too few samples."""
     if TIME in arrays:
         vet_time(file, arrays[TIME], limits.min_samples)
         return arrays[TIME]

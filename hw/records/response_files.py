@@ -129,6 +129,8 @@ def _named(f: uff58.UffFunction) -> str:
 
 
 def _own_json(source: Source) -> ResponseFile:
+    """Return the response that this program wrote, with its coherence and variance as they stand there. `nu` are
+    degrees of freedom, one fewer than averages. Raises RecordError if the file holds several."""
     found = json.loads(source.raw)["responses"]
     if len(found) != 1:
         raise RecordError(f"{source.file}: holds {len(found)} responses; write one at a time")

@@ -32,6 +32,7 @@ from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 from accept.pictures.pdf.page_style import words
 from checks.fitting.hierarchy import determined_parameters
 from checks.picture import Band, Line, Mark, Panel
+from checks.quantity import TWO_SIDED_95
 from checks.rounding import rounded_U, with_U
 from specs.model_sections import PopulationRecord
 from specs.units import unit_of, with_unit
@@ -175,7 +176,7 @@ def picture_of(found: Population) -> Panel:
     mean, sd = (found.batch.mean - found.prior.mean) / scale, np.sqrt(np.diag(found.batch.mean_cov)) / scale
     items: list[Any] = [Mark(0.0, "x", role="quiet")]
     for row, i in enumerate(order):
-        low, high = mean[i] - 1.96 * sd[i], mean[i] + 1.96 * sd[i]
+        low, high = mean[i] - TWO_SIDED_95 * sd[i], mean[i] + TWO_SIDED_95 * sd[i]
         items.append(Band(np.array([low, high]), np.full(2, row - 0.25), np.full(2, row + 0.25), role="model"))
         items.append(Line(units[:, i], np.full(len(units), float(row)), style="points", role="data"))
     return Panel(

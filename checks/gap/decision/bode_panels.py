@@ -18,11 +18,11 @@ from checks.gap.decision.result import Result
 from checks.gap.statistics.projected_residual import Projected
 from checks.model.unidentified import Element
 from checks.picture import Band, Item, Line, Mark, Panel, PanelKind
+from checks.quantity import TWO_SIDED_95
 from specs.units import RESPONSE_UNITS
 
 GRID = 1200  # frequencies of a curve of the model, beside those of the bins
 DRAWS = 80  # of units as the model's file describes them: the 2.5 % ends are then good to a third of their distance
-TWO_SIDED = 1.96
 LEAST = 1e-4  # of |H|: less than any tolerance, so nothing to look at
 CUTS = range(-360, 0, 15)  # [deg] where the circle may be cut for an axis
 AFTER, ELEMENT = "model after", "with the unidentified element"
@@ -44,7 +44,7 @@ def bode_panels(result: Result, elements: Mapping[str, Element] | None = None) -
         extra = None if added is None else after[:, c] * added.factor(f)
         curves = {"model before": before[:, c], AFTER: after[:, c]} | ({} if extra is None else {ELEMENT: extra})
         size = np.abs(after[:, c])
-        high, low = size + TWO_SIDED * along[:, c], np.maximum(size - TWO_SIDED * along[:, c], 0.05 * size)
+        high, low = size + TWO_SIDED_95 * along[:, c], np.maximum(size - TWO_SIDED_95 * along[:, c], 0.05 * size)
         bands = [Band(f, low, high, "95 % of the model after", "model")]
         if units is not None:
             bands.append(Band(f, units[0][:, c], units[1][:, c], "95 % of units, model file", "quiet"))
@@ -103,7 +103,7 @@ _LOOKS = {"model before": ("dashed", "before"), AFTER: ("solid", "model"), ELEME
 def _magnitude(result: Result, c: int, f: Array, curves: Mapping[str, Complex], bands: list[Band]) -> Panel:
     data = result.before.data
     name, size = data.channels[c], np.abs(data.H[:, c])
-    half = TWO_SIDED * np.sqrt(0.5 * data.noise[:, c])
+    half = TWO_SIDED_95 * np.sqrt(0.5 * data.noise[:, c])
     noise = Band(data.f, np.maximum(size - half, 0.05 * size), size + half, "95 % of the measurement", "data")
     lines = [Line(f, np.abs(H), label, *_LOOKS[label]) for label, H in curves.items()]
     items: list[Item] = [*lines, Line(data.f, size, "measured", "points", "data"), noise, *bands]
@@ -121,10 +121,10 @@ def _phase(result: Result, c: int, f: Array, curves: Mapping[str, Complex], sd_d
     name, measured = data.channels[c], np.degrees(np.angle(data.H[:, c]))
     modelled = {label: np.degrees(np.angle(H)) for label, H in curves.items()}
     start = _cut([measured, modelled[AFTER]])
-    noise = np.minimum(TWO_SIDED * np.degrees(np.sqrt(0.5 * data.noise[:, c]) / np.abs(data.H[:, c])), 180.0)
+    noise = np.minimum(TWO_SIDED_95 * np.degrees(np.sqrt(0.5 * data.noise[:, c]) / np.abs(data.H[:, c])), 180.0)
     at, near = _from(measured, start), _from(modelled[AFTER], start)
     f_at, at_, noise_ = _broken(data.f, at, noise)
-    f_near, near_, sd_ = _broken(f, near, TWO_SIDED * sd_deg)
+    f_near, near_, sd_ = _broken(f, near, TWO_SIDED_95 * sd_deg)
     items: list[Item] = [
         *(Line(*_broken(f, _from(phase, start))[:2], "", *_LOOKS[label]) for label, phase in modelled.items()),
         Line(data.f, at, "", "points", "data"),

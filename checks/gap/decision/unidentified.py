@@ -15,9 +15,9 @@ from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.screen import screen
+from checks.quantity import TWO_SIDED_95
 
 POLE_STEPS = 30  # of the fit of a pole to what is left
-TWO_SIDED = 1.96
 EDGE = 1.05  # times an end of the band: as near, a pole is not distinguished from a slope
 
 
@@ -90,7 +90,7 @@ def from_window(full: Candidate, channel: str, level: bool) -> Nameless:
     sd = float(np.sqrt(max(np.linalg.pinv(end.jac.T @ end.jac, hermitian=True)[0, 0], 0.0) * spread))
     values = dict(zip(names, (float(v) for v in end.x), strict=True))
     poles, zeros = mode.poles_and_zeros(values)
-    ends = (values["f_Hz"] - TWO_SIDED * sd, values["f_Hz"] + TWO_SIDED * sd)
+    ends = (values["f_Hz"] - TWO_SIDED_95 * sd, values["f_Hz"] + TWO_SIDED_95 * sd)
     return Nameless(
         channel, tuple(poles), tuple(zeros), level, ci95=(ends,), at_edge=_at_edge(values["f_Hz"], *ends, data.f)
     )

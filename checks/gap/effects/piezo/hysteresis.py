@@ -12,6 +12,7 @@ from checks.gap.modelling.experiment import Experiment
 from checks.gap.modelling.slow_sines import BEYOND_NOISE, Slow
 from checks.gap.modelling.thresholds import Thresholds
 from checks.model.time.hysteresis_creep import loops_of
+from checks.quantity import TWO_SIDED_95
 
 WIDTH = "relative_width"
 SHAPE = 0.01  # of the width: loops are not quite Rayleigh's
@@ -21,7 +22,7 @@ def _named(slow: Slow, table: Thresholds) -> SlowFinding | None:
     grows = slow.grows
     if not (slow.opens(table) and slow.is_of_drive):
         return None
-    half, z = 1.96 * float(np.hypot(grows.u, SHAPE * grows.value)), grows.value / grows.u
+    half, z = TWO_SIDED_95 * float(np.hypot(grows.u, SHAPE * grows.value)), grows.value / grows.u
     return SlowFinding({WIDTH: grows.value}, {WIDTH: half}, 0.5 * z * z, float(2.0 * stats.norm.sf(z)))
 
 
