@@ -397,6 +397,7 @@ class NotedFile(Document):
     name: Annotated[str, "in that folder"]
     sha256: str
     origin: Annotated[str, "where it came from"]
+    printed: Annotated[str, only_if(bool), "the same picture scaled for print, which the certificate shows"] = ""
 
 
 @dataclass(frozen=True)

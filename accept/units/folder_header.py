@@ -5,6 +5,7 @@ from collections.abc import Collection, Mapping
 from datetime import date
 from typing import Any, TypeGuard, TypeVar
 
+from accept.units.unit_entry import is_reserved
 from checks.acceptance import CHECKS
 from checks.declare import Measured
 from specs.bench import Channels, channel_map
@@ -59,6 +60,22 @@ def notes(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
     wrong = {k: v for k, v in table.items() if k not in found}
     problems.extend(f"[notes] {k} = {v!r}: expected a check and a list of texts" for k, v in wrong.items())
     return found
+
+
+def pictures(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
+    """Return `[pictures]`: check -> names of the pictures that are printed on the certificate."""
+    table = data.get("pictures", {})
+    if not isinstance(table, dict):
+        problems.append(f"pictures = {table!r}: expected a section [pictures]")
+        return {}
+    found = {k: v for k, v in table.items() if k in CHECKS and _are_texts(v) and all(map(_is_picture, v))}
+    wrong = {k: v for k, v in table.items() if k not in found}
+    problems.extend(f"[pictures] {k} = {v!r}: expected a check and a list of .jpg files" for k, v in wrong.items())
+    return found
+
+
+def _is_picture(name: str) -> bool:
+    return name.lower().endswith(".jpg") and "\0" not in name and not is_reserved(name)
 
 
 def _are_texts(lines: object) -> bool:

@@ -43,7 +43,8 @@ class UnitFolder:
     measured: section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it;
     experiments: its responses under other conditions; sizes: of its files [bytes] as the machine sees them that hands
     it to another one (`accept.units.shared_folder`); origin, environment: `folder_header.ORIGIN`, `.ENVIRONMENT`;
-    provided: section -> who provided its values, if not the laboratory."""
+    provided: section -> who provided its values, if not the laboratory; pictures: check -> files printed on the
+    certificate."""
 
     path: Path
     serial: str
@@ -59,12 +60,14 @@ class UnitFolder:
     origin: Mapping[str, str] = field(default_factory=dict)
     environment: Mapping[str, Measured] = field(default_factory=dict)
     provided: Mapping[str, str] = field(default_factory=dict)
+    pictures: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     @property
     def files(self) -> list[str]:
         """Names of its files, sorted."""
         sections: list[UnitSection[Any]] = [*self.sections.values(), *self.experiments.values()]
-        return sorted({name for section in sections for name in section.files})
+        pictures = (name for names in self.pictures.values() for name in names)
+        return sorted({name for section in sections for name in section.files} | set(pictures))
 
     def input_hashes(self) -> dict[str, str]:
         """Return file name -> sha256 of `unit.toml` and of every named file that is there to read."""
@@ -130,6 +133,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     origin = folder_header.origin(data, problems)
     environment = folder_header.environment(data, problems)
     provided = folder_header.provided(data, problems)
+    pictures = folder_header.pictures(data, problems)
     experiments = experiments_of(data, problems)
     sections = {}
     for name, content in data.items():
@@ -146,7 +150,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
         raise UnitError(folder / UNIT_FILE, problems)
     return UnitFolder(
         folder, serial, kind, text, parts, channels, sections, measured, notes, experiments,
-        origin=origin, environment=environment, provided=provided,
+        origin=origin, environment=environment, provided=provided, pictures=pictures,
     )  # fmt: skip
 
 

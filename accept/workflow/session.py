@@ -38,7 +38,7 @@ from accept.store.payloads import (
 )
 from accept.store.spelling import mistaken_for
 from accept.units import attach, unit_folder
-from accept.workflow import record_folder
+from accept.workflow import print_picture, record_folder
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
 from accept.workflow.instruments.port import InstrumentPort, reading
 from accept.workflow.lock import UnitLock
@@ -293,15 +293,25 @@ class Session:
         return replaced
 
     def note(
-        self, step: str, text: str, nonconformance: bool = False, files: Sequence[Path] = (), internal: bool = False
+        self,
+        step: str,
+        text: str,
+        nonconformance: bool = False,
+        files: Sequence[Path] = (),
+        internal: bool = False,
+        printed: bool = False,
     ) -> Event:
         """Keep a note about a step, with copies of its photos or other files. internal: not on the certificate, where
-        every nonconformance is. Raises EntryError if it is empty, OSError if a file cannot be read."""
-        words = plain_words(text, "a note")
-        kept = tuple(
-            NotedFile(*attach.copy_in(path, self.folder / NOTES_FOLDER, _FILE_BYTES), str(path)) for path in files
-        )
-        return self.append(StepNoted(step, words, nonconformance, kept, internal and not nonconformance))
+        every nonconformance is; printed: its photos are shown there, scaled. Raises EntryError if it is empty or a file
+        to print is no picture, OSError if a file cannot be read."""
+        words, folder = plain_words(text, "a note"), self.folder / NOTES_FOLDER
+        kept = []
+        for path in files:
+            scaled = print_picture.scaled(path) if printed else b""  # a file that is no picture stops here
+            name, digest = attach.copy_in(path, folder, _FILE_BYTES)
+            shown = f"{NOTES_FOLDER}/{print_picture.keep(scaled, folder, name)}" if scaled else ""
+            kept.append(NotedFile(name, digest, str(path), shown))
+        return self.append(StepNoted(step, words, nonconformance, tuple(kept), internal and not nonconformance))
 
     def remeasure(self, step: str, reason: str) -> Event:
         """Begin a step anew; its earlier entries stay in the store. Raises EntryError without a reason."""

@@ -1,11 +1,13 @@
 """The flowing content of a certificate's pages: identity, findings, pictures, information, unjudged sections."""
 
+import io
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
 from reportlab.lib.units import mm
-from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
+from reportlab.lib.utils import ImageReader
+from reportlab.platypus import Flowable, Image, KeepTogether, Paragraph, Spacer, Table, TableStyle
 
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.statements import statements
@@ -22,8 +24,12 @@ from accept.pictures.labels import label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
 from accept.pictures.pdf.page_style import words
+from accept.units.unit_folder import UNIT_FILE
+from specs.strict import toml_of
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
+_JPEG = b"\xff\xd8"  # how such a file begins
+_PICTURE = (110 * mm, 75 * mm)  # the most that one takes of the page
 _FINDING_WIDTHS = [w * mm for w in (36, 36, 30, 30, 13, 16, 21)]
 _INFORMATION_WIDTHS = [w * mm for w in (34, 44, 40, 64)]
 
@@ -117,6 +123,35 @@ def remarks(contents: CertificateContent) -> list[Flowable]:
     if notes:
         story += [words("Notes", page_style.HEADING), *(words(f"· {note}", page_style.SMALL) for note in notes)]
     return [*story, Spacer(1, 5), words(contents.statement, page_style.QUIET)]
+
+
+def pictures(contents: CertificateContent) -> list[Flowable]:
+    """Return the pictures that notes have on the certificate, each with its step, its name and its hash."""
+    if UNIT_FILE not in contents.files:
+        return []
+    named = [
+        (step, name) for step, names in toml_of(contents.files[UNIT_FILE]).get("pictures", {}).items() for name in names
+    ]
+    story: list[Flowable] = []
+    for step, name in named:
+        digest = contents.inputs.get(name, "")
+        caption = words(f"{step}: {name}, SHA-256 {digest or 'not known: the file is missing'}", page_style.SMALL)
+        shown = _picture(contents.files.get(name, b""))
+        absent = words("The picture is not attached to this certificate, or is none.", page_style.SMALL)
+        story.append(KeepTogether([Spacer(1, 5), absent if shown is None else shown, caption]))
+    return [words("Pictures", page_style.HEADING), *story] if story else []
+
+
+def _picture(content: bytes) -> Flowable | None:
+    """Return a JPEG as it is printed, None if it is none."""
+    if not content.startswith(_JPEG):
+        return None
+    try:
+        width, height = ImageReader(io.BytesIO(content)).getSize()
+        scale = min(_PICTURE[0] / width, _PICTURE[1] / height)
+        return Image(io.BytesIO(content), width * scale, height * scale, hAlign="LEFT")
+    except (OSError, ValueError, ZeroDivisionError):  # what PIL raises on a file that is cut or is none
+        return None
 
 
 def _finding_row(finding: Mapping[str, Any]) -> list[Any]:

@@ -47,11 +47,12 @@ def render(contents: CertificateContent) -> bytes:
     above = [*body.identity(contents), *body.findings(contents)]
     more = [*_explanation(contents.result), *body.information(contents), *body.budgets(contents)]
     below = [*more, *body.remarks(contents)]
+    shown = body.pictures(contents)  # behind everything else: they take no room from the findings
     columns = 2 if len(panels) in (1, 2, 4) else 3
     rows = [panels[start : start + columns] for start in range(0, len(panels), columns)]
     height = _row_height(_height(above), _height(below), len(rows))
     figures = [FigureRow(row, height, columns, _SPACE_ABOVE) for row in rows]
-    text = _build(contents, [*above, *figures, *below])
+    text = _build(contents, [*above, *figures, *below, *shown])
     return assemble(
         text,
         contents.attachments(),

@@ -27,21 +27,25 @@ def ask_note(
         QuestionLine("Note"),
         QuestionLine("Nonconformance of the part? y or n", value="n"),
         QuestionLine("Photo or file: path, pasted or dropped here; empty: none", value=new_photo(records)),
-        QuestionLine("On the certificate? y or n", value="y"),
+        QuestionLine("On the certificate? y, n, or p: with the picture printed", value="y"),
     )
 
     def problem(place: int, given: list[str]) -> str:
         if place == _FILE and given[_FILE].strip() and not (path := parse_path(given[_FILE], records)).is_file():
             return f"{path}: no such file"
-        if place == _SHOWN and _is_yes(given[_WRONG]) and not _is_yes(given[_SHOWN]):
+        shown, file = given[_SHOWN].strip().lower()[:1], given[_FILE].strip()
+        if place == _SHOWN and _is_yes(given[_WRONG]) and shown not in ("y", "p"):
             return "A nonconformance is always on the certificate"
+        if place == _SHOWN and shown == "p" and not file:
+            return "There is no picture to print"
         return "" if place != _TEXT or given[_TEXT].strip() else "Type the note first"
 
     def keep(answer: list[str] | None) -> None:
         if answer is not None:
             files = [parse_path(answer[_FILE], records)] if answer[_FILE].strip() else []
-            wrong, internal = _is_yes(answer[_WRONG]), not _is_yes(answer[_SHOWN])
-            screen.send(lambda: session.note(step.name, answer[_TEXT], wrong, files, internal), then)
+            wrong, shown = _is_yes(answer[_WRONG]), answer[_SHOWN].strip().lower()[:1]
+            internal, printed = shown not in ("y", "p"), shown == "p"
+            screen.send(lambda: session.note(step.name, answer[_TEXT], wrong, files, internal, printed), then)
 
     earlier = "\n".join(map(note_words, session.state(step.name).notes))
     return screen.app.push_screen(Question(f"Note on {step.title}", earlier or "No notes yet.", lines, problem), keep)
@@ -51,6 +55,7 @@ def note_words(note: Note) -> str:
     """Return a note as the screens show it, with the names of its files."""
     files = f" [{', '.join(note.files)}]" if note.files else ""
     internal = "" if note.line else ", not on the certificate"
+    internal += ", printed on the certificate" if note.pictures else ""
     return f"{'! ' if note.nonconformance else '✎ '}{note.text}{files} ({note.who}{internal})"
 
 

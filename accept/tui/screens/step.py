@@ -249,6 +249,8 @@ class StepScreen(StepForm):
         refused = {path.name for path in self._refused_files}
         self._proposals = {name: file for name, file in self._proposals.items() if file.name not in refused}
         self._propose(field)
+        if is_there:
+            self.say(f"{field.place.name}: not taken. {why.rpartition('→ ')[2].capitalize()}", "bad")
         self._look_again()
         self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
 

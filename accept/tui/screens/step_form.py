@@ -175,11 +175,9 @@ class StepForm(StepView):
             words = f"F3: take {instrument.offer}, or type it{SAVES}"
         else:
             words = f"Type the value{SAVES}"
-        if optional or (place.among_optional and self.complete):
-            if field.proposed is None:
-                words = f"{words.replace(SAVES, '')}. Enter: go on without it"
-            return f"Optional: {place.name}. {words}"
-        return words
+        if field.proposed is None and (optional or (place.among_optional and self.complete)):
+            words = f"{words.replace(SAVES, '')}. Enter: go on without it"
+        return f"Optional: {place.name}. {words}" if optional else words
 
     async def _lay_out(self) -> None:
         """Lay out the form's fields; the cursor goes into the first that is empty."""

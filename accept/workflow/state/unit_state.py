@@ -56,7 +56,7 @@ class FileLink:
 @dataclass(frozen=True)
 class Note:
     """A note on a step. nonconformance: its description; line: as it stands on the certificate, "" if it stays off;
-    files: names of its photos and other files."""
+    files: names of its photos and other files; pictures: names of those that the certificate shows."""
 
     seq: int
     who: str
@@ -64,6 +64,7 @@ class Note:
     nonconformance: bool
     line: str
     files: tuple[str, ...] = ()
+    pictures: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -202,7 +203,9 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
             return _entered(attempt, event, payload)
         case StepNoted(step, text, nonconformance) as noted:
             line = "" if noted.internal else noted.line(event.who)
-            note = Note(event.seq, event.who, text, nonconformance, line, tuple(file.name for file in noted.files))
+            pictures = tuple(file.printed for file in noted.files if file.printed and line)
+            files = tuple(file.name for file in noted.files)
+            note = Note(event.seq, event.who, text, nonconformance, line, files, pictures)
             return _with_step(attempt, event, step, notes=(*attempt.step(step).notes, note))
         case StepRemeasured(step, reason):
             state = attempt.step(step)

@@ -120,6 +120,8 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep]) -> di
     head: dict[str, Any] = {"serial": serial, "kind": attempt.kind, "parts": dict(attempt.parts), "measured": days}
     head["channels"] = dict(attempt.channels)
     head["notes"] = {name: lines for name, lines in notes.items() if lines}
+    pictures = {s.name: [each for note in attempt.step(s.name).notes for each in note.pictures] for s in steps}
+    head["pictures"] = {name: files for name, files in pictures.items() if files}
     return {name: content for name, content in (head | sections).items() if content}
 
 

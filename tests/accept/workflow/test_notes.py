@@ -1,14 +1,21 @@
 """Photos and other files of a note: copied, hashed, on the certificate if they are to be."""
 
 import hashlib
+import io
 import os
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from PIL import Image
 from pypdf import PdfReader
 
 from accept.base.home import home
+from accept.certificate.contents.content import content_of
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.page.document import render
+from accept.certificate.verify import attachments
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.judging.nonconformance import open_nonconformances
 from accept.store import open_store
@@ -64,6 +71,49 @@ def test_a_certificate_with_a_photo_verifies_and_names_its_hash(session: Session
     attached = PdfReader(session.attempt.certificate).attachments.values()
     line = f"scratch; file crack.jpg, SHA-256 {DIGEST} (Ann)"
     assert any(line.encode() in content for contents in attached for content in contents)
+
+
+def test_a_picture_is_printed_if_it_is_asked_for_and_verified(session: Session, tmp_path: Path):
+    certify.keys.init(session.home, "correct horse", "Ann")
+    photo = tmp_path / "crack.png"
+    Image.effect_noise((3000, 1500), 60.0).save(photo)
+    session.note("capacitance", "scratch", files=[photo], printed=True)
+    session.judge()
+    assert certify.sign_unit(session, "correct horse").valid
+    pdf = Path(session.attempt.certificate)
+    shown = [(page, image) for page in PdfReader(pdf).pages for image in page.images]
+    assert [image.image.size for _, image in shown] == [(1200, 600)]
+    small = (session.folder / NOTES_FOLDER / "crack.print.jpg").read_bytes()
+    text = shown[0][0].extract_text().replace("\n", "")
+    assert hashlib.sha256(small).hexdigest() in text.replace(" ", "")
+    contents = attachments.read(pdf.read_bytes())
+    assert contents.files["notes/crack.print.jpg"] == small
+    other = io.BytesIO()
+    Image.new("RGB", (1200, 600)).save(other, "JPEG")
+    forged = replace(contents, files={**contents.files, "notes/crack.print.jpg": other.getvalue()})
+    assert render(forged) != render(contents)
+    with pytest.raises(InvalidCertificate, match="is not the file that was judged"):
+        attachments._check_hashes(forged)
+
+
+def test_a_picture_that_is_off_the_certificate_or_gone_is_not_printed(session: Session, tmp_path: Path):
+    photo = tmp_path / "crack.png"
+    Image.new("RGB", (40, 20)).save(photo)
+    session.note("capacitance", "table is wobbly", files=[photo], internal=True, printed=True)
+    session.judge()
+    assert not unit_folder.read(session.folder).pictures
+    session.note("capacitance", "scratch", files=[photo], printed=True)
+    result = session.judge()
+    assert unit_folder.read(session.folder).pictures == {"capacitance": ["notes/crack.print.jpg"]}
+    contents = content_of(result, session.spec, session.folder, "Ann", size_limit=0)
+    assert "not attached" in "".join(page.extract_text() for page in PdfReader(io.BytesIO(render(contents))).pages)
+
+
+def test_what_is_no_picture_is_refused_before_anything_is_stored(session: Session, photo: Path):
+    before = session.run.seq
+    with pytest.raises(EntryError, match="no picture that can be printed"):
+        session.note("flatness", "scratch", files=[photo], printed=True)
+    assert session.refresh().seq == before
 
 
 def test_another_photo_of_the_same_name_replaces_none(session: Session, photo: Path):
