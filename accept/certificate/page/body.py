@@ -143,14 +143,14 @@ def pictures(contents: CertificateContent) -> list[Flowable]:
 
 
 def _picture(content: bytes) -> Flowable | None:
-    """Return a JPEG as it is printed, None if it is none."""
+    """Return a JPEG as it is printed, None for any other content."""
     if not content.startswith(_JPEG):
         return None
     try:
         width, height = ImageReader(io.BytesIO(content)).getSize()
         scale = min(_PICTURE[0] / width, _PICTURE[1] / height)
         return Image(io.BytesIO(content), width * scale, height * scale, hAlign="LEFT")
-    except (OSError, ValueError, ZeroDivisionError):  # what PIL raises on a file that is cut or is none
+    except (OSError, ValueError, ZeroDivisionError):  # what PIL raises on a damaged file
         return None
 
 
