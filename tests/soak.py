@@ -216,7 +216,6 @@ HEAVY: Mapping[str, Heavy] = {
             "test_known_units_are_listed",
             "test_notes_and_nonconformance",
             "test_the_operator_and_the_serial_come_from_the_command_line",
-            "test_signing_needs_the_passphrase",
         ],
         "a countersigned certificate, whose key is needed, nonsense, undo, a record of another unit, storing",
     ),
