@@ -34,7 +34,7 @@ from accept.units.unit_folder import UnitFolder
 from checks.errors import NotHeld, RecordError
 from checks.fitting.dataset import CHANNELS, F_HI, Dataset
 from checks.fitting.fit import CONTRADICTION
-from checks.fitting.identifiability import Identifiability, Profile, determined, profile
+from checks.fitting.identifiability import Identifiability, LikelihoodProfile, determined, profile
 from checks.gap.decision.result import Gaps, Result
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.model import Model
@@ -64,7 +64,7 @@ class GapAnalysis:
         `effect.parameter`. Names found without a fit (signs, slow sines) have no entry."""
         return determined(self.result.fit, [n.effect for n in self.result.named])
 
-    def profile(self, name: str) -> Profile:
+    def profile(self, name: str) -> LikelihoodProfile:
         """Return the profile of the likelihood of a fitted value, such as "misalignment.dy_um": a fit for each of seven
         values about it, on the responses that were fitted. Raises KeyError for a name that was not fitted."""
         return profile(self.result.after.response, self.result.fit, name)

@@ -53,7 +53,7 @@ def determined(fit: Fit, effects: Iterable[str]) -> dict[str, Identifiability]:
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
+class LikelihoodProfile:
     """values (n,) of a parameter, in its own unit, and fall (n,) of ln L from its maximum with all others fitted again
     at each; ci95: where it has fallen by 1.92, beyond the values looked at infinite."""
 
@@ -63,7 +63,7 @@ class Profile:
     ci95: tuple[float, float]
 
 
-def profile(response: Response, found: Fit, name: str, reach: float = REACH, points: int = POINTS) -> Profile:
+def profile(response: Response, found: Fit, name: str, reach: float = REACH, points: int = POINTS) -> LikelihoodProfile:
     """Return the profile of the likelihood of a fitted parameter over `reach` standard uncertainties to either side
     ([PAWITAN01] 3.4; [RAUE09]): a fit for each value. Its interval needs no Fisher information: a profile that stays
     low, or rises on one side only, is of a value that the data do not determine. Raises KeyError, ModelError."""
@@ -77,4 +77,4 @@ def profile(response: Response, found: Fit, name: str, reach: float = REACH, poi
     rising = np.maximum.accumulate(z)
     lo = float(np.interp(-TWO_SIDED, rising, values, left=-np.inf)) if z[0] <= -TWO_SIDED else -np.inf
     hi = float(np.interp(TWO_SIDED, rising, values, right=np.inf)) if z[-1] >= TWO_SIDED else np.inf
-    return Profile(name, values, fall, (lo, hi))
+    return LikelihoodProfile(name, values, fall, (lo, hi))

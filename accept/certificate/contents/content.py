@@ -22,6 +22,7 @@ from checks.picture import Panel
 from specs.errors import AcceptError
 from specs.files import read_bounded
 from specs.spec import Spec
+from specs.strict import toml_of
 
 FORMAT = 2
 BEFORE = 1  # states neither the sizes of its inputs, nor its attempt, nor the head of the store
@@ -82,6 +83,11 @@ class CertificateContent:
     def pictures(self) -> dict[str, Panel]:
         """Return the panels, reduced to what print can show."""
         return {name: reduce_panel(panel) for name, panel in self.panels.items()}
+
+    @cached_property
+    def unit_file(self) -> dict[str, Any]:
+        """Return what the attached unit.toml holds, {} if it is not attached. Raises ValueError if it is not TOML."""
+        return toml_of(self.files[UNIT_FILE]) if UNIT_FILE in self.files else {}
 
     @property
     def serial(self) -> str:

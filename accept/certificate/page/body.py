@@ -24,8 +24,7 @@ from accept.pictures.labels import label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
 from accept.pictures.pdf.page_style import words
-from accept.units.unit_folder import UNIT_FILE
-from specs.strict import toml_of
+from accept.units import folder_header
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
 _JPEG = b"\xff\xd8"  # how such a file begins
@@ -127,11 +126,8 @@ def remarks(contents: CertificateContent) -> list[Flowable]:
 
 def pictures(contents: CertificateContent) -> list[Flowable]:
     """Return the pictures that notes have on the certificate, each with its step, its name and its hash."""
-    if UNIT_FILE not in contents.files:
-        return []
-    named = [
-        (step, name) for step, names in toml_of(contents.files[UNIT_FILE]).get("pictures", {}).items() for name in names
-    ]
+    chosen = folder_header.pictures(contents.unit_file, [])
+    named = [(step, name) for step, names in chosen.items() for name in names]
     story: list[Flowable] = []
     for step, name in named:
         digest = contents.inputs.get(name, "")
@@ -144,13 +140,15 @@ def pictures(contents: CertificateContent) -> list[Flowable]:
 
 def _picture(content: bytes) -> Flowable | None:
     """Return a JPEG as it is printed, None for any other content."""
+    from PIL.Image import DecompressionBombError  # loaded only if there are pictures
+
     if not content.startswith(_JPEG):
         return None
     try:
         width, height = ImageReader(io.BytesIO(content)).getSize()
         scale = min(_PICTURE[0] / width, _PICTURE[1] / height)
         return Image(io.BytesIO(content), width * scale, height * scale, hAlign="LEFT")
-    except (OSError, ValueError, ZeroDivisionError):  # what PIL raises on a damaged file
+    except (OSError, ValueError, SyntaxError, ZeroDivisionError, DecompressionBombError):  # damaged, or enormous
         return None
 
 

@@ -5,9 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.certificate.contents.content import CertificateContent
-from accept.units.unit_folder import UNIT_FILE
 from checks.acceptance import CHECKS
-from specs.strict import toml_of
 
 RULES = {
     "simple": "simple: the value alone is compared with the limits; near a limit the risk of a wrong decision is 50 %",
@@ -38,10 +36,7 @@ def item_words(result: Mapping[str, Any]) -> str:
 
 def entered_words(contents: CertificateContent) -> str:
     """Return the checks whose values were entered without a recording, "" if there are none (7.8.2.2)."""
-    if UNIT_FILE not in contents.files:
-        return ""
-    sections = toml_of(contents.files[UNIT_FILE])
-    entered = []
+    sections, entered = contents.unit_file, []
     for check in dict.fromkeys(f["check"] for f in contents.result["findings"] if f["value"] is not None):
         section = sections.get(CHECKS[check].reads if check in CHECKS else check, {})
         texts = [text for value in section.values() for text in (value if isinstance(value, list) else [value])]

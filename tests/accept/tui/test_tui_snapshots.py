@@ -54,6 +54,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder with a good record, one of noise, and one that is none."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(units, "when_words", lambda _: "Mon 14:10")
+    monkeypatch.setenv("COLORTERM", "truecolor")  # few colours are shown in another way
     monkeypatch.setenv("TZ", "UTC")  # the list of files says when they were written
     time.tzset()
     RECORDS.mkdir()
