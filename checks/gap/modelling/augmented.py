@@ -113,17 +113,17 @@ class Augmented:
         if not self._factors:
             return out
         s = np.asarray(2j * np.pi * f, dtype=np.complex128)
-        own = [(m, _columns(m, channels), _evaluated(m, self.of(changes, m.name), s)) for m in self._factors]
+        own = [(m, columns_of(m, channels), evaluated(m, self.of(changes, m.name), s)) for m in self._factors]
         out *= _product(own, f.size, len(channels))
         H = self._bare(f, at, channels)
         for m, columns, _ in own:
             others = H * _product([o for o in own if o[0] is not m], f.size, len(channels))
             for p in m.parameters:
                 if (n := f"{m.name}.{p.name}") in names:
-                    slope = _slope(m, p, self.of(changes, m.name), s)
+                    change = slope(m, p, self.of(changes, m.name), s)
                     row = out[names.index(n)]
                     row[:] = 0.0
-                    row[:, columns] = others[:, columns] * slope[:, None]
+                    row[:, columns] = others[:, columns] * change[:, None]
         return out
 
     def _bare(self, f: Array, at: Values, channels: tuple[str, ...]) -> Complex:
@@ -170,11 +170,12 @@ class Augmented:
 
     def _factor(self, f: Array, values: Values, channels: tuple[str, ...]) -> Complex:
         s = np.asarray(2j * np.pi * f, dtype=np.complex128)
-        own = [(m, _columns(m, channels), _evaluated(m, self.of(values, m.name), s)) for m in self._factors]
+        own = [(m, columns_of(m, channels), evaluated(m, self.of(values, m.name), s)) for m in self._factors]
         return _product(own, f.size, len(channels))
 
 
-def _columns(member: Member, channels: tuple[str, ...]) -> list[int]:
+def columns_of(member: Member, channels: tuple[str, ...]) -> list[int]:
+    """Return the places of a member's channels among those measured."""
     return [channels.index(c) for c in member.channels if c in channels]
 
 
@@ -186,11 +187,11 @@ def _product(own: Sequence[tuple[Member, list[int], Complex]], bins: int, channe
     return out
 
 
-def _slope(member: Member, p: Parameter, values: Values, s: Complex) -> Complex:
+def slope(member: Member, p: Parameter, values: Values, s: Complex) -> Complex:
     """Return the derivative (F,) of a member's factor by one of its parameters."""
     h, at = STEP * p.scale, values[p.name]
     up, down = min(h, max(p.hi - at, 0.0)), min(h, max(at - p.lo, 0.0))  # no step leaves the bounds
-    above, below = (_evaluated(member, {**values, p.name: at + d}, s) for d in (up, -down))
+    above, below = (evaluated(member, {**values, p.name: at + d}, s) for d in (up, -down))
     return np.asarray((above - below) / (up + down))
 
 
@@ -222,7 +223,7 @@ def _of_its_sign(p: Free) -> Free:
     return replace(p, hi=min(p.hi, least)) if least < 0.0 else p
 
 
-def _evaluated(member: Member, values: Values, s: Complex) -> Complex:
+def evaluated(member: Member, values: Values, s: Complex) -> Complex:
     """Return the factor (F,) of a member. Raises ModelError if it has none, so that a search turns back: an effect may
     be another package's."""
     if member.factor is None:

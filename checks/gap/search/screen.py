@@ -10,7 +10,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.fitting.misplaced_modes import peaks as peaks_of
-from checks.gap.modelling.augmented import Member
+from checks.gap.modelling.augmented import Member, columns_of, evaluated, slope
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.statistics.adequacy import energies
 from checks.gap.statistics.projected_residual import Projected
@@ -158,9 +158,22 @@ def directions(projected: Projected, member: Member, values: Mapping[str, float]
 def _changes(projected: Projected, member: Member, values: Mapping[str, float]) -> Complex:
     """Return the changes (k, F, C) of the response that `directions` whitens."""
     data, base = projected.data, projected.response
+    if member.factor is not None:
+        return _by_factor(projected, member, values)
     response = base.with_member(member)
     at = {**projected.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
     linear = [f"{member.name}.{p.name}" for p in member.parameters if p.linear]
     if linear:
         return response.jacobian(data.f, linear, at, data.channels)
     return (response.frf(data.f, at, data.channels) - projected.modelled)[None]
+
+
+def _by_factor(projected: Projected, member: Member, values: Mapping[str, float]) -> Complex:
+    """Return the same for a member that multiplies its channels: nothing else of the response is evaluated anew."""
+    data, s = projected.data, np.asarray(2j * np.pi * projected.data.f, dtype=np.complex128)
+    linear = [p for p in member.parameters if p.linear]
+    rows = [slope(member, p, values, s) for p in linear] or [evaluated(member, values, s) - 1.0]
+    columns = columns_of(member, data.channels)
+    out = np.zeros((len(rows), *data.H.shape), dtype=complex)
+    out[:, :, columns] = np.array(rows)[:, :, None] * projected.modelled[:, columns]
+    return out
