@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accept.analysis.arguments import check_argument
-from accept.analysis.record_responses import UNITS, MeasuredResponse, record_faults
+from accept.analysis.record_responses import UNITS, MeasuredResponse
 from accept.gap.responses import Responses
 from checks.cause import together
 from checks.errors import RecordError
@@ -65,8 +65,8 @@ def responses_given(
         second = None if given.second is None else _part(given.second, tolerance, f_lo, f_hi, channels)
         return replace(given, first=_part(given.first, tolerance, f_lo, f_hi, channels), second=second)
     if isinstance(given, MeasuredResponse):
-        if faults := record_faults(given.records, given.frf.input):
-            raise RecordError(together(faults))
+        if given.faults:
+            raise RecordError(together(given.faults))
         wrong = [c for c, unit in given.units.items() if c in UNITS and unit not in ("", UNITS[c])]
         if given.frf.input != "Va" or wrong:
             what = f"{wrong[0]} is in {given.units[wrong[0]]}" if wrong else f"the input is {given.frf.input}"

@@ -4,7 +4,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -74,13 +74,14 @@ class MeasuredResponse:
     """A response and the records behind it; units of its channels, and the input's under its name.
 
     frf: f (F,) [Hz], H (F, C) complex, coherence (F, C), var (F, C); resonances: the largest of each channel, with
-    f_Hz, damping_ratio and their standard uncertainties. `accept.plot` draws it; `to_pandas`, `to_xarray`, `to_control`
-    hand it on; `save` writes .csv, .mat, .uff or .json."""
+    f_Hz, damping_ratio and their standard uncertainties; faults: what judging refuses in the records. `accept.plot`
+    draws it; `to_pandas`, `to_xarray`, `to_control` hand it on; `save` writes .csv, .mat, .uff or .json."""
 
     records: tuple[Record, ...]
     frf: Frf
     units: dict[str, str]
     resonances: dict[str, Resonance]
+    faults: tuple[Reason, ...] = field(default=(), kw_only=True)
 
     @property
     def title(self) -> str:
@@ -152,7 +153,7 @@ class MeasuredResponse:
     def __repr__(self) -> str:
         f, seen = self.frf.f, ", ".join(f"{c} {mode.f_Hz:.2f} Hz" for c, mode in self.resonances.items())
         of = f"{', '.join(self.frf.channels)} over {self.frf.input}"
-        faults = "".join(f"; {reason}" for reason in record_faults(self.records, self.frf.input))
+        faults = "".join(f"; {reason}" for reason in self.faults)
         return (
             f"MeasuredResponse({of}; {f.size} bins from {f[0]:.4g} to {f[-1]:.4g} Hz; resonances: {seen or 'none'}"
             f"{faults})"
@@ -258,14 +259,15 @@ def cut(frf: Frf, f_lo: float, f_hi: float | None, notes: tuple[str, ...] | None
 
 
 def _response(records: tuple[Record, ...], frf: Frf, wanted: EstimatorSettings) -> MeasuredResponse:
-    faults = record_faults(records, wanted.input)
+    faults = tuple(_faults(records, wanted.input))
     said = [str(r if len(records) > 1 else replace(r, file="")) for r in faults]  # the title names a single record
     frf = replace(frf, notes=(*frf.notes, *said))
     units = {name: records[0].units.get(name, "") for name in (wanted.input, *frf.channels)}
-    return MeasuredResponse(records, frf, units, {c: r for c in frf.channels if (r := _pole(records, frf, c, wanted))})
+    poles = {c: r for c in frf.channels if (r := _pole(records, frf, c, wanted))}
+    return MeasuredResponse(records, frf, units, poles, faults=faults)
 
 
-def record_faults(records: Sequence[Record], input: str) -> list[Reason]:
+def _faults(records: Sequence[Record], input: str) -> list[Reason]:
     """Return the faults of sampling that judging refuses: values clipped or held, samples lost, scattered times. They
     show against a drive of many frequencies; other records are not examined."""
     return [

@@ -1,7 +1,7 @@
 """What stands in `unit.toml` beside the sections of the checks: text, sections of texts, days."""
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from datetime import date
 from typing import Any, TypeGuard, TypeVar
 
@@ -27,24 +27,26 @@ def string(data: Mapping[str, Any], key: str, problems: list[str]) -> str:
 
 def strings(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str, str]:
     """Return a section of texts."""
-    table = data.get(key, {})
-    if not isinstance(table, dict):
-        problems.append(f"{key} = {table!r}: expected a section [{key}]")
-        return {}
+    table = _section(data, key, problems)
     wrong = [k for k, v in table.items() if not isinstance(v, str)]
     problems.extend(f"[{key}] {k} = {table[k]!r}: expected text" for k in wrong)
     return {k: v for k, v in table.items() if k not in wrong}
 
 
+def _section(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str, Any]:
+    """Return a section, empty if the file does not have it or has something else in its place."""
+    table = data.get(key, {})
+    if not isinstance(table, dict):
+        problems.append(f"{key} = {table!r}: expected a section [{key}]")
+        return {}
+    return table
+
+
 def channels(data: Mapping[str, Any], problems: list[str]) -> Channels:
     """Return a section that says where the channels stand in the records: a name, or a table with name, gain and
     unit."""
-    table = data.get("channels", {})
-    if not isinstance(table, dict):
-        problems.append(f"channels = {table!r}: expected a section [channels]")
-        return {}
     try:
-        return channel_map(table)
+        return channel_map(_section(data, "channels", problems))
     except ValueError as e:
         problems.append(f"[channels] {e}")
         return {}
@@ -52,33 +54,32 @@ def channels(data: Mapping[str, Any], problems: list[str]) -> Channels:
 
 def notes(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
     """Return lines of `[notes]`, by check."""
-    table = data.get("notes", {})
-    if not isinstance(table, dict):
-        problems.append(f"notes = {table!r}: expected a section [notes]")
-        return {}
-    found = {name: lines for name, lines in table.items() if name in CHECKS and _are_texts(lines)}
-    wrong = {k: v for k, v in table.items() if k not in found}
-    problems.extend(f"[notes] {k} = {v!r}: expected a check and a list of texts" for k, v in wrong.items())
-    return found
+    return _by_check(data, "notes", _are_texts, "a check and a list of texts", problems)
 
 
 def pictures(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
     """Return `[pictures]`: check -> names of the pictures that are printed on the certificate."""
-    table = data.get("pictures", {})
-    if not isinstance(table, dict):
-        problems.append(f"pictures = {table!r}: expected a section [pictures]")
-        return {}
-    found = {k: v for k, v in table.items() if k in CHECKS and _are_texts(v) and all(map(_is_picture, v))}
+    return _by_check(data, "pictures", _are_pictures, "a check and a list of .jpg files", problems)
+
+
+def _by_check(
+    data: Mapping[str, Any], key: str, is_one: Callable[[Any], bool], expected: str, problems: list[str]
+) -> dict[str, Any]:
+    """Return what a section holds of each check."""
+    table = _section(data, key, problems)
+    found = {name: given for name, given in table.items() if name in CHECKS and is_one(given)}
     wrong = {k: v for k, v in table.items() if k not in found}
-    problems.extend(f"[pictures] {k} = {v!r}: expected a check and a list of .jpg files" for k, v in wrong.items())
+    problems.extend(f"[{key}] {k} = {v!r}: expected {expected}" for k, v in wrong.items())
     return found
 
 
-def _is_picture(name: str) -> bool:
-    return name.lower().endswith(".jpg") and "\0" not in name and not is_reserved(name)
+def _are_pictures(names: object) -> bool:
+    return _are_texts(names) and all(
+        name.lower().endswith(".jpg") and "\0" not in name and not is_reserved(name) for name in names
+    )
 
 
-def _are_texts(lines: object) -> bool:
+def _are_texts(lines: object) -> TypeGuard[list[str]]:
     return isinstance(lines, list) and all(isinstance(line, str) and line for line in lines)
 
 
@@ -98,12 +99,8 @@ def provided(data: Mapping[str, Any], problems: list[str]) -> dict[str, str]:
 
 def environment(data: Mapping[str, Any], problems: list[str]) -> dict[str, Measured]:
     """Return `[environment]`: what the air was like, each a number or a value with its U."""
-    table = data.get("environment", {})
-    if not isinstance(table, dict):
-        problems.append(f"environment = {table!r}: expected a section [environment]")
-        return {}
     given = {}
-    for name, stated in _known(table, "environment", ENVIRONMENT, problems).items():
+    for name, stated in _known(_section(data, "environment", problems), "environment", ENVIRONMENT, problems).items():
         value, U = (stated.get("value"), stated.get("U")) if isinstance(stated, dict) else (stated, None)
         lo, hi = ENVIRONMENT[name]
         if not (_is_number(value) and lo <= value <= hi and (U is None or (_is_number(U) and U > 0))):
@@ -129,11 +126,4 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 def days(data: Mapping[str, Any], problems: list[str]) -> dict[str, date]:
     """Return days of `[measured]`, by section."""
-    table = data.get("measured", {})
-    if not isinstance(table, dict):
-        problems.append(f"measured = {table!r}: expected a section [measured]")
-        return {}
-    found = {name: day for name, day in table.items() if name in CHECKS and type(day) is date}
-    wrong = {k: v for k, v in table.items() if k not in found}
-    problems.extend(f"[measured] {k} = {v}: expected a section and a day, 2026-11-21" for k, v in wrong.items())
-    return found
+    return _by_check(data, "measured", lambda day: type(day) is date, "a section and a day, 2026-11-21", problems)

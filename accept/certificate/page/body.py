@@ -133,7 +133,7 @@ def pictures(contents: CertificateContent) -> list[Flowable]:
         digest = contents.inputs.get(name, "")
         caption = words(f"{step}: {name}, SHA-256 {digest or 'not known: the file is missing'}", page_style.SMALL)
         shown = _picture(contents.files.get(name, b""))
-        absent = words("The picture is not attached to this certificate, or is none.", page_style.SMALL)
+        absent = words("The picture is not attached to this certificate, or is no JPEG file.", page_style.SMALL)
         story.append(KeepTogether([Spacer(1, 5), absent if shown is None else shown, caption]))
     return [words("Pictures", page_style.HEADING), *story] if story else []
 
