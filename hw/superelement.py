@@ -1,6 +1,6 @@
 """Superelements from files: .mat with K, M and int_xyz, or the Ansys export (K and M as CSV, nodes as text)."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,48 +15,58 @@ from checks.model.structure.superelement_check import check_superelement
 from hw.records.source import SIGNATURE, USERBLOCK_BYTES
 from specs.files import read_bounded
 from specs.model import ModelSpec
+from specs.model_sections import ApaSuperelement, MatrixNames
 
 DEFAULT_NODES = Nodes()
-NAMES = ("K", "M", "int_xyz")
+NAMES = MatrixNames()
 MAX_BYTES = 200_000_000  # of one file; the report's largest export is some 10 MB
 
 
-def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES) -> Superelement:
-    """Return the superelement from a .mat file, or from `NAME_K.CSV` with `NAME_M.CSV` and `NAME_out_nodes_3D.txt`
-    beside it (the files of [STB] 7.3; `NAME_mat_K.CSV` goes with `NAME_out_nodes_3D.txt` too).
+def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES, names: MatrixNames = NAMES) -> Superelement:
+    """Return the superelement from a .mat file that holds its matrices under these names, or from `NAME_K.CSV` with
+    `NAME_M.CSV` and `NAME_out_nodes_3D.txt` beside it (the files of [STB] 7.3; `NAME_mat_K.CSV` goes with
+    `NAME_out_nodes_3D.txt` too).
 
     Raises ModelError naming the file if it is missing or unreadable, or if the matrices are not those of a free body.
     """
-    K, M, xyz = _mat(path) if path.suffix.lower() == ".mat" else _ansys(path)
+    K, M, xyz = _mat(path, names) if path.suffix.lower() == ".mat" else _ansys(path)
     return check_superelement(Superelement(K, M, xyz, nodes, name=path.name))
 
 
-def matrices_of(spec: ModelSpec) -> Superelement | None:
-    """Return the superelement that a model file names, read and checked; None if it names no superelement. Raises
-    ModelError."""
-    return None if spec.apa_file is None else read_superelement(spec.apa_file, file_nodes(spec))
+def matrices_of(spec: ModelSpec, folder: Path | None = None) -> Superelement | None:
+    """Return the superelement that a model file names, read and checked; None if it names no superelement. folder:
+    where its files lie, by default where the model file says. Raises ModelError."""
+    if spec.apa_file is None or not isinstance(spec.apa, ApaSuperelement):
+        return None
+    file = spec.apa_file if folder is None else folder / spec.apa_file.name
+    return read_superelement(file, file_nodes(spec), spec.apa.names)
 
 
-def _mat(path: Path) -> tuple[Array, Array, Array]:
+def _mat(path: Path, names: MatrixNames) -> tuple[Array, Array, Array]:
     from scipy import io  # loads slowly: only when wanted
 
+    wanted = (names.K, names.M, names.int_xyz)
     try:
         raw = read_bounded(path, MAX_BYTES)
         if raw.startswith(SIGNATURE) or raw.startswith(SIGNATURE, USERBLOCK_BYTES):
-            content = _hdf5(path, raw)
+            content = _hdf5(path, raw, wanted)
         else:
-            content = io.loadmat(BytesIO(raw), variable_names=NAMES)
+            content = io.loadmat(BytesIO(raw), variable_names=wanted)
     except FileNotFoundError as e:
         raise ModelError(f"{path}: no such file") from e
     except (OSError, ValueError, NotImplementedError, TypeError, KeyError) as e:
         raise ModelError(f"{path}: is not a readable .mat file: {e}") from e
-    missing = [name for name in NAMES if name not in content]
+    missing = [name for name in wanted if name not in content]
     if missing:
-        raise ModelError(f"{path}: has no {' and no '.join(missing)}; expected K, M and int_xyz")
-    return _real(path, content["K"]), _real(path, content["M"]), _real(path, content["int_xyz"])
+        others = "" if names != NAMES else "; other names are given by [apa] names"
+        raise ModelError(
+            f"{path}: has no {' and no '.join(missing)}; expected {names.K}, {names.M} and {names.int_xyz}{others}"
+        )
+    K, M, xyz = (_real(path, content[name]) for name in wanted)
+    return K, M, xyz
 
 
-def _hdf5(path: Path, raw: bytes) -> dict[str, Any]:
+def _hdf5(path: Path, raw: bytes, wanted: Sequence[str]) -> dict[str, Any]:
     """Return the matrices of a MATLAB 7.3 file, which stores columns first, sparse ones as their non-zero entries."""
     import h5py  # loads slowly: only when wanted
     from scipy.sparse import csc_array
@@ -71,7 +81,7 @@ def _hdf5(path: Path, raw: bytes) -> dict[str, Any]:
 
     found: dict[str, Any] = {}
     with h5py.File(BytesIO(raw), "r") as file:
-        for name in NAMES:
+        for name in wanted:
             node = file.get(name)
             if isinstance(node, h5py.Group) and "MATLAB_sparse" in node.attrs:
                 columns = numbers(node["jc"])

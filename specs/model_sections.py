@@ -40,6 +40,14 @@ class NodesSection(Strict):
     actuator: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=2, max_length=2)]
 
 
+class MatrixNames(Strict):
+    """What the matrices are called in a .mat file."""
+
+    K: Words = "K"
+    M: Words = "M"
+    int_xyz: Words = "int_xyz"
+
+
 class ByChannel(Strict):
     """One number for each channel that has one."""
 
@@ -141,6 +149,7 @@ class ApaSuperelement(ApaOfModes):
     type: Literal["superelement"]
     file: Words
     nodes: NodesSection
+    names: MatrixNames = Field(default_factory=MatrixNames)
 
 
 class JointSection(ModelSection):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from checks.acceptance import CHECKS
 from checks.errors import ModelError
 from specs.files import read_bounded
-from specs.model import ModelSpec, builtin_models, load_model, parse_model
+from specs.model import builtin_models, load_model, parse_model
 from specs.model_sections import LearnedBenchRecord
 from specs.spec import CheckSpec, Spec
 from specs.strict import SpecError
@@ -21,7 +21,6 @@ from specs.strict import SpecError
 if TYPE_CHECKING:
     from accept.models.model_file import OpenedModel
     from checks.model.model import Model
-    from checks.model.structure.superelement import Superelement
 
 
 ModelFiles = Mapping[str, bytes]  # of a model that is a file: its TOML first, then the files of matrices that it names
@@ -60,6 +59,7 @@ class Models:
 
     def _open(self, name: str) -> "OpenedModel":
         from accept.models.model_file import model_of_spec
+        from hw.superelement import matrices_of
 
         if name in builtin_models() or self.given is None:
             return model_of_spec(load_model(name))
@@ -67,17 +67,7 @@ class Models:
             raise SpecError(name, ["is a model file of the spec, but is not attached"])
         folder = self.place / str(sorted(self.given).index(name))
         file, content = next(iter(self.given[name].items()))
-        return model_of_spec(parse_model(content, file, folder), partial(_matrices_beside, folder))
-
-
-def _matrices_beside(folder: Path, spec: ModelSpec) -> "Superelement | None":
-    """Return matrices lie beside the TOML there, wherever it says that they are."""
-    if spec.apa_file is None:
-        return None
-    from checks.model.build import file_nodes
-    from hw.superelement import read_superelement
-
-    return read_superelement(folder / spec.apa_file.name, file_nodes(spec))
+        return model_of_spec(parse_model(content, file, folder), partial(matrices_of, folder=folder))
 
 
 def named_models(spec: Spec) -> list[str]:

@@ -9,6 +9,7 @@ import pytest
 
 from accept.gap.empirical import write_with_elements
 from accept.gap.responses import Responses
+from accept.gap.text import AT_EDGE, poles_of
 from accept.models.model_file import open_model, open_model_file
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
@@ -109,3 +110,15 @@ def test_values_and_back() -> None:
     one = element(GIVEN, "file")
     assert isinstance(one, Element)
     np.testing.assert_allclose(one.factor(np.array([0.0])), 1.0)
+
+
+@pytest.mark.parametrize(("pole_Hz", "end"), [(1.02, -1), (0.98, 0)])
+def test_a_pole_at_an_end_of_the_band_is_called_that(pole_Hz: float, end: int) -> None:
+    """A resonance beyond an end of the band shows as a slope towards it: where its pole is cannot be said."""
+    strut = open_model("strut")
+    factor = resonance(pole_Hz * F[end], 0.01, 0.3, 1.0).frf(F)[0]
+    given = [outside(replace(recorded(strut, s), tolerance=TOLERANCE), "Vs", factor) for s in (1, 2)]
+    result = run(Inputs(strut, *given, FS), lambda _: None)
+    (left,) = (u for u in result.unnamed if u.channel == "Vs")
+    assert left.at_edge
+    assert AT_EDGE in poles_of(left.poles_Hz, left.ci95, left.at_edge)

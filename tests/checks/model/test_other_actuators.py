@@ -53,6 +53,34 @@ def test_sparse_matrices_and_newer_files_give_the_same(tmp_path: Path, stack: di
             np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.parametrize("newer", [False, True])
+def test_matrices_under_other_names(tmp_path: Path, stack: dict[str, np.ndarray], newer: bool) -> None:
+    """Same poles as under the usual names; a model that leaves the names out says how they are given."""
+    names = {"K": "Kred", "M": "Mred", "int_xyz": "nodes"}
+    other = {names[name]: x for name, x in stack.items()}
+    if newer:
+        written_73(tmp_path / "other.mat", other, packed=False)
+    else:
+        scipy.io.savemat(tmp_path / "other.mat", other)
+    scipy.io.savemat(tmp_path / "stack.mat", stack)
+    stated = 'names = { K = "Kred", M = "Mred", int_xyz = "nodes" }\n'
+    usual, called = (stack_model(tmp_path, *of) for of in (("stack.mat", ""), ("other.mat", stated)))
+    np.testing.assert_array_equal(open_model(usual).poles(), open_model(called).poles())
+    with pytest.raises(ModelError, match=r"has no K and no M and no int_xyz.*\[apa\] names"):
+        open_model(stack_model(tmp_path, "other.mat", ""))
+
+
+def stack_model(folder: Path, file: str, names: str) -> Path:
+    """Write the model file of the stack between a guide and a payload."""
+    path = folder / f"stack-{len(list(folder.glob('*.toml')))}.toml"
+    path.write_text(
+        f'name = "stack"\n[apa]\ntype = "superelement"\nfile = "{file}"\n{names}'
+        "nodes = { bottom = 1, top = 4, sensor = [2, 3], actuator = [1, 4] }\ndamping_ratio = 0.01\n"
+        "[bench]\npayload_kg = 5.0\n[constants]\namplifier_gain = 20.0\nga_N_per_V = 1.0\ngs_V_per_m = 1e6\n"
+    )
+    return path
+
+
 def test_a_newer_file_without_matrices_is_refused(tmp_path: Path) -> None:
     written_73(tmp_path / "x.mat", {"K": np.eye(12)}, False)
     with pytest.raises(ModelError, match="has no M and no int_xyz"):
@@ -62,12 +90,7 @@ def test_a_newer_file_without_matrices_is_refused(tmp_path: Path) -> None:
 def test_a_plain_stack_is_a_bar(tmp_path: Path, stack: dict[str, np.ndarray]) -> None:
     """Actuator nodes at the ends: it moves a payload as the stretch of the bar under its own force pair."""
     scipy.io.savemat(tmp_path / "stack.mat", stack)
-    (tmp_path / "stack.toml").write_text(
-        'name = "stack"\n[apa]\ntype = "superelement"\nfile = "stack.mat"\n'
-        "nodes = { bottom = 1, top = 4, sensor = [2, 3], actuator = [1, 4] }\ndamping_ratio = 0.01\n"
-        "[bench]\npayload_kg = 5.0\n[constants]\namplifier_gain = 20.0\nga_N_per_V = 1.0\ngs_V_per_m = 1e6\n"
-    )
-    model = open_model(tmp_path / "stack.toml")
+    model = open_model(stack_model(tmp_path, "stack.mat", ""))
     poles = np.sort(np.abs(model.poles())) / (2 * np.pi)
     area = 4e-3 * 2e-3
     k = STEEL.E * area / 0.03
