@@ -1,8 +1,10 @@
 """Slow records: loops under slow sines of growing amplitude distinguish hysteresis from creep, and show a drive that
 bends.
 
-The opening of a loop relative to its height is  creep's share (alike at every amplitude) + hysteresis' share (in
-proportion to it: Rayleigh; [BERTOTTI98] 2.3). Both by weighted least squares.
+The opening of a loop relative to its height is  creep's share (alike at every amplitude) + hysteresis' share. By
+Rayleigh's law ([BERTOTTI98] 2.3) plays of density c open a loop of amplitude A by c A^2 / 2 and reach 2 A + c A^2 from
+peak to peak. At the part x of the largest amplitude the latter's share is therefore  w x / (1 - 2 w (1 - x))  with w at
+the largest one: in proportion to the amplitude while loops are narrow. Both by weighted least squares.
 
 Not every loop that opens with the amplitude is a hysteresis of the drive. In Rayleigh's law the same density of plays
 opens the loop and makes it steeper: if it opens by w of its height, the slope grows by 2 w between no amplitude and
@@ -24,6 +26,8 @@ from checks.signals.slow.loops import ScalarEstimate
 
 SPREAD = 1e-4  # of the height: what the model of a loop itself may be wrong by
 MANY = 2  # amplitudes at least
+ROUNDS = 8  # of Gauss and Newton: the openings are nearly straight over both shares
+WIDEST = 0.45  # share of the height, where Rayleigh's loops would be half as wide as they are high
 BEYOND_NOISE = 6.0  # standard uncertainties
 CURVE = 2  # order of a polynomial that tells a curve from a line
 CURVED = 0.35  # of the rise, between proportional and squared parts of an opening: ceramics keep to a tenth at mid-way
@@ -47,7 +51,7 @@ class Slow:
     def model(self) -> Array:
         """Return the opening (L,) of every loop by the two shares."""
         a = np.array([p.amplitude for p in self.loops])
-        return np.asarray(self.constant.value + self.grows.value * a / a.max())
+        return np.asarray(self.constant.value + rayleigh(self.grows.value, a / a.max())[0])
 
     @property
     def is_of_drive(self) -> bool:
@@ -88,10 +92,8 @@ def slow_record(record: Record, channel: str = "de") -> Slow | None:
     a = np.array([p.amplitude for p in loops])
     w = np.array([p.width.value for p in loops])
     u = np.hypot(np.array([p.width.u for p in loops]), SPREAD)
-    design = np.column_stack([np.ones(a.size), a / a.max()]) / u[:, None]
-    cov = np.linalg.inv(design.T @ design)
+    constant, grows, cov = _shares(a / a.max(), w, u)
     f_Hz = record.fs / float(np.median([c.stop - c.start for c in cycles]))
-    constant, grows = cov @ design.T @ (w / u)
     sd = np.sqrt(np.diag(cov))
     return Slow(
         ScalarEstimate(float(grows), float(sd[1])),
@@ -100,6 +102,25 @@ def slow_record(record: Record, channel: str = "de") -> Slow | None:
         _bend(loops),
         f_Hz,
     )
+
+
+def rayleigh(width: float, x: Array) -> tuple[Array, Array]:
+    """Return the opening (L,) relative to the height of loops at the part x (L,) of the largest amplitude, whose own is
+    `width`, and its derivative by that."""
+    bent = 1.0 - 2.0 * width * (1.0 - x)
+    return width * x / bent, x / bent**2
+
+
+def _shares(x: Array, opening: Array, u: Array) -> tuple[float, float, Array]:
+    """Return the constant share, the one that grows and their covariance (2, 2), from openings (L,) with u (L,)."""
+    constant, grows = 0.0, 0.0
+    for _ in range(ROUNDS):
+        of_drive, slope = rayleigh(grows, x)
+        design = np.column_stack([np.ones(x.size), slope]) / u[:, None]
+        cov = np.linalg.inv(design.T @ design)
+        step = cov @ design.T @ ((opening - constant - of_drive) / u)
+        constant, grows = constant + float(step[0]), float(np.clip(grows + step[1], -WIDEST, WIDEST))
+    return constant, grows, np.asarray(cov)
 
 
 def _bend(loops: tuple[Loop, ...]) -> ScalarEstimate:

@@ -45,8 +45,7 @@ def test_hysteresis_of_the_drive_is_named(width: float) -> None:
     slow = analysed(loops_of(width, max(AMPLITUDES_V))(drive()))
     finding = effect_named("hysteresis").slow.named(slow, THRESHOLDS)
     assert finding is not None
-    # the share that grows is a straight line through openings that bend by 2 w: 7 % of it at w = 0.12
-    assert finding.values["relative_width"] == pytest.approx(width, rel=0.08)
+    assert finding.values["relative_width"] == pytest.approx(width, rel=0.005)
 
 
 def test_hysteresis_on_a_gain_that_drifts_is_named() -> None:
@@ -56,12 +55,18 @@ def test_hysteresis_on_a_gain_that_drifts_is_named() -> None:
     assert effect_named("hysteresis").slow.named(slow, THRESHOLDS) is not None
 
 
-@pytest.mark.parametrize("width", [0.01, 0.03])
-def test_hysteresis_is_named_through_an_encoder_that_interpolates(width: float) -> None:
-    """10 nm that repeat every 2 um: a hundredth of the smallest loop."""
+@pytest.mark.parametrize("period_m", [0.5e-6, 2e-6])
+@pytest.mark.parametrize("width", [0.01, 0.03, 0.12])
+def test_hysteresis_lies_in_its_interval_through_an_encoder_that_interpolates(width: float, period_m: float) -> None:
+    """10 nm that repeat: a hundredth of the smallest loop. The small loops then count little, and a straight line
+    through the openings of the large ones was 2 to 6 % too low, the rest called a constant share."""
     y = loops_of(width, max(AMPLITUDES_V))(drive())
-    error_V = 10e-9 / GAIN_M_PER_V * np.sin(2 * np.pi * y * GAIN_M_PER_V / 2e-6)
-    assert effect_named("hysteresis").slow.named(analysed(y + error_V), THRESHOLDS) is not None
+    error_V = 10e-9 / GAIN_M_PER_V * np.sin(2 * np.pi * y * GAIN_M_PER_V / period_m)
+    slow = analysed(y + error_V)
+    finding = effect_named("hysteresis").slow.named(slow, THRESHOLDS)
+    assert finding is not None
+    assert abs(finding.values["relative_width"] - width) < finding.half_widths["relative_width"]
+    assert abs(slow.constant.value) < 0.001
 
 
 @pytest.mark.parametrize("slips_at_V", [1.0, 1.5, 10.0])
