@@ -5,13 +5,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
-from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.events import Event, Key, MouseDown
 from textual.filter import LineFilter, Monochrome
 
 from accept.pictures.signs import unit_word
 from accept.tui import theme
+from accept.tui.background.busy_screen import Working
+from accept.tui.background.key_queue import InOrder
 from accept.tui.screens.help import Help
 from accept.tui.screens.start import Begin, Given, StartScreen, open_at_bench
 from accept.workflow.shift import SigningShift
@@ -36,7 +37,7 @@ class RunOutcome:
     words: dict[str, str] = field(default_factory=dict)  # the same as people read them
 
 
-class BenchApp(App[None]):
+class BenchApp(InOrder):
     """load: opens the bench, in a thread, while the first screen is shown already."""
 
     TITLE = "accept"
@@ -63,6 +64,13 @@ class BenchApp(App[None]):
     def get_line_filters(self) -> Sequence[LineFilter]:
         """Return the filters of the base class; that of NO_COLOR takes cells without a style too."""
         return [theme.WITHOUT_COLOUR if isinstance(f, Monochrome) else f for f in super().get_line_filters()]
+
+    async def action_quit(self) -> None:
+        """End the program once all is saved."""
+        for screen in self.screen_stack:
+            if isinstance(screen, Working):
+                await screen.saved()
+        self.exit()
 
     def action_light_or_dark(self) -> None:
         """Change to the other theme, for a bright bench or a dark one."""

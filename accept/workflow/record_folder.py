@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 from checks.declare import CsvTable, Series
 
@@ -25,6 +26,7 @@ SETTLED_S = 1.5  # a file that changed within it may still be written
 _TOGETHER_S = 600.0  # files of one session at the rig; an older one is proposed only without any of these
 
 FileInput = Series | CsvTable
+NO_OTHERS: Mapping[str, Sequence[FileInput]] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -53,16 +55,19 @@ def look(
     folder: Path,
     fits: Callable[[Path], bool] = lambda _: True,
     named: Callable[[str], tuple[int, str]] = lambda _: (0, ""),
+    first: str = "",
 ) -> Listing:
     """Return what a folder holds: files that fit before the others, of these the ones whose names speak most for what
-    is wanted, then the newest. named: score of a name, and the step that it speaks for instead. Raises OSError."""
+    is wanted, then the newest. named: score of a name, and the step that it speaks for instead; first: the file that is
+    proposed, which stands on top. Raises OSError."""
     folders, files = _contents(folder)
     judged = []
     for file in files[:_MOST]:
         score, other = named(file.name)
         good = file.size > LOOKED_INTO_MOST or fits(folder / file.name)
         judged.append(replace(file, fits=good, score=score, other=other))
-    return Listing(tuple(folders[:_MOST]), tuple(sorted(judged, key=lambda entry: (not entry.fits, -entry.score))))
+    judged.sort(key=lambda entry: (entry.name != first, not entry.fits, -entry.score))
+    return Listing(tuple(folders[:_MOST]), tuple(judged))
 
 
 def _contents(folder: Path) -> tuple[list[str], list[PickableFile]]:
@@ -94,14 +99,15 @@ def proposals(
     fits: Callable[[FileInput, Path], bool],
     taken: Callable[[Path, float], bool],
     damage: Callable[[Path], str] = lambda _: "",
+    others: Mapping[str, Sequence[FileInput]] = NO_OTHERS,
 ) -> dict[str, PickableFile]:
     """Return for each input that wants a file the one that is proposed, by the input's name; no file twice. Without
     one, a file whose name speaks for the input and that cannot be read, with its damage.
 
     A file is proposed if it has the channels, is written to its end and belongs to no unit yet (taken: by path and
     time). Files of one session at the rig come first, of these the one whose name speaks for the input, then the
-    newest. One whose name speaks for another input is left to that; an optional input wants a name that speaks for it.
-    about: words of the step, which may stand in names too. An unreadable folder proposes nothing.
+    newest. One whose name speaks for another input or another step is left to that; an optional input wants a name that
+    speaks for it. about, others: as for `name_score`. An unreadable folder proposes nothing.
     """
     try:
         files = _contents(folder)[1][:_MOST_PROPOSED]
@@ -111,17 +117,20 @@ def proposals(
     free = [f for f in files if not 0 <= now - f.mtime < SETTLED_S and f.size <= LOOKED_INTO_MOST]
     free = [replace(f, damage=damage(folder / f.name)) for f in free if not taken(folder / f.name, f.mtime)]
     candidates = [
-        (place, declared, file, _score(file.name, declared, wanted, about))
+        (place, declared, replace(file, score=score), _score(file.name, declared, wanted, about))
         for place, declared in enumerate(wanted)
         for file in free
-        if file.damage or fits(declared, folder / file.name)
+        for score, step in [name_score(file.name, declared, wanted, about, others)]
+        if not step and (file.damage or fits(declared, folder / file.name))
     ]
     newest = max((file.mtime for _, _, file, _ in candidates), default=0.0)
     candidates = [c for c in candidates if c[3] >= (1 if c[1].name in _optional(wanted) or c[2].damage else 0)]
-    candidates.sort(key=lambda c: (c[2].damage != "", newest - c[2].mtime > _TOGETHER_S, -c[3], c[0], -c[2].mtime))
+    candidates.sort(
+        key=lambda c: (c[2].damage != "", newest - c[2].mtime > _TOGETHER_S, -c[2].score, -c[3], c[0], -c[2].mtime)
+    )
     chosen: dict[str, PickableFile] = {}
     for _, declared, file, _ in candidates:
-        if declared.name not in chosen and file not in chosen.values():
+        if declared.name not in chosen and file.name not in {one.name for one in chosen.values()}:
             chosen[declared.name] = file
     return chosen
 

@@ -257,15 +257,19 @@ class Session:
         def taken(path: Path, mtime: float) -> bool:
             return mtime <= max(known.get(str(path), -math.inf), refused.get(path, -math.inf))
 
-        return record_folder.proposals(folder, wanted, _about(step), self.may_fit, taken, attach.damage)
+        others = self._inputs_of_others(step)
+        return record_folder.proposals(folder, wanted, _about(step), self.may_fit, taken, attach.damage, others)
 
     def name_score(self, step: WorkflowStep, declared: Series | CsvTable, file: str) -> tuple[int, str]:
         """Return how far the name of a file speaks for an input of a step, and the step that it speaks for instead."""
         if any(isinstance(e, FileLink) and e.file == file for e in self.state(step.name).entries):
             return -1, "in use"
-        inputs = {_about(other): _files_of(other) for other in self.steps if other is not step and not other.derived}
         wanted = [i for i in step.form_with(declared.name).inputs if isinstance(i, Series | CsvTable)]
-        return record_folder.name_score(file, declared, wanted, _about(step), inputs)
+        return record_folder.name_score(file, declared, wanted, _about(step), self._inputs_of_others(step))
+
+    def _inputs_of_others(self, step: WorkflowStep) -> Mapping[str, Sequence[Series | CsvTable]]:
+        """Return words -> inputs of the steps whose records may lie in the same folder."""
+        return {_about(other): _files_of(other) for other in self.steps if other is not step and not other.derived}
 
     def _sources(self) -> dict[str, float]:
         """Return when [s of the epoch] each file was last taken for a unit, among the latest events of the store. What

@@ -208,7 +208,7 @@ CHECK = Check(
                     "slow sweep with the resistor across the sensor stack",
                     _CHANNELS,
                     called="with the resistor",
-                    named=("r",),
+                    named=("r", "sweep"),
                 ),
                 Series(
                     "without_resistor",
@@ -216,7 +216,7 @@ CHECK = Check(
                     _CHANNELS,
                     optional=True,
                     called="without the resistor",
-                    named=("lf",),
+                    named=("lf", "sweep"),
                 ),
                 Scalar("resistor_ohm", "resistor", lo=1.0, hi=1e12, optional=True),
             ),

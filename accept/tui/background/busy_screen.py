@@ -1,8 +1,10 @@
 """A screen whose slow or blocking work runs in threads, in order, with a visible clock; errors become one line."""
 
+import asyncio
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, ClassVar, TypeVar
 
 from textual.binding import Binding, BindingType
@@ -13,6 +15,7 @@ from textual.worker import Worker, WorkerState
 
 Then = Callable[[Any], None]
 T = TypeVar("T")
+_LOOK_S = 0.2  # between two looks whether the screen is still there
 _CLOCK_AFTER_S = 1.0  # what is done sooner needs no clock
 
 
@@ -27,9 +30,12 @@ class Working(Screen[T]):
         self._afterwards: dict[Worker[Any], tuple[Then, Then | None]] = {}
         self._in_order: Worker[Any] | None = None
         self._doing: tuple[str, float] | None = None
+        self._ended = asyncio.Event()  # of what was sent
         self._clock: Timer | None = None
         self.progress = ""  # progress of a slow step, set from its thread
         self.stop: Callable[[], None] | None = None  # ends a computation that is under way
+        self.ready = asyncio.Event()  # not set: it opens another screen or unit, and the keys that follow belong there
+        self.ready.set()
 
     def send(self, action: Callable[[], Any], then: Then, doing: str = "", failed: Then | None = None) -> None:
         """Run `action` in a thread after those sent before, then `then` with its result here."""
@@ -37,12 +43,26 @@ class Working(Screen[T]):
         self._queued.append((action, then, doing, failed))
         self._next()
 
-    def aside(self, action: Callable[[], Any], then: Then, group: str) -> None:
+    def hold(self, action: Callable[[], Any], then: Then, doing: str, failed: Then | None = None) -> None:
+        """Run `action` as `send` does; the keys that follow wait for its end: they belong to what it opens."""
+        self.ready.clear()
+
+        def ended(go_on: Then | None) -> Then:
+            def end(what: Any) -> None:
+                self.ready.set()
+                if go_on is not None:
+                    go_on(what)
+
+            return end
+
+        self.send(action, ended(then), doing, ended(failed))
+
+    def aside(self, action: Callable[[], Any], then: Then, group: str, failed: Then | None = None) -> None:
         """Run `action` in a thread beside the others; a newer one of the same group takes its place."""
         for worker in [w for w in self._afterwards if w.group == group]:
             self._afterwards.pop(worker)
         worker = self.run_worker(action, group=group, thread=True, exit_on_error=False)
-        self._afterwards[worker] = (then, None)
+        self._afterwards[worker] = (then, failed)
 
     @property
     def idle(self) -> bool:
@@ -60,6 +80,14 @@ class Working(Screen[T]):
         for status in self.query("#status").results(Label):
             status.set_classes(role)
             status.update(f"{mark}{words}".replace("[", r"\["))
+
+    async def saved(self) -> None:
+        """Wait until all that was sent has ended, before the screen is left: what waits in the queue would be lost.
+        What takes long is not waited for; it is stopped by the one who leaves."""
+        while self.is_attached and self.stop is None and (self._queued or self._in_order is not None):
+            self._ended.clear()
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._ended.wait(), _LOOK_S)
 
     def stop_or(self, otherwise: Callable[[], None]) -> None:
         """Stop what is under way; without that, the other."""
@@ -91,6 +119,7 @@ class Working(Screen[T]):
         then, failed = self._afterwards.pop(worker, (None, None))
         if worker is self._in_order:
             self._in_order, self._doing = None, None
+            self._ended.set()
         if event.state is WorkerState.ERROR and worker.error is not None:
             self._report(worker.error, failed)
         elif event.state is WorkerState.SUCCESS and then is not None and self.alive:

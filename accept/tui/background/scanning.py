@@ -6,7 +6,6 @@ from typing import Protocol, TypeVar, cast
 from textual.events import Key
 
 from accept.tui.background.busy_screen import Working
-from accept.tui.widgets.text_entry import letters_arrived
 from accept.workflow.shift import SigningShift
 from accept.workflow.unit_list import Queue
 
@@ -63,10 +62,10 @@ class Scanning(Working[T]):
 
     async def take_scan(self) -> bool:
         """Go to the unit whose serial was scanned. Returns whether one was."""
-        await letters_arrived(self)
         serial, self._scan = self.scan.strip(), ""
         if not serial:
             return False
+        await self.saved()
         if why := await self.bench_app.scanned(serial, self.bench_app.queue):
             self.say(why, "bad")
         return True

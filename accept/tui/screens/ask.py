@@ -12,7 +12,7 @@ from textual.containers import Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Input, Label
 
-from accept.tui.widgets.text_entry import TextEntry, typed
+from accept.tui.widgets.text_entry import TextEntry
 
 Check = Callable[[int, list[str]], str]
 
@@ -58,7 +58,6 @@ class Question(ModalScreen[list[str] | None]):
 
     async def action_next(self) -> None:
         fields = list(self.query(Input))
-        await typed(*fields)
         at = next((n for n, field in enumerate(fields) if field is self.focused), len(fields) - 1)
         if self._checking:
             return

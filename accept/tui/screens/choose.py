@@ -35,7 +35,7 @@ class Choice(ModalScreen[int | None]):
             yield Label("Enter or its number: choose    Esc: cancel", classes="quiet")
 
     def on_mount(self) -> None:
-        self.query_one(OptionList).focus()
+        self.set_focus(self.query_one(OptionList))
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         self.action_take(event.option_index)

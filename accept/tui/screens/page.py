@@ -70,6 +70,7 @@ class Page(Scanning[bool]):
         body = self.query_one("#body", VerticalScroll)
         body.scroll_relative(y=way * max(1, body.size.height - 2), animate=False)
 
-    def action_leave(self) -> None:
-        """Go back; what takes long is stopped first."""
+    async def action_leave(self) -> None:
+        """Go back once all is saved; what takes long is stopped first."""
+        await self.saved()
         self.stop_or(lambda: self.leave(False))

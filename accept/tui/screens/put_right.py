@@ -26,6 +26,6 @@ def ask_remedy(screen: Working[bool], bench: Workbench, session: Session, then: 
             def done(_: Any) -> None:
                 then(remedy.step)
 
-            screen.send(lambda: unit.put_right(session, remedy), done, "recording again")
+            screen.hold(lambda: unit.put_right(session, remedy), done, "recording again")
 
     screen.app.push_screen(Choice("Put something right", _WORDS, [remedy.words for remedy in remedies]), do)

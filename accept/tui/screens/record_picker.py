@@ -4,9 +4,7 @@ The folder is looked at again every second, so that a record that has just been 
 are typed leave the files whose name holds them.
 """
 
-import asyncio
 from collections.abc import Callable
-from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import ClassVar
@@ -19,10 +17,9 @@ from textual.events import Key
 from textual.widgets import DataTable, Label, Static
 
 from accept.tui.background.busy_screen import Working
-from accept.tui.widgets.text_entry import letters_arrived
 from accept.workflow.record_folder import LOOKED_INTO_MOST, Listing, age_words, look
 
-LOOKS_AT_MOST_S = 5.0  # Enter waits for the list of a slow folder no longer
+LOOKS_AT_MOST_S = 5.0  # keys wait for the list of a slow folder no longer
 _HINT = "New files appear here. Type letters of a name, Enter: choose, Esc: cancel"
 
 
@@ -75,13 +72,13 @@ class Pick(Working[Path | None]):
         folder: Path,
         fits: Callable[[Path], bool] = lambda _: True,
         named: Callable[[str], tuple[int, str]] = lambda _: (0, ""),
+        first: str = "",
     ) -> None:
         """Make the list. fits: whether a file has what is wanted; named: how far its name speaks for that, and for
-        which step instead. Both are asked in a thread."""
+        which step instead; both are asked in a thread. first: the file that is proposed."""
         super().__init__()
         self._what, self._folder = what, folder
-        self._fits, self._named = fits, named
-        self._there = asyncio.Event()  # a folder was looked into
+        self._fits, self._named, self._proposed = fits, named, first
         self._placed = 0  # row on which the cursor was put
         self._typed = ""  # letters that the name must hold
         self._listing: Listing | None = None
@@ -101,23 +98,29 @@ class Pick(Working[Path | None]):
         table = self.query_one(DataTable)
         for title, width in (("file", None), ("written", 16), ("size", 8), ("fits", 14)):
             table.add_column(title, key=title, width=width)
-        table.focus()
+        self.set_focus(table)
         self._open(self._folder)
-        self.set_interval(1.0, lambda: self._again() if self._there.is_set() else None)
+        self.set_interval(1.0, lambda: self._again() if self.ready.is_set() else None)
 
     def _open(self, folder: Path) -> None:
         self._folder, self._listing = folder, None
-        self._there.clear()
+        self.ready.clear()  # the keys that follow choose from what is there
+        self.set_timer(LOOKS_AT_MOST_S, self.ready.set)
         self.query_one("#folder", Label).update(str(folder))
         self._again()
 
     def _again(self) -> None:
         folder = self._folder
-        self.aside(lambda: (folder, look(folder, self._fits, self._named)), self._looked, "look")
+        self.aside(
+            lambda: (folder, look(folder, self._fits, self._named, self._proposed)),
+            self._looked,
+            "look",
+            lambda _: self.ready.set(),
+        )
 
     def _looked(self, seen: tuple[Path, Listing]) -> None:
         folder, listing = seen
-        self._there.set()
+        self.ready.set()
         if folder != self._folder or listing == self._listing:
             return
         if self._listing is None:
@@ -172,11 +175,8 @@ class Pick(Working[Path | None]):
         if self._here() == f"f:{name}":
             self.query_one("#preview", Static).update(words)
 
-    async def action_choose(self) -> None:
-        """Take what is under the cursor, once letters typed before have arrived and the folder was looked into."""
-        await letters_arrived(self)
-        with suppress(TimeoutError):
-            await asyncio.wait_for(self._there.wait(), LOOKS_AT_MOST_S)
+    def action_choose(self) -> None:
+        """Take what is under the cursor."""
         kind, _, name = self._here().partition(":")
         if not kind:
             self.say(f"No file with '{self._typed}' in its name. Backspace: less" if self._typed else "No files", "bad")
@@ -199,9 +199,8 @@ class Pick(Working[Path | None]):
         if self._listing is not None:
             self._fill(self._listing)
 
-    async def action_shorten(self) -> None:
+    def action_shorten(self) -> None:
         """Take back a letter of the filter; without one, go to the folder above."""
-        await letters_arrived(self)
         if self._typed:
             self._filter(self._typed[:-1])
         else:

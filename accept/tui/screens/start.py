@@ -3,7 +3,6 @@
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import ModuleType
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.actions import SkipAction
@@ -17,7 +16,7 @@ from accept.tui.background.busy_screen import Working
 from accept.tui.background.load_module import load_module
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.text_entry import TextEntry, typed
+from accept.tui.widgets.text_entry import TextEntry
 from specs.products import products
 
 if TYPE_CHECKING:
@@ -81,8 +80,8 @@ class StartScreen(Working[Begin | None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "next", show=False, priority=True),
-        Binding("f2", "known", "Units, tray"),
-        Binding("f8", "new_attempt", "New attempt"),
+        Binding("f2", "known", "Units, tray", priority=True),
+        Binding("f8", "new_attempt", "New attempt", priority=True),
         Binding("up", "app.focus_previous", show=False),
         Binding("down", "app.focus_next", show=False),
         Binding("escape", "leave", "End"),
@@ -97,11 +96,8 @@ class StartScreen(Working[Begin | None]):
         self._queue: tuple[str, Queue] | None = None  # from the list of units, with the serial that was chosen there
         self._known: KnownUnit | None = None
         self._first_unit = bench is None
-        self._entered = ""  # serial behind which Enter came before it was looked up
-        self._waiting: tuple[str | None] | None = None  # what shall begin as soon as the bench is open
+        self._looked_up = asyncio.Event()  # the bench is open, and it is known whether the serial is
         self._ending = False  # Escape was pressed once
-        self._begun = asyncio.Event()  # what Enter began has ended: a unit is open, or it is not
-        self._begun.set()
         self._confirmed: set[str] = set()  # serials of a folder that is called like another one
 
     def compose(self) -> ComposeResult:
@@ -121,10 +117,10 @@ class StartScreen(Working[Begin | None]):
         if not self.alive:
             return
         first = "serial" if self._given.operator else "operator"
-        self.query_one(f"#{first}", Input).focus()
+        self.set_focus(self.query_one(f"#{first}", Input))
         self._show_parts()
         if self._bench is None:
-            self.send(self._load, self._opened_bench, failed=lambda _: self._begun.set())
+            self.send(self._load, self._opened_bench, failed=lambda _: self._looked_up.set())
         else:
             self._ready(self._bench)
 
@@ -147,8 +143,6 @@ class StartScreen(Working[Begin | None]):
             serial.select_all()  # what is typed or scanned replaces it
         self.say(self._problem or _GO_ON, "bad" if self._problem else "quiet")
         self._look()
-        if self._waiting is not None:
-            self._begin(*self._waiting)
 
     def _propose(self, taken: "UnitFolder") -> None:
         """Return what the header of the unit's folder states."""
@@ -177,7 +171,10 @@ class StartScreen(Working[Begin | None]):
         bench, serial, kind = self._bench, self._value("serial"), self._value("kind")
         self._known = None
         about = self.query_one("#about", Label)
-        if bench is None or not serial:
+        if bench is None:
+            return
+        self._looked_up.set()
+        if not serial:
             about.update("")
         elif kind not in bench.specs:
             about.update(f"✗ kind '{kind}': expected {' or '.join(bench.specs)}")
@@ -186,39 +183,42 @@ class StartScreen(Working[Begin | None]):
         else:
             about.update("")
             operator = self._value("operator")
-            self.aside(lambda: (serial, bench.known_one(serial), _key_words(bench, operator)), self._found, "look")
+            self._looked_up.clear()
+            self.aside(
+                lambda: (serial, bench.known_one(serial), _key_words(bench, operator)),
+                self._found,
+                "look",
+                lambda _: self._looked_up.set(),
+            )
 
     def _found(self, seen: "tuple[str, KnownUnit | None, str]") -> None:
         serial, known, whose_key = seen
         if serial != self._value("serial"):
             return
         self._known = known
+        self._looked_up.set()
         words = f"new unit {serial}"
         if known:
             words = f"{serial} is known: {known.words}. Enter: continue; F8: new attempt.\n{known.handed_over}"
         words = "\n".join(filter(None, (words, whose_key)))
         self.query_one("#about", Label).update(words)
-        kind = self.query_one("#kind", Input)
-        if known and self._entered == serial and self.focused is kind and kind.value in ("", known.kind):
-            self._begin(None)
 
     async def action_next(self) -> None:
-        """Go to the next line; a serial that is known goes on where it stands. Keys behind the last Enter wait until
-        the unit is open: they belong to its steps, and not to a field here."""
-        await typed(*self.query(Input), self)  # the screen last: it looks up the serial that was typed
+        """Go to the next line; a serial that is known goes on where it stands, once it was looked up."""
         shown = [field for field in self.query(Input) if field.parent is not None and field.parent.display]
         if self.focused not in shown:
             raise SkipAction
         at = shown.index(self.focused)
-        if at + 1 == len(shown) or (shown[at].id == "serial" and self._known):
+        if last := at + 1 == len(shown) or shown[at].id == "serial":
+            await self._looked_up.wait()
+        if last and (at + 1 == len(shown) or self._known):
             self._begin(None)
-            await self._begun.wait()
         else:
-            self._entered = self._value("serial") if shown[at].id == "serial" else ""
             self.say(_GO_ON)
             self.set_focus(shown[at + 1])
 
-    def action_new_attempt(self) -> None:
+    async def action_new_attempt(self) -> None:
+        await self._looked_up.wait()
         if self._known is None:
             self.say("F8 needs a known unit", "bad")
             return
@@ -227,18 +227,12 @@ class StartScreen(Working[Begin | None]):
         self.app.push_screen(question, lambda answer: self._begin(answer[0]) if answer else None)
 
     def _begin(self, reason: str | None) -> None:
-        """Begin or go on with a unit. reason: of a new attempt; None goes on with the present one if it exists."""
-        self._begun.clear()
-        if not self._is_under_way(reason):
-            self._begun.set()
-
-    def _is_under_way(self, reason: str | None) -> bool:
-        """Open the unit, or say what is missing. Returns whether something is waited for."""
+        """Begin or go on with a unit, or say what is missing. Keys that follow belong to its steps, and wait until
+        it is open. reason: of a new attempt; None goes on with the present one if it exists."""
         bench, operator, serial, kind = self._bench, self._value("operator"), self._value("serial"), self._value("kind")
         if bench is None:
-            self._waiting = (reason,)
-            self.say("Opening the bench; then the unit begins")
-            return True
+            self.say("The bench could not be opened. Esc, Esc: end the program", "bad")
+            return
         missing = [words for words, there in (("your name", operator), ("the serial number", serial)) if not there]
         if kind not in bench.specs:
             missing.append(f"the kind: {' or '.join(bench.specs)}")
@@ -246,16 +240,15 @@ class StartScreen(Working[Begin | None]):
             missing.append("the reason for the new attempt")
         if missing:
             self.say(f"Enter {' and '.join(missing)}", "bad")
-            return False
+            return
         named = {name: self._value(name) for name in parts_of(kind) if self._value(name)}
         said = (serial, kind, operator, named, reason)
         if serial not in self._confirmed and (doubt := bench.doubt(serial)) is not None:
             asked = Question("Which unit is it?", doubt, [QuestionLine("Serial number on its label")])
             self.app.push_screen(asked, lambda answer: self._confirm(serial, reason, answer))
-            return False
+            return
         self.say(f"Opening {serial} …")
-        self.send(lambda: open_at_bench(bench, said), self._opened, f"opening {serial}", lambda _: self._begun.set())
-        return True
+        self.hold(lambda: open_at_bench(bench, said), self._opened, f"opening {serial}")
 
     def _confirm(self, serial: str, reason: str | None, answer: list[str] | None) -> None:
         """Go on if the serial was confirmed of a folder that is called like another one."""
@@ -268,18 +261,15 @@ class StartScreen(Working[Begin | None]):
     def _opened(self, opened: "tuple[Workbench, Session, list[str]]") -> None:
         serial = opened[1].serial
         queue = self._queue[1] if self._queue is not None and self._queue[0] == serial else None
-        self._begun.set()
         self.leave(Begin(*opened, queue))
 
-    def action_known(self) -> None:
+    async def action_known(self) -> None:
         """Show the units that were begun here and what they wait for, to go on with one."""
-        if self._bench is not None:
-            self.send(lambda: load_module("accept.tui.screens.units"), self._list, "one moment")
-
-    def _list(self, module: ModuleType) -> None:
-        bench, operator, kind = self._bench, self._value("operator"), self._value("kind")
-        if bench is not None and self.is_current:
-            self.app.push_screen(module.Units(bench, operator, kind), self._chosen)
+        await self._looked_up.wait()
+        module = await asyncio.to_thread(load_module, "accept.tui.screens.units")
+        if self._bench is not None and self.is_current:
+            units = module.Units(self._bench, self._value("operator"), self._value("kind"))
+            await self.app.push_screen(units, self._chosen)
 
     def _chosen(self, chosen: "tuple[KnownUnit, Queue | None] | None") -> None:
         """Open the unit that was chosen from the list."""

@@ -67,7 +67,7 @@ class StepScreen(StepForm):
         """Save what stands in the line, and go on at once: the next key belongs to the next line."""
         if await self.take_scan():
             return
-        field = await self._typed_field() or self._refused()
+        field = self._focused_field() or self._refused()
         if field is None:
             await self._finish()  # nothing is missing here: the list opens the next step
         elif text := field.input.value.strip():
@@ -97,8 +97,12 @@ class StepScreen(StepForm):
         return not causes & {Cause.NOT_MEASURED, Cause.ENTRY_MISSING}
 
     async def _finish(self) -> None:
-        """Judge what was given if that was put off, else go on to the next step, or to the next unit of the queue."""
-        if self.complete and self.session.judgement(self.step.name) is None and not self.judging:
+        """Judge what was given if that was put off, else go on to the next step, or to the next unit of the queue, once
+        all is saved: what was not stays here."""
+        await self.saved()
+        if (field := self._refused()) is not None:
+            self.set_focus(field.input)
+        elif self.complete and self.session.judgement(self.step.name) is None and not self.judging:
             self.judge()
         else:
             await self.go_further()
@@ -118,6 +122,7 @@ class StepScreen(StepForm):
         if text != self.session.serial and await asyncio.to_thread(self.bench.known_one, text) is None:
             return False
         field.input.value = ""
+        await self.saved()
         if why := await self.bench_app.scanned(text, self.queue or self.own_queue):
             self.say(why, "bad")
         return True
@@ -162,10 +167,10 @@ class StepScreen(StepForm):
                 self._refused_files[path] = path.stat().st_mtime
             raise EntryError(f"{e}\n→ {self.session.link_advice(path, e)}") from e
 
-    async def _return_to(self, field: Field) -> None:
+    def _return_to(self, field: Field) -> None:
         """Put the cursor back to what was refused or asked about, unless it was saved or something was typed elsewhere
         meanwhile: what is typed next is its correction, and no value of the next field."""
-        here = await self._typed_field()
+        here = self._focused_field()
         if (field.has_class("refused") or field.doubted is not None) and (here is None or not here.input.value):
             self.set_focus(field.input)
             field.input.select_all()
@@ -202,9 +207,9 @@ class StepScreen(StepForm):
         for field, value in zip(fields, values, strict=True):
             self._take(field, Measured(value), False, f"{value:.9g} {field.place.unit}", True)
 
-    async def action_keep(self) -> None:
+    def action_keep(self) -> None:
         """Keep what was asked about as it was typed."""
-        here = await self._typed_field()
+        here = self._focused_field()
         asked = [field for field in self.query(Field) if field.doubted]
         field = here if here in asked else next(iter(asked), None)
         if field is None or field.doubted is None:
@@ -255,7 +260,7 @@ class StepScreen(StepForm):
         self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
 
     async def action_pick(self) -> None:
-        field = await self._typed_field()
+        field = self._focused_field()
         if field is None or not field.place.is_file:
             field = next((f for f in self.query(Field) if f.place.is_file and not self._has(f.place)), None)
         if field is None:
@@ -273,6 +278,7 @@ class StepScreen(StepForm):
                 self.bench.records,
                 partial(self.session.may_fit, declared),
                 partial(self.session.name_score, self.step, declared),
+                chosen.proposed.name if chosen.proposed is not None else "",
             ),
             lambda path: self._give(chosen, self._from_records(path), repeat=False) if path else None,
         )
@@ -282,9 +288,9 @@ class StepScreen(StepForm):
         records = self.bench.records
         return str(path.relative_to(records) if path.is_relative_to(records) else path)
 
-    async def action_read(self) -> None:
+    def action_read(self) -> None:
         """Take the instrument's value into the line; what is saved there already is replaced only when asked twice."""
-        field = await self._typed_field()
+        field = self._focused_field()
         if field is None and self._reading:
             self._too_early()
         elif field is None:
@@ -297,9 +303,9 @@ class StepScreen(StepForm):
         else:
             self._read(field, repeat=False)
 
-    async def action_repeat(self) -> None:
+    def action_repeat(self) -> None:
         """Take one more reading of the same value: what stands in the line, or what the instrument says."""
-        field = await self._typed_field()
+        field = self._focused_field()
         if field is not None and field.input.value.strip():
             self._give(field, field.input.value, repeat=True)
         elif self._reading:

@@ -11,7 +11,6 @@ from accept.judging.advice import ADVICE
 from accept.tui.screens.step_view import StepView
 from accept.tui.widgets.fields import Field, FieldPlace, places
 from accept.tui.widgets.live_value import Gauge
-from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
 from accept.workflow.instruments.port import InstrumentPort
 from accept.workflow.record_folder import Proposals, age_words
@@ -257,10 +256,9 @@ class StepForm(StepView):
         one = repeated(self.state.readings(name, place.index), self.step.asked, name)
         return None if one is None else Measured(one.value, one.U)
 
-    async def action_line(self, way: int) -> None:
+    def action_line(self, way: int) -> None:
         """Move to the line above or below."""
         fields = [field.input for field in self.query(Field)]
-        await typed(*fields)
         self._rereading = None
         if self.focused in fields:
             now = fields.index(self.focused)
@@ -269,11 +267,6 @@ class StepForm(StepView):
             now = (given[0] if given else -1) + (way < 0)
         if fields:
             self.set_focus(fields[(now + way) % len(fields)])
-
-    async def _typed_field(self) -> Field | None:
-        """Return the field that the cursor is in, when every key before this one has arrived there."""
-        await typed(*(field.input for field in self.query(Field)))
-        return self._focused_field()
 
     def _focused_field(self) -> Field | None:
         return field_of(self.focused) if isinstance(self.focused, Input) else None

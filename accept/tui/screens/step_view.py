@@ -92,6 +92,7 @@ class StepView(Page):
     async def _next_unit(self, queue: Queue, goes_on: Queue | None = None) -> str:
         """Open the next unit of a queue, with what was found at this one. goes_on: the queue that is done from there.
         Return why not."""
+        await self.saved()
         for worker in [w for w in self.workers if w.node is self and w.group == "judge"]:
             with suppress(WorkerFailed, WorkerCancelled):
                 await worker.wait()

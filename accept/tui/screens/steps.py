@@ -71,7 +71,7 @@ class Steps(Scanning[bool]):
             return
         self._show()
         self._stand_at_next()
-        self.query_one(StepList).focus()
+        self.set_focus(self.query_one(StepList))
         self.say(self._words or "Enter: open the step", "bad" if self._words else "quiet")
         self.aside(lambda: load_module("accept.tui.screens.summary"), lambda _: None, "import")
         self.aside(self._look_into_records, lambda _: None, "records")
@@ -141,23 +141,23 @@ class Steps(Scanning[bool]):
         if words and isinstance(shown, Working):
             shown.say(f"{words}. {shown.what_now}" if isinstance(shown, StepScreen) else words)
 
-    def _back(self, goes_on: bool | None) -> None:
-        """Stand at the next incomplete step, and open it if Enter asked for it."""
+    async def _back(self, goes_on: bool | None) -> None:
+        """Stand at the next incomplete step, and open it if Enter asked for it; keys that follow wait for it."""
         self._show()
         left = self._step_here()
         if goes_on and left is None:
-            self.run_worker(self.action_summary(), group="open")
+            await self.action_summary()
             return
         step = self._next_of_queue() or self.session.next_step(left.name if goes_on and left else None)
         if step is not None:
             self.query_one(StepList).stand_at(step.name)
             if goes_on:
-                self.run_worker(self._open(step), group="open")
+                await self._open(step)
         elif goes_on and self.session.spec.kind == "strut" and self.session.gap is None:
             self.query_one(StepList).stand_at(GAP)
             self.say("All steps complete. F9: summary. Enter: gap analysis, for information", "good")
         elif goes_on:
-            self.run_worker(self.action_summary(), group="open")
+            await self.action_summary()
 
     def _next_of_queue(self) -> WorkflowStep | None:
         """Return the step that the queue asks for next at this unit, None without a queue of several steps."""

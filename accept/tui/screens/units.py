@@ -12,7 +12,7 @@ from textual.widgets import DataTable, Label
 from accept.tui.background.busy_screen import Working
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import HELD
-from accept.tui.widgets.text_entry import TextEntry, typed
+from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.bench import Begun, Workbench
 from accept.workflow.unit_list import ALL, KnownUnit, Queue, queues
 
@@ -66,11 +66,11 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         rail.add_column("", key="queue", width=22)
         for title, width in _COLUMNS:
             known.add_column(title, key=title, width=width)
-        self.query_one(TextEntry).focus()
+        self.set_focus(self.query_one(TextEntry))
         self._look()
 
     def _look(self) -> None:
-        self.send(self._bench.known, self._show, "looking into the store")
+        self.hold(self._bench.known, self._show, "looking into the store")
 
     def _show(self, units: list[KnownUnit]) -> None:
         self._units, self._queues = units, queues(units, self._bench.specs)
@@ -120,9 +120,8 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         table = self.query_one("#known", DataTable)
         table.move_cursor(row=max(0, min(table.cursor_row + rows, table.row_count - 1)))
 
-    async def action_open(self) -> None:
+    def action_open(self) -> None:
         """Open the unit that was scanned, else the one under the cursor; while a tray is added, add it."""
-        await typed(self.query_one(TextEntry))
         text = self.query_one(TextEntry).value.strip()
         exact = next((unit for unit in self._units if unit.serial == text), None)
         table = self.query_one("#known", DataTable)
@@ -133,7 +132,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         elif exact is not None:
             self._choose(exact)
         elif text:
-            self.aside(lambda: (text, self._bench.known_one(text)), self._found, "look")
+            self.hold(lambda: (text, self._bench.known_one(text)), self._found, f"looking for {text}")
         elif table.row_count and self._queue is not None:
             serial = str(table.coordinate_to_cell_key(table.cursor_coordinate).row_key.value)
             self._choose(next(unit for unit in self._units if unit.serial == serial))
@@ -183,7 +182,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
             self._bench.add(Begun(serial, self._kind, self._operator))
             return ""
 
-        self.send(add, lambda why: self._is_added(serial, why), f"adding {serial}")
+        self.hold(add, lambda why: self._is_added(serial, why), f"adding {serial}")
 
     def _is_added(self, serial: str, why: str) -> None:
         self._added += not why

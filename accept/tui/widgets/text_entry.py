@@ -1,11 +1,14 @@
 """The line that is typed into."""
 
 import asyncio
+from contextlib import suppress
 from typing import Any
 
 from textual.message_pump import MessagePump
 from textual.screen import Screen
 from textual.widgets import Input
+
+_LOOK_S = 0.5  # between two looks whether what is waited for was closed
 
 
 class TextEntry(Input):
@@ -18,13 +21,14 @@ class TextEntry(Input):
         self.cursor_blink = False
 
 
-async def typed(*widgets: MessagePump) -> None:
-    """Wait until every key that was typed is in its field: each takes its keys in its own time, and what is asked for
-    before that would be cut short. Awaited in the action of a priority binding it holds back the keys behind."""
-    for widget in widgets:
+async def typed(*pumps: MessagePump) -> None:
+    """Wait until every message so far was handled there, one after the other; one that is closed is passed."""
+    for pump in pumps:
         taken = asyncio.Event()
-        if widget.call_later(taken.set):
-            await taken.wait()
+        while pump.call_later(taken.set):
+            with suppress(TimeoutError):
+                await asyncio.wait_for(taken.wait(), _LOOK_S)
+                break
 
 
 async def letters_arrived(screen: Screen[Any]) -> None:

@@ -209,3 +209,54 @@ def test_what_is_bad_is_no_slip_and_what_is_a_slip_is_seen():
     assert "9.9 uF would be usual" in doubt(9900.0, "uF", usual_range(declared, both), passing_range(declared, both))
     assert doubt(1.72, "uF", sensor) == ""  # a dead stack: bad, and true
     assert doubt(1.72, "uF", None) == ""
+
+
+async def test_a_burst_from_the_list_of_units_through_two_steps_loses_no_key():
+    heights = [0, -4, -13, -7, -2, 1, -9, -21]
+    async with running() as pilot:
+        await begin(pilot, "APA-01")
+        await press(pilot, "escape", "f2")
+        await burst(pilot, f"APA-01\n\n\n{' '.join(map(str, heights))}\n\n4.99\n9.78\n", [0])
+        await settled(pilot)
+    assert [(e["step"], e["value"]) for e in stored("APA-01")] == [
+        *(("flatness", value) for value in heights),
+        ("capacitance", 4.99),
+        ("capacitance", 9.78),
+    ]
+
+
+@pytest.mark.parametrize("leaving", ["escape", "ctrl+q"])
+async def test_what_is_on_its_way_to_the_store_is_there_when_the_step_is_left(leaving: str):
+    async with running() as pilot:
+        await begin(pilot, "APA-01")
+        await press(pilot, "enter")
+        await burst(pilot, "0 -4 -13 -7 -2 1 -9 -21\n", [0])
+        pilot.app.post_message(Key(leaving, None))
+        await settled(pilot)
+    assert [e["value"] for e in stored("APA-01")] == [0, -4, -13, -7, -2, 1, -9, -21]
+
+
+async def test_letters_behind_a_key_that_opens_a_question_or_a_list_arrive_there():
+    async with running() as pilot:
+        await begin(pilot, "APA-01")
+        pilot.app.post_message(Key("f5", None))
+        await burst(pilot, "3.3 V on Va\n\n\n\n", [0])
+        pilot.app.post_message(Key("escape", None))
+        pilot.app.post_message(Key("f2", None))
+        await burst(pilot, "APA-01\n", [0])
+        await settled(pilot)
+        assert type(pilot.app.screen).__name__ == "Steps"
+        assert [note.text for note in pilot.app.session.state("flatness").notes] == ["3.3 V on Va"]
+        assert pilot.app.session.operator == "Ann"
+
+
+async def test_keys_behind_a_known_serial_belong_to_its_unit():
+    async with running() as pilot:
+        await begin(pilot, "APA-01")
+        await press(pilot, "escape")
+        await burst(pilot, "APA-01\n", [0])
+        pilot.app.post_message(Key("f5", None))
+        await burst(pilot, "apa\n\n\n\n", [0])
+        await settled(pilot)
+        assert (type(pilot.app.screen).__name__, pilot.app.session.operator) == ("Steps", "Ann")
+        assert [note.text for note in pilot.app.session.state("flatness").notes] == ["apa"]

@@ -240,6 +240,29 @@ async def test_training_says_what_the_label_holds_and_its_keys_fit_into_80_colum
     bench.close()
 
 
+async def test_no_record_of_another_step_is_proposed_and_f2_has_the_proposal_on_top(records: Path):
+    """The responses were recorded again an hour after the other records."""
+    for name in ("hysteresis.mat", "sweep_lf_with_R.mat", "sweep_lf.mat"):
+        write_record(records / name, ago_s=4000.0)
+    for name in ("frf_sweep.mat", "frf_noise_hf.mat"):
+        write_record(records / name)
+    async with running(loader("apa", records)) as pilot:
+        for step, wanted, expected in (
+            ("hysteresis", "record", "hysteresis.mat"),
+            ("sensor_highpass", "with_resistor", "sweep_lf_with_R.mat"),
+        ):
+            await open_step(pilot, step, "APA-01")
+            proposed = field(pilot, wanted).proposed
+            assert proposed is not None
+            assert proposed.name == expected
+            assert expected in words(pilot, "#status")
+            await press(pilot, "f2")
+            assert str(pilot.app.screen.query_one("#files", DataTable).get_row_at(0)[0]) == expected
+            await press(pilot, "escape", "enter")
+            assert links("APA-01")[wanted] == expected
+            await press(pilot, "escape")
+
+
 def test_the_records_of_a_training_are_proposed_as_soon_as_its_unit_is_open():
     """Opened from a tray, a step asked for values: its records were written in that moment."""
     bench, begun = open_training("apa", 31), Begun("TRAIN-000031", "apa", "Ann")

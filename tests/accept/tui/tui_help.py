@@ -11,7 +11,7 @@ from pathlib import Path
 from textual.pilot import Pilot
 from textual.widget import Widget
 from textual.widgets import Input, Label, Static
-from textual.worker import WorkerFailed
+from textual.worker import WorkerCancelled, WorkerFailed
 
 from accept.certificate.trust import keys
 from accept.tui.app import BenchApp
@@ -52,7 +52,7 @@ async def settled(pilot: Pilot[None]) -> None:
     while pilot.app.return_code in (None, 0):
         assert time.monotonic() < deadline, "the screens never came to rest"
         await _handled(pilot, deadline)
-        with suppress(WorkerFailed):  # what was refused is told on the screen
+        with suppress(WorkerFailed, WorkerCancelled):  # what was refused is told on the screen
             await pilot.app.workers.wait_for_complete([w for w in pilot.app.workers if not w.is_finished])
         await pilot.pause()
         at_work = [w for w in pilot.app.workers if not w.is_finished]  # begun by what was handled meanwhile
@@ -63,11 +63,12 @@ async def settled(pilot: Pilot[None]) -> None:
 
 async def _handled(pilot: Pilot[None], deadline: float) -> None:
     """Until the application has taken every key that was sent: an action may hold back those behind it."""
-    taken = asyncio.Event()
-    if pilot.app.call_later(taken.set):
-        while not taken.is_set() and pilot.app.is_running and not pilot.app._exit:
-            assert time.monotonic() < deadline, "an action never ended"
-            await asyncio.sleep(0.002)
+    await pilot.pause()
+    taken = asyncio.ensure_future(pilot.app.pressed.join())
+    while not taken.done() and pilot.app.is_running and not pilot.app._exit:
+        assert time.monotonic() < deadline, "an action never ended"
+        await asyncio.sleep(0.002)
+    taken.cancel()
 
 
 async def press(pilot: Pilot[None], *keys: str) -> None:

@@ -1,0 +1,65 @@
+"""Keys in the order in which they were pressed: each is handed on when all that the ones before it began is there.
+
+A terminal sends a burst of keys faster than screens open: without this, a key reaches the screen that is being left, a
+line that does not have the focus yet, or nothing at all.
+"""
+
+import asyncio
+from contextlib import suppress
+
+from textual.app import App, ScreenStackError
+from textual.events import Event, Key, Paste
+
+from accept.tui.background.busy_screen import Working
+from accept.tui.widgets.text_entry import letters_arrived, typed
+
+_LOOK_S = 0.1  # between two looks whether the screen that is waited for was left
+
+
+class InOrder(App[None]):
+    """An application that holds keys until the screen is ready which they are meant for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.pressed: asyncio.Queue[Event] = asyncio.Queue()
+        self._handing_on: asyncio.Task[None] | None = None
+
+    async def on_event(self, event: Event) -> None:
+        """Queue what is typed or pasted; all else goes its way at once."""
+        if not isinstance(event, Key | Paste) or event.is_forwarded:
+            await super().on_event(event)
+            return
+        self.pressed.put_nowait(event)
+        if self._handing_on is None:
+            self._handing_on = asyncio.create_task(self._hand_on())
+
+    def on_unmount(self) -> None:
+        if self._handing_on is not None:
+            self._handing_on.cancel()
+
+    async def _hand_on(self) -> None:
+        """Hand on one key after the other, beside the application's own messages: bindings and callbacks of the key
+        before come through these."""
+        while True:
+            event = await self.pressed.get()
+            try:
+                await self._come_to_rest()
+                await super().on_event(event)
+                await self._come_to_rest()
+            except Exception as error:  # noqa: BLE001 - as in the application's own loop: it ends the program, loudly
+                self._handle_exception(error)
+                return
+            finally:
+                self.pressed.task_done()
+
+    async def _come_to_rest(self) -> None:
+        """Wait until the screen in front is there, opens no other one, and has taken every key so far."""
+        before: object = None
+        with suppress(ScreenStackError):
+            while before != (before := (self.screen, self.focused)):
+                screen = self.screen
+                await letters_arrived(screen)
+                await typed(self)  # a key that no widget takes, and the answer of a question, go on there
+                while isinstance(screen, Working) and screen is self.screen and not screen.ready.is_set():
+                    with suppress(TimeoutError):
+                        await asyncio.wait_for(screen.ready.wait(), _LOOK_S)
