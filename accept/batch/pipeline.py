@@ -28,7 +28,7 @@ from accept.certificate.contents.content import canonical
 from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import numbers_of, provenance, store_bench
+from accept.certificate.trust.provenance import numbers_of, provenance
 from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
 from accept.judging.calibration import Statement
@@ -261,9 +261,11 @@ class Pipeline:
     def _provenance(self, spec: Spec, serial: str, before: UnitState | None, reason: str | None) -> dict[str, Any]:
         if self._head is None:
             self._head = self.store.signed_head()
-        store_bench(self.store, self.home, self.credential, self.operator)
         taken = numbers_of(self.store.events(serial))
-        return provenance(spec, serial, before, self._head, self.home, self.credential, taken=taken, reason=reason)
+        return provenance(
+            self.store, self.operator, spec, serial, before, self._head, self.home, self.credential,
+            taken=taken, reason=reason,
+        )  # fmt: skip
 
     def _lacks_only_certificate(self, unit: UnitFolder, before: UnitState | None) -> bool:
         """Return whether the last judgement was made by the same person of the same inputs, spec and code, and has no

@@ -118,6 +118,21 @@ def _iso(day: datetime.date | None) -> str | None:
     return None if day is None else day.isoformat()
 
 
+def applied(
+    stated: Statement | None,
+    findings: Sequence[Finding],
+    checks: Mapping[str, CheckSpec],
+    measured: Mapping[str, datetime.date],
+) -> tuple[Statement | None, list[Finding], list[str]]:
+    """Return a statement checked for the days of measurement, the findings as it leaves them, and its notes. Without a
+    statement only what the spec asks of it weakens findings."""
+    kept, words = list(findings), []
+    if stated is not None:
+        stated = checked(stated, measured)
+        kept, words = downgraded(kept, problems(stated, checks)), notes(stated)
+    return stated, downgraded(kept, without_reference(stated, checks)), words
+
+
 def problems(given: Statement, checks: Iterable[str]) -> dict[str, str]:
     """Return check -> why its calibration does not hold. A check without any instrument in the bench file is
     included."""

@@ -1,9 +1,9 @@
 """Judging a unit by a spec, which gives findings. The workflow, the batch and the demo all call this."""
 
-import math
 import re
 from contextlib import suppress
 from dataclasses import replace
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from accept.base.fault_log import PLEASE_REPORT, log_fault
@@ -112,29 +112,23 @@ def judge_unit(
         for name, asked in spec.checks.items()
     }
     quantities = [(name, quantity) for name, outcome in outcomes.items() for quantity in outcome.quantities]
-    findings = check_consistency(
+    judged = check_consistency(
         [finding for name, asked in spec.checks.items() for finding in _judged(name, asked, outcomes[name])],
-        {q.name: q for _, q in quantities if q.reason is None and math.isfinite(q.value)},
+        {q.name: q for _, q in quantities if q.reason is None and isfinite(q.value)},
     )
     days = _days(unit, spec)
     doubts = learned_bench_doubts(spec, models, days)
-    findings = [weakened(f, doubts[f.check]) if f.check in doubts else f for f in findings]
+    findings = [weakened(f, doubts[f.check]) if f.check in doubts else f for f in judged]
     notes = [f"{name}: {note}" for name, outcome in outcomes.items() for note in outcome.notes]
-    notes += _reading_notes(held, spec)
-    notes += [f"{name}: {line}" for name, lines in unit.notes.items() if name in spec.checks for line in lines]
-    if stated is not None:
-        stated = calibration.checked(stated, unit.measured)
-        findings = calibration.downgraded(findings, calibration.problems(stated, spec.checks))
-        notes += calibration.notes(stated)
-    findings = calibration.downgraded(findings, calibration.without_reference(stated, spec.checks))
+    notes += _notes_of_unit(held, spec)
+    stated, findings, of_instruments = calibration.applied(stated, findings, spec.checks, unit.measured)
+    notes += of_instruments
     result = UnitResult(
         serial=unit.serial,
         kind=unit.kind,
         verdict=unit_verdict(findings),
         findings=tuple(findings),
-        information=tuple(
-            (name, q) for name, q in quantities if q.name not in spec.checks[name].limits and math.isfinite(q.value)
-        ),
+        information=tuple((n, q) for n, q in quantities if q.name not in spec.checks[n].limits and isfinite(q.value)),
         not_judged=tuple(_not_judged(unit, spec)),
         notes=tuple(notes),
         parts=unit.parts,
@@ -153,14 +147,14 @@ def judge_unit(
     return without_bench_errors(result) if bench_errors else result
 
 
-def _reading_notes(held: LoadedUnit, spec: Spec) -> list[str]:
-    """Return how columns of the unit's records were converted, by section, if any were."""
+def _notes_of_unit(held: LoadedUnit, spec: Spec) -> list[str]:
+    """Return how columns of the records were converted, by section, and what the operator noted of the checks."""
     found: list[str] = []
     for section in dict.fromkeys(CHECKS[name].reads for name in spec.checks):
         with suppress(RecordError, KeyError):  # said with the findings
             values = held.values(section)
             found += [f"{section}: {words}" for v in values.values() if isinstance(v, Record) for words in v.remarks]
-    return found
+    return found + [f"{n}: {line}" for n, lines in held.folder.notes.items() if n in spec.checks for line in lines]
 
 
 def spec_warnings(spec: Spec) -> list[str]:
@@ -170,7 +164,7 @@ def spec_warnings(spec: Spec) -> list[str]:
         for quantity, limit in section.limits.items():
             stated, most = section.uncertainty.get(quantity), largest_U(limit)
             lower, upper = bounds(limit)
-            if stated is None or not math.isfinite(most):
+            if stated is None or not isfinite(most):
                 continue
             U = stated.at((lower + upper) / 2.0)
             if U > most:

@@ -12,7 +12,7 @@ from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import numbers_of, provenance, store_bench
+from accept.certificate.trust.provenance import numbers_of, provenance
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, verify_file
 from accept.certificate.verify.verification import Verification
@@ -39,11 +39,10 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     result = session.result or session.judge()
     number = session.attempt.number
     before = fold(session.before_attempt()).units.get(session.serial)
-    store_bench(session.store, session.home, credential, credential.person)
     judged = fold(session.store.events(session.serial)).units[session.serial]
     stated = provenance(
-        session.spec, session.serial, before, session.store.signed_head(), session.home, credential, number,
-        numbers_of(session.store.events(session.serial)), judged.reason,
+        session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
+        session.home, credential, number, numbers_of(session.store.events(session.serial)), judged.reason,
     )  # fmt: skip
     page = drawn(content_of(result, session.spec, session.folder, credential.person, provenance=stated))
     path = session.home / "certificates" / certificate_name(session.serial, number)

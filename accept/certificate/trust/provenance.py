@@ -24,6 +24,8 @@ AT_THE_BENCH = "its key lies at this bench"
 
 
 def provenance(
+    store: Store,
+    who: str,
     spec: Spec,
     serial: str,
     before: UnitState | None,
@@ -34,24 +36,28 @@ def provenance(
     taken: Collection[str] = (),
     reason: str | None = None,
 ) -> dict[str, Any]:
-    """Return what the certificate of a unit states beside its result, signed by the bench.
+    """Return what the certificate of a unit states beside its result, signed by the bench, and store what it states of
+    the bench itself, from one reading of the bench's files.
 
-    before: what the store knows of the unit's last judgement; attempt: its number, if it is not one more than that;
-    head: of the store when the unit was judged; taken: numbers that other certificates of the unit have; reason: why
-    the unit was judged again, "" if no reason was given.
+    who: the operator, for the store; before: what the store knows of the unit's last judgement; attempt: its number, if
+    it is not one more than that; head: of the store when the unit was judged; taken: numbers that other certificates of
+    the unit have; reason: why the unit was judged again, "" if no reason was given.
 
     replaces: verdict, time and certificate of the last judgement, None for a first one; if that had no certificate, the
     last one that there was, of which attempt; before: its values, so that a significant change is seen. approval: of
     the spec, as it is attached. crl: the authority's list of revoked keys as it is now, PEM, for a verification after
     the authority is gone. authority: only if its key lies at the bench. laboratory, number: by `laboratory.toml` of the
     bench. bench: the bench's certificate, PEM; signature: of all this and the serial by the bench's key. Raises
-    RevocationError, KeysError, SpecError."""
-    listed = keys.folder(home) / revocation.FILE
+    RevocationError, KeysError, SpecError, StoreError."""
+    list_file = keys.folder(home) / revocation.FILE
+    laboratory, listed, here = laboratory_of(home), revocation.kept(list_file), keys.authority_here(home)
     ca = credential.ca if credential else None
     demo = credential is not None and credential.demo
-    gone = () if ca is None or demo else revocation.revoked_in(listed, ca)
+    if credential is not None and not demo and store.bench:
+        contents = contents_of(laboratory) if laboratory else None
+        _store_bench(store, who, BenchStated(store.bench, contents, here, listed and digest_of(listed)))
+    gone = [] if ca is None or demo or listed is None else revocation.entries_of(listed.encode(), str(list_file), ca)
     number = attempt or (before.attempts + 1 if before else 1)
-    laboratory = laboratory_of(home)
     scheme = laboratory.certificate_number if laboratory else None
     stated: dict[str, Any] = {
         "attempt": number,
@@ -61,9 +67,9 @@ def provenance(
     bench = None if ca is None or demo else keys.bench_certificate(home, ca)
     more = {
         "head": head and head.to_json(),
-        "crl": revocation.kept(listed),
+        "crl": listed,
         "demo": demo or None,
-        "authority": AT_THE_BENCH if keys.authority_here(home) and not demo else None,
+        "authority": AT_THE_BENCH if here and not demo else None,
         "before": values_before(before),
         "reason": reason,
         "laboratory": statement_of(laboratory, spec.checks) if laboratory else None,
@@ -76,23 +82,12 @@ def provenance(
     return stated
 
 
-def store_bench(store: Store, home: Path, credential: Credential | None, who: str) -> None:
+def _store_bench(store: Store, who: str, stated: BenchStated) -> None:
     """Store what a bench states from its own folder, if it differs from what it stated before, so that a certificate
-    can be compared with it. A demonstration and a store in memory keep none.
-
-    Raises StoreError, RevocationError, SpecError."""
-    if credential is None or credential.demo or not store.bench:
-        return
-    laboratory, listed = laboratory_of(home), revocation.kept(keys.folder(home) / revocation.FILE)
-    now = BenchStated(
-        store.bench,
-        contents_of(laboratory) if laboratory else None,
-        keys.authority_here(home),
-        listed and digest_of(listed),
-    )
+    can be compared with it."""
     last = [each for each in map(BenchStated.of, store.events("", BenchStated.KIND)) if each.bench == store.bench]
-    if not last or last[-1].to_json() != now.to_json():
-        store.write(now, who=who)
+    if not last or last[-1].to_json() != stated.to_json():
+        store.write(stated, who=who)
 
 
 def digest_of(listed: str) -> str:

@@ -123,9 +123,8 @@ def _verify(
         details += [] if len(signatures) == 2 else ["countersignature by quality assurance: open"]
         contents = guarded("the attachments", attachments.read, signed)
         details += _words_of_disposition(contents, signatures)
-        details += [
-            one_line(f"{k.lower()}: {v}") for k, v in guarded("the statements", statements, contents).items() if v
-        ]
+        said = guarded("the statements", statements, contents)
+        details += [one_line(f"{name.lower()}: {words}") for name, words in said.items() if words]
         guarded("the attached list of revoked keys", _check_attached_list, contents, signatures, roots)
         stated = guarded("what it states", check_stated, contents, signatures, demo)
         judged = contents

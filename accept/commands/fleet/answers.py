@@ -95,12 +95,12 @@ def write_documents(outputs: Outputs, content: object, rows: pd.DataFrame) -> No
 
 
 def _harmless(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return rows whose texts no spreadsheet takes for formulas."""
     texts = frame.select_dtypes(include=["object", "string", "category"]).columns
-    return frame.assign(**{name: frame[name].astype(object).map(_cell) for name in texts})
-
-
-def _cell(value: object) -> object:
-    return "'" + value if isinstance(value, str) and value.startswith(DANGEROUS) else value
+    quoted = {
+        name: [f"'{v}" if isinstance(v, str) and v.startswith(DANGEROUS) else v for v in frame[name]] for name in texts
+    }
+    return frame.assign(**{name: pd.Series(values, frame.index, object) for name, values in quoted.items()})
 
 
 def show(frame: pd.DataFrame, title: str, formats: Mapping[str, str] | None = None) -> None:

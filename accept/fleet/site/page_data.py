@@ -29,6 +29,7 @@ from accept.store import Store, fold
 from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged
 from checks.picture import Line, Panel
 from checks.rounding import rounded, rounded_U
+from checks.verdict import Finding
 
 FINDING = ("check", "quantity", "value", "U", "lower", "upper", "verdict", "reason")
 SHOWN = ("first", "shown", "shown_U")  # beside them: of a first attempt; value and U in the digits that U allows
@@ -80,14 +81,7 @@ def document(
                 "passed": bool(event.seq in begun and passed[event.subject]),
                 "certificate": certificates.get((event.subject, attempts[event.seq])),
                 "spec": event.spec.split("@")[0],
-                "findings": [
-                    [
-                        *(_shown(name, getattr(finding, name)) for name in FINDING),
-                        (event.seq, finding.quantity) in first,
-                        *_digits(finding.value, finding.U),
-                    ]
-                    for finding in result.findings
-                ],
+                "findings": [_row(finding, (event.seq, finding.quantity) in first) for finding in result.findings],
                 "notes": result.notes,
                 "gap": _gap(result.gap),
             }
@@ -165,15 +159,19 @@ def _link(path: Path, out: Path | None) -> str:
         return path.as_uri()
 
 
+def _row(finding: Finding, first: bool) -> list[Any]:
+    """Return a finding in the order of `FINDING` and `SHOWN`."""
+    columns = {name: getattr(finding, name) for name in FINDING}
+    if isinstance(finding.reason, str):
+        columns["reason"] = pretty(finding.reason)
+    return [*columns.values(), first, *_digits(finding.value, finding.U)]
+
+
 def _digits(value: float | None, U: float | None) -> tuple[str, str]:
     if value is None:
         return "-", "-"
     known = U is not None and U > 0.0
     return rounded(value, U if known else None), rounded_U(U) if U is not None and known else "-"
-
-
-def _shown(name: str, value: Any) -> Any:
-    return pretty(value) if name == "reason" and isinstance(value, str) else value
 
 
 def _gap(answer: Mapping[str, Any] | None) -> dict[str, Any] | None:

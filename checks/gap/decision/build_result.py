@@ -16,7 +16,7 @@ from checks.gap.decision.gates import Claim, accepted, chance_of_gain, judge_cla
 from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
 from checks.gap.decision.next_experiment import choose_experiments
 from checks.gap.decision.resolve_by_experiments import FinalExplanation, resolve_by_experiments
-from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Result, StepShown, Tried
+from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Nameless, Result, StepShown, Tried
 from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
 from checks.gap.decision.verdict import (
     imitable,
@@ -56,13 +56,8 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         full.response, decision.fit, problem.A.select(channels), problem.B.select(channels), problem.trials(channels)
     )
     everywhere = replace(full, unseen=problem.B)
-    explained_as_given = whole.adequate and result.best is base
-    missing = (
-        *(() if explained_as_given else unidentified_effects(full, decision.fit, decision.claims, slow, table)),
-        *(from_window(everywhere, c, False) for c in left_out),
-        *static_bend(slow, table),
-        *disagreements(experiments, problem.depends_on_level),
-    )
+    as_given = whole.adequate and result.best is base
+    missing = _missing(problem, decision, left_out, as_given) + disagreements(experiments, problem.depends_on_level)
     verdict = verdict_of(full.adequate, named, rivals, missing)
     before = _left_before(whole, result, full, problem.B)
     gap_before = gaps_of(replace(shown_before, unseen=problem.measured_B) if problem.early else shown_before)
@@ -101,6 +96,20 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         steps=steps_of(after),
         bench_latency=(latency := _latency_of_bench(after)),
         written_G={c: g.G for c, g in gaps_of(_as_written(after, latency)).channels.items()},
+    )
+
+
+def _missing(
+    problem: Problem, decision: FinalExplanation, left_out: Sequence[str], as_given: bool
+) -> tuple[Nameless, ...]:
+    """Return what no effect explains: unidentified effects, unless the base model explains all as it was given; the
+    channels that were left out of the search; a bend of the slow records."""
+    full, slow, table = decision.full, problem.slow, problem.table
+    everywhere = replace(full, unseen=problem.B)
+    return (
+        *(() if as_given else unidentified_effects(full, decision.fit, decision.claims, slow, table)),
+        *(from_window(everywhere, channel, False) for channel in left_out),
+        *static_bend(slow, table),
     )
 
 

@@ -15,8 +15,8 @@ from accept.certificate.page.clauses import entered_words, provided_words
 from accept.certificate.trust import keys
 from accept.certificate.verify import attachments
 from accept.certificate.verify.rejudge import read_certificate
-from accept.store import open_store
-from accept.store.payloads import CertificateSigned
+from accept.store import Store, open_store
+from accept.store.payloads import BenchStated, CertificateSigned
 from accept.units import unit_folder
 from specs.spec import load, parse
 from specs.strict import SpecError
@@ -216,3 +216,20 @@ def test_the_instruments_on_the_page_are_those_of_the_bench(bench, tmp_path):
     assert f"{contents.instruments['stroke']} (named by the spec)" in words
     assert any("GW-2026-7 of Calibration Ltd" in note for note in contents.result["notes"])
     assert accept("verify", pdf).exit_code in (0, 4)
+
+
+@pytest.mark.slow
+def test_a_file_that_is_written_meanwhile_makes_no_certificate_that_the_store_contradicts(bench, tmp_path, monkeypatch):
+    """The file changes at the moment at which the bench stores what it states."""
+    write = Store.write
+
+    def changing(store, payload, subject="", **more):
+        if isinstance(payload, BenchStated):
+            states(WHOLE.replace("Example Institute", "Another Institute"))
+        return write(store, payload, subject, **more)
+
+    monkeypatch.setattr(Store, "write", changing)
+    pdf = certified(tmp_path, "A-1", serial="A-1")
+    contents = read(attachments.read(pdf.read_bytes()).attachments())
+    assert contents.provenance["laboratory"]["name"] == "Example Institute"
+    assert plainly(verified(pdf))
