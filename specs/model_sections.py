@@ -1,6 +1,6 @@
 """The sections of a model file. A number may be a value or `{ value, sd }`; with an sd it is uncertain."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
@@ -295,6 +295,13 @@ class EffectEntry(BaseModel):
         return dict(self.model_extra or {})
 
 
+def _check_unique(names: Sequence[str]) -> None:
+    """Raise ValueError naming a parameter that occurs twice."""
+    twice = [name for n, name in enumerate(names) if name in names[:n]]
+    if twice:
+        raise ValueError(f"names: '{twice[0]}' occurs twice")
+
+
 class FitRecord(Strict):
     """Where fitted values come from: their names and covariance in the names' units, the unit and its files, and the
     model that was fitted. G: of every channel after the fit; G_not_fitted: on another realisation; doubt: why the
@@ -313,8 +320,7 @@ class FitRecord(Strict):
     @model_validator(mode="after")
     def _square(self) -> "FitRecord":
         p = len(self.names)
-        if len(set(self.names)) != p:
-            raise ValueError("names: one occurs twice")
+        _check_unique(self.names)
         if len(self.covariance) != p or any(len(row) != p for row in self.covariance):
             raise ValueError(f"covariance: expected {p} rows of {p} numbers, one for each name")
         for i, name in enumerate(self.names):
@@ -376,8 +382,7 @@ class PopulationRecord(Strict):
     @model_validator(mode="after")
     def _shapes(self) -> "PopulationRecord":
         p = len(self.names)
-        if len(set(self.names)) != p:
-            raise ValueError("names: one occurs twice")
+        _check_unique(self.names)
         for key in ("mean", "scatter", "mean_sd", "covariance"):
             if len(getattr(self, key)) != p:
                 raise ValueError(f"{key}: has {len(getattr(self, key))} entries, expected one for each of {p} names")

@@ -63,7 +63,7 @@ def parse_as(full: type[Full], document: type[Strict], raw: bytes, name: str, **
 
 
 def toml_of(raw: bytes) -> dict[str, Any]:
-    """Return what the bytes of a TOML file hold. Raises ValueError, which says why they are none."""
+    """Return what the bytes of a TOML file hold. Raises ValueError with the reason if they are no TOML."""
     check_toml_bounds(raw)
     try:
         return tomllib.loads(raw.decode("utf-8-sig"))  # editors on Windows put a mark in front

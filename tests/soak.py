@@ -147,8 +147,8 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/accept/gap/test_empirical.py": Heavy(
         ["accept/gap", "checks/gap"],
-        ["test_written_reopened_and_never_worse"],
-        "shapes of the independent simulation",
+        ["test_written_reopened_and_never_worse", "test_a_pole_at_an_end_of_the_band_is_called_that[0.98-0]"],
+        "shapes of the independent simulation, a pole at the other end of the band",
     ),
     "tests/accept/commands/test_fit_claims.py": Heavy(
         ["accept/analysis", "checks/fitting"],
@@ -537,6 +537,15 @@ HEAVY: Mapping[str, Heavy] = {
             "test_every_interval_holds_the_truth[frf with a second resonance]",
         ],
         "the intervals of the other checks; those of resonances, in tests/checks/acceptance",
+    ),
+    "tests/checks/gap/test_bench_paths.py": Heavy(
+        ["checks/gap"],
+        [
+            "test_one_effect_is_named_exactly[misalignment-values0]",
+            "test_one_effect_is_named_exactly[payload_mass-values2]",
+            "test_an_effect_is_named_beside_a_guide_that_gives_way[misalignment-values0]",
+        ],
+        "a large misalignment, a scale of the encoder, a payload beside a guide that gives way",
     ),
     "tests/checks/gap/test_screen.py": Heavy(
         ["checks/gap"],

@@ -121,6 +121,7 @@ class FindingsTable:
         return {name: self._array(name) for name in names}
 
     def _array(self, name: str) -> Column:
+        """Return the numbers of a column; of a column of texts the ranks in the sorted texts, and those."""
         column = self.columns[name]
         values = np.frombuffer(column, column.typecode) if column else np.empty(0, column.typecode)
         if name not in self.words:

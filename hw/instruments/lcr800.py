@@ -96,6 +96,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
         return found | {header: self._asked(header, deadline) for header in others}
 
     def _give_back(self, found: Mapping[str, str], deadline: Deadline) -> None:
+        """Restore the settings that were found, the last that was changed first, and end the connection."""
         for header, value in reversed(list(found.items())):
             if header in self._numbers:
                 if not _is_number(value, self._numbers[header][0]):

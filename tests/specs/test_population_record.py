@@ -24,7 +24,7 @@ def test_a_batch_states_its_covariance_by_its_lower_half() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"names": ["a", "a"]}, "twice"),
+        ({"names": ["a", "a"]}, "'a' occurs twice"),
         ({"mean": [1.0]}, "mean: has 1 entries"),
         ({"covariance": [[0.02], [0.01]]}, "row 2 has 1 numbers"),
         ({"covariance": [[0.02], [0.01, -0.05]]}, "expected above 0"),

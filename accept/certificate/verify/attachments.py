@@ -87,8 +87,8 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
     if not own and "samples" in again:
         again["samples"] = _sketched_as(contents.result.get("samples") or {}, again["samples"])
     left_out = _checks_of(contents, missing)
-    found = differences(_part(contents.result, left_out), _part(again, left_out)) if missing else None
-    found = differences(contents.result, again) if found is None else found
+    pair = [contents.result, again]
+    found = differences(*(_without_checks(result, left_out) for result in pair) if missing else pair)
     said: list[str] = []
     absent: list[str] = []
     if not own:  # its result may have fewer keys and other words
@@ -148,7 +148,7 @@ def _pictures(panels: Mapping[str, Panel], left_out: Collection[str]) -> dict[st
     return {name: panel for name, panel in panels.items() if name.split("/")[0] not in left_out}
 
 
-def _part(result: Mapping[str, Any], left_out: Collection[str]) -> dict[str, Any]:
+def _without_checks(result: Mapping[str, Any], left_out: Collection[str]) -> dict[str, Any]:
     """Return a result without some checks. A finding without a result claims nothing and is not compared: its value may
     have been in what was left out."""
     claimed = [f for f in result["findings"] if f["check"] not in left_out]

@@ -124,8 +124,8 @@ def _shares(x: Array, opening: Array, u: Array) -> tuple[float, float, Array]:
 
 
 def _bend(loops: tuple[Loop, ...]) -> ScalarEstimate:
-    """Return the third harmonic's share of the response's middle line at the largest amplitude, beside that of the
-    smallest."""
+    """Return the cubic term of the response's middle line over the linear one, at the largest amplitude of the drive:
+    how much the slope changes over the loop."""
     largest = loops[-1]
     v = largest.drive / largest.amplitude
     basis = np.column_stack([np.ones(v.size), v, v**2, v**3])

@@ -93,9 +93,12 @@ def peaks(projected: Projected, channels: Sequence[str]) -> list[float]:
 
 
 def _too_small(projected: Projected, member: Member) -> list[float]:
-    """Return the frequencies [Hz] at which the model is by far too small on the channels of a member without linear
-    parameters, the worst first: a tall resonance that the model lacks is off by no more than itself in a few bins, and
-    above it the model is far too large in many. The model's zeros are no such places."""
+    """Return the frequencies [Hz] at which the data are far above the model on the channels of a member without linear
+    parameters, the worst first.
+
+    The residual does not show a tall resonance that the model lacks: it is large in a few bins there, and in many above
+    the resonance, where the model is too large. The model is taken at its largest among neighbouring bins, so that its
+    zeros do not count."""
     if any(p.linear for p in member.parameters):
         return []
     data, size = projected.data, np.abs(projected.modelled)
