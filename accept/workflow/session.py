@@ -7,6 +7,7 @@ import math
 import threading
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
@@ -53,7 +54,7 @@ from accept.workflow.state.unit_state import (
     fold_run,
     folder_name,
 )
-from accept.workflow.status import Status, judgement_of, open_steps, state_of, status_of
+from accept.workflow.status import Status, judgement_of, of_findings, open_steps, state_of, status_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
 from accept.workflow.steps.section import note_lines
@@ -64,6 +65,7 @@ from checks.cause import Cause
 from checks.declare import CsvTable, Form, Input, Measured, Scalar, Series
 from checks.errors import RecordError
 from checks.picture import Panel
+from checks.verdict import Verdict
 from hw.errors import InstrumentError
 from specs.bench import NO_CHANNELS, BenchFile, Channels, channel_map
 from specs.spec import Spec
@@ -126,7 +128,9 @@ class Session:
         return state_of(self.attempt, self.step(step))
 
     def status(self, step: WorkflowStep) -> Status:
-        return status_of(step, self.state(step.name), self.spec_name, code_sha256())
+        judgement = self.judgement(step.name)
+        status = status_of(step, self.state(step.name), self.spec_name, code_sha256())
+        return status if judgement is None or status is Status.TAKEN else of_findings(judgement.findings)
 
     @property
     def nonconformances(self) -> Sequence[str]:
@@ -145,8 +149,13 @@ class Session:
         return min(others, key=lambda step: places[step.name], default=None)
 
     def judgement(self, step: str) -> StepJudgement | None:
-        """Return the stored judgement of a step if it still holds."""
-        return judgement_of(self.state(step), self.spec_name, code_sha256())
+        """Return the stored judgement of a step if it still holds; without a result for what the judgement of the whole
+        unit took the result from, as two measurements that contradict each other."""
+        own, result = judgement_of(self.state(step), self.spec_name, code_sha256()), self.result
+        if own is None or result is None:
+            return own
+        refuted = {f.quantity: f for f in result.findings if f.check == step and f.verdict is Verdict.NO_RESULT}
+        return replace(own, findings=tuple(refuted.get(f.quantity, f) for f in own.findings))
 
     def panels(self, step: str) -> Mapping[str, Panel]:
         """Return the pictures of the last judgement of a step by this program, none before it; of a slow step also
@@ -368,7 +377,7 @@ class Session:
         if self.step(name).check.model is not None:
             panel_cache.save(self.folder, name, state.upto, panels)
         judged = judgement_of_result(name, result, state, self.spec_name)
-        if self.judgement(name) != judged:
+        if judgement_of(state, self.spec_name, code_sha256()) != judged:
             information = tuple(Information.of(check, quantity) for check, quantity in judged.information)
             self.append(StepJudged(name, judged.upto, judged.findings, information, judged.notes))
         return judged

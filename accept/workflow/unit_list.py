@@ -127,7 +127,7 @@ def queues(units: Sequence[KnownUnit], specs: Mapping[str, Spec]) -> list[Queue]
     for kind in kinds:
         for step in steps_of(specs[kind]):
             waiting = tuple(unit for unit in oldest if unit.kind == kind and step.name in unit.waiting)
-            found.append(Queue(step.name, kind, f"{step.short}{f' ({kind})' if len(kinds) > 1 else ''}", waiting))
+            found.append(Queue(step.name, kind, f"{step.short}{f', {kind}' if len(kinds) > 1 else ''}", waiting))
     return [queue for queue in found if queue.units or queue.name == ALL]
 
 

@@ -1,12 +1,16 @@
 """Training: what is put right at the bench, after which the records are made anew."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+from accept.simulate.faults import Remedy
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.choose import Choice
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
+from accept.workflow.state.unit_state import FileLink
+from accept.workflow.status import Status
 
 _WORDS = "What do you do at the bench? The simulated rig then records that step again."
 
@@ -18,6 +22,12 @@ def ask_remedy(screen: Working[bool], bench: Workbench, session: Session, then: 
         return
     steps = {step.name for step in session.steps}
     remedies = [remedy for remedy in unit.remedies if remedy.step in steps]
+    remedies += [
+        Remedy(step.check.failed, step.name, tuple(Path(link.file).stem for link in links))
+        for step in session.steps
+        if session.status(step) is Status.FAIL and step.check.failed and step.name not in {r.step for r in remedies}
+        if (links := [e for e in session.state(step.name).entries if isinstance(e, FileLink)]) and not step.derived
+    ]
 
     def do(place: int | None) -> None:
         if place is not None:

@@ -178,8 +178,7 @@ class StepScreen(StepForm):
     def _take(self, field: Field, measured: Measured, repeat: bool, text: str, sure: bool) -> None:
         place, step = field.place, self.step.name
         if not sure and (question := self._doubt(place, measured.value)):
-            field.ask(text, question)
-            self.say(f"{place.name}: {question}. F9: keep it, or type another", "doubt")
+            self._ask(field, text, question)
             self.app.bell()
             self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
             return
@@ -200,7 +199,7 @@ class StepScreen(StepForm):
         fields = list(self.query(Field))
         unusual = next((q for f, v in zip(fields, values, strict=True) if (q := self._doubt(f.place, v))), "")
         if unusual and not sure:
-            fields[0].ask(text, unusual)
+            self._ask(fields[0], text, unusual)
             self.say(f"{unusual}. F9: keep all", "doubt")
             self.set_timer(TYPED_AHEAD_S, partial(self._return_to, fields[0]))
             return
@@ -208,18 +207,25 @@ class StepScreen(StepForm):
             self._take(field, Measured(value), False, f"{value:.9g} {field.place.unit}", True)
 
     def action_keep(self) -> None:
-        """Keep what was asked about as it was typed."""
-        here = self._focused_field()
-        asked = [field for field in self.query(Field) if field.doubted]
-        field = here if here in asked else next(iter(asked), None)
+        """Keep what the foot asks about as it was typed. Of several questions each is shown before it is answered."""
+        here, asked = self._focused_field(), [field for field in self.query(Field) if field.doubted is not None]
+        field = here if here in asked else self._asked if self._asked in asked else next(iter(asked), None)
         if field is None or field.doubted is None:
             self.say("F9 keeps a value that is asked about; none is. Summary: Esc, then F9", "doubt")
-            return
-        text, line = field.doubted, field.input
-        if line.value != text:  # it was typed again meanwhile: that is another entry
+        elif field is not self._asked:
+            self._ask(field, field.doubted, field.question)
+            self.set_focus(field.input)
+        elif field.input.value != field.doubted:  # it was typed again meanwhile: that is another entry
             self.say("The entry was changed. Enter: save it", "bad")
-            return
-        self._give(field, text, repeat=False, sure=True)
+        else:
+            self._asked = None
+            self._give(field, field.doubted, repeat=False, sure=True)
+
+    def _ask(self, field: Field, text: str, question: str) -> None:
+        """Ask about what was typed, beside the field and at the foot."""
+        self._asked = field
+        field.ask(text, question)
+        self.say(f"{field.place.name}: {question}. F9: keep it, or type another", "doubt")
 
     def _store(self, field: Field, action: Callable[[], Event], text: str = "", doing: str = "saving") -> None:
         field.send()
@@ -230,7 +236,7 @@ class StepScreen(StepForm):
         field.arrived()
         self.show()
         if self._early:
-            self.say(f"Saved ({event.seq}). F3 came before that and read nothing. {self.what_now}", "doubt")
+            self.say(f"Saved ({event.seq}). The second F3 came too early: nothing was read. {self.what_now}", "doubt")
         else:
             self.say(f"Saved ({event.seq}). {self.what_now}", "saved")
         self._early = False
@@ -262,7 +268,9 @@ class StepScreen(StepForm):
     async def action_pick(self) -> None:
         field = self._focused_field()
         if field is None or not field.place.is_file:
-            field = next((f for f in self.query(Field) if f.place.is_file and not self._has(f.place)), None)
+            files = [f for f in self.query(Field) if f.place.is_file]
+            empty = [f for f in files if not self._has(f.place)]
+            field = next(iter(empty or (files if len(files) == 1 else [])), None)  # the only one may be replaced
         if field is None:
             others = ", ".join(form.name for form in self.step.check.forms if has_files(form))
             full = "No empty field for a file. ↑ ↓: choose the field to replace"
@@ -322,7 +330,7 @@ class StepScreen(StepForm):
     def _read(self, field: Field, repeat: bool) -> None:
         place, step = field.place, self.step.name
         if place.is_file and self.bench.instruments.recording(step) is not None:
-            self._measure()
+            self._ask_to_measure(field)
             return
         instrument = None if place.is_file else self._instrument(place)
         if instrument is None:
@@ -338,6 +346,15 @@ class StepScreen(StepForm):
         )
         self._go_on(field)
 
+    def _ask_to_measure(self, field: Field) -> None:
+        """Measure the whole step; where a record is proposed already, only when asked twice: it takes minutes."""
+        proposed = [f.proposed.name for f in self.query(Field) if f.proposed is not None]
+        if proposed and self._rereading is not field:
+            self._rereading = field
+            self.say(f"Enter: take {proposed[0]}. F3 again: measure at the rig, some minutes; Esc stops it", "doubt")
+        else:
+            self._measure()
+
     def _measure(self) -> None:
         """Measure the whole step by its recipe: the bench is set up as it asks, Escape stops it."""
         step, instruments = self.step.name, self.bench.instruments
@@ -352,7 +369,7 @@ class StepScreen(StepForm):
             finally:
                 self._reading, self.stop = False, None
 
-        self.send(measure, self._measured, f"measuring with {instrument.name}")
+        self.send(measure, self._measured, f"measuring with {instrument.name}, some minutes; Esc: stop")
 
     def _measured(self, captured: CaptureResult) -> None:
         notes = f". {'; '.join(captured.notes)}" if captured.notes else ""

@@ -35,6 +35,7 @@ class StepForm(StepView):
         self._reading = False
         self._early = False  # F3 was pressed while a reading was under way
         self._rereading: Field | None = None  # F3 was pressed once on what is saved already
+        self._asked: Field | None = None  # whose value the foot asks about
         self._last: Field | None = None  # given last: where all is given, the arrows go on from it
         self._proposals: Proposals = {}  # of the present form
         self._refused_files: dict[Path, float] = {}  # files that could not be linked, and when they were written
@@ -124,17 +125,16 @@ class StepForm(StepView):
         if form is not self._form or found == self._proposals:
             return
         self._proposals = found
-        here = self._focused_field()
-        for field in self.query(Field):
-            before = field.proposed
+        here, before = self._focused_field(), {field: field.proposed for field in self.query(Field)}
+        for field in before:
             self._propose(field)
-            if field.proposed in (None, before) or field.proposed is None:
-                continue
-            self.say(f"{field.proposed.name}, {age_words(field.proposed.mtime)}: {field.place.name}? Enter: take it")
-            if here is None or not (here.input.value or here.proposed):
-                here = field
-                self.set_focus(field.input)
-        if self._hinting:
+        new = [field for field in before if field.proposed is not None and field.proposed != before[field]]
+        if new and (here is None or not (here.input.value or here.proposed)):
+            here = new[0]
+            self.set_focus(here.input)
+        if here in new and here is not None and here.proposed is not None:  # the foot names what Enter takes
+            self.say(f"{here.proposed.name}, {age_words(here.proposed.mtime)}: {here.place.name}? Enter: take it")
+        elif self._hinting or (here is not None and before[here] != here.proposed):
             self._hint()
 
     def _propose(self, field: Field) -> None:
@@ -267,6 +267,8 @@ class StepForm(StepView):
             now = (given[0] if given else -1) + (way < 0)
         if fields:
             self.set_focus(fields[(now + way) % len(fields)])
+            if self._asked is None:
+                self._hint()
 
     def _focused_field(self) -> Field | None:
         return field_of(self.focused) if isinstance(self.focused, Input) else None

@@ -8,6 +8,7 @@ from textual.binding import Binding, BindingType
 from textual.widgets import Static
 from textual.worker import WorkerCancelled, WorkerFailed
 
+from accept.judging.advice import first_advice
 from accept.pictures.labels import label_of
 from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
@@ -66,7 +67,12 @@ class StepView(Page):
     def complete_words(self) -> str:
         """Return what Enter and its neighbours do at a complete step."""
         further = "next step, F10: next unit" if self.queue is None else "next unit"
-        return f"Step complete. Enter: {further}, ↑ ↓: correct, Esc: step list"
+        status, judgement = self.session.status(self.step), self.session.judgement(self.step.name)
+        what = "Step complete"
+        if judgement is not None and status in (Status.FAIL, Status.NO_RESULT):
+            todo = first_advice(judgement.findings) or "F8: measure again"
+            what = f"{status.word.capitalize()} → {todo}"
+        return f"{what}. Enter: {further}, ↑ ↓: correct, Esc: step list"
 
     def action_details(self) -> None:
         """Show the values without limits, or hide them."""
@@ -136,6 +142,8 @@ class StepView(Page):
     def _judged(self, _: StepJudgement) -> None:
         self.judging = False
         self.show()
+        if self.session.status(self.step) in (Status.FAIL, Status.NO_RESULT) and self.focused is None:
+            self.say(self.complete_words, "bad")
 
     def _compared(self, _: StepJudgement) -> None:
         self.judging = False

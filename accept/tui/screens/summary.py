@@ -164,7 +164,13 @@ class Summary(Scanning[bool]):
 
     def _show_certificate(self) -> None:
         attempt = self.session.attempt
-        if attempt.certificate is None:
+        if attempt.certificate is None and attempt.void is not None:
+            lacks = " and lacks the nonconformance" if self.session.nonconformances else ""
+            words = (
+                f"Certificate: not signed. ✗ {Path(attempt.void).name} is void: it is older than the last change{lacks}"
+            )
+            words += "\n→ Do not hand it out. F2: sign again, which replaces it"
+        elif attempt.certificate is None:
             words = "Certificate: not signed"
         else:
             words = f"Certificate: {attempt.certificate}"

@@ -16,9 +16,8 @@ from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.bench import Begun, Workbench
 from accept.workflow.unit_list import ALL, KnownUnit, Queue, queues
 
-_COLUMNS = (("serial", 13), ("kind", 6), ("state", 21), ("who", 7), ("when", 9))  # 56: beside the queues at 80 columns
+_COLUMNS = (("serial", 13), ("kind", 6), ("state", 23), ("who", 6), ("when", 9))  # 57: beside the queues at 80 columns
 _SCAN = "Scan a unit: Enter opens it"
-_TRAY = "Adding: scan every unit of the tray. F6: that was all"
 
 
 class Units(Working[tuple[KnownUnit, Queue | None] | None]):
@@ -79,8 +78,13 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         rail = self.query_one("#queues", DataTable)
         rail.clear()
         for queue in self._queues:
-            rail.add_row(Text(f" {queue.title:<17.17} {len(queue.units):>3}"))
+            rail.add_row(Text(f"{queue.title:<19.19}{len(queue.units):>3}"))
         self._fill()
+
+    @property
+    def _tray(self) -> str:
+        other = ". Tab: other kind" if len(self._bench.specs) > 1 else ""
+        return f"Adding units of kind {self._kind}{other}. Scan every unit of the tray. F6: that was all"
 
     @property
     def _queue(self) -> Queue | None:
@@ -101,15 +105,18 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
                 table.add_row(*(_cut(cell, style, width) for cell, (_, width) in zip(cells, _COLUMNS, strict=True)),
                               key=unit.serial)  # fmt: skip
         if not self._units:
-            self.say("No units yet. F6: add the units of a tray" if not self._adding else _TRAY)
+            self.say("No units yet. F6: add the units of a tray" if not self._adding else self._tray)
 
     def on_input_changed(self) -> None:
         self._fill()
 
     def action_turn(self, way: int) -> None:
-        """Show another queue."""
-        queue = self._queue
-        if queue is not None:
+        """Show another queue; while a tray is added, take another kind."""
+        queue, kinds = self._queue, list(self._bench.specs)
+        if self._adding:
+            self._kind = kinds[(kinds.index(self._kind) + way) % len(kinds)] if self._kind in kinds else kinds[0]
+            self.say(self._tray)
+        elif queue is not None:
             shown = self._queues[(self._queues.index(queue) + way) % len(self._queues)]
             self._at = shown.name, shown.kind
             self._fill()
@@ -163,7 +170,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         else:
             self._adding = not self._adding
             done = f"{self._added} added. Tab: choose what to measure at one after the other"
-            self.say(_TRAY if self._adding else done, "quiet" if self._adding else "good")
+            self.say(self._tray if self._adding else done, "quiet" if self._adding else "good")
 
     def _add(self, serial: str) -> None:
         """Begin a unit, unless it is known; scanned twice it is one unit."""
@@ -186,7 +193,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
 
     def _is_added(self, serial: str, why: str) -> None:
         self._added += not why
-        self.say(f"{why or f'{serial} added ({self._added})'}. {_TRAY}", "doubt" if why else "saved")
+        self.say(f"{why or f'{serial} added ({self._added})'}. {self._tray}", "doubt" if why else "saved")
         self._look()
 
     def action_leave(self) -> None:

@@ -79,6 +79,7 @@ class Field(Vertical):
         self.place, self._step, self._state = place, step, state
         self.pending = 0
         self.doubted: str | None = None
+        self.question = ""  # that is asked about it
         self.proposed: PickableFile | None = None
         self.damaged = ""
         self._refusal = ""  # of the last entry
@@ -142,7 +143,7 @@ class Field(Vertical):
     def ask(self, text: str, question: str) -> None:
         """Ask about what was typed, which may be a slip: it is saved when that is confirmed."""
         self._back(text)
-        self.doubted = text
+        self.doubted, self.question = text, question
         self._reason(f"? {question}. F9: keep it", "doubted")
 
     def arrived(self) -> None:

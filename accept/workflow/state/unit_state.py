@@ -133,6 +133,7 @@ class Attempt:
     undoable: tuple[int, ...] = ()
     judged: UnitJudged | None = None
     certificate: str | None = None
+    void: str | None = None  # its certificate from before the last change, None if it holds or there was none
     signatures: tuple[Signature, ...] = ()
     gap: tuple[int, Mapping[str, Any]] | None = None
     channels: Mapping[str, Any] = field(default_factory=dict)
@@ -222,7 +223,7 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
         case CertificateSigned(path, _, role) if attempt.verdict is not None:
             if Path(path).name == certificate_name(serial, attempt.number):
                 signatures = (*attempt.signatures, Signature(event.who, role, event.time))
-                return replace(attempt, certificate=path, signatures=signatures)
+                return replace(attempt, certificate=path, signatures=signatures, void=None)
     return attempt
 
 
@@ -254,7 +255,7 @@ def _with_step(attempt: Attempt, event: Event, step: str, **changes: Any) -> Att
 
 
 def _unjudged(attempt: Attempt) -> Attempt:
-    return replace(attempt, judged=None, certificate=None, signatures=())
+    return replace(attempt, judged=None, certificate=None, signatures=(), void=attempt.certificate or attempt.void)
 
 
 def _step_judged(attempt: Attempt, event: Event, judged: StepJudged) -> Attempt:
@@ -270,7 +271,7 @@ def _judged(attempt: Attempt, judged: UnitJudged) -> Attempt:
     program, its certificate still holds."""
     if judged == attempt.judged:
         return attempt
-    return replace(attempt, judged=judged, certificate=None, signatures=())
+    return replace(attempt, judged=judged, certificate=None, signatures=(), void=attempt.certificate or attempt.void)
 
 
 def folder_name(number: int) -> str:

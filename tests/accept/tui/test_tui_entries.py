@@ -260,3 +260,33 @@ async def test_keys_behind_a_known_serial_belong_to_its_unit():
         await settled(pilot)
         assert (type(pilot.app.screen).__name__, pilot.app.session.operator) == ("Steps", "Ann")
         assert [note.text for note in pilot.app.session.state("flatness").notes] == ["apa"]
+
+
+async def test_f9_keeps_the_value_that_is_asked_about_and_no_other():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        sensor, actuator = pilot.app.screen.query(Field)
+        await type_line(pilot, "49.9")
+        await focused_again(pilot, sensor.input)
+        await press(pilot, "down", *"98.5", "enter")
+        await focused_again(pilot, sensor.input)  # the foot asks about the other one
+        assert str(words(pilot, "#status")).startswith("? C of the actuator") or "98.5" in actuator.doubted
+        await press(pilot, "f9")
+        assert not stored("APA-02")
+        assert sensor.place.name in words(pilot, "#status")
+        await press(pilot, "f9")
+        assert [(e["input"], e["value"]) for e in stored("APA-02")] == [("sensor_uF", 49.9)]
+        await press(pilot, "f9")
+        assert len(stored("APA-02")) == 1
+        assert actuator.place.name in words(pilot, "#status")
+        await press(pilot, "f9")
+        assert [e["value"] for e in stored("APA-02")] == [49.9, 98.5]
+
+
+async def test_a_failed_step_says_at_its_foot_what_to_do():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter", *"3.9", "enter", *"9.8", "enter")
+        assert "→ check that the leads are on the right stacks" in words(pilot, "#status")
+        assert "Step complete" not in words(pilot, "#status")

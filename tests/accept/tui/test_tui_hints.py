@@ -15,14 +15,18 @@ from textual.widgets._footer import FooterKey
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from accept.store.payloads import NotedFile, StepNoted, without_hashes
+from accept.tui.screens.step_form import field_of
 from accept.tui.screens.units import _COLUMNS
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import StepList
 from accept.workflow.bench import Begun, Workbench
+from accept.workflow.record_folder import PickableFile
+from accept.workflow.session import Session
+from accept.workflow.status import Status
 from accept.workflow.training import open_training
 from accept.workflow.unit_list import RIG, KnownUnit, Queue, known_units
-from checks.verdict import UnitVerdict
+from checks.verdict import UnitVerdict, Verdict
 from hw.records import write_csv, write_mat
 from tests.accept.tui.tui_help import (
     NARROW,
@@ -33,6 +37,7 @@ from tests.accept.tui.tui_help import (
     running,
     settled,
     shown,
+    sign_first,
     type_line,
     words,
 )
@@ -198,7 +203,7 @@ async def test_f3_says_what_it_takes_and_one_that_comes_too_early_is_said(record
         assert "under way" in words(pilot, "#status")
         fake.let_go.set()
         await settled(pilot)
-        assert "F3 came before that" in words(pilot, "#status")
+        assert "The second F3 came too early" in words(pilot, "#status")
     with open_store() as store:
         assert [e.data["input"] for e in store.events("APA-02", "value_taken")] == ["sensor_uF"]
 
@@ -261,6 +266,75 @@ async def test_no_record_of_another_step_is_proposed_and_f2_has_the_proposal_on_
             await press(pilot, "escape", "enter")
             assert links("APA-01")[wanted] == expected
             await press(pilot, "escape")
+
+
+async def test_the_foot_names_the_record_that_enter_takes_also_when_more_arrive_and_the_cursor_moves(
+    records: Path, monkeypatch: pytest.MonkeyPatch
+):
+    arrived: dict[str, PickableFile] = {}
+    monkeypatch.setattr(Session, "proposals", lambda *_: dict(arrived))
+    async with running(loader("apa", records)) as pilot:
+        await open_step(pilot, "spurious_modes", "APA-01")
+        fields = list(pilot.app.screen.query(Field))
+        arrived |= {
+            f.place.declared.name: PickableFile(f"{f.place.declared.name}.mat", time.time() - AGO_S, 1) for f in fields
+        }
+        pilot.app.screen._look_again()
+        await settled(pilot)
+        for _ in fields:
+            here = field_of(pilot.app.focused)
+            assert here.proposed is not None
+            assert here.proposed.name in words(pilot, "#status")
+            await press(pilot, "down")
+
+
+async def test_f2_at_the_only_record_offers_files_in_its_place(records: Path):
+    write_record(records / "hysteresis.mat")
+    async with running(loader("apa", records)) as pilot:
+        await open_step(pilot, "hysteresis", "APA-01")
+        await press(pilot, "enter")
+        assert links("APA-01") == {"record": "hysteresis.mat"}
+        await press(pilot, "f2")
+        assert type(pilot.app.screen).__name__ == "Pick"
+
+
+async def test_the_mark_of_a_step_follows_the_judgement_of_the_whole_unit():
+    async with running() as pilot:
+        await begin(pilot)
+        await fill_basic(pilot)
+        await press(pilot, "f9")
+        session = pilot.app.session
+        assert session.status(session.step("stiffness")) is Status.PASS
+        given, result = session._result
+        findings = [
+            replace(f, verdict=Verdict.NO_RESULT, value=None, reason="contradicts the responses")
+            if f.check == "stiffness"
+            else f
+            for f in result.findings
+        ]
+        session._result = given, replace(result, findings=findings)
+        await press(pilot, "escape")
+        assert session.status(session.step("stiffness")) is Status.NO_RESULT
+        assert session.status(session.step("capacitance")) is Status.PASS
+
+
+async def test_a_certificate_from_before_a_nonconformance_is_called_void():
+    async with running() as pilot:
+        await begin(pilot)
+        await fill_basic(pilot)
+        await press(pilot, "f9")
+        await sign_first(pilot)
+        assert pilot.app.session.attempt.certificate is not None
+        await press(pilot, "escape")
+        pilot.app.session.note("stiffness", "flexure cracked", nonconformance=True)
+        await press(pilot, "f9")
+        shown_words = words(pilot, "#certificate")
+        assert "APA-02.pdf is void" in shown_words
+        assert "lacks the nonconformance" in shown_words
+        assert "→ Do not hand it out. F2: sign again" in shown_words
+        await press(pilot, "f2")
+        await type_line(pilot, "correct horse") if pilot.app.focused is not None else await press(pilot, "enter")
+        assert "void" not in words(pilot, "#certificate")
 
 
 def test_the_records_of_a_training_are_proposed_as_soon_as_its_unit_is_open():
@@ -326,7 +400,7 @@ def test_every_state_of_a_unit_fits_into_its_column():
     width = dict(_COLUMNS)["state"] - 1
     for verdict in (None, *map(str, UnitVerdict)):
         for held in (False, True):
-            for steps, waiting, signed in ((8, ("a",), 0), (8, (), 0), (8, (), 1)):
+            for steps, waiting, signed in ((8, ("a",), 0), (8, (), 0), (8, (), 1), (8, (), 2)):
                 unit = KnownUnit("A", "apa", 1, verdict, signed, 0, held=held, steps=steps, waiting=waiting)
                 assert len(unit.state) <= width, unit.state
 

@@ -7,10 +7,12 @@ from textual.widgets import DataTable, Input
 
 from accept.base.home import home
 from accept.certificate.trust import keys
+from accept.judging.judge_unit import default_spec
 from accept.store import open_store
 from accept.tui.widgets.step_list import StepList
 from accept.workflow.session import Session
-from accept.workflow.unit_list import known_units
+from accept.workflow.steps.plan import steps_of
+from accept.workflow.unit_list import KnownUnit, known_units, queues
 from tests.accept.tui.tui_help import HEIGHTS, begin, fill_basic, loader, press, running, settled, type_line, words
 from tests.accept.workflow.test_unit_list import SPECS
 
@@ -174,3 +176,24 @@ async def test_a_passphrase_typed_while_the_unit_is_evaluated_is_not_lost_nor_sh
             assert not list(store.events(what="certificate_signed"))
         await press(pilot, "enter")
         assert "✓ verified" in words(pilot, "#certificate")
+
+
+async def test_a_tray_of_another_kind_than_the_first_screen_s():
+    async with running(loader("")) as pilot:  # of all installed products
+        await press(pilot, "f2", "f6")
+        kinds = list(pilot.app.bench.specs)
+        assert f"of kind {kinds[0]}" in words(pilot, "#status")
+        await press(pilot, "tab")
+        assert f"of kind {kinds[1]}" in words(pilot, "#status")
+        await type_line(pilot, "X-1")
+    with open_store() as store:
+        assert [unit.kind for unit in known_units(store, SPECS)] == [kinds[1]]
+
+
+def test_the_names_of_the_lists_are_whole():
+    specs = {kind: default_spec(kind) for kind in ("apa", "strut")}
+    units = [
+        KnownUnit(kind, kind, 1, None, 0, 0, steps=1, waiting=tuple(step.name for step in steps_of(spec)))
+        for kind, spec in specs.items()
+    ]
+    assert all(len(queue.title) <= 19 for queue in queues(units, specs))

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from accept.base.exit_codes import Exit
+from accept.store import open_store
 from tests.accept.tui.terminal_programs.terminal import ACCEPT, FILES, Technician, Terminal, bench_for_seed
 from tests.soak import SOAK
 
@@ -120,3 +121,23 @@ def test_a_strut_in_training_up_to_what_was_hidden(
     terminal.wait_for("✓ verified")
     terminal.press("C-q")
     assert terminal.ended() == Exit.REJECTED
+
+
+@pytest.mark.slow
+def test_a_burst_of_keys_from_the_first_screen_through_two_steps_loses_none(
+    tmp_path: Path, opened: list[Terminal], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While the bench is still opening: a tray of one unit, its serial, and what two of its steps ask for."""
+    heights = [0.0, -4.0, -13.0, -7.0, -2.0, 1.0, -9.0, -21.0]
+    home = tmp_path / "home"
+    opened.append(terminal := Terminal(tmp_path / "tmux", [*ACCEPT, "run", "--operator", "Ann"], home))
+    terminal.wait_for("Kind")
+    typed = " ".join(f"{height:g}" for height in heights)
+    keys = ["F2", "F6", *"APA-01", "Enter", "F6", *"APA-01", "Enter", "Enter", "Enter"]
+    keys += [*("Space" if letter == " " else letter for letter in typed), "Enter", "Enter"]
+    terminal.press(*keys, *"4.99", "Enter", *"9.78", "Enter", "C-q")
+    assert terminal.ended() in set(Exit)
+    monkeypatch.setenv("ACCEPT_HOME", str(home))
+    with open_store() as store:
+        taken = [(e.data["step"], e.data["value"]) for e in store.events("APA-01", "value_taken")]
+    assert taken == [*(("flatness", height) for height in heights), ("capacitance", 4.99), ("capacitance", 9.78)]
