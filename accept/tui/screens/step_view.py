@@ -69,8 +69,8 @@ class StepView(Page):
         further = "next step, F10: next unit" if self.queue is None else "next unit"
         status, judgement = self.session.status(self.step), self.session.judgement(self.step.name)
         what = "Step complete"
-        if judgement is not None and status in (Status.FAIL, Status.NO_RESULT):
-            todo = first_advice(judgement.findings) or "F8: measure again"
+        if judgement is not None and self._is_bad:
+            todo = first_advice(judgement.findings) or ("record again" if self.step.derived else "F8: measure again")
             what = f"{status.word.capitalize()} → {todo}"
         return f"{what}. Enter: {further}, ↑ ↓: correct, Esc: step list"
 
@@ -142,12 +142,16 @@ class StepView(Page):
     def _judged(self, _: StepJudgement) -> None:
         self.judging = False
         self.show()
-        if self.session.status(self.step) in (Status.FAIL, Status.NO_RESULT) and self.focused is None:
+        if self._is_bad and self.focused is None:
             self.say(self.complete_words, "bad")
+
+    @property
+    def _is_bad(self) -> bool:
+        return self.session.status(self.step) in (Status.FAIL, Status.NO_RESULT)
 
     def _compared(self, _: StepJudgement) -> None:
         self.judging = False
-        self.say("Compared. Enter: next step", "good")
+        self.say(*((self.complete_words, "bad") if self._is_bad else ("Compared. Enter: next step", "good")))
         self.show()
 
     def _not_compared(self, why: str) -> None:
