@@ -116,7 +116,7 @@ def _evaluate(
     )
     quantities = [resonance, *_modal_quantities(found, spec)]
     mass, u_mass, words = gains.payload(values.get("payload_kg"), rules, spec)
-    quantities += gains.gain_quantities(curves.whole, resonance_Hz, spec)
+    quantities += gains.gain_quantities(curves.whole, resonances_Hz, spec)
     quantities.append(gains.stiffness(resonance, mass, u_mass, words))
     quantities += gains.mass_line(curves.whole, resonances_Hz, mass, u_mass, spec)
     quantities += gains.coherence_quantities(curves.whole, allowed, rules)

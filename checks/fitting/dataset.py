@@ -8,6 +8,7 @@ it hardly does: on recorded struts it is 1e-4 to 1e-2 of |H|, beside a tolerance
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,10 @@ class Dataset:
     def __repr__(self) -> str:
         band = f"{self.f.size} bins from {self.f[0]:.4g} to {self.f[-1]:.4g} Hz" if self.f.size else "no bins"
         return f"Dataset({self.name}: {', '.join(self.channels)}; {band})"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the whitener out, which is made anew: it is some thirty times as large as everything else."""
+        return {k: v for k, v in vars(self).items() if k != "whitener"}
 
     @property
     def reference(self) -> Complex:

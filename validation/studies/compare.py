@@ -32,6 +32,7 @@ SAMPLE: Mapping[str, tuple[str, Set, float]] = {
     "scatter-1": ("scatter-1", SETS["scatter-1"], 1.0),
     "outsiders": ("outsiders", SETS["outsiders"], 1.0),
     "misaligned": ("scatter-1", MISALIGNED, 0.5),
+    "bench": ("laboratory-unlearned", SETS["laboratory-unlearned"], 1.0),
 }
 
 

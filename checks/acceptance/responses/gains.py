@@ -35,6 +35,7 @@ GAINS = {  # quantity -> channel, band [Hz] ([STB] 4.2.3), unit in the channel's
     "gain_da_um_per_V": ("da", STATIC_HZ, 1e-6),
     "gain_Vs_V_per_V": ("Vs", GS_BAND_HZ, 1.0),
 }
+MEAN_SHARE = 0.25  # of the static gain, of a second resonance: anywhere from none to a half
 MASS_BAND_HZ = (200.0, 350.0)
 MASS_LINE_AT_HZ = 250.0
 COHERENT = {f"coherent_{c}_Hz": c for c in OUTPUTS}
@@ -62,32 +63,42 @@ def mean_size(frf: Frf, channel: str, f_lo: float, f_hi: float) -> tuple[float, 
     return size, math.sqrt(float(np.mean(part.var[good, 0])) / 2 / max(independent, 1.0))
 
 
-def gain_quantities(frf: Frf, resonance_Hz: float, spec: CheckSpec) -> list[Quantity]:
-    """Return the static gain of de and da: their size over 10 to 20 Hz without the contribution of the axial resonance;
-    and the mean size of Vs over 400 to 500 Hz."""
-    return [_gain(name, frf, c, band, unit, resonance_Hz, spec) for name, (c, band, unit) in GAINS.items()]
+def gain_quantities(frf: Frf, resonances_Hz: Sequence[float], spec: CheckSpec) -> list[Quantity]:
+    """Return the static gain of de and da: their size over 10 to 20 Hz without the contribution of the axial resonance
+    and of a second one beside it; and the mean size of Vs over 400 to 500 Hz."""
+    return [_gain(name, frf, c, band, unit, resonances_Hz, spec) for name, (c, band, unit) in GAINS.items()]
 
 
-def static_size(frf: Frf, channel: str, resonance_Hz: float) -> tuple[float, float] | None:
+def static_size(frf: Frf, channel: str, resonances_Hz: Sequence[float]) -> tuple[float, float] | None:
     """Return the size of a motion at 0 Hz and its standard uncertainty: of one mode it is 1 / (1 - (f / f0)^2) times as
-    large at f, 1 to 5 percent from 10 to 20 Hz. None if the band has no usable bin."""
-    factor = 1.0 - (frf.f / resonance_Hz) ** 2
+    large at f, 1 to 5 percent from 10 to 20 Hz. A second resonance has a share of it, of which no more is known than
+    that it is at most as large as the first one's: a quarter is taken. None if the band has no usable bin."""
+    per_Hz2 = [1.0 / f_Hz**2 for f_Hz in (resonances_Hz[0], resonances_Hz[-1])]
+    factor = 1.0 - frf.f**2 * float(np.dot((1.0 - MEAN_SHARE, MEAN_SHARE), per_Hz2))
     return mean_size(
         replace(frf, H=frf.H * factor[:, None], cov=frf.cov * (factor**2)[:, None, None]), channel, *STATIC_HZ
     )
 
 
 def _gain(
-    name: str, frf: Frf, channel: str, band: tuple[float, float], unit: float, resonance_Hz: float, spec: CheckSpec
+    name: str,
+    frf: Frf,
+    channel: str,
+    band: tuple[float, float],
+    unit: float,
+    resonances_Hz: Sequence[float],
+    spec: CheckSpec,
 ) -> Quantity:
     static = band == STATIC_HZ
-    found = static_size(frf, channel, resonance_Hz) if static else mean_size(frf, channel, *band)
+    found = static_size(frf, channel, resonances_Hz) if static else mean_size(frf, channel, *band)
     if found is None:
         return Quantity.missing(name, because(Cause.BAND_NOT_MEASURED, channel=channel, lo=band[0], hi=band[1]))
     value, u = (x / unit for x in found)
-    return with_stated_accuracy(
-        name, value, [Contribution("scatter of the response", u, "A")], stated_contribution(spec, value, name)
-    )
+    budget = [Contribution("scatter of the response", u, "A")]
+    if static and len(resonances_Hz) > 1:
+        spread = float(np.mean(np.square(STATIC_HZ))) * abs(1.0 / resonances_Hz[0] ** 2 - 1.0 / resonances_Hz[-1] ** 2)
+        budget.append(Contribution("share of the second resonance", value * MEAN_SHARE * spread / math.sqrt(3)))
+    return with_stated_accuracy(name, value, budget, stated_contribution(spec, value, name))
 
 
 def payload(given: Measured | None, rules: ResponseSettings, spec: CheckSpec) -> tuple[float, Contribution | None, str]:
@@ -142,7 +153,7 @@ def mass_line(
     part = frf.select("da").band(*MASS_BAND_HZ)
     part = part.band(1.5 * resonance_Hz, math.inf)
     good = part.usable
-    static = static_size(frf, "da", resonance_Hz)
+    static = static_size(frf, "da", resonances_Hz)
     if np.count_nonzero(good) < 3 or static is None:
         why = because(Cause.BAND_NOT_MEASURED, channel="da", lo=MASS_BAND_HZ[0], hi=MASS_BAND_HZ[1])
         return [Quantity.missing(name, why) for name in names]

@@ -2,12 +2,15 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from accept.judging.judge_unit import spec_warnings
 from checks.acceptance.common.typed_value import typed_quantity, with_temperature
+from checks.acceptance.responses.gains import gain_quantities
 from checks.declare import Measured
 from checks.quantity import Contribution, Quantity
+from checks.signals.spectral.frf import Frf
 from checks.verdict import MOST_RISK, Verdict, judge, largest_U, probability_outside
 from specs.spec import Limit, Spec, StatedU, load, parse
 
@@ -117,3 +120,20 @@ def test_without_a_coefficient_nothing_changes() -> None:
 
 def limit_uF() -> Limit:
     return Limit(lower=4.4, upper=5.5, unit="uF", rule="guarded", source="x")
+
+
+@pytest.mark.parametrize("share", [0.0, 0.13, 0.5])
+@pytest.mark.parametrize("at", [1.08, 1.15])
+def test_static_gain_beside_a_second_resonance_holds_whatever_its_share(share: float, at: float) -> None:
+    """Two modes in closed form, without noise. Red before: of 200 units with a share of 0.13 178 were held."""
+    f, first, second = np.arange(5.0, 60.0, 0.5), 95.0, 95.0 * at
+    of_both = (1.0 - share) / (1.0 - (f / first) ** 2) + share / (1.0 - (f / second) ** 2)
+    H = np.repeat(25e-6 * of_both[:, None], 3, axis=1).astype(complex)
+    noise = np.broadcast_to(1e-24 * np.eye(3, dtype=complex), (f.size, 3, 3))
+    frf = Frf(f, H, ("Vs", "de", "da"), "Va", np.ones(H.shape), noise, np.full(f.size, 20.0), (), "h1")
+    given = load("apa").checks["frf"]
+    for q in gain_quantities(frf, (first, second), given)[:2]:
+        (from_share,) = [c.u for c in q.budget if "second resonance" in c.source]
+        assert abs(q.value - 25.0) <= math.sqrt(3.0) * from_share * 1.05  # half the width of a rectangle; f^2 + f^4
+        alone = {x.name: x for x in gain_quantities(frf, (first,), given)}[q.name]
+        assert q.U > alone.U

@@ -1,5 +1,8 @@
 """Datasets: independent bins, honest noise, a tolerance that does not average away."""
 
+import pickle
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import signal, stats
@@ -190,3 +193,13 @@ def test_p_of_G_is_uniform_where_nothing_is_wrong() -> None:
         drawn = simulated(data.f, data.H, OUTPUTS, data.cov, rng)
         p.append(gaps([Dataset(data.f, drawn.H, OUTPUTS, stated, data.nu)], [drawn.H - data.H])["de"].p)
     assert stats.kstest(p, "uniform").pvalue > 1e-3
+
+
+def test_a_kept_dataset_whitens_the_same_and_takes_the_room_of_its_arrays() -> None:
+    """Red before: 14.8 MB for 0.5 MB of arrays."""
+    data = replace(dataset_from_records(record(5), f_lo=20.0, f_hi=2000.0), tolerance=0.01)
+    residual = 0.02 * data.H
+    white = data.whitener(residual)
+    kept = pickle.dumps(data)
+    assert len(kept) < 1.1 * sum(x.nbytes for x in (data.f, data.H, data.cov, data.nu)) + 2000
+    np.testing.assert_array_equal(pickle.loads(kept).whitener(residual), white)
