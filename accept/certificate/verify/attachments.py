@@ -19,7 +19,7 @@ from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.verify.gap_check import check_gap
 from accept.certificate.verify.picture_check import check_pictures
-from accept.certificate.verify.result_diff import ONLY_AGAIN, differences, is_said_otherwise
+from accept.certificate.verify.result_diff import ONLY_AGAIN, differences, is_said_otherwise, is_within_U
 from accept.judging.result import UnitResult
 from accept.models.evidence import Models, hashes
 from accept.units.loaded_unit import RESPONSES
@@ -77,8 +77,9 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
     """Compare the result with the unit as it was `judged` again from the attached data, None if it was not.
 
     If a record was too large to attach, only the sections whose records are attached are compared; the step is then not
-    complete. For a certificate of another program the step lists the keys that it lacks and the sentences that differ;
-    values, limits, causes and verdicts must be the same. Raises InvalidCertificate if the results differ."""
+    complete. For a certificate of another program the step lists the keys that it lacks, the sentences and the numbers
+    that differ; of what it claims the values must be the same within U, and the limits and verdicts. Raises
+    InvalidCertificate if the results differ."""
     missing = tuple(name for name in contents.inputs if name not in contents.files)
     if judged is None:
         return Step("not judged again", complete=False)
@@ -91,10 +92,13 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
     found = differences(*(_without_checks(result, left_out) for result in pair) if missing else pair)
     said: list[str] = []
     absent: list[str] = []
-    if not own:  # its result may have fewer keys and other words
+    other: list[str] = []
+    if not own:  # its result may have fewer keys, other words, and numbers that are computed otherwise now
         absent = [line.removesuffix(ONLY_AGAIN) for line in found if line.endswith(ONLY_AGAIN)]
         said = [line for line in found if is_said_otherwise(line)]
         found = [line for line in found if line not in said and not line.endswith(ONLY_AGAIN)]
+        other = [] if missing else [line for line in found if is_within_U(line, contents.result, again)]
+        found = [line for line in found if line not in other]
     if found:
         raise InvalidCertificate(f"judged again from the attached data it differs: {_some(found)}{_other(contents)}")
     try:
@@ -108,11 +112,14 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
     if missing:
         what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
-    if said or absent:
-        words = [f"said in other words: {_some(said)}"] if said else []
+    if said or absent or other:
+        by_value = sorted(other, key=lambda line: "].value " not in line)
+        words = [f"computed otherwise by this version: {_some(by_value)}"] if other else []
+        words += [f"said in other words: {_some(said)}"] if said else []
         words += [f"it does not state {_some(absent)}"] if absent else []
-        same = "judged again from the attached data: the same values, limits and verdicts"
-        return Step(f"{same}, {'; '.join(words)}{_other(contents)}", complete=False)
+        same = f"the same values{' within U' if other else ''}, limits and verdicts"
+        step = f"judged again from the attached data: {same}, {'; '.join(words)}{_other(contents)}"
+        return Step(step, complete=False)
     searched = "; what its responses lack in the model was not searched for again" if "gap" in contents.result else ""
     return Step(f"judged again from the attached data: the same result{searched}{_other(contents)}")
 

@@ -5,6 +5,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from checks.verdict import UnitVerdict, Verdict
+
 # Another processor sums in another order; nothing physical is that small.
 _RELATIVE = 1e-6
 _ABSOLUTE = 1e-12  # for values about zero; below what any quantity shows in its unit
@@ -15,6 +17,8 @@ ONLY_AGAIN = " is only judged again"  # how a line ends about what the attached 
 _SAID = frozenset({"note", "notes", "reason", "sentence", "source"})  # how something is said; causes have codes beside
 # Texts as they were given.
 _NAMED = frozenset({"serial", "kind", "parts", "inputs", "models", "origin", "measured", "provided"})
+_ENTRY = re.compile(r"(findings|information)\[(\w+)\]\.(\w+)")
+_COMPUTED = frozenset({"value", "U", "budget", "p_false_accept", "cause", "reason", "verdict"})
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
@@ -38,6 +42,35 @@ def is_said_otherwise(line: str) -> bool:
     """Return whether a line of `differences` concerns only words, and no number, limit, cause or verdict."""
     key = line.partition(" ")[0].rpartition(".")[2].partition("[")[0]
     return key in _SAID
+
+
+def is_within_U(line: str, attached: Mapping[str, Any], again: Mapping[str, Any]) -> bool:
+    """Return whether a line of `differences` is none between two programs of which one computes better: of a value that
+    both judge alike, no further off than the larger U; of one that the attached result does not claim; or of a number
+    beside what is judged."""
+    path = line.partition(" ")[0]
+    entry = _ENTRY.match(path)
+    if entry is None:
+        return path == "notes" or (path == "verdict" and not _is_accepted(attached))
+    kind, quantity, key = entry.groups()
+    if key not in _COMPUTED:
+        return False
+    if kind == "information":
+        return True
+    one, other = (_finding(result, quantity) for result in (attached, again))
+    if one.get("verdict") == Verdict.NO_RESULT:
+        return not _is_accepted(attached)
+    alike = one.get("verdict") == other.get("verdict")
+    Us = [f["U"] for f in (one, other) if f.get("U") is not None]
+    return alike and len(Us) == 2 and abs(one["value"] - other["value"]) <= max(Us)
+
+
+def _finding(result: Mapping[str, Any], quantity: str) -> Mapping[str, Any]:
+    return next((f for f in result["findings"] if f["quantity"] == quantity), {})
+
+
+def _is_accepted(result: Mapping[str, Any]) -> bool:
+    return result["verdict"] in (UnitVerdict.ACCEPTED, UnitVerdict.CONDITIONAL)
 
 
 def _entry(attached: Mapping[str, Any], again: Mapping[str, Any], key: str, path: str) -> list[str]:

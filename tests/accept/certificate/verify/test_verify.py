@@ -24,7 +24,7 @@ from accept.certificate.trust.keys import QA, TECHNICIAN
 from accept.certificate.trust.provenance import signed_text
 from accept.certificate.verify import attachments as contents
 from accept.certificate.verify.attachments import unpack
-from accept.certificate.verify.result_diff import differences, is_said_otherwise
+from accept.certificate.verify.result_diff import differences, is_said_otherwise, is_within_U
 from accept.certificate.verify.verification import Validity, Verification, verify
 from accept.judging.result import UnitResult
 from accept.pictures.pdf.assemble import assemble
@@ -161,6 +161,41 @@ def test_other_words_are_told_of_another_version_and_refused_of_the_same(bench: 
     assert report.outcome is Validity.SIGNED, report.reason
     assert "the same values, limits and verdicts, said in other words" in report.reason
     refused(checked(replace(said, code_sha256="0" * 64), 1.73), "findings[sensor_uF].value is 1.72")
+
+
+@pytest.mark.parametrize(
+    ("attached", "again", "holds"),
+    [
+        ({"value": 1.7}, {"value": 1.702}, True),
+        ({"value": 1.7}, {"value": 1.72}, False),  # beyond U
+        ({"value": 1.7, "U": None}, {"value": 1.7001}, False),  # of no known U
+        ({"U": 0.004}, {"U": 0.008, "budget": []}, True),
+        ({"verdict": "pass"}, {"verdict": "fail"}, False),
+        ({"verdict": "pass"}, {"verdict": "no_result", "value": None, "U": None}, False),
+        ({"lower": 4.4}, {"lower": 4.5}, False),
+        ({"value": 1.7}, {"value": 1.701, "unit": "nF"}, False),
+    ],
+)
+def test_numbers_of_another_version_hold_within_U(
+    attached: dict[str, object], again: dict[str, object], holds: bool
+) -> None:
+    """What is claimed keeps its limits and its verdict; a U may grow. Red before: each of the first and fourth."""
+    finding = {"quantity": "k", "value": 1.7, "U": 0.004, "budget": [{"u": 0.002}], "verdict": "pass", "unit": "uF"}
+    results = [{"verdict": "accepted", "findings": [{**finding, **more}]} for more in (attached, again)]
+    lines = differences(*results)
+    assert lines
+    assert all(is_within_U(line, *results) for line in lines) == holds
+
+
+def test_what_another_version_had_no_result_for_may_have_one_now() -> None:
+    """Unless it was accepted all the same: no version of this program does that."""
+    finding = {"quantity": "dx_um", "value": None, "U": None, "verdict": "no_result"}
+    found = {"verdict": "accepted", "findings": [{**finding, "value": 5.9, "U": 32.0, "verdict": "pass"}]}
+    for verdict, holds in (("incomplete", True), ("accepted", False)):
+        before = {"verdict": verdict, "findings": [finding]}
+        assert all(is_within_U(line, before, found) for line in differences(before, found)) == holds
+    rejected = {"verdict": "rejected", "findings": []}
+    assert not is_within_U("verdict is 'accepted' attached, 'rejected' judged again", found, rejected)
 
 
 @pytest.mark.parametrize(
