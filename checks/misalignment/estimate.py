@@ -27,7 +27,9 @@ from checks.fitting.misplaced_modes import misplaced_modes, peaks
 from checks.misalignment.estimate_types import DX, DY, LOPSIDED, AxisOffset, MisalignmentEstimate
 from checks.misalignment.gates import TO_HZ, data_reasons, reason, sensor_tells, unobservable
 from checks.misalignment.table import MisalignmentTable, limits_um
+from checks.model.joint_prior import COMMON
 from checks.model.model import Model
+from checks.model.parameters import is_mode_factor
 
 RATIO, WITH_SENSOR = ("de", "da"), ("Vs", "de", "da")
 # [Hz] da is lost in its noise above. Two modes from 830 Hz on may change places in a search; but without them dy and
@@ -61,6 +63,7 @@ def estimate(
     encoder, RecordError if a channel is missing."""
     if "de" not in model.channels:
         raise ModelError(f"model {model.name} has no encoder, so no channel 'de' to compare with")
+    model = with_whole_scatter(model)
     whole = _estimate_band(model, data, table, repeat, OffsetSearch())
     why = whole if isinstance(whole, Reason) else whole.reason
     if why is not None and why.cause in LESS_MAY_TELL:
@@ -112,6 +115,21 @@ def _note_of_upper_band(part: MisalignmentEstimate, why: Reason) -> str:
 def _prepare(data: Dataset, model: Model, channels: tuple[str, ...], f_hi: float = F_HI) -> Dataset:
     band = data.select(channels).band(F_LO, min(f_hi, model.up_to_Hz))
     return replace(band, tolerance=model.tolerance).on_bench(model.learned)
+
+
+def with_whole_scatter(model: Model) -> Model:
+    """Return a learned model whose parts scatter from unit to unit as far as the file says that it was learned from.
+
+    Learning takes half of that variance for what the units of a batch have in common, the rest for the scatter within
+    it, and a few units show little of either. If the parts have nothing in common, all of it is scatter: the least that
+    an interval has to allow for. Modes and latencies are learned by themselves and stay."""
+    joint = model.joint
+    if joint is None:
+        return model
+    kept = [is_mode_factor(n) or n.startswith("bench.latency_") for n in joint.names]
+    wider = np.where(kept, 1.0, (1.0 - COMMON) ** -0.5)
+    joint = replace(joint, covariance=joint.covariance * np.outer(wider, wider))
+    return replace(model, joint=joint, sds={**model.sds, **joint.sds})
 
 
 def with_payload(model: Model, kg: float | None, sd_kg: float | None = None) -> Model:

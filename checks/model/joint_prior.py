@@ -8,6 +8,8 @@ from scipy import linalg
 from checks.arrays import Array
 from checks.errors import ModelError
 
+COMMON = 0.5  # of the variance that a file states of a part: taken for what the units of a batch have in common
+
 
 @dataclass(frozen=True, eq=False)
 class JointPrior:

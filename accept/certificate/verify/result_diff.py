@@ -45,9 +45,9 @@ def is_said_otherwise(line: str) -> bool:
 
 
 def is_within_U(line: str, attached: Mapping[str, Any], again: Mapping[str, Any]) -> bool:
-    """Return whether a line of `differences` is none between two programs of which one computes better: of a value that
-    both judge alike, no further off than the larger U; of one that the attached result does not claim; or of a number
-    beside what is judged."""
+    """Return whether a line of `differences` may stand between the results of two versions of the program: it concerns
+    a value that both judge alike and that differs by no more than the larger U, one that the attached result does not
+    claim, or a number beside what is judged."""
     path = line.partition(" ")[0]
     entry = _ENTRY.match(path)
     if entry is None:

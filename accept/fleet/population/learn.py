@@ -44,7 +44,7 @@ from checks.fitting.hierarchy import (
     learn,
     learn_without_each,
 )
-from checks.model.joint_prior import JointPrior
+from checks.model.joint_prior import COMMON, JointPrior
 from checks.model.learned_bench import LearnedBench
 from checks.model.model import Model
 from specs.errors import AcceptError
@@ -229,11 +229,11 @@ def prior_of(model: Model, free: Sequence[Free]) -> Prior:
     own = np.array([p.name.startswith(MODES) for p in free])
     of_bench = np.array([p.name in LATENCIES.values() for p in free])
     kinds = [p.name.rstrip(DIGITS) if p.name.startswith(MODES) else p.name for p in free]
-    mean_sd = np.select([own, of_bench], [BIAS * sds, sds], 2**-0.5 * sds)
+    mean_sd = np.select([own, of_bench], [BIAS * sds, sds], COMMON**0.5 * sds)
     return Prior(
         mean=np.array([p.prior for p in free]),
         mean_sd=mean_sd,
-        scatter=np.select([own, of_bench], [sds, np.minimum(sds, LATENCY_SCATTER_US)], 2**-0.5 * sds),
+        scatter=np.select([own, of_bench], [sds, np.minimum(sds, LATENCY_SCATTER_US)], (1.0 - COMMON) ** 0.5 * sds),
         kinds=np.unique(kinds, return_inverse=True)[1],
     )
 
