@@ -235,6 +235,12 @@ class StepScreen(StepForm):
         """Show a value that is on the disk."""
         field.arrived()
         self.show()
+        if field.place.is_file:  # what it was is proposed no more, what it replaces may be proposed again
+            taken = Path(str(event.data.get("origin", ""))).name
+            self._proposals = {name: file for name, file in self._proposals.items() if file.name != taken}
+            for other in self.query(Field):
+                self._propose(other)
+            self._look_again()
         if self._early:
             self.say(f"Saved ({event.seq}). The second F3 came too early: nothing was read. {self.what_now}", "doubt")
         else:

@@ -137,6 +137,7 @@ async def test_a_wrong_file_leaves_the_proposals_as_they_were(records: Path):
         await type_line(pilot, "loops.csv")  # lacks channels: refused
         assert "loops.csv" in reason(pilot, "low")
         assert "→ Enter: take frf_noise.csv" in reason(pilot, "low")
+        await stand_at(pilot, "low")  # where the cursor returns to by itself, a moment later
         await press(pilot, "enter")
         assert links() == {"low": "frf_noise.csv"}
         await stand_at(pilot, "low")
