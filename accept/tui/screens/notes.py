@@ -17,6 +17,13 @@ from accept.workflow.steps.plan import WorkflowStep
 _TEXT, _WRONG, _FILE, _SHOWN = range(4)
 
 
+def note_saved(event: Event) -> str:
+    """Return what became of a note."""
+    if event.data.get("nonconformance"):
+        return f"Note saved ({event.seq}). The unit is held until quality assurance decides"
+    return f"Note saved ({event.seq})"
+
+
 def ask_note(
     screen: Working[bool], session: Session, step: WorkflowStep, records: Path, then: Callable[[Event], None]
 ) -> AwaitMount:

@@ -196,6 +196,8 @@ class StartScreen(Working[Begin | None]):
         if serial != self._value("serial"):
             return
         self._known = known
+        if known and known.kind != self._value("kind"):
+            self.query_one("#kind", Input).value = known.kind  # as it was begun, whatever the unit before was
         self._looked_up.set()
         words = f"new unit {serial}"
         if known:

@@ -12,7 +12,7 @@ from accept.judging.advice import first_advice
 from accept.pictures.labels import label_of
 from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
-from accept.tui.screens.notes import ask_note
+from accept.tui.screens.notes import ask_note, note_saved
 from accept.tui.screens.page import Page
 from accept.tui.widgets.findings import Findings, missing_words
 from accept.tui.widgets.limit_bar import limits
@@ -167,8 +167,8 @@ class StepView(Page):
     async def action_note(self) -> None:
         await ask_note(self, self.session, self.step, self.bench.records, self._noted)
 
-    def _noted(self, _: Event) -> None:
-        self.say("Note saved", "good")
+    def _noted(self, event: Event) -> None:
+        self.say(note_saved(event), "good")
 
     def help_text(self) -> str:
         asked = self.step.asked

@@ -16,7 +16,7 @@ from accept.tui.background.load_module import load_module
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.derived_step import DerivedScreen
 from accept.tui.screens.gap import WORDS, Explain, answer
-from accept.tui.screens.notes import ask_note, note_words
+from accept.tui.screens.notes import ask_note, note_saved, note_words
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import findings_text
@@ -177,9 +177,9 @@ class Steps(Scanning[bool]):
         step = self._step_here() or self.session.step("frf")
         await ask_note(self, self.session, step, self.bench.records, self._noted)
 
-    def _noted(self, _: Event) -> None:
+    def _noted(self, event: Event) -> None:
         self._show()
-        self.say("Note saved", "saved")
+        self.say(note_saved(event), "saved")
 
     def action_undo(self) -> None:
         self.send(self.session.undo, self._undone, "undoing")

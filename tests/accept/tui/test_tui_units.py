@@ -1,6 +1,7 @@
 """Several units in one session: a tray, the same step of one unit after the other, scans anywhere, signatures."""
 
 import threading
+from dataclasses import replace
 
 import pytest
 from textual.widgets import DataTable, Input
@@ -10,10 +11,22 @@ from accept.certificate.trust import keys
 from accept.judging.judge_unit import default_spec
 from accept.store import open_store
 from accept.tui.widgets.step_list import StepList
+from accept.workflow.bench import open_bench
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import steps_of
 from accept.workflow.unit_list import KnownUnit, known_units, queues
-from tests.accept.tui.tui_help import HEIGHTS, begin, fill_basic, loader, press, running, settled, type_line, words
+from tests.accept.tui.tui_help import (
+    APART,
+    HEIGHTS,
+    begin,
+    fill_basic,
+    loader,
+    press,
+    running,
+    settled,
+    type_line,
+    words,
+)
 from tests.accept.workflow.test_unit_list import SPECS
 
 TRAY = [f"APA-{n:02d}" for n in range(1, 11)]
@@ -197,3 +210,17 @@ def test_the_names_of_the_lists_are_whole():
         for kind, spec in specs.items()
     ]
     assert all(len(queue.title) <= 19 for queue in queues(units, specs))
+
+
+async def test_the_kind_follows_a_serial_that_is_known():
+    """After a strut the next unit may be an APA that was begun before. Red before: a dead end, whatever was pressed."""
+    async with running(lambda: replace(open_bench(None), worker=APART)) as pilot:
+        screen = pilot.app.screen
+        screen.query_one("#kind", Input).value = "apa"
+        await begin(pilot, "APA-02")
+        await press(pilot, "escape")
+        screen = pilot.app.screen
+        screen.query_one("#kind", Input).value = "strut"
+        await settled(pilot)
+        await begin(pilot, "APA-02")
+        assert pilot.app.session.spec.kind == "apa"
