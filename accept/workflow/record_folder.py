@@ -106,8 +106,9 @@ def proposals(
 
     A file is proposed if it has the channels, is written to its end and belongs to no unit yet (taken: by path and
     time). Files of one session at the rig come first, of these the one whose name speaks for the input, then the
-    newest. One whose name speaks for another input or another step is left to that; an optional input wants a name that
-    speaks for it. about, others: as for `name_score`. An unreadable folder proposes nothing.
+    newest. A file whose name speaks more for another input or another step is left for that one. For an optional input
+    a file is proposed only if its name speaks for it. about, others: as for `name_score`. A folder that cannot be read
+    proposes nothing.
     """
     try:
         files = _contents(folder)[1][:_MOST_PROPOSED]

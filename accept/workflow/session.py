@@ -54,7 +54,7 @@ from accept.workflow.state.unit_state import (
     fold_run,
     folder_name,
 )
-from accept.workflow.status import Status, judgement_of, of_findings, open_steps, state_of, status_of
+from accept.workflow.status import Status, judgement_of, open_steps, state_of, status_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
 from accept.workflow.steps.section import note_lines
@@ -128,9 +128,7 @@ class Session:
         return state_of(self.attempt, self.step(step))
 
     def status(self, step: WorkflowStep) -> Status:
-        judgement = self.judgement(step.name)
-        status = status_of(step, self.state(step.name), self.spec_name, code_sha256())
-        return status if judgement is None or status is Status.TAKEN else of_findings(judgement.findings)
+        return status_of(step, self.state(step.name), self.judgement(step.name))
 
     @property
     def nonconformances(self) -> Sequence[str]:

@@ -59,11 +59,10 @@ def judgement_of(state: StepState, spec: str, code: str) -> StepJudgement | None
     return last if last is not None and (last.spec, last.code) == (spec, code) else None
 
 
-def status_of(step: WorkflowStep, state: StepState, spec: str, code: str) -> Status:
-    """Return the status of a step by its entries and its judgement under this spec and program."""
+def status_of(step: WorkflowStep, state: StepState, judgement: StepJudgement | None) -> Status:
+    """Return the status of a step by its entries and the judgement that holds, None without one."""
     if not state.entries:
         return Status.NOT_DONE
-    judgement = judgement_of(state, spec, code)
     if judgement is None or not ready(step, state):
         return Status.TAKEN
     return of_findings(judgement.findings)

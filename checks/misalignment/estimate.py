@@ -27,6 +27,7 @@ from checks.fitting.misplaced_modes import misplaced_modes, peaks
 from checks.misalignment.estimate_types import DX, DY, LOPSIDED, AxisOffset, MisalignmentEstimate
 from checks.misalignment.gates import TO_HZ, data_reasons, reason, sensor_tells, unobservable
 from checks.misalignment.table import MisalignmentTable, limits_um
+from checks.model.channel_paths import LATENCIES
 from checks.model.joint_prior import COMMON
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
@@ -126,7 +127,7 @@ def with_whole_scatter(model: Model) -> Model:
     joint = model.joint
     if joint is None:
         return model
-    kept = [is_mode_factor(n) or n.startswith("bench.latency_") for n in joint.names]
+    kept = [is_mode_factor(n) or n in LATENCIES.values() for n in joint.names]
     wider = np.where(kept, 1.0, (1.0 - COMMON) ** -0.5)
     joint = replace(joint, covariance=joint.covariance * np.outer(wider, wider))
     return replace(model, joint=joint, sds={**model.sds, **joint.sds})

@@ -7,19 +7,20 @@ import numpy as np
 from checks.arrays import Array, Complex
 
 CHANNELS = ("Vs", "de", "da")
+LATENCIES = {c: f"bench.latency_{c}_us" for c in CHANNELS}
 ORDER = 2.0  # of a low-pass whose order no file names
 
 
 def channel_path_off() -> dict[str, float]:
     """Return the parameters of all channels' paths, by flat name, at values at which they have no effect."""
-    latencies = {f"bench.latency_{c}_us": 0.0 for c in CHANNELS}
+    latencies = dict.fromkeys(LATENCIES.values(), 0.0)
     corners = {f"bench.lowpass_{c}_Hz": np.inf for c in CHANNELS}
     return latencies | corners | {f"bench.lowpass_{c}_order": ORDER for c in CHANNELS}
 
 
 def channel_path(f: Array, values: Mapping[str, float], channel: str) -> Complex | float:
     """Return the factor (F,) of a channel's path at f (F,) [Hz]; 1 if the path is empty."""
-    tau_us, corner_Hz = values[f"bench.latency_{channel}_us"], values[f"bench.lowpass_{channel}_Hz"]
+    tau_us, corner_Hz = values[LATENCIES[channel]], values[f"bench.lowpass_{channel}_Hz"]
     factor: Complex | float = 1.0
     if tau_us != 0.0:
         factor = np.exp(-2e-6j * np.pi * f * tau_us)

@@ -114,7 +114,7 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
     if said or absent or other:
         by_value = sorted(other, key=lambda line: "].value " not in line)
-        words = [f"computed otherwise by this version: {_some(by_value)}"] if other else []
+        words = [f"this version computes other numbers: {_some(by_value)}"] if other else []
         words += [f"said in other words: {_some(said)}"] if said else []
         words += [f"it does not state {_some(absent)}"] if absent else []
         same = f"the same values{' within U' if other else ''}, limits and verdicts"

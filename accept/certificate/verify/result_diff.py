@@ -18,7 +18,7 @@ _SAID = frozenset({"note", "notes", "reason", "sentence", "source"})  # how some
 # Texts as they were given.
 _NAMED = frozenset({"serial", "kind", "parts", "inputs", "models", "origin", "measured", "provided"})
 _ENTRY = re.compile(r"(findings|information)\[(\w+)\]\.(\w+)")
-_COMPUTED = frozenset({"value", "U", "budget", "p_false_accept", "cause", "reason", "verdict"})
+_COMPUTED = frozenset({"value", "U", "budget", "p_false_accept", "cause", "verdict"})
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
@@ -46,12 +46,12 @@ def is_said_otherwise(line: str) -> bool:
 
 def is_within_U(line: str, attached: Mapping[str, Any], again: Mapping[str, Any]) -> bool:
     """Return whether a line of `differences` may stand between the results of two versions of the program: it concerns
-    a value that both judge alike and that differs by no more than the larger U, one that the attached result does not
-    claim, or a number beside what is judged."""
+    a value that both judge alike and that differs by no more than the U that is found now, one that the attached result
+    does not claim, or a number beside what is judged. A U that is attached widens nothing."""
     path = line.partition(" ")[0]
     entry = _ENTRY.match(path)
     if entry is None:
-        return path == "notes" or (path == "verdict" and not _is_accepted(attached))
+        return path == "verdict" and not _is_accepted(attached)
     kind, quantity, key = entry.groups()
     if key not in _COMPUTED:
         return False
@@ -60,9 +60,13 @@ def is_within_U(line: str, attached: Mapping[str, Any], again: Mapping[str, Any]
     one, other = (_finding(result, quantity) for result in (attached, again))
     if one.get("verdict") == Verdict.NO_RESULT:
         return not _is_accepted(attached)
-    alike = one.get("verdict") == other.get("verdict")
-    Us = [f["U"] for f in (one, other) if f.get("U") is not None]
-    return alike and len(Us) == 2 and abs(one["value"] - other["value"]) <= max(Us)
+    if one.get("verdict") != other.get("verdict"):
+        return False
+    stated = (one.get("value"), one.get("U"), other.get("value"), other.get("U"))
+    match [n for n in stated if isinstance(n, int | float)]:
+        case [claimed, _, value, U]:
+            return bool(abs(claimed - value) <= U)
+    return False
 
 
 def _finding(result: Mapping[str, Any], quantity: str) -> Mapping[str, Any]:

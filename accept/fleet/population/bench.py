@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from accept.fleet.population.learn import Population
-from accept.fleet.population.unit_fits import LATENCIES
+from checks.model.channel_paths import LATENCIES
 from checks.model.learned_bench import LearnedBench
 from checks.picture import Band, Line, Panel
 from checks.rounding import with_U

@@ -16,7 +16,6 @@ from accept.base.progress import steps
 from accept.fleet.population.unit_fits import (
     FAR,
     G_MOST,
-    LATENCIES,
     OFFSETS,
     UNLIKE,
     FittedUnits,
@@ -44,6 +43,7 @@ from checks.fitting.hierarchy import (
     learn,
     learn_without_each,
 )
+from checks.model.channel_paths import LATENCIES
 from checks.model.joint_prior import COMMON, JointPrior
 from checks.model.learned_bench import LearnedBench
 from checks.model.model import Model

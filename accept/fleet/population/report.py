@@ -22,7 +22,6 @@ from reportlab.platypus import (
 
 from accept.fleet.population import bench
 from accept.fleet.population.learn import Judged, Population
-from accept.fleet.population.unit_fits import LATENCIES
 from accept.models.model_file import write_model
 from accept.models.value_labels import value_label
 from accept.pictures.pdf import page_style
@@ -31,6 +30,7 @@ from accept.pictures.pdf.figure_row import FigureRow
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 from accept.pictures.pdf.page_style import words
 from checks.fitting.hierarchy import determined_parameters
+from checks.model.channel_paths import LATENCIES
 from checks.picture import Band, Line, Mark, Panel
 from checks.quantity import TWO_SIDED_95
 from checks.rounding import rounded_U, with_U

@@ -18,13 +18,12 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import FitPoint, coarse_fits, finish, free_of
 from checks.fitting.goodness import gaps, misfit
 from checks.misalignment.estimate_types import DX, DY
-from checks.model.channel_paths import CHANNELS
+from checks.model.channel_paths import CHANNELS, LATENCIES
 from checks.model.joint_prior import JointPrior
 from checks.model.learned_bench import LearnedBench
 from checks.model.model import Model
 
 OFFSETS = {DX: 60.0, DY: 180.0}  # [um] 1 sd, of a strut that was not aligned with care
-LATENCIES = {c: f"bench.latency_{c}_us" for c in CHANNELS}
 LATENCY_SD_US = 50.0  # of converters, interpolators and filters that no file states
 FEW_BINS = 400  # for all fits but the last
 WIDER = (2.0, 1.0, 1.0, 1.0)  # times what a fit leaves is tolerated in the next one

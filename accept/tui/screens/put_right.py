@@ -1,6 +1,6 @@
 """Training: what is put right at the bench, after which the records are made anew."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,17 @@ from accept.workflow.status import Status
 _WORDS = "What do you do at the bench? The simulated rig then records that step again."
 
 
+def _repeats(session: Session, without: Collection[str]) -> list[Remedy]:
+    """Return for each failed step that was recorded what its check advises, after which its records are made again."""
+    failed = [s for s in session.steps if not s.derived and s.check.failed and session.status(s) is Status.FAIL]
+    records = {s.name: [e.file for e in session.state(s.name).entries if isinstance(e, FileLink)] for s in failed}
+    return [
+        Remedy(step.check.failed, step.name, tuple(Path(file).stem for file in records[step.name]))
+        for step in failed
+        if records[step.name] and step.name not in without
+    ]
+
+
 def ask_remedy(screen: Working[bool], bench: Workbench, session: Session, then: Callable[[str], None]) -> None:
     """Ask what is put right and do it; then is called with the name of the step that is measured again."""
     unit = bench.training
@@ -22,12 +33,7 @@ def ask_remedy(screen: Working[bool], bench: Workbench, session: Session, then: 
         return
     steps = {step.name for step in session.steps}
     remedies = [remedy for remedy in unit.remedies if remedy.step in steps]
-    remedies += [
-        Remedy(step.check.failed, step.name, tuple(Path(link.file).stem for link in links))
-        for step in session.steps
-        if session.status(step) is Status.FAIL and step.check.failed and step.name not in {r.step for r in remedies}
-        if (links := [e for e in session.state(step.name).entries if isinstance(e, FileLink)]) and not step.derived
-    ]
+    remedies += _repeats(session, without={remedy.step for remedy in remedies})
 
     def do(place: int | None) -> None:
         if place is not None:

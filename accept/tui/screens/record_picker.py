@@ -104,7 +104,7 @@ class Pick(Working[Path | None]):
 
     def _open(self, folder: Path) -> None:
         self._folder, self._listing = folder, None
-        self.ready.clear()  # the keys that follow choose from what is there
+        self.ready.clear()  # keys that follow wait for the list: they choose from it
         self.set_timer(LOOKS_AT_MOST_S, self.ready.set)
         self.query_one("#folder", Label).update(str(folder))
         self._again()

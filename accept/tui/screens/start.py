@@ -206,7 +206,7 @@ class StartScreen(Working[Begin | None]):
         self.query_one("#about", Label).update(words)
 
     async def action_next(self) -> None:
-        """Go to the next line; a serial that is known goes on where it stands, once it was looked up."""
+        """Go to the next line; if the serial is known, open its unit. The answer of the store is awaited first."""
         shown = [field for field in self.query(Input) if field.parent is not None and field.parent.display]
         if self.focused not in shown:
             raise SkipAction

@@ -35,6 +35,7 @@ from checks.gap.search.disagreement import with_disagreement
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import Projected, at_known
+from checks.model.channel_paths import LATENCIES
 from specs.units import model_label
 
 RIVALS = 3  # in the place of an effect, that are shown
@@ -57,7 +58,8 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     )
     everywhere = replace(full, unseen=problem.B)
     as_given = whole.adequate and result.best is base
-    missing = _missing(problem, decision, left_out, as_given) + disagreements(experiments, problem.depends_on_level)
+    missing = _missing(problem, decision, everywhere, left_out, as_given)
+    missing += disagreements(experiments, problem.depends_on_level)
     verdict = verdict_of(full.adequate, named, rivals, missing)
     before = _left_before(whole, result, full, problem.B)
     gap_before = gaps_of(replace(shown_before, unseen=problem.measured_B) if problem.early else shown_before)
@@ -100,14 +102,13 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
 
 
 def _missing(
-    problem: Problem, decision: FinalExplanation, left_out: Sequence[str], as_given: bool
+    problem: Problem, decision: FinalExplanation, everywhere: Candidate, left_out: Sequence[str], as_given: bool
 ) -> tuple[Nameless, ...]:
     """Return what no effect explains: unidentified effects, unless the base model explains all as it was given; the
-    channels that were left out of the search; a bend of the slow records."""
-    full, slow, table = decision.full, problem.slow, problem.table
-    everywhere = replace(full, unseen=problem.B)
+    channels that were left out of the search, with the explanation on all channels; a bend of the slow records."""
+    slow, table = problem.slow, problem.table
     return (
-        *(() if as_given else unidentified_effects(full, decision.fit, decision.claims, slow, table)),
+        *(() if as_given else unidentified_effects(decision.full, decision.fit, decision.claims, slow, table)),
         *(from_window(everywhere, channel, False) for channel in left_out),
         *static_bend(slow, table),
     )
@@ -253,7 +254,7 @@ def _latency_of_bench(c: Candidate) -> dict[str, float]:
     """Return the values of the model's latencies that stand for the paths of a bench; their gains, and what filters do
     beyond a delay, have no place in a model."""
     given, at = c.response.model.values, c.response.of
-    keys = {m: f"bench.latency_{m.channel}_us" for m in c.response.members if is_path(m)}
+    keys = {m: LATENCIES[m.channel] for m in c.response.members if is_path(m)}
     return {key: given[key] + at(c.at, m.name)["tau_us"] for m, key in keys.items()}
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array, Complex
+from checks.model.channel_paths import LATENCIES
 from checks.model.model import PRIOR_ONLY, Model, Values
 from checks.model.parts import electrical_of
 from checks.model.time.partial_fractions import STILL, paths
@@ -57,7 +58,7 @@ def state_space(model: Model, changes: Values = PRIOR_ONLY) -> StateSpace:
     poles, residues = poles[kept], residues[:, kept]
     A, B, C = _real(poles, residues)
     tau = electrical_of(values).tau
-    latency = np.array([1e-6 * values.get(f"bench.latency_{c}_us", 0.0) for c in found])
+    latency = np.array([1e-6 * values.get(LATENCIES[c], 0.0) for c in found])
     return StateSpace(
         A,
         B,

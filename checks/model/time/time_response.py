@@ -11,6 +11,7 @@ from scipy import fft
 
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
+from checks.model.channel_paths import LATENCIES
 from checks.model.model import F_MAX, Model
 from checks.model.parts import electrical_of
 from checks.model.time.partial_fractions import Fractions, paths
@@ -84,7 +85,7 @@ def answer(
     if not hold:
         return _spectrum_simulation(model, samples, fs, wanted, before)
     common = electrical_of(model.values).tau
-    late = {c: common + 1e-6 * model.values[f"bench.latency_{c}_us"] for c in wanted}
+    late = {c: common + 1e-6 * model.values[LATENCIES[c]] for c in wanted}
     for c, seconds in late.items():
         if seconds < 0.0:
             raise ModelError(f"{c} comes {-1e6 * seconds:g} us early: what is held cannot come before its cause")

@@ -170,6 +170,9 @@ def test_other_words_are_told_of_another_version_and_refused_of_the_same(bench: 
         ({"value": 1.7}, {"value": 1.72}, False),  # beyond U
         ({"value": 1.7, "U": None}, {"value": 1.7001}, False),  # of no known U
         ({"U": 0.004}, {"U": 0.008, "budget": []}, True),
+        ({"value": 1.8, "U": 9.0}, {"value": 1.7}, False),  # the U that is attached widens nothing
+        ({"value": None}, {"value": 1.7}, False),
+        ({"value": "1.7"}, {"value": 1.7}, False),
         ({"verdict": "pass"}, {"verdict": "fail"}, False),
         ({"verdict": "pass"}, {"verdict": "no_result", "value": None, "U": None}, False),
         ({"lower": 4.4}, {"lower": 4.5}, False),
