@@ -1,6 +1,10 @@
 """The operator's name; a module of its own, because the workflow asks for it before anything slow is imported."""
 
 import getpass
+import sys
+
+_FIRST_PERSON = 501 if sys.platform == "darwin" else 1000  # number of the first account that is a person's
+_NOBODY = 65534
 
 
 def operator_name(given: str | None) -> str:
@@ -12,3 +16,14 @@ def operator_name(given: str | None) -> str:
         return getpass.getuser()
     except (KeyError, OSError):
         return "unknown"
+
+
+def is_system_account(name: str) -> bool:
+    """Return whether a name is that of an account that belongs to no person, such as root: nobody signs with it."""
+    try:
+        import pwd  # not on every system
+
+        number = pwd.getpwnam(name).pw_uid
+    except (ImportError, KeyError, ValueError):
+        return name in ("unknown", "root", "Administrator", "SYSTEM")
+    return not _FIRST_PERSON <= number < _NOBODY

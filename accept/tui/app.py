@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.binding import Binding, BindingType
-from textual.events import Event, Key, MouseDown
+from textual.events import Event, Key, MouseDown, Paste
 from textual.filter import LineFilter, Monochrome
 
 from accept.pictures.signs import unit_word
@@ -65,8 +65,14 @@ class BenchApp(InOrder):
         """Return the filters of the base class; that of NO_COLOR takes cells without a style too."""
         return [theme.WITHOUT_COLOUR if isinstance(f, Monochrome) else f for f in super().get_line_filters()]
 
+    def waits_for_nothing(self, event: Key | Paste) -> bool:
+        return isinstance(event, Key) and event.key == "ctrl+q" and self.bench is None
+
     async def action_quit(self) -> None:
-        """End the program once all is saved."""
+        """End the program once all is saved; at once while the bench opens, before which nothing can be stored."""
+        if self.bench is None:
+            self.exit()
+            return
         for screen in self.screen_stack:
             if isinstance(screen, Working):
                 await screen.saved()

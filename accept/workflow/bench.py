@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from accept.base.home import home
+from accept.base.operator_name import is_system_account
 from accept.judging.folder_name import doubted_folder, question
 from accept.judging.judge_unit import default_specs, load_spec
 from accept.store import Event, Store, open_store
+from accept.store.payloads import AttemptStarted, RunOpened
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
 from accept.workflow.entry.parse_entry import serial_problem
@@ -70,6 +72,13 @@ class Workbench:
         self.worker.close()
         self.closing()
         self.store.close()
+
+    def last_operator(self) -> str:
+        """Return who opened a unit here last, "" if nobody did or if that is the account of a machine. Raises
+        StoreError."""
+        opened = [event for what in (AttemptStarted.KIND, RunOpened.KIND) for event in self.store.newest(what, 1)]
+        last = max(opened, key=lambda event: event.seq, default=None)
+        return "" if last is None or is_system_account(last.who) else last.who
 
     def next_serial(self) -> str:
         """Return the serial that is proposed for the unit after this one."""

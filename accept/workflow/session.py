@@ -65,7 +65,7 @@ from checks.cause import Cause
 from checks.declare import CsvTable, Form, Input, Measured, Scalar, Series
 from checks.errors import RecordError
 from checks.picture import Panel
-from checks.verdict import Verdict
+from checks.verdict import Finding, Verdict
 from hw.errors import InstrumentError
 from specs.bench import NO_CHANNELS, BenchFile, Channels, channel_map
 from specs.spec import Spec
@@ -73,6 +73,7 @@ from specs.spec import Spec
 NOTHING_REFUSED: Mapping[Path, float] = MappingProxyType({})
 NOTES_FOLDER = "notes"  # in that of an attempt: photos and other files
 _FILE_BYTES = 200_000_000  # of one of them
+_ENTRIES = (ValueTaken.KIND, RecordLinked.KIND, StepJudged.KIND, ReadingFailed.KIND)  # by them no unit is held
 _EVENTS_BACK = 5000  # of the store: whether a file belongs to another unit is asked of these
 
 
@@ -128,14 +129,16 @@ class Session:
         return state_of(self.attempt, self.step(step))
 
     def status(self, step: WorkflowStep) -> Status:
-        return status_of(step, self.state(step.name), self.judgement(step.name))
+        status = status_of(step, self.state(step.name), self.judgement(step.name))
+        return Status.HELD if status is Status.PASS and self.nonconformances else status
 
     @property
     def nonconformances(self) -> Sequence[str]:
         """Return the nonconformances that hold the unit, noted in this attempt or an earlier one. Raises StoreError."""
-        if self._held is None or self._held[0] != self.run.seq:
+        upto = max((e.seq for e in self._events if e.what not in _ENTRIES), default=0)
+        if self._held is None or self._held[0] != upto:
             notes = {step.name: note_lines(self.state(step.name)) for step in self.steps}
-            self._held = self.run.seq, open_nonconformances(self.store, self.serial, notes)
+            self._held = upto, open_nonconformances(self.store, self.serial, notes)
         return self._held[1]
 
     def next_step(self, after: str | None = None) -> WorkflowStep | None:
@@ -149,11 +152,21 @@ class Session:
     def judgement(self, step: str) -> StepJudgement | None:
         """Return the stored judgement of a step if it still holds; without a result for what the judgement of the whole
         unit took the result from, as two measurements that contradict each other."""
-        own, result = judgement_of(self.state(step), self.spec_name, code_sha256()), self.result
-        if own is None or result is None:
+        own = judgement_of(self.state(step), self.spec_name, code_sha256())
+        refuted = {f.quantity: f for f in self._last_findings if f.check == step and f.verdict is Verdict.NO_RESULT}
+        if own is None:
             return own
-        refuted = {f.quantity: f for f in result.findings if f.check == step and f.verdict is Verdict.NO_RESULT}
         return replace(own, findings=tuple(refuted.get(f.quantity, f) for f in own.findings))
+
+    @property
+    def _last_findings(self) -> Sequence[Finding]:
+        """Return the findings of the last judgement of the unit, made by this or an earlier run of the program; none if
+        its inputs, spec or program have changed since."""
+        if self.result is not None:
+            return self.result.findings
+        judged = self.attempt.judged
+        same = judged is not None and (judged.spec_sha256, judged.code_sha256) == (self.spec.sha256, code_sha256())
+        return judged.result.findings if judged is not None and same else ()
 
     def panels(self, step: str) -> Mapping[str, Panel]:
         """Return the pictures of the last judgement of a step by this program, none before it; of a slow step also
@@ -172,7 +185,9 @@ class Session:
     def resume(self) -> Event:
         """Note that the present attempt is taken up again. Raises EntryError if it is one of another kind."""
         if self.attempt.kind != self.spec.kind:
-            raise EntryError(f"{self.serial} is a {self.attempt.kind}, spec {self.spec.name} judges {self.spec.kind}")
+            raise EntryError(
+                f"{self.serial} is of kind {self.attempt.kind}, spec {self.spec.name} judges kind {self.spec.kind}"
+            )
         return self.append(RunOpened(self.attempt.number))
 
     def take(

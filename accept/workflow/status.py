@@ -25,6 +25,7 @@ class Status(Enum):
     CONDITIONAL = _shown("conditional")
     FAIL = _shown("fail")
     NO_RESULT = _shown("no_result")
+    HELD = "!", "held", "bold red"  # it passes, and a nonconformance holds the unit
 
     @property
     def mark(self) -> str:

@@ -2,6 +2,7 @@
 
 import os
 import random
+import re
 import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -27,6 +28,7 @@ from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import InstrumentPort
 from accept.workflow.record_folder import SETTLED_S
 from accept.workflow.session import Session
+from accept.workflow.state.unit_state import EnteredValue, FileLink
 from accept.workflow.steps.plan import is_needed
 from hw.simulated import SimulatedBench
 from specs.bench import load_bench
@@ -108,11 +110,12 @@ class TrainingUnit:
 
     def resume(self, session: Session) -> None:
         """Put right what was put right already in the present attempt. Raises OSError."""
-        steps = {step.name for step in session.steps}
-        for remedy in self.remedies:
-            for reason in session.state(remedy.step).reasons if remedy.step in steps else ():
-                if reason == f"{_REASON}{remedy.words}":
-                    self._mend(remedy)
+        known = {(remedy.step, remedy.words): remedy for remedy in self.remedies}
+        for step in session.steps:
+            state = session.state(step.name)
+            for reason in (r.removeprefix(_REASON) for r in state.reasons if r.startswith(_REASON)):
+                again = Remedy(reason, step.name, record_stems((*state.earlier, *state.entries)))
+                self._mend(known.get((step.name, reason), again))
 
     def _mend(self, remedy: Remedy) -> None:
         now = self._request
@@ -130,6 +133,11 @@ class TrainingUnit:
 
 
 _REASON = "put right: "
+
+
+def record_stems(entries: Sequence[EnteredValue | FileLink]) -> tuple[str, ...]:
+    """Return the names of the records of a step as the rig writes them: a copy of the same name has a number."""
+    return tuple(re.sub(r"-\d+$", "", Path(e.file).stem) for e in entries if isinstance(e, FileLink))
 
 
 @dataclass(frozen=True, eq=False)

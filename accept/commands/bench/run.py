@@ -13,9 +13,8 @@ import typer
 from accept.base import loading
 from accept.base.console import say
 from accept.base.exit_codes import Exit, of_verdicts
-from accept.base.operator_name import operator_name
 from accept.commands.bench import web as browser
-from accept.commands.options import BenchPath, Operator, SpecName
+from accept.commands.options import BenchPath, SpecName
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
 
@@ -34,7 +33,9 @@ class RunOptions:
     spec: SpecName = None
     bench: BenchPath = None
     records: Annotated[Path | None, typer.Option(help="Folder that new record files arrive in.")] = None
-    operator: Operator = None
+    operator: Annotated[
+        str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Name of the operator; default: who worked here last.")
+    ] = None
     training: Annotated[bool, typer.Option("--training", help="A simulated unit with a hidden fault.")] = False
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the training unit; default: random.")] = None
 
@@ -68,7 +69,7 @@ def show(wanted: RunOptions) -> Exit:
         say("accept: run shows screens and needs a terminal; without one: accept run --web")
         return Exit.BAD_INPUT
     loading.done()
-    app = BenchApp(_loader(wanted), Given(operator_name(wanted.operator), "" if wanted.folder else wanted.unit or ""))
+    app = BenchApp(_loader(wanted), Given(wanted.operator or "", "" if wanted.folder else wanted.unit or ""))
     try:
         app.run()
     finally:

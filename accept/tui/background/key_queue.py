@@ -26,12 +26,16 @@ class InOrder(App[None]):
 
     async def on_event(self, event: Event) -> None:
         """Queue what is typed or pasted; all else goes its way at once."""
-        if not isinstance(event, Key | Paste) or event.is_forwarded:
+        if not isinstance(event, Key | Paste) or event.is_forwarded or self.waits_for_nothing(event):
             await super().on_event(event)
             return
         self.pressed.put_nowait(event)
         if self._handing_on is None:
             self._handing_on = asyncio.create_task(self._hand_on())
+
+    def waits_for_nothing(self, _: Key | Paste) -> bool:
+        """Return whether a key acts before those that still wait."""
+        return False
 
     def on_unmount(self) -> None:
         if self._handing_on is not None:

@@ -1,7 +1,6 @@
 """Training: what is put right at the bench, after which the records are made anew."""
 
 from collections.abc import Callable, Collection
-from pathlib import Path
 from typing import Any
 
 from accept.simulate.faults import Remedy
@@ -9,8 +8,8 @@ from accept.tui.background.busy_screen import Working
 from accept.tui.screens.choose import Choice
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
-from accept.workflow.state.unit_state import FileLink
 from accept.workflow.status import Status
+from accept.workflow.training import record_stems
 
 _WORDS = "What do you do at the bench? The simulated rig then records that step again."
 
@@ -18,9 +17,9 @@ _WORDS = "What do you do at the bench? The simulated rig then records that step 
 def _repeats(session: Session, without: Collection[str]) -> list[Remedy]:
     """Return for each failed step that was recorded what its check advises, after which its records are made again."""
     failed = [s for s in session.steps if not s.derived and s.check.failed and session.status(s) is Status.FAIL]
-    records = {s.name: [e.file for e in session.state(s.name).entries if isinstance(e, FileLink)] for s in failed}
+    records = {s.name: record_stems(session.state(s.name).entries) for s in failed}
     return [
-        Remedy(step.check.failed, step.name, tuple(Path(file).stem for file in records[step.name]))
+        Remedy(step.check.failed, step.name, records[step.name])
         for step in failed
         if records[step.name] and step.name not in without
     ]

@@ -2,7 +2,9 @@
 
 import asyncio
 from collections.abc import Callable
+from concurrent.futures import CancelledError, Future, wait
 from dataclasses import dataclass
+from threading import Thread
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.actions import SkipAction
@@ -11,6 +13,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.message import Message
 from textual.widgets import Input, Label
+from textual.worker import get_current_worker
 
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.load_module import load_module
@@ -26,6 +29,8 @@ if TYPE_CHECKING:
     from accept.workflow.unit_list import KnownUnit, Queue
 
 _GO_ON = "Enter: next field; on the last field it starts"
+_PARTS = "Enter: start; the parts may stay empty. ↓: next part"
+_LOOK_S = 0.1  # between two looks whether the program ends
 
 
 def labels() -> dict[str, str]:
@@ -116,18 +121,47 @@ class StartScreen(Working[Begin | None]):
     def on_mount(self) -> None:
         if not self.alive:
             return
-        first = "serial" if self._given.operator else "operator"
-        self.set_focus(self.query_one(f"#{first}", Input))
+        self._stand_at_first()
         self._show_parts()
-        if self._bench is None:
-            self.send(self._load, self._opened_bench, failed=lambda _: self._looked_up.set())
-        else:
+        if self._bench is not None:
             self._ready(self._bench)
+        elif self._given.operator:
+            self.send(self._open_bench, self._opened_bench, failed=lambda _: self._looked_up.set())
+        else:  # the bench knows who worked here last: a serial that is scanned meanwhile is not the operator's name
+            self.hold(self._open_bench, self._opened_bench, "opening the bench", lambda _: self._looked_up.set())
 
-    def _opened_bench(self, bench: "Workbench") -> None:
+    def _stand_at_first(self) -> None:
+        """Put the cursor into the first field that lacks something; a serial that is proposed is still to be said."""
+        self.set_focus(self.query_one(f"#{'serial' if self._value('operator') else 'operator'}", Input))
+
+    def _open_bench(self) -> "tuple[Workbench, str]":
+        """Return the bench and who worked there last. It is opened in a thread that does not keep the program from
+        ending: nothing can be stored before it is there. Raises what opening it does, CancelledError."""
+        opened: Future[tuple[Workbench, str]] = Future()
+
+        def open_it() -> None:
+            try:
+                bench = self._load()
+                opened.set_result((bench, bench.last_operator()))
+            except BaseException as error:  # noqa: BLE001 - raised below, in the thread that waits
+                opened.set_exception(error)
+
+        Thread(target=open_it, daemon=True).start()
+        while not get_current_worker().is_cancelled:
+            if wait([opened], _LOOK_S).done:
+                return opened.result()
+        raise CancelledError
+
+    def _opened_bench(self, opened: "tuple[Workbench, str]") -> None:
+        bench, operator = opened
         self.post_message(self.BenchOpened(bench))
         if bench.taken is not None:
             self._propose(bench.taken)
+        line = self.query_one("#operator", Input)
+        if not line.value and operator:
+            line.value = operator
+            if line.has_focus:
+                self._stand_at_first()
         self._ready(bench)
 
     def _ready(self, bench: "Workbench") -> None:
@@ -178,7 +212,7 @@ class StartScreen(Working[Begin | None]):
             about.update("")
         elif kind not in bench.specs:
             about.update(f"✗ kind '{kind}': expected {' or '.join(bench.specs)}")
-        elif problem := bench.problem(serial, kind):
+        elif problem := self._refused(serial):
             about.update(f"✗ serial '{serial}': {problem}")
         else:
             about.update("")
@@ -190,6 +224,17 @@ class StartScreen(Working[Begin | None]):
                 "look",
                 lambda _: self._looked_up.set(),
             )
+
+    def _refused(self, serial: str) -> str:
+        """Return why a serial is not valid for a unit of any kind, "" if it is for one: then that kind is proposed."""
+        bench, kind = self._bench, self._value("kind")
+        if bench is None or not serial:
+            return ""
+        problems = {each: bench.problem(serial, each) for each in bench.specs}
+        fitting = [each for each, problem in problems.items() if problem is None]
+        if kind not in fitting and len(fitting) == 1:
+            self.query_one("#kind", Input).value = fitting[0]
+        return str(problems.get(kind) or next(iter(problems.values()))) if not fitting else ""
 
     def _found(self, seen: "tuple[str, KnownUnit | None, str]") -> None:
         serial, known, whose_key = seen
@@ -211,13 +256,24 @@ class StartScreen(Working[Begin | None]):
         if self.focused not in shown:
             raise SkipAction
         at = shown.index(self.focused)
-        if last := at + 1 == len(shown) or shown[at].id == "serial":
+        here, ends = shown[at], at + 1 == len(shown)
+        ends |= here.id in parts() and not here.value.strip()  # those behind it stay empty too
+        if ends or here.id == "serial":
             await self._looked_up.wait()
-        if last and (at + 1 == len(shown) or self._known):
+        if here.id == "serial" and (problem := self._refused(self._value("serial"))):
+            self._refuse(here, f"serial '{self._value('serial')}': {problem}")
+        elif ends or (here.id == "serial" and self._known):
             self._begin(None)
         else:
-            self.say(_GO_ON)
             self.set_focus(shown[at + 1])
+            self.say(_PARTS if shown[at + 1].id in parts() else _GO_ON)
+
+    def _refuse(self, line: Input, why: str) -> None:
+        """Stay in a line, or go to it, and say why; what is typed or scanned next replaces what stands there."""
+        self.set_focus(line)
+        line.select_all()
+        self.app.bell()
+        self.say(why, "bad")
 
     async def action_new_attempt(self) -> None:
         await self._looked_up.wait()
@@ -235,13 +291,22 @@ class StartScreen(Working[Begin | None]):
         if bench is None:
             self.say("The bench could not be opened. Esc, Esc: end the program", "bad")
             return
-        missing = [words for words, there in (("your name", operator), ("the serial number", serial)) if not there]
-        if kind not in bench.specs:
-            missing.append(f"the kind: {' or '.join(bench.specs)}")
-        if reason is not None and not reason.strip():
-            missing.append("the reason for the new attempt")
+        wanted = {
+            "operator": "" if operator else "your name",
+            "serial": "" if serial else "the serial number",
+            "kind": "" if kind in bench.specs else f"the kind: {' or '.join(bench.specs)}",
+        }
+        missing = [name for name, words in wanted.items() if words]
         if missing:
-            self.say(f"Enter {' and '.join(missing)}", "bad")
+            self._refuse(
+                self.query_one(f"#{missing[0]}", Input), f"Enter {' and '.join(filter(None, wanted.values()))}"
+            )
+            return
+        if reason is not None and not reason.strip():
+            self.say("Enter the reason for the new attempt", "bad")
+            return
+        if problem := bench.problem(serial, kind):
+            self._refuse(self.query_one("#serial", Input), f"serial '{serial}': {problem}")
             return
         named = {name: self._value(name) for name in parts_of(kind) if self._value(name)}
         said = (serial, kind, operator, named, reason)

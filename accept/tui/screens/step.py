@@ -83,7 +83,7 @@ class StepScreen(StepForm):
             if field.damaged:
                 self.say(f"{left}: {field.damaged}. {ADVICE[Cause.FILE_DAMAGED].capitalize()}", "bad")
             elif left and not self._has(field.place):
-                self.say(f"{left} left empty. {self.what_now}")
+                self.say(f"{left} is required. {self.what_now}", "bad")
             else:
                 self._hint()
 
@@ -241,10 +241,12 @@ class StepScreen(StepForm):
             for other in self.query(Field):
                 self._propose(other)
             self._look_again()
+        given, kept = Path(str(event.data.get("origin", ""))).name, str(event.data.get("file", ""))
+        saved = f"Saved ({event.seq}){f' as {kept}' if given != kept else ''}"
         if self._early:
-            self.say(f"Saved ({event.seq}). The second F3 came too early: nothing was read. {self.what_now}", "doubt")
+            self.say(f"{saved}. The second F3 came too early: nothing was read. {self.what_now}", "doubt")
         else:
-            self.say(f"Saved ({event.seq}). {self.what_now}", "saved")
+            self.say(f"{saved}. {self.what_now}", "saved")
         self._early = False
         for gauge in self.query(Gauge):
             gauge.forget()

@@ -174,9 +174,13 @@ class StepForm(StepView):
             words = f"F3: take {instrument.offer}, or type it{SAVES}"
         else:
             words = f"Type the value{SAVES}"
+        default = getattr(place.declared, "default", None)
         if field.proposed is None and (optional or (place.among_optional and self.complete)):
-            words = f"{words.replace(SAVES, '')}. Enter: go on without it"
-        return f"Optional: {place.name}. {words}" if optional else words
+            without = "go on without it" if default is None else f"keep {default:g} {place.unit}"
+            words = f"{words.replace(SAVES, '')}. Enter: {without}"
+        words = f"Optional: {place.name}. {words}" if optional else words
+        first = self.put_right_first if optional or place.among_optional else ""
+        return f"{first}. {words}" if first else words
 
     async def _lay_out(self) -> None:
         """Lay out the form's fields; the cursor goes into the first that is empty."""
@@ -221,8 +225,9 @@ class StepForm(StepView):
     def show(self) -> None:
         """Show everything from the state of the session."""
         super().show()
+        judgement = self.session.judgement(self.step.name) if self.complete else None
         for field in self.query(Field):
-            field.show(self.state)
+            field.show(self.state, judgement)
 
     def on_descendant_focus(self) -> None:
         self._follow()

@@ -67,12 +67,21 @@ class StepView(Page):
     def complete_words(self) -> str:
         """Return what Enter and its neighbours do at a complete step."""
         further = "next step, F10: next unit" if self.queue is None else "next unit"
-        status, judgement = self.session.status(self.step), self.session.judgement(self.step.name)
-        what = "Step complete"
-        if judgement is not None and self._is_bad:
-            todo = first_advice(judgement.findings) or ("record again" if self.step.derived else "F8: measure again")
-            what = f"{status.word.capitalize()} → {todo}"
-        return f"{what}. Enter: {further}, ↑ ↓: correct, Esc: step list"
+        return f"{self.put_right_first or 'Step complete'}. Enter: {further}, ↑ ↓: correct, Esc: step list"
+
+    @property
+    def put_right_first(self) -> str:
+        """Return what became of a step that failed or has no result, and what to do first; "" of any other."""
+        judgement = self.session.judgement(self.step.name)
+        if judgement is None or not self._is_bad:
+            return ""
+        todo = first_advice(judgement.findings) or ("record again" if self.step.derived else "F8: measure again")
+        return f"{self.session.status(self.step).word.capitalize()} → {todo}"
+
+    @property
+    def what_now(self) -> str:
+        """Return what to do next."""
+        return self.complete_words
 
     def action_details(self) -> None:
         """Show the values without limits, or hide them."""
@@ -142,8 +151,8 @@ class StepView(Page):
     def _judged(self, _: StepJudgement) -> None:
         self.judging = False
         self.show()
-        if self._is_bad and self.focused is None:
-            self.say(self.complete_words, "bad")
+        if self._is_bad and not self.query(".doubted, .refused"):  # what is asked about or refused stays at the foot
+            self.say(self.what_now, "bad")
 
     @property
     def _is_bad(self) -> bool:

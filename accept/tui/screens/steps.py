@@ -10,6 +10,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
+from accept.judging.advice import first_advice
 from accept.store import Event
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.load_module import load_module
@@ -21,7 +22,7 @@ from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.step_list import GAP, GAP_TITLE, HELD, StepList, held_words
+from accept.tui.widgets.step_list import GAP, GAP_TITLE, HELD, StepList, held_words, listed
 from accept.tui.widgets.step_words import head, setup, standing
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
@@ -155,9 +156,21 @@ class Steps(Scanning[bool]):
                 await self._open(step)
         elif goes_on and self.session.spec.kind == "strut" and self.session.gap is None:
             self.query_one(StepList).stand_at(GAP)
-            self.say("All steps complete. F9: summary. Enter: gap analysis, for information", "good")
+            self._say_all_measured()
         elif goes_on:
             await self.action_summary()
+
+    def _say_all_measured(self) -> None:
+        """Say that every step was measured, and what to put right first where one failed or has no result."""
+        further = "F9: summary. Enter: gap analysis, for information"
+        bad = [s for s in self.session.steps if self.session.status(s) in (Status.FAIL, Status.NO_RESULT)]
+        judged = [judgement for step in bad if (judgement := self.session.judgement(step.name)) is not None]
+        todo = first_advice([f for judgement in judged for f in judgement.findings])
+        if bad:
+            named = listed([f"{step.short}: {self.session.status(step).word}" for step in bad])
+            self.say(f"{named}{f' → {todo}' if todo else ''}. {further}", "bad")
+        else:
+            self.say(f"All steps complete. {further}", "good")
 
     def _next_of_queue(self) -> WorkflowStep | None:
         """Return the step that the queue asks for next at this unit, None without a queue of several steps."""

@@ -27,7 +27,7 @@ from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
-from accept.tui.widgets.step_list import HELD, held_words
+from accept.tui.widgets.step_list import HELD, held_words, listed
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import check_passphrase, countersign_unit, key_problem, make_keys, sign_unit
@@ -128,13 +128,11 @@ class Summary(Scanning[bool]):
         table = self.query_one(DataTable)
         table.clear()
         for f in result.findings:
-            status = Status.NOT_DONE if _not_measured(f) else of_findings([f])
-            held = _is_only_held(f)
-            mark, word, style = ("!", "held", HELD) if held else (status.mark, status.word, status.style)
+            status = Status.HELD if _is_only_held(f) else Status.NOT_DONE if _not_measured(f) else of_findings([f])
             value = numbers(f.value, f.U, f.unit) if f.value is not None else "-"
             bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
-            cells = (*(f"{words} " for words in (label_of(f.quantity), value, bounds)), Text(word, style))
-            table.add_row(Text(f" {mark} ", style), *cells)
+            cells = (*(f"{words} " for words in (label_of(f.quantity), value, bounds)), Text(status.word, status.style))
+            table.add_row(Text(f" {status.mark} ", status.style), *cells)
         steps = [step.name for step in self.session.steps]
         people = {f"{name}: {line}" for name in steps for line in note_lines(self.session.state(name))}
         self._notes = [
@@ -325,7 +323,8 @@ class Summary(Scanning[bool]):
         else:
             self.say(f"The certificate does not verify: {report.reason}", "bad")
         if self.bench.training is not None and not report.countersigned:
-            self.app.push_screen(Help("Training: what this unit had", self.bench.training.hidden))
+            told = Help("Training: what this unit had", self.bench.training.hidden, "next unit")
+            self.app.push_screen(told, lambda further: self.action_next() if further else None)
 
     def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
         """Leave keys of a training out of the footer elsewhere."""
@@ -388,6 +387,9 @@ def _detail(f: Finding) -> str:
     return "\n".join([f"{label_of(f.quantity)}: {why}", *(f"→ {line}" for line in advice(CHECKS[f.check], f))])
 
 
+_NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
+
+
 def _not_measured(f: Finding) -> bool:
     return f.cause is not None and f.cause.cause is Cause.NOT_MEASURED and not f.cause.record
 
@@ -400,7 +402,7 @@ def _open_in(result: UnitResult) -> list[str]:
         ("not measured", [f for f in result.findings if f.verdict is Verdict.NO_RESULT and _not_measured(f)]),
         ("conditional", [f for f in result.findings if f.verdict is Verdict.CONDITIONAL and not _is_only_held(f)]),
     )
-    return [f"{word}: {', '.join(label_of(f.quantity) for f in found)}" for word, found in groups if found]
+    return [f"{word}: {listed([label_of(f.quantity) for f in found])}" for word, found in groups if found]
 
 
 def _is_only_held(f: Finding) -> bool:
@@ -415,7 +417,7 @@ def _verdict(result: UnitResult) -> Text:
     if result.nonconformances:
         named = "; ".join(map(without_hashes, result.nonconformances))
         text.append(f"  nonconformance: {named}. QA decides (F3).", HELD)
-    text.append("".join(f"  {words}" for words in _open_in(result)))
+    text.append("".join(f"  {words.replace('no result', _NO_RESULT)}" for words in _open_in(result)))
     if (told := first_advice(result.findings)) is not None:
         text.append(f"\n → {told}", "bold yellow")
     return text

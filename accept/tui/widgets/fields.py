@@ -11,12 +11,13 @@ from accept.judging.advice import ADVICE
 from accept.tui.widgets.limit_bar import numbers
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.record_folder import PickableFile, age_words
-from accept.workflow.state.unit_state import StepState
+from accept.workflow.state.unit_state import StepJudgement, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from accept.workflow.steps.section import Repeated, repeated
 from checks.cause import Cause
 from checks.declare import CsvTable, Form, Scalar, Series, Vector
 from checks.declare import Input as Declared
+from checks.rounding import rounded
 
 SAVED = "▪"  # what is saved is not yet judged: no mark of a verdict
 
@@ -98,9 +99,9 @@ class Field(Vertical):
     def input(self) -> Input:
         return self.query_one(Input)
 
-    def show(self, state: StepState) -> None:
-        """Show what is saved for this place."""
-        words = stored_words(self.place, self._step, state)
+    def show(self, state: StepState, judgement: StepJudgement | None = None) -> None:
+        """Show what is saved for this place. judgement: what stands above it on the screen."""
+        words = stored_words(self.place, self._step, state, judgement)
         self._put(".stored", f"{SAVED} {words}" if words else "")
         self.set_class(bool(words), "has-stored")
         for line in self.query(Input):
@@ -168,18 +169,26 @@ class Field(Vertical):
             part.update(words)
 
 
-def stored_words(place: FieldPlace, step: WorkflowStep, state: StepState) -> str:
-    """Return what is stored for a place, "" for nothing."""
+def stored_words(
+    place: FieldPlace, step: WorkflowStep, state: StepState, judgement: StepJudgement | None = None
+) -> str:
+    """Return what is stored for a place, "" for nothing. judgement: what stands above it on the screen."""
     if place.is_file:
         link = state.link(place.declared.name)
         return link.file if link else ""
     key = place.declared.name if isinstance(place.declared, Scalar) else ""
+    judged = {f.quantity: f.U for f in judgement.findings if f.U} if judgement is not None else {}
     one = repeated(state.readings(place.declared.name, place.index), step.asked, key)
-    return _value_words(one, place.unit if place.index is None else "").rstrip() if one else ""
+    return _value_words(one, place.unit if place.index is None else "", judged.get(key)).rstrip() if one else ""
 
 
-def _value_words(one: Repeated, unit: str) -> str:
+def _value_words(one: Repeated, unit: str, judged_U: float | None = None) -> str:
+    """Return a stored value. judged_U: of its finding, which stands above: the value has its digits then, and no other
+    U beside it."""
+    if judged_U is not None:
+        shown = f"{rounded(one.value, judged_U)} {unit}"
+    else:
+        shown = numbers(one.value, one.U, unit) if one.U else f"{one.value:.6g} {unit}"
     if one.scatter is None:
-        return numbers(one.value, one.U, unit) if one.U else f"{one.value:.6g} {unit}"
-    shown = numbers(one.value, one.U, unit) if one.U else f"{one.value:.6g} {unit}"
+        return shown
     return f"{shown}, {one.count} readings, s = {one.scatter:.2g}"

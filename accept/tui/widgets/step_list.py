@@ -13,7 +13,7 @@ from accept.workflow.status import Status
 from accept.workflow.steps.plan import WorkflowStep
 from checks.verdict import Finding, Verdict
 
-HELD = "bold red"  # of what quality assurance must decide
+HELD = Status.HELD.style  # of what quality assurance must decide
 GAP = "gap"  # the row that no check stands behind
 GAP_TITLE = "Gap analysis"
 GAP_ROW = "Gap (optional)"  # not among the steps that are counted
@@ -52,7 +52,8 @@ class StepList(DataTable[Text]):
 
     def _put(self, row: str, status: Status, title: str, more: str, held: bool = False) -> None:
         """held: a nonconformance was noted there, which is red whatever was measured."""
-        mark, style = (" !", HELD) if held else (f" {status.mark}", status.style)
+        marked = Status.HELD if held and status in (Status.NOT_DONE, Status.TAKEN) else status
+        mark, style = f" {marked.mark}", marked.style
         self.update_cell(row, "mark", Text(mark, style))
         plain = "dim" if status is Status.NOT_DONE else ""
         self.update_cell(row, "title", _cut(Text(title, HELD if held else plain), _TITLE))
@@ -88,6 +89,11 @@ def held_words(nonconformances: Sequence[str]) -> Text:
     return Text().append(
         f"HELD: nonconformance: {'; '.join(map(without_hashes, nonconformances))}. Quality assurance decides.", HELD
     )
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names in a sentence; where one holds a comma, others stand between them."""
+    return ("; " if any("," in name for name in names) else ", ").join(names)
 
 
 def result_words(session: Session, step: WorkflowStep, status: Status) -> str:

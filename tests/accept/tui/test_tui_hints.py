@@ -26,6 +26,7 @@ from accept.workflow.session import Session
 from accept.workflow.status import Status
 from accept.workflow.training import open_training
 from accept.workflow.unit_list import RIG, KnownUnit, Queue, known_units
+from checks.rounding import rounded
 from checks.verdict import UnitVerdict, Verdict
 from hw.records import write_csv, write_mat
 from tests.accept.tui.tui_help import (
@@ -216,7 +217,7 @@ async def test_enter_at_an_open_optional_record_says_that_it_is_optional(records
         await open_step(pilot, "frf")
         await press(pilot, "enter", "enter")
         assert "Optional: " in words(pilot, "#status")
-        assert "Enter: go on without it" in words(pilot, "#status")
+        assert "Enter: keep 350 Hz" in words(pilot, "#status")
 
 
 async def test_a_key_without_a_use_here_says_so_and_stays_out_of_the_row_of_keys(records: Path):
@@ -431,3 +432,73 @@ async def test_a_serial_that_a_scanner_sends_in_one_burst_goes_to_its_unit():
         post(pilot, *"APA-02", "enter")
         await settled(pilot)
         assert (type(pilot.app.screen).__name__, pilot.app.session.serial) == ("Steps", "APA-02")
+
+
+async def test_the_list_of_steps_says_held_where_the_summary_does():
+    """Red before: a tick at every step but the one with the nonconformance."""
+    async with running() as pilot:
+        await begin(pilot)
+        await fill_basic(pilot)
+        pilot.app.session.note("stiffness", "flexure cracked", nonconformance=True)
+        await press(pilot, "f9")
+        table = pilot.app.screen.query_one("#findings", DataTable)
+        said = {str(table.get_row_at(n)[0]).strip() for n in range(table.row_count)}
+        await press(pilot, "escape")
+        rail = pilot.app.screen.query_one(StepList)
+        assert {str(rail.get_cell(key, "mark")).strip() for key in rail.rows} == said == {"!"}
+
+
+async def test_a_contradiction_of_the_whole_unit_is_marked_after_a_restart_too():
+    """Red before: a tick, until the summary was opened."""
+    async with running() as pilot:
+        await begin(pilot)
+        await fill_basic(pilot)
+        await press(pilot, "f9")
+        session = pilot.app.session
+        judged = session.attempt.judged
+        findings = [
+            replace(f, verdict=Verdict.NO_RESULT, value=None, reason="contradicts the responses")
+            if f.check == "stiffness"
+            else f
+            for f in judged.result.findings
+        ]
+        session.append(replace(judged, result=replace(judged.result, findings=tuple(findings))))
+        await press(pilot, "escape", "escape")
+        await begin(pilot)
+        again = pilot.app.session
+        assert again.status(again.step("stiffness")) is Status.NO_RESULT
+        assert again.status(again.step("capacitance")) is Status.PASS
+
+
+async def test_after_no_result_the_foot_says_first_what_to_put_right(records: Path):
+    """Red before: the optional field alone."""
+    for name in ("frf_noise.csv", "frf_noise_hf.csv"):
+        write_record(records / name)
+    async with running(loader("strut", records)) as pilot:
+        await open_step(pilot, "frf")
+        await press(pilot, "enter", "enter")
+        session = pilot.app.session
+        assert session.status(session.step("frf")) is Status.NO_RESULT
+        assert words(pilot, "#status").startswith("✗ No result → ")
+        assert "Enter: keep 350 Hz" in words(pilot, "#status")
+
+
+async def test_a_required_value_that_is_left_out_is_called_required():
+    async with running() as pilot:
+        await begin(pilot)
+        await open_step(pilot, "capacitance")
+        await press(pilot, "enter")
+        assert "is required" in words(pilot, "#status")
+
+
+async def test_one_value_stands_with_one_U_beside_its_finding():
+    """Red before: the U of the entry beside the U of the finding."""
+    async with running() as pilot:
+        await begin(pilot)
+        await open_step(pilot, "capacitance")
+        await type_line(pilot, "4.99123 ± 0.0099")
+        await type_line(pilot, "9.85")
+        shown_value = str(field(pilot, "sensor_uF").query_one(".stored", Static).render())
+        assert "±" not in shown_value
+        found = pilot.app.session.judgement("capacitance").findings[0]
+        assert shown_value == f"▪ {rounded(found.value, found.U)} uF"

@@ -82,7 +82,7 @@ async def type_line(pilot: Pilot[None], text: str) -> None:
     """A line and Enter, as a scanner sends it."""
     field = pilot.app.screen.focused
     assert isinstance(field, Input)
-    field.insert_text_at_cursor(text)
+    field.replace(text, *field.selection)  # as a key does: what is selected is replaced
     await press(pilot, "enter")
 
 

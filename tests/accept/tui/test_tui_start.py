@@ -1,0 +1,121 @@
+"""The first screen: whose name is proposed, where the cursor stands, what a refused serial does, leaving at once."""
+
+import threading
+import time
+from dataclasses import replace
+
+import pytest
+from textual.widgets import Input
+
+from accept.base.operator_name import is_system_account
+from accept.store import open_store
+from accept.store.payloads import RunOpened
+from accept.tui.app import BenchApp
+from accept.tui.screens.start import Given
+from accept.workflow.bench import open_bench
+from tests.accept.tui.tui_help import APART, loader, press, running, settled, type_line, words
+
+BAD = "bad serial"
+
+
+def screen(pilot) -> str:
+    return type(pilot.app.screen).__name__
+
+
+def line(pilot, name: str) -> Input:
+    return pilot.app.screen.query_one(f"#{name}", Input)
+
+
+@pytest.mark.parametrize(("last", "proposed"), [("Bob", "Bob"), ("root", ""), ("", "")])
+async def test_the_last_operator_here_is_proposed_and_no_account_of_a_machine(last: str, proposed: str):
+    """Red before: the name of the login, with the cursor in the serial."""
+    if last:
+        with open_store() as store:
+            store.write(RunOpened(1), "APA-01", who=last)
+    async with running(given=Given()) as pilot:
+        assert line(pilot, "operator").value == proposed
+        assert pilot.app.focused is line(pilot, "serial" if proposed else "operator")
+
+
+def test_accounts_of_machines_are_known():
+    assert is_system_account("root")
+    assert is_system_account("daemon")
+    assert not is_system_account("Ann")
+
+
+async def test_a_serial_that_is_scanned_while_the_bench_opens_is_no_name():
+    with open_store() as store:
+        store.write(RunOpened(1), "APA-01", who="Bob")
+    go_on = threading.Event()
+
+    def load():
+        go_on.wait(60.0)
+        return loader()()
+
+    app = BenchApp(load)
+    async with app.run_test(size=(80, 24)) as pilot:
+        for key in "APA-07":
+            app.simulate_key(key)
+        go_on.set()
+        await settled(pilot)
+        assert (line(pilot, "operator").value, line(pilot, "serial").value) == ("Bob", "APA-07")
+
+
+async def test_without_a_name_the_unit_is_not_begun_and_the_cursor_goes_there():
+    async with running(given=Given("", "APA-07")) as pilot:
+        line(pilot, "kind").focus()
+        await press(pilot, "enter")
+        assert "your name" in words(pilot, "#status")
+        assert pilot.app.focused is line(pilot, "operator")
+        await press(pilot, *"Ann", "enter", "enter", "enter")
+        assert (screen(pilot), pilot.app.session.operator) == ("Steps", "Ann")
+
+
+async def test_enter_on_a_refused_serial_stays_there_and_the_next_scan_replaces_it():
+    """Red before: the cursor went on to the kind, and the next scan was taken for one."""
+    async with running() as pilot:
+        await type_line(pilot, BAD)
+        assert pilot.app.focused is line(pilot, "serial")
+        assert f"serial '{BAD}': expected" in words(pilot, "#status")
+        await press(pilot, "enter")
+        assert (screen(pilot), line(pilot, "serial").value) == ("StartScreen", BAD)
+        await press(pilot, *"APA-02", "enter", "enter")
+        assert (screen(pilot), pilot.app.session.serial) == ("Steps", "APA-02")
+
+
+async def test_a_burst_with_a_refused_serial_opens_the_unit_that_is_scanned_next():
+    async with running() as pilot:
+        for key in (*"bad!", "enter", *"APA-02", "enter", "enter"):
+            pilot.app.simulate_key(key)
+        await settled(pilot)
+        assert (screen(pilot), pilot.app.session.serial) == ("Steps", "APA-02")
+
+
+async def test_one_enter_passes_the_parts_that_stay_empty():
+    """Red before: four."""
+    async with running(lambda: replace(open_bench("strut"), worker=APART)) as pilot:
+        await press(pilot, *"ST-01", "enter", "enter")
+        assert screen(pilot) == "StartScreen"
+        await press(pilot, *"APA-07", "enter")  # the first part is given, the others are not
+        assert screen(pilot) == "StartScreen"
+        await press(pilot, "enter")
+        assert screen(pilot) == "Steps"
+        assert list(pilot.app.session.attempt.parts.values()) == ["APA-07"]
+
+
+async def test_the_program_is_left_at_once_while_the_bench_opens():
+    """Red before: it ended when the bench was open."""
+    go_on, begun = threading.Event(), time.monotonic()
+
+    def load():
+        go_on.wait(60.0)
+        return loader()()
+
+    app = BenchApp(load, Given("Ann"))
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.pause()
+        app.simulate_key("ctrl+q")
+        while not app._exit:
+            assert time.monotonic() - begun < 20.0
+            await pilot.pause(0.01)
+    go_on.set()
