@@ -19,7 +19,7 @@ def operator_name(given: str | None) -> str:
 
 
 def is_system_account(name: str) -> bool:
-    """Return whether a name is that of an account that belongs to no person, such as root: nobody signs with it."""
+    """Return whether a name is that of an account of the system, such as root, with which no person signs."""
     try:
         import pwd  # not on every system
 

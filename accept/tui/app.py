@@ -66,7 +66,7 @@ class BenchApp(InOrder):
         return [theme.WITHOUT_COLOUR if isinstance(f, Monochrome) else f for f in super().get_line_filters()]
 
     def waits_for_nothing(self, event: Key | Paste) -> bool:
-        return isinstance(event, Key) and event.key == "ctrl+q" and self.bench is None
+        return isinstance(event, Key) and event.key == "ctrl+q" and self.bench is None and not self.keys_wait
 
     async def action_quit(self) -> None:
         """End the program once all is saved; at once while the bench opens, before which nothing can be stored."""

@@ -74,7 +74,7 @@ class Workbench:
         self.store.close()
 
     def last_operator(self) -> str:
-        """Return who opened a unit here last, "" if nobody did or if that is the account of a machine. Raises
+        """Return who opened a unit here last, "" if no unit was or if it was an account of the system. Raises
         StoreError."""
         opened = [event for what in (AttemptStarted.KIND, RunOpened.KIND) for event in self.store.newest(what, 1)]
         last = max(opened, key=lambda event: event.seq, default=None)

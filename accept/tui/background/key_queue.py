@@ -23,6 +23,12 @@ class InOrder(App[None]):
         super().__init__()
         self.pressed: asyncio.Queue[Event] = asyncio.Queue()
         self._handing_on: asyncio.Task[None] | None = None
+        self._under_way = False  # a key was taken from the queue and is not handed on yet
+
+    @property
+    def keys_wait(self) -> bool:
+        """Return whether keys wait for the screen which they are meant for."""
+        return self._under_way or not self.pressed.empty()
 
     async def on_event(self, event: Event) -> None:
         """Queue what is typed or pasted; all else goes its way at once."""
@@ -46,6 +52,7 @@ class InOrder(App[None]):
         before come through these."""
         while True:
             event = await self.pressed.get()
+            self._under_way = True
             try:
                 await self._come_to_rest()
                 await super().on_event(event)
@@ -54,6 +61,7 @@ class InOrder(App[None]):
                 self._handle_exception(error)
                 return
             finally:
+                self._under_way = False
                 self.pressed.task_done()
 
     async def _come_to_rest(self) -> None:

@@ -136,7 +136,7 @@ class StartScreen(Working[Begin | None]):
 
     def _open_bench(self) -> "tuple[Workbench, str]":
         """Return the bench and who worked there last. It is opened in a thread that does not keep the program from
-        ending: nothing can be stored before it is there. Raises what opening it does, CancelledError."""
+        ending: nothing can be stored before it is there. Raises what opening it does."""
         opened: Future[tuple[Workbench, str]] = Future()
 
         def open_it() -> None:

@@ -435,7 +435,6 @@ async def test_a_serial_that_a_scanner_sends_in_one_burst_goes_to_its_unit():
 
 
 async def test_the_list_of_steps_says_held_where_the_summary_does():
-    """Red before: a tick at every step but the one with the nonconformance."""
     async with running() as pilot:
         await begin(pilot)
         await fill_basic(pilot)
@@ -449,7 +448,6 @@ async def test_the_list_of_steps_says_held_where_the_summary_does():
 
 
 async def test_a_contradiction_of_the_whole_unit_is_marked_after_a_restart_too():
-    """Red before: a tick, until the summary was opened."""
     async with running() as pilot:
         await begin(pilot)
         await fill_basic(pilot)
@@ -471,7 +469,6 @@ async def test_a_contradiction_of_the_whole_unit_is_marked_after_a_restart_too()
 
 
 async def test_after_no_result_the_foot_says_first_what_to_put_right(records: Path):
-    """Red before: the optional field alone."""
     for name in ("frf_noise.csv", "frf_noise_hf.csv"):
         write_record(records / name)
     async with running(loader("strut", records)) as pilot:
@@ -492,7 +489,6 @@ async def test_a_required_value_that_is_left_out_is_called_required():
 
 
 async def test_one_value_stands_with_one_U_beside_its_finding():
-    """Red before: the U of the entry beside the U of the finding."""
     async with running() as pilot:
         await begin(pilot)
         await open_step(pilot, "capacitance")

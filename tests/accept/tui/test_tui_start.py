@@ -28,7 +28,6 @@ def line(pilot, name: str) -> Input:
 
 @pytest.mark.parametrize(("last", "proposed"), [("Bob", "Bob"), ("root", ""), ("", "")])
 async def test_the_last_operator_here_is_proposed_and_no_account_of_a_machine(last: str, proposed: str):
-    """Red before: the name of the login, with the cursor in the serial."""
     if last:
         with open_store() as store:
             store.write(RunOpened(1), "APA-01", who=last)
@@ -72,7 +71,6 @@ async def test_without_a_name_the_unit_is_not_begun_and_the_cursor_goes_there():
 
 
 async def test_enter_on_a_refused_serial_stays_there_and_the_next_scan_replaces_it():
-    """Red before: the cursor went on to the kind, and the next scan was taken for one."""
     async with running() as pilot:
         await type_line(pilot, BAD)
         assert pilot.app.focused is line(pilot, "serial")
@@ -92,7 +90,6 @@ async def test_a_burst_with_a_refused_serial_opens_the_unit_that_is_scanned_next
 
 
 async def test_one_enter_passes_the_parts_that_stay_empty():
-    """Red before: four."""
     async with running(lambda: replace(open_bench("strut"), worker=APART)) as pilot:
         await press(pilot, *"ST-01", "enter", "enter")
         assert screen(pilot) == "StartScreen"
@@ -104,7 +101,6 @@ async def test_one_enter_passes_the_parts_that_stay_empty():
 
 
 async def test_the_program_is_left_at_once_while_the_bench_opens():
-    """Red before: it ended when the bench was open."""
     go_on, begun = threading.Event(), time.monotonic()
 
     def load():

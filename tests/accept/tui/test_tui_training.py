@@ -113,7 +113,7 @@ async def test_an_apa_with_a_reversed_plug_by_few_keys_then_put_right_and_accept
         assert "It was not put right" in pilot.app.screen._text
         assert ann.keys <= MOST_KEYS["apa"], ann.keys
         assert ann.in_time("apa")
-        await press(pilot, "f4")  # red before: nothing was done by F4 there
+        await press(pilot, "f4")
         assert ann.screen == "StartScreen"
         await press(pilot, "ctrl+u", *"TRAIN-000005", "enter")
         await press(pilot, "f9")

@@ -161,7 +161,7 @@ def test_state_is_the_same_after_a_restart(session: Session, store: Store):
     session.close()
     again = Session(store, home(), session.spec, "Bob", "APA-02")
     assert again.run == session.run
-    assert again.status(again.step("stroke")) is Status.PASS
+    assert again.status(again.step("stroke")) is Status.HELD  # by the nonconformance; the stroke itself passes
     again.close()
 
 
