@@ -88,8 +88,8 @@ class Cause(Enum):
         "Va reaches {value:.3g} V, a DAC at most {most:g} V: Va was measured at the output of the amplifier"
     )
     CONTRADICTION = (
-        "{one_called} and {other_called} contradict each other: one of them is wrong, or of another unit ({title}: "
-        "{ratio:.3g} ± {U:.2g}, expected {lo:g} to {hi:g})"
+        "{one_called} and {other_called} contradict each other: one of these measurements is wrong, or was made on "
+        "another unit ({title}: {ratio:.3g} ± {U:.2g}, expected {lo:g} to {hi:g})"
     )
     SAMPLES_COPIED = (
         "holds the same data as {others}; it counts for none of them until it is decided whose it is "

@@ -28,6 +28,7 @@ from checks.signals.sketch import Sketch
 from checks.verdict import Finding, Verdict, unit_verdict
 from specs.errors import AcceptError
 
+NAMED = 3  # copies that a reason names; with more it says how many
 ATTEMPT = re.compile(r"attempt-\d+")  # the folder of one in the workflow
 Channels = Mapping[str, str]
 Samples = Mapping[str, Channels]
@@ -132,7 +133,8 @@ def without_copies(finding: Finding, copies: Sequence[Copy]) -> Finding:
     copy = next((c for c in copies if c["withheld"] and c["sample"].partition("/")[0] == section), None)
     if copy is None:
         return finding
-    others = ", ".join(f"{w['sample']} of {w['serial']}" for w in copy["with"])
+    named, more = copy["with"][:NAMED], len(copy["with"]) - NAMED
+    others = ", ".join(f"{w['sample']} of {w['serial']}" for w in named) + (f" and of {more} more" if more > 0 else "")
     cause = because(Cause.SAMPLES_COPIED, record=copy["sample"].partition("/")[2], others=others)
     bare = replace(finding, value=None, U=None, p_false_accept=None, budget=(), note=None)
     return replace(bare, verdict=Verdict.NO_RESULT, cause=cause, reason=str(cause))

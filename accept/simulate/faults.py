@@ -141,7 +141,7 @@ FAULTS: Mapping[str, UnitFault] = {
         KINDS,
         _NO_FRF,
         spoil=_of_responses(_late),
-        remedy=Remedy("set the recorder to store encoder de without delay"),
+        remedy=Remedy("correct the acquisition settings, by which encoder de is stored with an offset"),
     ),
     "dead_encoder": UnitFault(
         "de stands still but for its last digit",

@@ -16,7 +16,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from checks.arrays import Array, Complex
 from checks.cause import Cause, Reason, because
 from checks.record import Record
-from checks.signals.record_checks import overload
+from checks.signals.record_checks import dead, overload
 from checks.signals.spectral.segments import hann
 from checks.signals.spectral.unexplained import SHARE, DrivePart, blocks, power
 from specs.units import CHANNEL_LABELS
@@ -25,6 +25,7 @@ OUTPUTS = ("Vs", "de", "da")
 # Equal samples in a row: at the turns of a signal that is coarsely quantised some follow each other, with the longest
 # run of 1e5 no more than three times as long as that of each thousand.
 HELD_SAMPLES, HELD_BY = 12, 5.0
+STARTS_WITH = 1000  # samples
 MOVING = 0.1  # of its standard deviation: the drive is not at rest
 SLOT = 64  # samples over which the power shows a burst
 BURST = 2.5  # times the median over all slots; 1.4 on sound records, and 3 and more for two lost samples
@@ -70,15 +71,20 @@ _KNOWN: WeakKeyDictionary[Record, dict[str, tuple[Reason, ...]]] = WeakKeyDictio
 
 
 def sampling_faults(record: Record, drive: str = "Va", outputs: Sequence[str] = OUTPUTS) -> tuple[Reason, ...]:
-    """Return the reasons why a record must not be used, whatever it is compared with; empty if it is sound.
+    """Return the reasons why a record must not be used, whatever it is compared with; empty if it is sound. A dead
+    channel is not examined: that it stands still is no fault of the sampling.
 
     Each record is examined once, since several checks use the same one."""
     known = _KNOWN.setdefault(record, {})
-    there = tuple(c for c in outputs if c in record.channels)
+    there = tuple(c for c in outputs if c in record.channels and not _stands_still(c, record[c]))
     key = " ".join((drive, *there))
     if key not in known:
         known[key] = _faults(record, drive, there) if drive in record.channels else ()
     return known[key]
+
+
+def _stands_still(channel: str, x: Array) -> bool:
+    return bool(dead(channel, x[:STARTS_WITH]) and dead(channel, x))  # the whole is sorted only if its start is
 
 
 def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason, ...]:

@@ -134,3 +134,11 @@ def test_findings_of_a_clipped_record_are_listed(tmp_path: Path) -> None:
     (judged,) = json.loads((tmp_path / "out" / "results.json").read_text())["units"]
     causes = {f["quantity"]: f["cause"]["code"] for f in judged["findings"] if f["check"] in ("frf", "misalignment")}
     assert causes["dx_um"] == causes["axial_resonance_Hz"] == "channel_clipped"
+
+
+def test_a_channel_that_stands_still_is_dead_and_not_clipped() -> None:
+    """A last digit that flickers at the end of the range of values is no range of the converter."""
+    sound = read_record(SOURCE / "frf_noise.mat")
+    digit = np.where(np.arange(sound["de"].size) % 7 == 0, 2.5e-9, 0.0)
+    for still in (digit, np.zeros_like(digit)):
+        assert sampling_faults(replace(sound, channels={**sound.channels, "de": still})) == ()
