@@ -48,12 +48,7 @@ def simulate(request: UnitRequest) -> SimulatedUnit:
         sections, own = apa.sections(figures), figures.truth()
         tables = {"flatness.csv": csv_bytes(apa.flatness_columns(figures))}
     else:
-        hidden = any(name == "hysteresis" for name, _ in request.effects)  # then the drive has the loops
-        records, tables, own = (
-            {"hysteresis": slow_record(bench, "hysteresis", 0.0 if hidden else apa.Figures.loop)},
-            {},
-            {},
-        )
+        records, tables, own = {"hysteresis": slow_record(bench, "hysteresis")}, {}, {}
         sections = {"hysteresis": {"record": "hysteresis.mat"}}
     responses, section = _responses(bench)
     sensor_F = 1e-6 * own["sensor_uF"] if "sensor_uF" in own else SENSOR_F

@@ -73,7 +73,11 @@ def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -
         say(f"no certificates are written: {e}")
         return None
     if not keys.exist(home):
-        _make(home, phrase, operator_name(operator))
+        try:
+            _make(home, phrase, operator_name(operator))
+        except KeysError:
+            if not keys.exist(home):  # another run that began at the same moment may have made them
+                raise
     credential = keys.unlock(home, TECHNICIAN, phrase, _known(home, operator))
     if operator is not None and not same_person(operator, credential.person):
         raise KeysError(

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from accept.batch.pipeline import Pipeline
-from accept.certificate.trust import encrypted_key
+from accept.certificate.trust import encrypted_key, keys
 from accept.cli.main import app
 from accept.store import Event, NewEvent, Store, open_store
 from tests.accept.units.units import GOOD, make_unit
@@ -94,3 +94,15 @@ def test_the_certificate_that_is_still_about_is_named(unit: Path) -> None:
     said = attempt_on(pdf)
     assert said.startswith("attempt: 3, replaces 'accepted' of")
     assert said.endswith(f"which had no certificate, and certificate sha256 {first} of attempt 1")
+
+
+def test_keys_that_another_run_makes_meanwhile_are_used(unit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two runs in a new home: both find no keys, one of them makes them first."""
+    place = keys._place
+
+    def slower(files: dict[str, bytes], target: Path) -> None:
+        place(files, target)
+        place(files, target)  # the folder is there by now
+
+    monkeypatch.setattr(keys, "_place", slower)
+    assert attempt_on(certify_by("batch", unit)) == "attempt: 1"
