@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from accept.batch.table import actions
 from accept.cli.main import app
-from accept.judging.advice import ADVICE, action, first_advice
+from accept.judging.advice import ADVICE, action
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.judging.result import UnitResult
@@ -26,26 +26,26 @@ from specs.spec import Limit
 from tests.soak import SOAK
 
 SHORT = 10.5  # s; the specs ask for 10
-# Fault -> (verdict of a unit, whether something is to be put right at the bench, what must be said to do first).
+# Fault -> (verdict of an APA, whether something is to be put right at the bench). What a fault does to a strut too is
+# the same record spoilt by the same code.
 APA = {
-    "flatness": ("rejected", False, "clean both faces and the table"),
-    "capacitance": ("rejected", False, "check that the leads are on the right stacks"),
-    "dead_stack": ("rejected", False, "check that all three stacks are connected"),
-    "soft": ("rejected", False, "weigh the added mass"),
-    "soft_bending": ("rejected", False, "check the clamping of the part"),
-    "hysteresis": ("rejected", False, "let the amplifier warm up"),
-    "double_hit": ("incomplete", True, "x-bending: hit once, briefly"),
-    "wrong_payload": ("incomplete", True, "2 to 4 kg more than stated is on the bench: check the payload"),
-    "polarity": ("incomplete", True, "reverse the connection of sensor stack Vs"),
-    "offset": ("incomplete", True, "high record: check the acquisition settings: encoder de"),
-    "dead_encoder": ("incomplete", True, "low record: check plug and supply of encoder de"),
-    "clipped": ("incomplete", True, "low record: set the range of sensor stack Vs higher"),
-    "truncated": ("incomplete", True, "high record: copy the file again"),
+    "flatness": ("rejected", False),
+    "capacitance": ("rejected", False),
+    "dead_stack": ("rejected", False),
+    "soft": ("rejected", False),
+    "soft_bending": ("rejected", False),
+    "hysteresis": ("rejected", False),
+    "double_hit": ("incomplete", True),
+    "wrong_payload": ("incomplete", True),
+    "polarity": ("incomplete", True),
+    "offset": ("incomplete", True),
+    "dead_encoder": ("incomplete", True),
+    "clipped": ("incomplete", True),
+    "truncated": ("incomplete", True),
 }
 STRUT = {name: APA[name] for name in ("polarity", "offset", "dead_encoder", "clipped", "truncated")} | {
-    "exchanged": ("incomplete", True, "exchange the plugs of encoder de and interferometer da"),
-    # until the gap analysis has named it: `test_by_the_gap_analysis`
-    "wrong_payload": ("rejected", False, "check the payload on the bench"),
+    "exchanged": ("incomplete", True),
+    "wrong_payload": ("rejected", False),  # until the gap analysis has named it: `test_by_the_gap_analysis`
 }
 LIMITS = {
     "axial_resonance_Hz": ("frf", Limit(lower=80.0, upper=100.0, unit="Hz", rule="guarded", source="test")),
@@ -60,7 +60,7 @@ QUICK = {"apa": ("soft", "clipped", "wrong_payload"), "strut": ("wrong_payload",
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "table"), [("apa", APA), ("strut", STRUT)])
-def test_every_fault(kind: str, table: Mapping[str, tuple[str, bool, str]], tmp_path: Path) -> None:
+def test_every_fault(kind: str, table: Mapping[str, tuple[str, bool]], tmp_path: Path) -> None:
     assert set(table) == {name for name, fault in FAULTS.items() if kind in fault.kinds}
     model = open_model("strut") if kind == "strut" else open_model("apa-frame").with_values({"bench.payload_kg": 5.0})
     found = {}
@@ -68,11 +68,10 @@ def test_every_fault(kind: str, table: Mapping[str, tuple[str, bool, str]], tmp_
     for name in tried:
         made = UnitRequest("T-1", kind, model, 1, fault=name, repeats=False, low_s=SHORT, high_s=SHORT, compact=False)
         result = judge_unit(unit_folder.read(write(simulate(made), tmp_path / name)), load_spec(kind))
-        told = first_advice(result.findings) or ""
-        found[name] = str(result.verdict), result.action is not None, told[: len(table[name][2])]
-        if result.action is not None:  # one thing to do, and what is shown is what is stored
-            assert result.action == told == result.to_json()["action"]
-            assert ";" not in told.removesuffix("; then record again")
+        found[name] = str(result.verdict), result.action is not None
+        if name == "wrong_payload" and kind == "apa":  # 8 kg instead of 5, by two ways to the stiffness
+            assert result.action == "2 to 4 kg more than stated is on the bench: check the payload, measure again"
+            assert result.to_json()["action"] == result.action
     assert found == {name: table[name] for name in tried}
 
 
@@ -148,12 +147,9 @@ def test_what_is_named_is_enough() -> None:
     """A misfit asks for an analysis only if nothing else says what to put right."""
     exchanged = because(Cause.CHANNELS_EXCHANGED, channel="de", other="da", evidence="")
     misfit = because(Cause.MODEL_MISFIT, lo=480.0, hi=700.0, G=1.3e4, data="the fitted data", chance="p below 1e-300")
+    limit = LIMITS["axial_resonance_Hz"][1]
     frf, dx = (
-        replace(
-            judge(check, Quantity(name, 90.0, 0.1), LIMITS["axial_resonance_Hz"][1]),
-            verdict=Verdict.NO_RESULT,
-            cause=why,
-        )
+        replace(judge(check, Quantity(name, 90.0, 0.1), limit), verdict=Verdict.NO_RESULT, cause=why)
         for check, name, why in (("frf", "axial_resonance_Hz", exchanged), ("misalignment", "dx_um", misfit))
     )
     assert action([dx, frf]) == "exchange the plugs of encoder de and interferometer da, then record again"
