@@ -169,7 +169,10 @@ class StepScreen(StepForm):
 
     def _return_to(self, field: Field) -> None:
         """Put the cursor back to what was refused or asked about, unless it was saved or something was typed elsewhere
-        meanwhile: what is typed next is its correction, and no value of the next field."""
+        meanwhile: what is typed next is its correction, and no value of the next field. Nothing is done if the fields
+        of another form were laid out meanwhile."""
+        if not field.is_attached:
+            return
         here = self._focused_field()
         if (field.has_class("refused") or field.doubted is not None) and (here is None or not here.input.value):
             self.set_focus(field.input)

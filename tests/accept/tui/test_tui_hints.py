@@ -498,3 +498,17 @@ async def test_one_value_stands_with_one_U_beside_its_finding():
         assert "±" not in shown_value
         found = pilot.app.session.judgement("capacitance").findings[0]
         assert shown_value == f"▪ {rounded(found.value, found.U)} uF"
+
+
+async def test_another_form_right_after_a_doubted_value_ends_no_program():
+    """The cursor would come back to a field that is no longer there."""
+    async with running() as pilot:
+        await begin(pilot)
+        await open_step(pilot, "stroke")
+        await type_line(pilot, "3.65")  # a hundredth of what is usual: it is asked about
+        old = field(pilot, "stroke_um")
+        assert old.doubted is not None
+        await press(pilot, "f6")
+        assert not old.is_attached
+        pilot.app.screen._return_to(old)  # as its timer does
+        assert pilot.app.focused is None or pilot.app.focused.is_attached
