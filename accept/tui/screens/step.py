@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from textual.binding import ActiveBinding, Binding, BindingType
+from textual.widgets import Input
 
 from accept.capture.operator_actions import Person
 from accept.capture.setup import CaptureResult
@@ -171,7 +172,7 @@ class StepScreen(StepForm):
         """Put the cursor back to what was refused or asked about, unless it was saved or something was typed elsewhere
         meanwhile: what is typed next is its correction, and no value of the next field. Nothing is done if the fields
         of another form were laid out meanwhile."""
-        if not field.is_attached:
+        if not field.query(Input):
             return
         here = self._focused_field()
         if (field.has_class("refused") or field.doubted is not None) and (here is None or not here.input.value):
