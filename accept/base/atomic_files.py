@@ -40,6 +40,27 @@ def write_atomic(path: Path, content: bytes, mode: int = 0o666) -> None:
         file.write(content)
 
 
+def write_new(path: Path, content: bytes) -> None:
+    """Write a file that only its owner can read, where there is none. Of programs that do so at once one wins, and none
+    of them ever sees a file that is not whole. Raises FileExistsError."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=PART)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        try:
+            os.link(temporary, path)
+        except FileExistsError:
+            raise
+        except OSError:  # a file system without hard links: here a second program may see half of it
+            with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+                file.write(content)
+    finally:
+        os.unlink(temporary)
+    _sync_folder(path.parent)
+
+
 @contextmanager
 def writing_atomic(path: Path, mode: int = 0o666) -> Iterator[IO[bytes]]:
     """Yield a file to be written piece by piece, which replaces `path` at the end, but not if an error is raised."""

@@ -7,7 +7,6 @@ the sealed rows. If they differ, the whole chain is walked again.
 """
 
 import json
-import os
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey,
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
 from sqlalchemy import Connection, text
 
-from accept.base.atomic_files import write_atomic
+from accept.base.atomic_files import write_atomic, write_new
 from accept.store.chain import StoreHead
 from specs.files import read_bounded
 
@@ -112,9 +111,7 @@ def own_key(key_file: Path) -> Ed25519PrivateKey:
     raw = Ed25519PrivateKey.generate().private_bytes(Encoding.Raw, PrivateFormat.Raw, NoEncryption())
     try:
         key_file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        handle = os.open(key_file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(handle, "wb") as file:
-            file.write(raw.hex().encode() + b"\n")
+        write_new(key_file, raw.hex().encode() + b"\n")
     except FileExistsError:
         pass  # another program made it meanwhile
     return _stored_key(key_file)
