@@ -1,8 +1,9 @@
 """The end of a unit: all findings, the verdict, what is missing; signed, countersigned, verified."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from textwrap import wrap
 from typing import ClassVar
 
 from rich.text import Text
@@ -158,7 +159,13 @@ class Summary(Scanning[bool]):
     def _tell(self, row: int) -> None:
         """Tell why a finding is what it is, and what was noted about the unit."""
         if 0 <= row < len(self._why):  # an empty table says row -1
-            self.query_one("#detail", Static).update("\n".join(filter(None, (self._why[row], *self._notes))))
+            detail = self.query_one("#detail", Static)
+            room = detail.styles.max_height
+            lines = whole_lines([self._why[row], *self._notes], self.size.width - 2, int(room.value) if room else 1)
+            detail.update("\n".join(lines))
+
+    def on_resize(self) -> None:
+        self._tell(self.query_one(DataTable).cursor_row)
 
     def _show_certificate(self) -> None:
         attempt = self.session.attempt
@@ -385,6 +392,17 @@ def _detail(f: Finding) -> str:
     """Return why a finding is what it is, and what to do about it."""
     why = f.reason or f.note or _RULES.get(str(f.rule), str(f.rule))
     return "\n".join([f"{label_of(f.quantity)}: {why}", *(f"→ {line}" for line in advice(CHECKS[f.check], f))])
+
+
+def whole_lines(texts: Sequence[str], width: int, height: int) -> list[str]:
+    """Return as many of the texts as have room, each whole, and how many are left to the certificate. The first is
+    always there."""
+    used = [sum(len(wrap(line, width)) or 1 for line in text.split("\n")) for text in texts]
+    if sum(used) <= height:
+        return list(texts)
+    kept = max([1, *(n for n in range(1, len(texts)) if sum(used[:n]) < height)])
+    left = len(texts) - kept
+    return [*texts[:kept], *([f"{left} more note{'s' if left > 1 else ''}: on the certificate"] if left else [])]
 
 
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
