@@ -41,8 +41,8 @@ def write_atomic(path: Path, content: bytes, mode: int = 0o666) -> None:
 
 
 def write_new(path: Path, content: bytes) -> None:
-    """Write a file that only its owner can read, where there is none. Of programs that do so at once one wins, and none
-    of them ever sees a file that is not whole. Raises FileExistsError."""
+    """Write a new file with permissions for its owner only. If several programs write it at the same time, one succeeds
+    and none reads an incomplete file. Raises FileExistsError."""
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=PART)
     try:
         with os.fdopen(handle, "wb") as file:
