@@ -228,7 +228,9 @@ def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench
     nothing = UnitFit(r.serial, r, model, tuple(p.name for p in free), prior, np.diag(sds**2), {}, False, {})
     if at is None:
         return nothing
-    on_bench, own = r.on_bench(bench), replace(model, learned=bench)
+    # The model's error is the same in all units of a batch, so it does not average as their noise does: its tolerance
+    # stays that of the file, even if the data of one unit would bear a finer one.
+    on_bench, own = r.on_bench(bench), replace(model, learned=bench, least=model.tolerance)
     unseen = on_bench.second or on_bench.first
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
