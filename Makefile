@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 # What tests, linters and pictures need beside the program.
 DEV    := $(VENV)/.developer
-LOCK   := uv pip compile --universal --python-version 3.11 --generate-hashes --no-annotate --no-header
+LOCK   := uv pip compile --universal --no-strip-extras --python-version 3.11 --generate-hashes --no-annotate --no-header
 
 .PHONY: demo test tests changed clone-tests quick docs test-python coverage soak bench challenge false-acceptance format lint lock clean setup pictures
 
