@@ -4,7 +4,7 @@ import errno
 import os
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
@@ -43,27 +43,14 @@ def write_atomic(path: Path, content: bytes, mode: int = 0o666) -> None:
 def write_new(path: Path, content: bytes) -> None:
     """Write a new file with permissions for its owner only. If several programs write it at the same time, one succeeds
     and none reads an incomplete file. Raises FileExistsError."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=PART)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        try:
-            os.link(temporary, path)
-        except FileExistsError:
-            raise
-        except OSError:  # a file system without hard links: here a second program may see half of it
-            with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
-                file.write(content)
-    finally:
-        os.unlink(temporary)
-    _sync_folder(path.parent)
+    with writing_atomic(path, 0o600, put=_put_new) as file:
+        file.write(content)
 
 
 @contextmanager
-def writing_atomic(path: Path, mode: int = 0o666) -> Iterator[IO[bytes]]:
-    """Yield a file to be written piece by piece, which replaces `path` at the end, but not if an error is raised."""
+def writing_atomic(path: Path, mode: int = 0o666, put: Callable[[str, Path], None] = os.replace) -> Iterator[IO[bytes]]:
+    """Yield a file to be written piece by piece, which `put` moves to `path` at the end, but not if an error is
+    raised."""
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=PART)
@@ -75,7 +62,7 @@ def writing_atomic(path: Path, mode: int = 0o666) -> Iterator[IO[bytes]]:
             file.flush()
             os.fsync(file.fileno())
         os.chmod(temporary, mode & ~_UMASK)
-        os.replace(temporary, path)
+        put(temporary, path)
     except OSError as e:
         Path(temporary).unlink(missing_ok=True)
         raise OSError(e.errno, e.strerror, str(path)) from e  # the error of writing does not name the file
@@ -93,6 +80,17 @@ def remove_leftovers(*folders: Path, older_s: float = LEFTOVER_S) -> None:
             with suppress(OSError):  # of another user, or gone meanwhile
                 if path.is_file() and time.time() - path.stat().st_mtime > older_s:
                     path.unlink()
+
+
+def _put_new(temporary: str, path: Path) -> None:
+    """Move a file to a new path. Raises FileExistsError."""
+    try:
+        os.link(temporary, path)
+    except OSError:  # it is there, or a file system without hard links: until it is moved, others find an empty file
+        os.close(os.open(path, os.O_CREAT | os.O_EXCL, 0o600))
+        os.replace(temporary, path)
+    else:
+        os.unlink(temporary)
 
 
 def _sync_folder(folder: Path) -> None:

@@ -1,6 +1,5 @@
 """The life of a person's key: requested at the bench, issued, renewed and revoked by the authority."""
 
-import os
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,7 +11,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509.oid import NameOID
 
-from accept.base.atomic_files import write_atomic
+from accept.base.atomic_files import write_atomic, write_new
 from accept.certificate.trust import authority, encrypted_key, keys, revocation
 from accept.certificate.trust.keys import BENCH, CA, ROLES, KeysError
 from accept.certificate.trust.names import same_person
@@ -40,7 +39,7 @@ def request(home: Path, role: str, person: str, passphrase: str) -> tuple[Path, 
     place = keys.folder(home)
     place.mkdir(parents=True, exist_ok=True, mode=0o700)
     name = keys.key_name(home, role, person)
-    keys.write_secret(place / f"{name}.key.pem", encrypted_key.lock(key, passphrase))
+    write_new(place / f"{name}.key.pem", encrypted_key.lock(key, passphrase))
     write_atomic(place / f"{name}.request.pem", text)
     return place / f"{name}.key.pem", text
 
@@ -165,10 +164,7 @@ def change_passphrase(home: Path, office: Path, who: str, old: str, new: str) ->
         path = _path_of(home, who)
         box = path.with_name(f"{path.stem}.key.pem")
     key = keys.unlocked(box, old)
-    temporary = box.with_name(f".{box.name}.new")
-    temporary.unlink(missing_ok=True)
-    keys.write_secret(temporary, encrypted_key.lock(key, new))
-    os.replace(temporary, box)
+    write_atomic(box, encrypted_key.lock(key, new), 0o600)
     if who == "authority":
         (office / keys.AUTHORITY_PASSPHRASE).unlink(missing_ok=True)
     return box

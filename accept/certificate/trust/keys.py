@@ -21,6 +21,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 
+from accept.base.atomic_files import write_new
 from accept.certificate.trust import authority, encrypted_key, revocation
 from accept.certificate.trust.names import same_person, scripts
 from accept.store.opening import BENCH_KEY
@@ -121,7 +122,10 @@ def init(
             raise KeysError(f"{place}: there are keys already; move them away to make new ones")
     check_name(technician_name)
     check_passphrase(passphrase)
-    bench = own_key(bench_key or home / BENCH_KEY).public_key()
+    try:
+        bench = own_key(bench_key or home / BENCH_KEY).public_key()
+    except OSError as e:
+        raise KeysError(f"{e.filename or home}: the bench's own key cannot be written ({e.strerror})") from e
     persons = {TECHNICIAN: (technician_name, passphrase)}
     if qa_name is not None:
         check_name(qa_name)
@@ -143,7 +147,7 @@ def init(
         for name in (f"{CA}.pem", *taken_off) if office else ():
             if office and name in files:
                 office.mkdir(parents=True, exist_ok=True)
-                write_secret(office / name, files[name])
+                write_new(office / name, files[name])
                 written.append(office / name)
         _place({name: content for name, content in files.items() if name not in taken_off}, folder(home))
     except OSError as e:
@@ -400,17 +404,8 @@ def _place(files: dict[str, bytes], target: Path) -> None:
     temporary = Path(tempfile.mkdtemp(dir=target.parent, prefix=".keys."))
     try:
         for name, content in files.items():
-            write_secret(temporary / name, content)
+            write_new(temporary / name, content)
         os.rename(temporary, target)  # fails if another process made keys meanwhile
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
         raise
-
-
-def write_secret(path: Path, content: bytes) -> None:
-    """Make a file that only its owner may read. Raises OSError, FileExistsError if it exists already."""
-    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(handle, "wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
