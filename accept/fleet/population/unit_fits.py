@@ -12,7 +12,7 @@ from accept.models.model_file import OpenedModel, as_weighed
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.fitting.bench_factor import BenchFactor, learn_factor, local_mean
-from checks.fitting.calibrate import Calibration, refine, with_damping
+from checks.fitting.calibrate import Calibration, with_damping, with_likelier_damping
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import FitPoint, coarse_fits, finish, free_of
@@ -221,21 +221,21 @@ def _start_at(free: Sequence[Free], at: Values) -> FitPoint:
 
 
 def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench | None) -> UnitFit:
-    """Fit all bins, with the form of damping and the tolerance that the data ask for. If no search succeeds, return the
-    priors without G."""
+    """Fit all bins, with the form of damping that the data ask for. If no search succeeds, return the priors without G.
+
+    The tolerance stays that of the file, even if the data of one unit would bear a finer one: the model's error is the
+    same in all units of a batch, so it does not average as their noise does."""
     free = free_with_offsets(model)
     prior, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
     nothing = UnitFit(r.serial, r, model, tuple(p.name for p in free), prior, np.diag(sds**2), {}, False, {})
     if at is None:
         return nothing
-    # The model's error is the same in all units of a batch, so it does not average as their noise does: its tolerance
-    # stays that of the file, even if the data of one unit would bear a finer one.
-    on_bench, own = r.on_bench(bench), replace(model, learned=bench, least=model.tolerance)
+    on_bench, own = r.on_bench(bench), replace(model, learned=bench)
     unseen = on_bench.second or on_bench.first
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             fit = finish(own, on_bench.first, _start_at(free, at))
-            found = refine(Calibration(own, own, fit), unseen=on_bench.second)
+            found = with_likelier_damping(Calibration(own, own, fit))
             G = gaps_at(found.model, found.fit.at, unseen)
             in_file = {n: model.values[n] for n in LATENCIES.values() if n in found.fit.at}
             before = gaps_at(replace(found.model, learned=None), found.fit.at | in_file, r.second or r.first)
