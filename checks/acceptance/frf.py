@@ -291,13 +291,7 @@ CHECK = Check(
             (
                 Series("low", "low record (sweep or noise)", _ALL, called="low record", named=("lf", "sweep")),
                 Series("high", "high record (noise)", _ALL, called="high record", named=("hf",)),
-                Scalar(
-                    "merge_Hz",
-                    "where the low record ends and the high begins",
-                    lo=1.0,
-                    hi=5000.0,
-                    default=MERGE_HZ,
-                ),
+                Scalar("merge_Hz", "crossover from low to high record", lo=1.0, hi=5000.0, default=MERGE_HZ),
                 Series(
                     "low_repeat",
                     "second realisation of the low record",

@@ -1,9 +1,8 @@
 """The end of a unit: all findings, the verdict, what is missing; signed, countersigned, verified."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from textwrap import wrap
 from typing import ClassVar
 
 from rich.text import Text
@@ -26,6 +25,7 @@ from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
+from accept.tui.widgets.findings import whole_lines
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
 from accept.tui.widgets.step_list import HELD, held_words, listed
@@ -161,8 +161,8 @@ class Summary(Scanning[bool]):
         if 0 <= row < len(self._why):  # an empty table says row -1
             detail = self.query_one("#detail", Static)
             room = detail.styles.max_height
-            lines = whole_lines([self._why[row], *self._notes], self.size.width - 2, int(room.value) if room else 1)
-            detail.update("\n".join(lines))
+            texts = list(filter(None, (self._why[row], *self._notes)))
+            detail.update("\n".join(whole_lines(texts, self.size.width - 2, int(room.value) if room else 1)))
 
     def on_resize(self) -> None:
         self._tell(self.query_one(DataTable).cursor_row)
@@ -392,17 +392,6 @@ def _detail(f: Finding) -> str:
     """Return why a finding is what it is, and what to do about it."""
     why = f.reason or f.note or _RULES.get(str(f.rule), str(f.rule))
     return "\n".join([f"{label_of(f.quantity)}: {why}", *(f"→ {line}" for line in advice(CHECKS[f.check], f))])
-
-
-def whole_lines(texts: Sequence[str], width: int, height: int) -> list[str]:
-    """Return as many of the texts as have room, each whole, and how many are left to the certificate. The first is
-    always there."""
-    used = [sum(len(wrap(line, width)) or 1 for line in text.split("\n")) for text in texts]
-    if sum(used) <= height:
-        return list(texts)
-    kept = max([1, *(n for n in range(1, len(texts)) if sum(used[:n]) < height)])
-    left = len(texts) - kept
-    return [*texts[:kept], *([f"{left} more note{'s' if left > 1 else ''}: on the certificate"] if left else [])]
 
 
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
