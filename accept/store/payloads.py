@@ -434,7 +434,7 @@ class StepRemeasured(Payload, what="step_remeasured"):
 
 @dataclass(frozen=True)
 class EntryUndone(Payload, what="entry_undone"):
-    """An entry was taken back."""
+    """An entry was taken back, or the beginning of an attempt at which nothing was done."""
 
     undoes: Annotated[int, "number of its event"]
 

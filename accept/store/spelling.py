@@ -1,8 +1,6 @@
 """Serials that differ only in capitals: on a file system that does not distinguish them, their certificates and folders
 would overwrite each other."""
 
-NAMING = ("unit_judged", "attempt_started")  # the events that bring a unit into the store
-
 
 def spelling_key(serial: str) -> str:
     """Return the key that such serials share. A serial is ASCII (`accept.units.unit_folder`): no letter has two

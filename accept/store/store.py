@@ -18,9 +18,9 @@ from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misf
 from accept.store.engine import appending, reconnecting, snapshot
 from accept.store.errors import StoreError, reported
 from accept.store.event import Event, NewEvent, sealed
+from accept.store.naming import NAMING, is_named
 from accept.store.payloads import Payload
 from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
-from accept.store.spelling import NAMING
 
 END_NOT_KEPT = (
     "no seal of it lies at this bench, so events that were removed from its end would not show: "
@@ -267,11 +267,12 @@ class Store:
 
     def other_spelling(self, serial: str) -> str | None:
         """Return the serial in the store that differs from this one only in capitals (`accept.store.spelling`); None if
-        the store knows this one. Raises StoreError."""
+        the store knows this one. A unit that was taken off the list is not known. Raises StoreError."""
         subject, what = tables.events.c.subject, tables.events.c.what
         asked = select(subject).where(func.lower(subject) == func.lower(serial), what.in_(NAMING)).distinct()
         alike = self._ask(lambda connection: set(connection.scalars(asked)))
-        return None if serial in alike else min(alike, default=None)
+        known = alike if alike <= {serial} else {each for each in alike if is_named(self.events(each))}
+        return None if serial in known else min(known, default=None)
 
     @property
     def engine(self) -> Engine:

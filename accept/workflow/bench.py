@@ -123,6 +123,15 @@ class Workbench:
         session, _ = self.open_unit(begun)
         session.close()
 
+    def take_off(self, serial: str, kind: str, operator: str) -> None:
+        """Take a unit off the list at which nothing was done: its serial was a mistake. Raises as `session`, and
+        EntryError if something was done."""
+        session = self.session(serial, kind, operator)
+        try:
+            session.take_off()
+        finally:
+            session.close()
+
     def _channels(self, taken: UnitFolder | None) -> Channels:
         """Return the names of the channels in records: as the unit's folder gives them, else as the rig does."""
         if taken is not None and taken.channels:

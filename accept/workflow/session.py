@@ -88,8 +88,6 @@ class Session:
         Raises EntryError if the serial is not valid, UnitBusy, StoreError, OSError."""
         if problem := serial_problem(serial, spec):
             raise EntryError(f"serial '{serial}': {problem}")
-        if next(store.events(serial), None) is None and (known := store.other_spelling(serial)) is not None:
-            raise EntryError(mistaken_for(serial, known))
         self.store, self.home, self.spec, self.operator, self.serial = store, home, spec, operator, serial
         self.steps, self.stated = steps_of(spec), stated
         self.spec_name = f"{spec.name}@{spec.sha256}"
@@ -102,6 +100,8 @@ class Session:
         try:
             self._events = list(store.events(serial))
             self.run = fold_run(serial, self._events)
+            if self.run.attempt is None and (known := store.other_spelling(serial)) is not None:
+                raise EntryError(mistaken_for(serial, known))
         except BaseException:
             self._lock.release()
             raise
@@ -348,6 +348,16 @@ class Session:
         if not self.attempt.undoable:
             raise EntryError("there is nothing to undo in this attempt")
         return self.append(EntryUndone(self.attempt.undoable[-1]))
+
+    def take_off(self) -> Event:
+        """Take back that this unit was begun, as if its serial had not been entered. Raises EntryError if anything was
+        done at it, StoreError."""
+        with self._mutex:
+            started = [event.seq for event in self._events if event.what == AttemptStarted.KIND]
+            done = [event for event in self._events if started and event.seq > started[-1]]
+            if len(self.attempt.steps) or self.attempt.number > 1 or {e.what for e in done} - {RunOpened.KIND}:
+                raise EntryError(f"{self.serial} stays: something was done at it")
+            return self.append(EntryUndone(started[-1]))
 
     @property
     def waiting(self) -> list[WorkflowStep]:

@@ -28,6 +28,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         Binding("tab", "turn(1)", "Next list", priority=True),
         Binding("shift+tab", "turn(-1)", show=False, priority=True),
         Binding("f6", "add", "Add a tray", priority=True),
+        Binding("ctrl+z", "take_off", "Take off", priority=True),
         Binding("up", "move(-1)", show=False, priority=True),
         Binding("down", "move(1)", show=False, priority=True),
         Binding("pageup", "move(-10)", show=False, priority=True),
@@ -44,6 +45,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         self._at = ALL, ""  # name and kind of the queue that is shown
         self._adding = False
         self._added = 0
+        self._doubted = ""  # serial that Ctrl+Z was pressed at once
 
     def compose(self) -> ComposeResult:
         yield Label("accept · units", classes="title")
@@ -123,6 +125,39 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
             one_by_one = f"{shown.title}: Enter opens the first, then one unit after the other"
             self.say(_SCAN if shown.name == ALL else one_by_one)
 
+    @property
+    def _here(self) -> KnownUnit | None:
+        """Return the unit under the cursor, None in an empty list."""
+        table = self.query_one("#known", DataTable)
+        if not table.row_count:
+            return None
+        serial = str(table.coordinate_to_cell_key(table.cursor_coordinate).row_key.value)
+        return next((unit for unit in self._units if unit.serial == serial), None)
+
+    def action_take_off(self) -> None:
+        """Take the unit under the cursor off the list, when asked twice; the last one that was added stands on top."""
+        unit = self._here
+        if unit is None:
+            self.say("No unit to take off the list", "bad")
+        elif not self._operator:
+            self.say("Enter your name on the first screen, then take units off", "bad")
+        elif self._doubted != unit.serial:
+            self._doubted = unit.serial
+            self.say(f"Ctrl+Z again: take {unit.serial} off the list, as if it had not been scanned", "doubt")
+        else:
+            self._doubted = ""
+            bench, who = self._bench, self._operator
+            self.hold(
+                lambda: bench.take_off(unit.serial, unit.kind, who),
+                lambda _: self._is_off(unit.serial),
+                f"taking {unit.serial} off",
+            )
+
+    def _is_off(self, serial: str) -> None:
+        self._added = max(0, self._added - 1)
+        self.say(f"{serial} is off the list. {self._tray if self._adding else _SCAN}", "saved")
+        self._look()
+
     def action_move(self, rows: int) -> None:
         table = self.query_one("#known", DataTable)
         table.move_cursor(row=max(0, min(table.cursor_row + rows, table.row_count - 1)))
@@ -131,7 +166,6 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         """Open the unit that was scanned, else the one under the cursor; while a tray is added, add it."""
         text = self.query_one(TextEntry).value.strip()
         exact = next((unit for unit in self._units if unit.serial == text), None)
-        table = self.query_one("#known", DataTable)
         if self._adding and text:
             self._add(text)
         elif self._adding:
@@ -140,9 +174,8 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
             self._choose(exact)
         elif text:
             self.hold(lambda: (text, self._bench.known_one(text)), self._found, f"looking for {text}")
-        elif table.row_count and self._queue is not None:
-            serial = str(table.coordinate_to_cell_key(table.cursor_coordinate).row_key.value)
-            self._choose(next(unit for unit in self._units if unit.serial == serial))
+        elif (here := self._here) is not None:
+            self._choose(here)
 
     def _found(self, seen: tuple[str, KnownUnit | None]) -> None:
         serial, known = seen
@@ -165,12 +198,19 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         if not self._operator:
             self.say("Enter your name on the first screen, then add units", "bad")
         elif text:
-            self._adding = True
+            self._begin_tray()
             self._add(text)
+        elif not self._adding:
+            self._begin_tray()
+            self.say(self._tray)
         else:
-            self._adding = not self._adding
-            done = f"{self._added} added. Tab: choose what to measure at one after the other"
-            self.say(self._tray if self._adding else done, "quiet" if self._adding else "good")
+            self._adding = False
+            self.say(f"{self._added} added. Tab: choose what to measure at one after the other", "good")
+
+    def _begin_tray(self) -> None:
+        """Take every scan as a unit of the tray, and show all units: the one that was added last stands on top."""
+        self._adding, self._at = True, (ALL, "")
+        self._fill()
 
     def _add(self, serial: str) -> None:
         """Begin a unit, unless it is known; scanned twice it is one unit."""
@@ -207,8 +247,8 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         return (
             "On the left what the units wait for, on the right the units. Tab changes the list; Enter opens a unit. "
             "From the list of a step, of the rig or of signatures, Enter at the end goes on to the next unit. F6: scan "
-            "the units of a tray, then choose the step to measure at all of them. Red: a nonconformance, quality "
-            "assurance decides."
+            "the units of a tray, then choose the step to measure at all of them. Ctrl+Z twice takes a unit off the "
+            "list at which nothing was done. Red: a nonconformance, quality assurance decides."
         )
 
 

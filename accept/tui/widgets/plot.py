@@ -318,14 +318,19 @@ def _entry(sign: str, label: str) -> str:
 
 
 def plan(item: Heights, width: int = 56, height: int = 9) -> str:
-    """Draw numbered points with their heights, seen from above."""
-    rows = [[" "] * (width + 12) for _ in range(height)]
-    for number, (x, y, z) in enumerate(zip(item.x, item.y, item.z, strict=True), 1):
-        column = round((width - 1) * _fraction(x, item.x))
-        row = round((height - 1) * (1 - _fraction(y, item.y)))
-        for offset, letter in enumerate(f"{number}:{z:+.1f}"):
-            rows[row][column + offset] = letter
-    return "\n".join("".join(row).rstrip() for row in rows) + f"\n{item.label}"
+    """Draw numbered points with their heights, seen from above. A number for which there is no room beside another one
+    stands on the next free row."""
+    words = [f"{number}:{z:+.1f}" for number, z in enumerate(item.z, 1)]
+    longest = max(map(len, words), default=0)
+    rows = [" " * (width + longest)] * max(height, len(words))
+    for word, x, y in zip(words, item.x, item.y, strict=True):
+        start = round((width - 1) * _fraction(x, item.x))
+        end = start + len(word)
+        wanted = round((height - 1) * (1 - _fraction(y, item.y)))
+        nearest = sorted(range(len(rows)), key=lambda row: abs(row - wanted))
+        row = next(r for r in nearest if not rows[r][max(0, start - 1) : end + 1].strip())
+        rows[row] = rows[row][:start] + word + rows[row][end:]
+    return "\n".join(row.rstrip() for row in rows).rstrip() + f"\n{item.label}"
 
 
 def _fraction(value: float, among: Array) -> float:

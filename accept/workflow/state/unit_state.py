@@ -172,9 +172,10 @@ def fold_run(serial: str, events: Iterable[Event]) -> UnitRun:
     """
     stored = [(event, payload_of(event)) for event in events]
     gone = {payload.undoes for _, payload in stored if isinstance(payload, EntryUndone)}
+    begun = {event.seq for event, payload in stored if isinstance(payload, AttemptStarted)}
     run = UnitRun(serial, seq=stored[-1][0].seq if stored else 0)
     for event, payload in stored:
-        if event.seq in gone:
+        if event.seq in gone or (isinstance(payload, EntryUndone) and payload.undoes in begun):
             continue
         if isinstance(payload, AttemptStarted):
             run = replace(run, attempts=(*run.attempts, _started(event, payload)))

@@ -23,13 +23,14 @@ from accept.tui.widgets.plot import (
     PanelView,
     Upright,
     apart,
+    plan,
     thin,
     unbroken,
 )
 from accept.workflow.state.unit_state import StepJudgement
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
-from checks.picture import Band, Image, Line, Panel
+from checks.picture import Band, Heights, Image, Line, Panel
 from checks.quantity import Quantity
 from checks.verdict import judge
 from specs.spec import Limit
@@ -223,3 +224,12 @@ def test_notes_of_a_summary_stand_whole_or_are_counted() -> None:
         long,
         "1 more note on the certificate",
     ]
+
+
+def test_heights_that_lie_close_together_do_not_run_into_each_other():
+    """Every number stands whole, with a blank on either side of it."""
+    x = np.array([0.0, 0.0, 0.5, 1.0, 30.0])
+    y = np.array([0.0, 0.5, 0.5, 0.4, 30.0])
+    z = np.array([-12.3456, 7.0, -100.25, 0.0, 3.2])
+    drawn = plan(Heights(x, y, z, label="um"), 32)
+    assert sorted(drawn.removesuffix("\num").split()) == ["1:-12.3", "2:+7.0", "3:-100.2", "4:+0.0", "5:+3.2"]

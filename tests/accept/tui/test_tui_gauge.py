@@ -1,6 +1,8 @@
 """The instruments on the screen: a live value in its limits, with its faults, taken with one key; a step measured as a
 whole."""
 
+import os
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +18,7 @@ from accept.tui.widgets.live_value import Gauge, gauge_text
 from accept.workflow.bench import Workbench, open_bench
 from checks.declare import Measured
 from hw.errors import NoReply
+from hw.records.writers import mat_bytes
 from specs.spec import Limit
 from tests.accept.tui.tui_help import APART, begin, loader, press, running, settled, shown, words
 from tests.hw.instruments.fake_instrument import Fake, Only
@@ -169,6 +172,34 @@ async def test_a_stroke_is_measured_from_its_screen_and_undone_like_any_entry(tm
     assert first["source"] == second["source"] == "gauge C1216 SIM-GAUGE"
     assert first["evidence"]["transcript"]
     assert "transcript" not in second["evidence"]
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_steps")
+async def test_a_record_that_is_there_is_not_measured_again_by_one_key(tmp_path, monkeypatch):
+    """Measuring takes minutes, and the record that is proposed is one Enter away."""
+    records = tmp_path / "records"
+    records.mkdir()
+    monkeypatch.chdir(records)
+    with simulated_bench(tmp_path / "bench") as (simulated, _):
+        async with running(lambda: opened(simulated.bench_file)) as pilot:
+            await begin(pilot, "APA-01")
+            t = np.arange(0.0, 10.0, 1e-2)
+            volts = 65.0 + 85.0 * np.sin(0.2 * np.pi * t)
+            there = records / "stroke_one_stack.mat"
+            there.write_bytes(mat_bytes({"t": t, "V": volts, "d": 1e-6 * volts}))
+            os.utime(there, (time.time() - 60.0,) * 2)  # written to its end
+            await press(pilot, *STROKE)
+            if not any(f.place.is_file for f in pilot.app.screen.query(Field)):
+                await press(pilot, "f6")
+            await press(pilot, "f3")
+            assert "Enter: take stroke_one_stack.mat. F3 again: measure at the rig" in words(pilot, "#status")
+            session = pilot.app.screen.session
+            assert not session.state("stroke").entries
+            await press(pilot, "f3")
+            assert {link.input for link in session.state("stroke").entries} == {"one_stack", "two_stacks"}
+            with open_store() as store:
+                assert {e.data["source"] for e in store.events("APA-01", "record_linked")} == {"gauge C1216 SIM-GAUGE"}
 
 
 @pytest.mark.slow

@@ -224,3 +224,36 @@ async def test_the_kind_follows_a_serial_that_is_known():
         await settled(pilot)
         await begin(pilot, "APA-02")
         assert pilot.app.session.spec.kind == "apa"
+
+
+def listed(pilot) -> list[str]:
+    table = pilot.app.screen.query_one("#known", DataTable)
+    return [str(table.get_row_at(row)[0]) for row in range(table.row_count)]
+
+
+async def test_a_serial_that_was_entered_by_mistake_is_taken_off_again():
+    """It leaves no trace in the lists, and the right serial, which differs in capitals only, is taken."""
+    async with running() as pilot:
+        await press(pilot, "f2", "f6")
+        for serial in ("APA-01", "apa-02"):
+            await type_line(pilot, serial)
+        assert listed(pilot) == ["apa-02", "APA-01"]
+        await press(pilot, "ctrl+z")
+        assert "Ctrl+Z again: take apa-02 off" in words(pilot, "#status")
+        assert len(listed(pilot)) == 2
+        await press(pilot, "ctrl+z")
+        assert listed(pilot) == ["APA-01"]
+        await type_line(pilot, "APA-02")
+        assert listed(pilot) == ["APA-02", "APA-01"]
+        await press(pilot, "f6")
+        assert "2 added" in words(pilot, "#status")
+        await type_line(pilot, "APA-02")
+        pilot.app.screen.query_one(StepList).stand_at("capacitance")
+        await press(pilot, "enter")
+        await type_line(pilot, "4.91")
+        await press(pilot, "escape", "escape", "f2", "ctrl+z", "ctrl+z")
+        assert "APA-02 stays: something was done at it" in words(pilot, "#status")
+        assert listed(pilot) == ["APA-02", "APA-01"]
+    with open_store() as store:
+        assert [unit.serial for unit in known_units(store, SPECS)] == ["APA-02", "APA-01"]
+        assert [event.subject for event in store.events(what="attempt_started")] == ["APA-01", "apa-02", "APA-02"]
