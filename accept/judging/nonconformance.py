@@ -22,12 +22,12 @@ from accept.store.payloads import (
     AttemptVoided,
     CertificateSigned,
     Decision,
-    EntryUndone,
     NonconformanceDecided,
     StepNoted,
     UnitJudged,
     payload_of,
 )
+from accept.store.undone import undone
 from checks.verdict import Finding
 
 DISPOSITION = "disposition"  # the kind of decision that is signed
@@ -61,7 +61,7 @@ def open_nonconformances(
     void = voids(store, serial)
     if not stated and not void and next(store.events(serial, StepNoted.KIND), None) is None:  # as for most units
         return here
-    kinds = (StepNoted, EntryUndone, UnitJudged, CertificateSigned, NonconformanceDecided, AttemptVoided)
+    kinds = (StepNoted, UnitJudged, CertificateSigned, NonconformanceDecided, AttemptVoided)
     events = [(e, payload_of(e, *kinds)) for e in store.events(serial)]
     judged = {event.seq: payload for event, payload in events if isinstance(payload, UnitJudged)}
     of_void = {
@@ -70,17 +70,17 @@ def open_nonconformances(
     }
     if values is None:
         of_void = {words: words in stated for words in of_void}
-    undone = {payload.undoes for _, payload in events if isinstance(payload, EntryUndone)}
+    gone = undone(event for event, _ in events)
     notes_of = {
         event.seq: f"{payload.step}: {payload.line(event.who)}"
         for event, payload in events
         if isinstance(payload, StepNoted) and payload.nonconformance
     }
-    taken_back = {words for seq, words in notes_of.items() if seq in undone}
+    taken_back = {words for seq, words in notes_of.items() if seq in gone}
     noted: dict[str, bool] = {}  # words -> whether it was released since
     counted = set[str]()  # decisions by what was signed: a signature can be written in another way and hold still
     for event, payload in events:
-        if event.seq in notes_of and event.seq not in undone:
+        if event.seq in notes_of and event.seq not in gone:
             noted[notes_of[event.seq]] = False
         elif isinstance(payload, AttemptVoided) and (each := void.get(payload.judged)) is not None:
             noted.setdefault(_words_of(each), False)

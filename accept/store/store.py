@@ -18,9 +18,9 @@ from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misf
 from accept.store.engine import appending, reconnecting, snapshot
 from accept.store.errors import StoreError, reported
 from accept.store.event import Event, NewEvent, sealed
-from accept.store.naming import NAMING, is_named
 from accept.store.payloads import Payload
 from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
+from accept.store.undone import NAMING, is_named
 
 END_NOT_KEPT = (
     "no seal of it lies at this bench, so events that were removed from its end would not show: "
@@ -271,7 +271,9 @@ class Store:
         subject, what = tables.events.c.subject, tables.events.c.what
         asked = select(subject).where(func.lower(subject) == func.lower(serial), what.in_(NAMING)).distinct()
         alike = self._ask(lambda connection: set(connection.scalars(asked)))
-        known = alike if alike <= {serial} else {each for each in alike if is_named(self.events(each))}
+        if alike <= {serial}:  # as for most: no events are read
+            return None
+        known = {each for each in alike if is_named(list(self.events(each)))}
         return None if serial in known else min(known, default=None)
 
     @property

@@ -38,6 +38,7 @@ from accept.store.payloads import (
     payload_of,
 )
 from accept.store.spelling import mistaken_for
+from accept.store.undone import undone
 from accept.units import attach, unit_folder
 from accept.workflow import print_picture, record_folder
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
@@ -297,7 +298,7 @@ class Session:
         """Return when [s of the epoch] each file was last taken for a unit, among the latest events of the store. What
         was undone or replaced in this attempt is free again."""
         latest = self.store.events(what=RecordLinked.KIND, after=max(0, self.store.head().seq - _EVENTS_BACK))
-        gone = {p.undoes for e in self._events if isinstance(p := payload_of(e, EntryUndone), EntryUndone)}
+        gone = undone(self._events)
         gone |= self._replaced(gone)
         return {
             str(event.data["origin"]): datetime.fromisoformat(event.time).timestamp()
@@ -353,11 +354,10 @@ class Session:
         """Take back that this unit was begun, as if its serial had not been entered. Raises EntryError if anything was
         done at it, StoreError."""
         with self._mutex:
-            started = [event.seq for event in self._events if event.what == AttemptStarted.KIND]
-            done = [event for event in self._events if started and event.seq > started[-1]]
-            if len(self.attempt.steps) or self.attempt.number > 1 or {e.what for e in done} - {RunOpened.KIND}:
+            done = {event.what for event in self._events if event.seq > self._begun} - {RunOpened.KIND}
+            if done or self.attempt.number > 1:
                 raise EntryError(f"{self.serial} stays: something was done at it")
-            return self.append(EntryUndone(started[-1]))
+            return self.append(EntryUndone(self._begun))
 
     @property
     def waiting(self) -> list[WorkflowStep]:

@@ -44,7 +44,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         self._queues: list[Queue] = []
         self._at = ALL, ""  # name and kind of the queue that is shown
         self._adding = False
-        self._added = 0
+        self._added: set[str] = set()  # serials of the tray
         self._doubted = ""  # serial that Ctrl+Z was pressed at once
 
     def compose(self) -> ComposeResult:
@@ -154,7 +154,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
             )
 
     def _is_off(self, serial: str) -> None:
-        self._added = max(0, self._added - 1)
+        self._added.discard(serial)
         self.say(f"{serial} is off the list. {self._tray if self._adding else _SCAN}", "saved")
         self._look()
 
@@ -205,7 +205,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
             self.say(self._tray)
         else:
             self._adding = False
-            self.say(f"{self._added} added. Tab: choose what to measure at one after the other", "good")
+            self.say(f"{len(self._added)} added. Tab: choose what to measure at one after the other", "good")
 
     def _begin_tray(self) -> None:
         """Take every scan as a unit of the tray, and show all units: the one that was added last stands on top."""
@@ -232,8 +232,9 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         self.hold(add, lambda why: self._is_added(serial, why), f"adding {serial}")
 
     def _is_added(self, serial: str, why: str) -> None:
-        self._added += not why
-        self.say(f"{why or f'{serial} added ({self._added})'}. {self._tray}", "doubt" if why else "saved")
+        if not why:
+            self._added.add(serial)
+        self.say(f"{why or f'{serial} added ({len(self._added)})'}. {self._tray}", "doubt" if why else "saved")
         self._look()
 
     def action_leave(self) -> None:

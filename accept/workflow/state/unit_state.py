@@ -20,6 +20,7 @@ from accept.store.payloads import (
     ValueTaken,
     payload_of,
 )
+from accept.store.undone import undone
 from checks.quantity import Quantity
 from checks.verdict import Finding
 
@@ -171,7 +172,7 @@ def fold_run(serial: str, events: Iterable[Event]) -> UnitRun:
     Raises StoreError if a payload cannot be used.
     """
     stored = [(event, payload_of(event)) for event in events]
-    gone = {payload.undoes for _, payload in stored if isinstance(payload, EntryUndone)}
+    gone = undone(event for event, _ in stored)
     begun = {event.seq for event, payload in stored if isinstance(payload, AttemptStarted)}
     run = UnitRun(serial, seq=stored[-1][0].seq if stored else 0)
     for event, payload in stored:
