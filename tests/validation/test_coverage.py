@@ -6,20 +6,29 @@ import pytest
 from checks.gap.decision import build_result
 from validation.cases import Case
 from validation.effects import LIBRARY
-from validation.sets import draw_set
-from validation.studies.coverage import EFFECTS, SET, intervals, noise_alone, report
+from validation.outsiders import OUTSIDERS
+from validation.studies.coverage import BESIDE, EFFECTS, draw, intervals, noise_alone, report
 
 
 def case_of(effect: str) -> Case:
-    every = draw_set("laboratory-unlearned", 5, 24, of=SET)
-    return next(c for batch in every for c in batch.judge if effect in c.effects)
+    return next(c for c in draw(5, 24, benches=True) if effect in c.effects)
 
 
 @pytest.mark.needs_data
-def test_every_unit_hides_one_effect_that_the_bench_does_not_add_to() -> None:
-    hidden = [set(c.effects) for batch in draw_set("laboratory-unlearned", 5, 24, of=SET) for c in batch.judge]
-    assert len(hidden) == 24
-    assert all(len(h) == 1 and h <= set(EFFECTS) & set(LIBRARY) for h in hidden)
+@pytest.mark.parametrize("benches", [False, True])
+def test_every_unit_hides_one_effect_that_nothing_else_adds_to(benches: bool) -> None:
+    cases = draw(5, 24, benches)
+    assert len(cases) == 24
+    assert all(len(c.effects) == 1 and set(c.effects) <= set(EFFECTS) & set(LIBRARY) for c in cases)
+    assert not any(set(c.alike) & set(EFFECTS) - {"bench_mode"} for c in cases)
+
+
+@pytest.mark.needs_data
+def test_without_benches_each_has_an_outsider_beside_and_all_kinds_take_turns() -> None:
+    cases = draw(5, 24, benches=False)
+    assert all(c.bench is None and len(c.outside) == 1 for c in cases)
+    assert {kind for c in cases for kind in c.outside} == set(BESIDE) <= set(OUTSIDERS)
+    assert not any(c.outside for c in draw(5, 24, benches=True))
 
 
 @pytest.mark.needs_data

@@ -1,12 +1,13 @@
 """What the disagreement in the likelihood is worth: coverage of the stated 95 % intervals with and without it, on the
 same units.
 
-    python -m validation.studies.coverage OUT [--units 48] [--seed N]
+    python -m validation.studies.coverage OUT [--units 60] [--seed N] [--benches]
 
-Units on benches that were not learned, each with one effect of its own: the built-in kind of model cannot explain all
-of such a record. Counted are the units in which that effect is named beside something that is left. The last fit of
-each is made twice from the same search: as the program does it, and with noise and tolerance as the only errors. OUT
-keeps an answer for each unit, so that a run that was stopped goes on.
+Each unit hides one effect of the library and, in turn, one of the linear kinds that the library does not have: the
+model cannot explain all of such a record. With --benches the second is what a bench adds that was not learned. Counted
+are the units in which the effect is named beside something that is left. The last fit of each is made twice from the
+same search: as the program does it, and with noise and tolerance as the only errors. OUT keeps an answer for each unit,
+so that a run that was stopped goes on.
 """
 
 import json
@@ -27,13 +28,14 @@ from checks.gap.decision import build_result
 from checks.gap.decision.result import PARTLY, Result
 from validation.cases import Case
 from validation.model_files import write_model
+from validation.outsiders import OUTSIDERS
 from validation.scoring.scores import share
 from validation.sets import SETS, draw_set
 from validation.shell import require_matrices
 from validation.studies.arguments import parser_of
 
-SEED = 20261208
-# what the bench does not add to by itself, so that the truth of a named value is that of the unit
+SEED = 20270201
+# what neither a bench nor an outsider adds to by itself, so that the truth of a named value is that of the unit
 EFFECTS = (
     "sensor_highpass",
     "crosstalk",
@@ -42,7 +44,20 @@ EFFECTS = (
     "joint_axial_compliance",
     "misalignment",
 )
-SET = replace(SETS["laboratory-unlearned"], shares={"one": 1.0}, effects=EFFECTS)
+# kinds by which the model is wrong in every record alike, and that no name of EFFECTS would mean
+BESIDE = (
+    "losses_of_one_channel",
+    "echo",
+    "resonant_cable",
+    "two_close_modes",
+    "tuned_mass_on_payload",
+    "tilting_payload",
+    "moving_average",
+    "resonant_amplifier",
+)
+ONE = {"one": 1.0}
+OUTSIDE = replace(SETS["outsiders"], shares=ONE, effects=EFFECTS)
+ON_BENCHES = replace(SETS["laboratory-unlearned"], shares=ONE, effects=EFFECTS)
 WAYS = ("with", "without")
 U_FACTOR = 1.96  # half-width of a 95 % interval over its standard deviation
 
@@ -55,6 +70,17 @@ def noise_alone() -> Iterator[None]:
     """Let the last fit take noise and tolerance for all that a model may leave."""
     with patch.object(build_result, "with_disagreement", lambda data, _: data):
         yield
+
+
+def draw(seed: int, units: int, benches: bool) -> list[Case]:
+    """Return the units: with an outsider each, or on benches that were not learned."""
+    name, it = ("laboratory-unlearned", ON_BENCHES) if benches else ("outsiders", OUTSIDE)
+    cases = [case for batch in draw_set(name, seed, units, of=it) for case in batch.judge]
+    if benches:
+        return cases
+    kinds = [BESIDE[k % len(BESIDE)] for k in range(units)]
+    draws = [OUTSIDERS[kind].draw(np.random.default_rng([seed, k])) for k, kind in enumerate(kinds)]
+    return [replace(case, outside={kind: p}) for case, kind, p in zip(cases, kinds, draws, strict=True)]
 
 
 def intervals(fit: Fit, case: Case) -> Intervals:
@@ -104,18 +130,18 @@ def report(answers: Sequence[Answer]) -> str:
 
 def main() -> None:
     """Run, print a line for each unit, then the shares."""
-    parser = parser_of(__doc__, 48, SEED)
+    parser = parser_of(__doc__, 60, SEED)
     parser.add_argument("out", type=Path)
+    parser.add_argument("--benches", action="store_true", help="beside what a bench adds that was not learned")
     wanted = parser.parse_args()
     require_matrices()
-    model, answers = write_model(SET, wanted.out / "model"), []
-    cases = [c for batch in draw_set("laboratory-unlearned", wanted.seed, wanted.units, of=SET) for c in batch.judge]
-    for case in cases:
+    model, answers = write_model(OUTSIDE, wanted.out / "model"), []
+    for case in draw(wanted.seed, wanted.units, wanted.benches):
         place = wanted.out / f"{case.serial}.json"
         if not place.exists():
             place.write_text(json.dumps(analysed(case, model)))
         answers.append(json.loads(place.read_text()))
-        print(f"{case.serial}: {', '.join(case.effects)}: {answers[-1]}", flush=True)
+        print(f"{case.serial}: {', '.join((*case.effects, *case.outside))}: {answers[-1]}", flush=True)
     print(report(answers))
 
 
