@@ -12,6 +12,7 @@ from checks.fitting.response import Response
 from checks.gap.decision.gates import change_by
 from checks.gap.modelling.effect import Effect, Values
 from checks.gap.search.candidate import Candidate
+from checks.model.channel_paths import LATENCIES
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 
@@ -21,7 +22,8 @@ COUNTS = 0.1  # of the largest share in the imitation: parameters with less are 
 def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
     """Return the calibrated parameters that together imitate the effect, the largest share first; none if the part that
     they cannot imitate is seen: beyond 2 delta lnL of two distinguishable explanations. The modes of an APA are limited
-    to their scatter, the paths of a bench to their size: without that limit they would imitate anything."""
+    to their scatter, the paths of a bench to their size, because without that limit they would imitate anything; the
+    latencies of a learned bench to what its units have in common, because that was measured."""
     data, response = full.unseen, full.response
     less = response.without(effect.name)
     own = {t for p in effect.parameters for t in effect.targets(response.model, p.name)}  # is the effect itself
@@ -29,7 +31,8 @@ def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
     change = by_its_size(effect, response.model, response, full.at, data)
     d = data.whitener(change_by(effect, response, full.at, data) if change is None else change)
     J = data.whitener(response.jacobian(data.f, names, full.at, data.channels)).T
-    scatter = np.array([1.0 / p.sd if _is_limited(p.name) else 0.0 for p in less.free() if p.name in names])
+    free = [p for p in less.free() if p.name in names]
+    scatter = np.array([1.0 / p.sd if _is_limited(p.name, response.model) else 0.0 for p in free])
     J, d = np.vstack([J, np.diag(scatter)]), np.concatenate([d, np.zeros(len(names))])
     share, rest = shares(J, d)
     if float(rest @ rest) > full.table.two_delta_lnL:
@@ -38,9 +41,10 @@ def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
     return tuple(n for s, n in ranked if s > COUNTS * ranked[0][0])
 
 
-def _is_limited(name: str) -> bool:
-    """Return whether a parameter may imitate an effect only within its prior: the scatter of a mode and the path of a
-    channel, which would imitate anything."""
+def _is_limited(name: str, model: Model) -> bool:
+    """Return whether a parameter may imitate an effect only within its prior."""
+    if name in LATENCIES.values():
+        return model.learned is not None
     return is_mode_factor(name) or name.startswith("unnamed_path")
 
 

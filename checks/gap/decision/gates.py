@@ -24,13 +24,14 @@ from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import left_by_cell
-from checks.gap.search.forward import SearchResult
+from checks.gap.search.forward import SearchResult, is_within_tolerance
 from checks.gap.statistics.adequacy import Adequacy
 from checks.model.model import frequency_and_damping
 
 LOOKED = 300  # places tried by a search, for the chance of a gain
 AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter
 BEYOND_CHANCE = 0.1  # of the chance at which a model counts as inadequate
+POLE = {"f_Hz", "damping_ratio"}  # parameters of a member that adds a mode
 MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from which on it acts there
 
 
@@ -197,6 +198,12 @@ class FullEvidence(NameEvidence):
         return more.lnL - less.lnL
 
     @property
+    def needless(self) -> bool:
+        """Return whether the effect is one of several and lies within the tolerance of every channel."""
+        best = self.result.best
+        return len(best.response.effects) > 1 and is_within_tolerance(best, self.effect)
+
+    @property
     def gap(self) -> float:
         """Return the gain in log-likelihood by the whole explanation."""
         return max(self.result.best.lnL - self.result.base.lnL, 1.0)
@@ -217,6 +224,15 @@ class FullEvidence(NameEvidence):
         not explain even its own channels. A mode of all channels is no rival of an effect of some."""
         modes = self.fitted.response.unmodelled_modes
         return any(set(mode.channels) <= set(self.effect.channels) for mode in modes)
+
+    @property
+    def shares_pole(self) -> bool:
+        """Return whether an unmodelled mode has its pole within the half-widths of the effect's: they undo each other
+        on some channels, and together are one mode on the others."""
+        of, at = self.fitted.response.of, self.fitted.at
+        own = of(at, self.effect.name)
+        others = [of(at, mode.name) for mode in self.fitted.response.unmodelled_modes]
+        return _adds_mode(self.effect, own) and any(_same_pole(own, other) for other in others if POLE <= other.keys())
 
     @property
     def leaves_residual(self) -> bool:
@@ -253,6 +269,7 @@ FULL_GATES: tuple[Gate[FullEvidence], ...] = (
         "is not confirmed with the records exchanged (gain {e.exchanged_gain:.0f})",
         lambda e: e.exchanged_gain > e.table.delta_lnL,
     ),
+    Gate("needed", "is not needed: every channel agrees without it", lambda e: not e.needless),
     SIGNIFICANT,
     WITHIN_LIMITS,
     Gate(
@@ -264,6 +281,11 @@ FULL_GATES: tuple[Gate[FullEvidence], ...] = (
         "own_evidence",
         "explains the data only together with an unidentified effect",
         lambda e: not e.needs_unmodelled_mode,
+    ),
+    Gate(
+        "own_pole",
+        "has the pole of an unidentified mode, with which it is one",
+        lambda e: not e.shares_pole,
     ),
     ON_ITS_CHANNELS,
     OFF_MODES,
@@ -327,11 +349,20 @@ def on_a_mode(effect: Effect, response: Augmented, at: Values) -> bool:
     lopsided APA are coupled in another way, which no factor on them explains: a small mode there does, but means
     nothing."""
     values = response.of(at, effect.name)
-    if not {"f_Hz", "damping_ratio"} <= values.keys() or not any(p.linear for p in effect.parameters):
+    if not _adds_mode(effect, values):
         return False
     f, ratio = frequency_and_damping(response.model.poles(response.changes(at)))
     mode, width = values["f_Hz"], values["f_Hz"] * values["damping_ratio"]
     return bool(np.any(np.abs(f - mode) < f * ratio + width))
+
+
+def _adds_mode(effect: Effect, values: Values) -> bool:
+    return POLE <= values.keys() and any(p.linear for p in effect.parameters)
+
+
+def _same_pole(a: Values, b: Values) -> bool:
+    """Return whether two poles lie within their half-widths of each other."""
+    return bool(abs(a["f_Hz"] - b["f_Hz"]) < a["f_Hz"] * a["damping_ratio"] + b["f_Hz"] * b["damping_ratio"])
 
 
 def is_significant(table: Thresholds, effect: Effect, final: Fit, response: Augmented) -> bool:

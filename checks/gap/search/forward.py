@@ -30,6 +30,12 @@ class SearchResult:
         """Return whether the explanation is complete and consists of named effects only."""
         return self.best.adequate and not self.best.response.unmodelled_modes
 
+    @property
+    def is_one_mode(self) -> bool:
+        """Return whether one unmodelled mode explains everything: what an effect explains beside a gap that remains is
+        then a part of what the mode does, as its static gain looks like a scale."""
+        return self.best.adequate and len(self.best.response.counted) == 1 and not self.best.response.effects
+
     def rival_of_names(self, names: frozenset[str]) -> Candidate | None:
         """Return the rival explanation of exactly these members, None if none of them was fitted."""
         return next((c for c in self.rivals if c.names == names), None)
@@ -111,12 +117,30 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     return _finish(search, base, adequate, (*tried, own, *rivals))
 
 
+def is_within_tolerance(c: Candidate, effect: Effect) -> bool:
+    """Return whether all channels agree without an effect of a candidate, everything else at the same values."""
+    less = c.response.without(effect.name)
+    at = {p.name: c.at.get(p.name, p.begin) for p in less.free()}
+    return replace(c, response=less, at=at).worst_G < c.table.G
+
+
+def has_needless_effect(c: Candidate) -> bool:
+    """Return whether one of several effects changes no channel by more than the tolerance: a model is right to its
+    tolerance only, and what single bins hold beside a right name invites any narrow effect."""
+    effects = c.response.effects
+    return len(effects) > 1 and any(is_within_tolerance(c, e) for e in effects)
+
+
 def _finish(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> SearchResult:
     best = search.prune(_prefer_named(adequate))
     if named := [c for c in search.swap_members(best) if c.adequate]:
         adequate = [*adequate, *named]
         best = search.prune(_prefer_named([*named, best]))
-    best = search.with_better_damping(best)
+    damped = search.with_better_damping(best)
+    if damped is not best:  # its rivals are compared with the same form
+        near = (c for c in adequate if c.score > best.score - RIVAL and c.names != best.names)
+        adequate = [c for c in map(search.with_other_damping, near) if c is not None and c.adequate]
+        best = damped
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
         return SearchResult(best, best, (), tuple(tried))
     return SearchResult(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
