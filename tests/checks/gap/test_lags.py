@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from checks.gap.workflow import run
+from checks.model.channel_paths import LATENCIES
 from tests.checks.gap.shared.gap_cases import F, inputs
+from tests.checks.gap.test_bench_paths import NOTHING_LEARNED
 from tests.checks.gap.test_gap import quiet
 
 IN_THE_DRIVE = {"amplifier_bandwidth", "amplifier_second_order", "loop_delay"}
@@ -53,3 +55,19 @@ def test_a_capacitive_pickup_is_no_latency() -> None:
     sampled 13 us earlier."""
     found = run(inputs(3, {"sensor_pickup": {"tau_us": -3.0}}), quiet)
     assert [n.effect for n in found.named] == ["sensor_pickup"]
+
+
+@pytest.mark.parametrize("learned", [True, False])
+def test_a_learned_latency_imitates_no_delay(learned: bool) -> None:
+    """A delay of 60 us where the latencies of all channels are known to 0.5 us: from a batch, it is the unit's. A file
+    may state what it likes, so there the latencies are named beside it. Red before where it was learned."""
+    given = inputs(3, {"loop_delay": {"tau_us": 60.0}})
+    sds = {**given.model.sds, **dict.fromkeys(LATENCIES.values(), 0.5)}
+    model = replace(given.model, sds=sds, learned=NOTHING_LEARNED if learned else None)
+    found = run(replace(given, model=model), quiet)
+    if learned:
+        assert [n.effect for n in found.named] == ["loop_delay"]
+        assert found.named[0].parameters["tau_us"].value == pytest.approx(60.0, abs=1.5)  # 3 sd of three latencies
+    else:
+        assert not found.named
+        assert any("loop_delay" in a.effects for a in found.ambiguous)

@@ -1,0 +1,89 @@
+"""False names of a sealed run: what was named, and why it has no name now. Each was red before."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from accept.gap.analyse_unit import run_gap
+from checks.gap.effects import effect_named
+from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.thresholds import THRESHOLDS
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.forward import has_needless_effect, is_within_tolerance
+from checks.gap.workflow import run
+from tests.checks.gap.shared.gap_cases import F, drawn, inputs, recorded
+from tests.checks.gap.test_gap import quiet
+from validation.model_files import write_model
+from validation.sets import SETS, draw_set
+
+SOAK = os.environ.get("ACCEPT_SOAK") == "1"
+SEED = 20270115
+
+
+def test_a_resonance_of_the_encoder_is_no_scale() -> None:
+    """Below its pole a resonance of de multiplies it by 1.05; above, by 1. One unmodelled mode explains all of it."""
+    given, w = inputs(3), 2 * np.pi * 484.0
+    s = 2j * np.pi * F
+    factor = np.ones((F.size, 3), complex)
+    factor[:, 1] += 0.05 * w**2 / (s**2 + 2 * 0.01 * w * s + w**2)
+    found = run(
+        replace(given, A=replace(given.A, H=given.A.H * factor), B=replace(given.B, H=given.B.H * factor)), quiet
+    )
+    assert not found.named
+    (missing,) = found.unnamed
+    assert missing.channel == "de"
+    assert missing.poles_Hz == pytest.approx([484.0], abs=1.0)  # its interval is some tenths of a hertz
+
+
+def candidate(at: dict[str, dict[str, float]], true: dict[str, dict[str, float]]) -> Candidate:
+    """Return a strut's candidate with effects at values, beside records of the same strut with true ones."""
+    model = replace(drawn(3), tolerance=0.01)
+    response = Augmented(model, tuple(effect_named(name) for name in at))
+    values = {f"{name}.{p}": v for name, own in at.items() for p, v in own.items()}
+    start = {p.name: values.get(p.name, p.begin) for p in response.free()}
+    return Candidate(response, start, 0.0, recorded(model, 6, true), THRESHOLDS)
+
+
+BENCH = {"f_Hz": 300.0, "damping_ratio": 0.01}
+
+
+@pytest.mark.parametrize(("ratio", "needless"), [(1e-4, True), (0.05, False)])
+def test_a_second_effect_below_the_tolerance_is_needless(ratio: float, needless: bool) -> None:
+    """A mode of the bench that peaks at 0.5 % of the static motion, and one at 250 %."""
+    effects = {"sensor_highpass": {"f_Hz": 5.0}, "bench_mode": {**BENCH, "ratio": ratio}}
+    both = candidate(effects, effects)
+    assert has_needless_effect(both) is needless
+    assert not is_within_tolerance(both, effect_named("sensor_highpass"))
+
+
+def test_a_single_effect_is_never_needless() -> None:
+    """It has passed the test of chance against a model that has nothing else to explain."""
+    alone = {"bench_mode": {**BENCH, "ratio": 1e-4}}
+    assert is_within_tolerance(candidate(alone, alone), effect_named("bench_mode"))
+    assert not has_needless_effect(candidate(alone, alone))
+
+
+@pytest.mark.needs_data
+@pytest.mark.skipif(not SOAK, reason="twenty seconds: runs in make soak")
+def test_two_halves_of_one_mode_have_no_name(tmp_path: Path) -> None:
+    """A neighbour's voltage in Vs near the axial mode: a mode of all channels, and one of the bench with its pole that
+    takes it back in de and da."""
+    gap = analysed("outsiders", "outsiders-009", tmp_path)
+    assert "bench_mode" not in [n["effect"] for n in gap["named"]]
+
+
+@pytest.mark.needs_data
+@pytest.mark.skipif(not SOAK, reason="thirty seconds: runs in make soak")
+def test_rivals_are_compared_with_the_same_form_of_damping(tmp_path: Path) -> None:
+    """A filter of de on a bench that was not learned is as well a latency."""
+    gap = analysed("laboratory-unlearned", "laboratory-unlearned-003", tmp_path)
+    assert "channel_latency_de" not in [n["effect"] for n in gap["named"]]
+    assert {"channel_latency_de", "channel_lowpass_de"} in [set(a["effects"]) for a in gap["ambiguous"]]
+
+
+def analysed(name: str, serial: str, place: Path) -> dict:
+    case = next(c for batch in draw_set(name, SEED) for c in batch.judge if c.serial == serial)
+    return dict(run_gap(case.write(place), write_model(SETS[name], place / "model"), None))
