@@ -12,6 +12,7 @@ from accept.base.documents.document import Document, DocumentError, Number, only
 from accept.base.documents.results import Information, UnitEntry
 from accept.store.errors import StoreError
 from accept.store.event import Event, NewEvent
+from checks.cause import Reason
 from checks.verdict import Finding
 
 KINDS: dict[str, type["Payload"]] = {}  # by what events of the kind are called
@@ -388,6 +389,26 @@ class RecordLinked(Payload, what="record_linked"):
     day: Annotated[str | None, only_if(), "as of a value"] = None
     source: Annotated[str | None, only_if(), "as of a value, if an instrument was read for it"] = None
     evidence: Annotated[Mapping[str, Any] | None, only_if(), "as of a value"] = None
+
+
+@dataclass(frozen=True)
+class RecordRefused(Payload, what="record_refused"):
+    """A record that was given could not be taken."""
+
+    step: str
+    form: str
+    input: str
+    file: str
+    origin: Annotated[str, "where it is"]
+    written: Annotated[float, "when the file was written [s since 1970]"]
+    cause: Reason
+    action: Annotated[str, "what to do about it"]
+
+    @property
+    def line(self) -> str:
+        """Return that the file was refused, and why."""
+        why = str(self.cause)
+        return f"refused: {why}" if self.file in why else f"{self.file} refused: {why}"
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from accept.base.documents.results import Information
@@ -30,6 +29,7 @@ from accept.store.payloads import (
     Payload,
     ReadingFailed,
     RecordLinked,
+    RecordRefused,
     RunOpened,
     StepJudged,
     StepNoted,
@@ -71,10 +71,9 @@ from hw.errors import InstrumentError
 from specs.bench import NO_CHANNELS, BenchFile, Channels, channel_map
 from specs.spec import Spec
 
-NOTHING_REFUSED: Mapping[Path, float] = MappingProxyType({})
 NOTES_FOLDER = "notes"  # in that of an attempt: photos and other files
 _FILE_BYTES = 200_000_000  # of one of them
-_ENTRIES = (ValueTaken.KIND, RecordLinked.KIND, StepJudged.KIND, ReadingFailed.KIND)  # by them no unit is held
+_ENTRIES = (ValueTaken.KIND, RecordLinked.KIND, RecordRefused.KIND, StepJudged.KIND, ReadingFailed.KIND)  # hold no unit
 _EVENTS_BACK = 5000  # of the store: whether a file belongs to another unit is asked of these
 
 
@@ -248,10 +247,18 @@ class Session:
         instrument: str | None = None,
         evidence: Mapping[str, Any] | None = None,
     ) -> Event:
-        """Copy a record into the unit's folder and store that it is there. instrument, evidence: of the readings, if it
-        was measured live. Raises RecordError, OSError, StoreError."""
+        """Copy a record into the unit's folder and store that it is there, or that it was refused and why. instrument,
+        evidence: of the readings, if it was measured live. Raises RecordError, OSError, StoreError."""
         form = self.step(step).form_with(declared.name).name
-        name, digest = attach.take_in(source, declared, self.folder, channel_map(self.attempt.channels))
+        try:
+            name, digest = attach.take_in(source, declared, self.folder, channel_map(self.attempt.channels))
+        except RecordError as e:
+            if source.is_file():
+                written, action = source.stat().st_mtime, self.link_advice(source, e)
+                self.append(
+                    RecordRefused(step, form, declared.name, source.name, str(source), written, e.reason, action)
+                )
+            raise
         return self.append(
             RecordLinked(step, form, declared.name, name, digest, str(source), day, instrument, evidence)
         )
@@ -266,11 +273,17 @@ class Session:
         """Return whether a file has the channels of a record of this unit, by their names."""
         return attach.may_fit(source, declared, channel_map(self.attempt.channels))
 
-    def proposals(
-        self, step: WorkflowStep, form: Form, folder: Path, refused: Mapping[Path, float] = NOTHING_REFUSED
-    ) -> Proposals:
-        """Return the records in a folder that are proposed for the inputs of a form that have none yet. refused: files
-        that were refused, and when they were written [s of the epoch]: one that was written again may be proposed."""
+    def refusal(self, finding: Finding) -> RecordRefused | None:
+        """Return the record that was refused for a quantity that has no result for want of it, None without one."""
+        reasons = () if finding.cause is None else finding.cause.all()
+        missing = [reason.record for reason in reasons if reason.cause is Cause.NOT_MEASURED]
+        refused = self.state(finding.check).refused if missing else {}
+        named = [refused[name] for name in missing if name in refused]
+        return next(iter(named or ([] if all(missing) else refused.values())), None)
+
+    def proposals(self, step: WorkflowStep, form: Form, folder: Path) -> Proposals:
+        """Return the records in a folder that are proposed for the inputs of a form that have none yet. One that was
+        refused is proposed again when it was written anew."""
         state = self.state(step.name)
         wanted = [i for i in form.inputs if isinstance(i, Series | CsvTable) and state.link(i.name) is None]
         if not wanted:
@@ -278,7 +291,7 @@ class Session:
         known = self._sources()
 
         def taken(path: Path, mtime: float) -> bool:
-            return mtime <= max(known.get(str(path), -math.inf), refused.get(path, -math.inf))
+            return mtime <= known.get(str(path), -math.inf) or mtime == state.unusable.get(str(path))
 
         others = self._inputs_of_others(step)
         return record_folder.proposals(folder, wanted, _about(step), self.may_fit, taken, attach.damage, others)

@@ -25,6 +25,7 @@ class Status(Enum):
     CONDITIONAL = _shown("conditional")
     FAIL = _shown("fail")
     NO_RESULT = _shown("no_result")
+    REFUSED = "?", "record refused", signs.FINDINGS["no_result"].tone.style
     HELD = "!", "held", "bold red"  # it passes, and a nonconformance holds the unit
 
     @property
@@ -45,6 +46,7 @@ class Status(Enum):
         return self.name.lower().replace("_", "-")
 
 
+UNFINISHED = (Status.NOT_DONE, Status.TAKEN, Status.REFUSED)
 _WORST_FIRST = (Status.FAIL, Status.NO_RESULT, Status.CONDITIONAL, Status.PASS)
 
 
@@ -62,17 +64,16 @@ def judgement_of(state: StepState, spec: str, code: str) -> StepJudgement | None
 
 def status_of(step: WorkflowStep, state: StepState, judgement: StepJudgement | None) -> Status:
     """Return the status of a step by its entries and the judgement that holds, None without one."""
-    if not state.entries:
-        return Status.NOT_DONE
     if judgement is None or not ready(step, state):
-        return Status.TAKEN
+        return Status.REFUSED if state.refused else Status.TAKEN if state.entries else Status.NOT_DONE
     return of_findings(judgement.findings)
 
 
 def state_of(attempt: Attempt, step: WorkflowStep) -> StepState:
-    """Return the state of a step of an attempt; of a derived one, with the entries of the step whose data it reads."""
-    own = attempt.step(step.name)
-    return replace(own, entries=attempt.step(step.check.reads).entries) if step.derived else own
+    """Return the state of a step of an attempt; of a derived one, with the entries of the step whose data it reads, and
+    the records that were refused there."""
+    own, read = attempt.step(step.name), attempt.step(step.check.reads)
+    return replace(own, entries=read.entries, refused=read.refused) if step.derived else own
 
 
 def open_steps(

@@ -13,7 +13,6 @@ from textual.widgets import Input
 
 from accept.capture.operator_actions import Person
 from accept.capture.setup import CaptureResult
-from accept.judging.advice import ADVICE
 from accept.store import Event
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.capture_dialogue import CaptureDialogue
@@ -74,16 +73,14 @@ class StepScreen(StepForm):
         elif text := field.input.value.strip():
             if not await self._is_other_unit(field, text):
                 self._give(field, field.input.value, repeat=False)
-        elif field.proposed is not None:
-            self._give(field, field.proposed.name, repeat=False)
+        elif field.proposed is not None or field.damaged:
+            self._give(field, self._proposals[field.place.declared.name].name, repeat=False)
         elif self._dispensable(field):
             await self._finish()
         else:
-            left = field.place.name if is_needed(field.place.declared) or field.damaged else ""
+            left = field.place.name if is_needed(field.place.declared) else ""
             self._go_on(field)
-            if field.damaged:
-                self.say(f"{left}: {field.damaged}. {ADVICE[Cause.FILE_DAMAGED].capitalize()}", "bad")
-            elif left and not self._has(field.place):
+            if left and not self._has(field.place):
                 self.say(f"{left} is required. {self.what_now}", "bad")
             else:
                 self._hint()
@@ -159,13 +156,10 @@ class StepScreen(StepForm):
         self._go_on(field)
 
     def _link(self, declared: Series | CsvTable, path: Path) -> Event:
-        """Link a record, in a thread. Raises EntryError if it is refused, with what to do; it is not proposed again
-        until it is written anew."""
+        """Link a record, in a thread. Raises EntryError if it is refused, with what to do."""
         try:
             return self.session.link(self.step.name, declared, path)
         except RecordError as e:
-            if path.is_file():
-                self._refused_files[path] = path.stat().st_mtime
             raise EntryError(f"{e}\n→ {self.session.link_advice(path, e)}") from e
 
     def _return_to(self, field: Field) -> None:
@@ -269,11 +263,11 @@ class StepScreen(StepForm):
         self._early = False
         is_there = field.place.is_file and (self.bench.records / Path(text.strip()).expanduser()).is_file()
         field.refuse("" if is_there else text, why)  # a file that is no use is not tried again: Enter takes another
-        refused = {path.name for path in self._refused_files}
+        refused = {Path(path).name for path in self.state.unusable}
         self._proposals = {name: file for name, file in self._proposals.items() if file.name not in refused}
         self._propose(field)
         if is_there:
-            self.say(f"{field.place.name}: not taken. {why.rpartition('→ ')[2].capitalize()}", "bad")
+            self.say(f"{Path(text).name}: not taken. {why.rpartition('→ ')[2].capitalize()}", "bad")
         self._look_again()
         self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
 
@@ -422,7 +416,6 @@ class StepScreen(StepForm):
             self.leave(False)
 
     async def _begin_anew(self) -> None:
-        self._refused_files.clear()
         await self._look_for_records()
         await self._lay_out()
         self.show()

@@ -1,7 +1,6 @@
 """The form of one step: its fields, where the cursor stands, what the instrument of the present field shows."""
 
 import asyncio
-from pathlib import Path
 
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
@@ -38,7 +37,6 @@ class StepForm(StepView):
         self._asked: Field | None = None  # whose value the foot asks about
         self._last: Field | None = None  # given last: where all is given, the arrows go on from it
         self._proposals: Proposals = {}  # of the present form
-        self._refused_files: dict[Path, float] = {}  # files that could not be linked, and when they were written
         self._chosen_form = False  # the technician chose the input
         self._hinting = False  # the line at the foot says what the present field wants
 
@@ -81,7 +79,7 @@ class StepForm(StepView):
 
     def _proposed_for(self, form: Form) -> Proposals:
         try:
-            return self.session.proposals(self.step, form, self.bench.records, dict(self._refused_files))
+            return self.session.proposals(self.step, form, self.bench.records)
         except (AcceptError, OSError):  # the list behind F2 says why
             return {}
 

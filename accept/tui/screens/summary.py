@@ -1,7 +1,7 @@
 """The end of a unit: all findings, the verdict, what is missing; signed, countersigned, verified."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import ClassVar
 
@@ -17,7 +17,7 @@ from accept.judging.advice import advice, first_advice
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
-from accept.store.payloads import without_hashes
+from accept.store.payloads import RecordRefused, without_hashes
 from accept.tui.background.problems import words_of
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.background.scanning import Scanning
@@ -125,11 +125,13 @@ class Summary(Scanning[bool]):
     def _show_result(self, result: UnitResult) -> None:
         sign = signs.UNITS[result.word]
         self.query_one(Banner).show(sign.word, sign.bold)
-        self.query_one("#verdict", Static).update(_verdict(result))
+        refused = {r.file: r for f in result.findings if (r := self.session.refusal(f)) is not None}
+        verdict = _verdict(result, self._open_in(result), list(refused.values()))
+        self.query_one("#verdict", Static).update(verdict)
         table = self.query_one(DataTable)
         table.clear()
         for f in result.findings:
-            status = Status.HELD if _is_only_held(f) else Status.NOT_DONE if _not_measured(f) else of_findings([f])
+            status = self._status(f)
             value = numbers(f.value, f.U, f.unit) if f.value is not None else "-"
             bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
             cells = (*(f"{words} " for words in (label_of(f.quantity), value, bounds)), Text(status.word, status.style))
@@ -139,13 +141,34 @@ class Summary(Scanning[bool]):
         self._notes = [
             without_hashes(self._with_step(note)) for note in sorted(result.notes, key=lambda note: note not in people)
         ]
-        self._why = [_detail(f) for f in result.findings]
+        self._why = [_detail(f, self.session.refusal(f)) for f in result.findings]
         worst = next((n for n, f in enumerate(result.findings) if f.verdict is not Verdict.PASS), 0)
         table.move_cursor(row=worst)
         self._tell(worst)
         self._show_certificate()
         signed = self.session.attempt.certificate is not None
         self.say("Signed. F3: countersign, F4: next unit" if signed else "F2: sign this result")
+
+    def _status(self, f: Finding) -> Status:
+        """Return what became of a quantity, with what is told apart among those without a result."""
+        if _is_only_held(f):
+            return Status.HELD
+        if self.session.refusal(f) is not None:
+            return Status.REFUSED
+        return Status.NOT_DONE if _not_measured(f) else of_findings([f])
+
+    def _open_in(self, result: UnitResult) -> list[str]:
+        """Return what keeps a unit from being accepted, in words: quantities by what became of them."""
+        words = {
+            Status.FAIL: "failed",
+            Status.NO_RESULT: "no result",
+            Status.REFUSED: "record refused",
+            Status.NOT_DONE: "not measured",
+            Status.CONDITIONAL: "conditional",
+        }
+        found = [(self._status(f), label_of(f.quantity)) for f in result.findings]
+        groups = {word: [label for own, label in found if own is status] for status, word in words.items()}
+        return [f"{word}: {listed(labels)}" for word, labels in groups.items() if labels]
 
     def _with_step(self, note: str) -> str:
         """Return a note with the words of its step in place of the code name that it begins with."""
@@ -239,7 +262,7 @@ class Summary(Scanning[bool]):
         words = Text("You sign as technician: ")
         if result is not None:
             words.append(result.word.upper(), signs.UNITS[result.word].bold)
-            words.append("".join(f"; {open_words}" for open_words in _open_in(result)))
+            words.append("".join(f"; {open_words}" for open_words in self._open_in(result)))
         held = held_words(self.session.nonconformances)
         return words.append_text(Text("\n").append_text(held)) if held else words
 
@@ -388,8 +411,10 @@ _RULES = {
 }
 
 
-def _detail(f: Finding) -> str:
-    """Return why a finding is what it is, and what to do about it."""
+def _detail(f: Finding, refused: RecordRefused | None) -> str:
+    """Return why a finding is what it is, and what to do about it. refused: the record that it lacks."""
+    if refused is not None:
+        return f"{label_of(f.quantity)}: {refused.line}\n→ {refused.action}"
     why = f.reason or f.note or _RULES.get(str(f.rule), str(f.rule))
     return "\n".join([f"{label_of(f.quantity)}: {why}", *(f"→ {line}" for line in advice(CHECKS[f.check], f))])
 
@@ -401,30 +426,20 @@ def _not_measured(f: Finding) -> bool:
     return f.cause is not None and f.cause.cause is Cause.NOT_MEASURED and not f.cause.record
 
 
-def _open_in(result: UnitResult) -> list[str]:
-    """Return what keeps a unit from being accepted, in words: quantities by what became of them."""
-    groups = (
-        ("failed", [f for f in result.findings if f.verdict is Verdict.FAIL]),
-        ("no result", [f for f in result.findings if f.verdict is Verdict.NO_RESULT and not _not_measured(f)]),
-        ("not measured", [f for f in result.findings if f.verdict is Verdict.NO_RESULT and _not_measured(f)]),
-        ("conditional", [f for f in result.findings if f.verdict is Verdict.CONDITIONAL and not _is_only_held(f)]),
-    )
-    return [f"{word}: {listed([label_of(f.quantity) for f in found])}" for word, found in groups if found]
-
-
 def _is_only_held(f: Finding) -> bool:
     """Return whether a finding would pass without the nonconformance that holds the unit."""
     return f.cause is not None and f.cause.cause is Cause.NONCONFORMANCE and f.verdict is Verdict.CONDITIONAL
 
 
-def _verdict(result: UnitResult) -> Text:
-    """Return the verdict, what is open, and on a line of its own what to do first."""
+def _verdict(result: UnitResult, open_words: Sequence[str], refused: Sequence[RecordRefused]) -> Text:
+    """Return the verdict, what is open, and on lines of their own what to do first. refused: records that lack."""
     sign = signs.UNITS[result.word]
     text = Text.assemble((f" {sign.word.upper()} ", f"reverse {sign.bold}"))
     if result.nonconformances:
         named = "; ".join(map(without_hashes, result.nonconformances))
         text.append(f"  nonconformance: {named}. QA decides (F3).", HELD)
-    text.append("".join(f"  {words.replace('no result', _NO_RESULT)}" for words in _open_in(result)))
+    text.append("".join(f"  {words.replace('no result', _NO_RESULT)}" for words in open_words))
+    todo = [f"{record.file}: {record.action}" for record in refused]
     if (told := first_advice(result.findings)) is not None:
-        text.append(f"\n → {told}", "bold yellow")
-    return text
+        todo.append(told)
+    return text.append("".join(f"\n → {words}" for words in todo), "bold yellow")

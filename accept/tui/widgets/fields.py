@@ -83,7 +83,8 @@ class Field(Vertical):
         self.question = ""  # that is asked about it
         self.proposed: PickableFile | None = None
         self.damaged = ""
-        self._refusal = ""  # of the last entry
+        refused = state.refused.get(place.declared.name)
+        self._refusal = f"✗ {refused.line}\n→ {refused.action}" if refused else ""  # of the last entry
 
     def compose(self) -> ComposeResult:
         with Horizontal():

@@ -9,7 +9,7 @@ from accept.pictures import signs
 from accept.store.payloads import without_hashes
 from accept.tui.widgets.limit_bar import after_number, numbers
 from accept.workflow.session import Session
-from accept.workflow.status import Status
+from accept.workflow.status import UNFINISHED, Status
 from accept.workflow.steps.plan import WorkflowStep
 from checks.verdict import Finding, Verdict
 
@@ -52,7 +52,7 @@ class StepList(DataTable[Text]):
 
     def _put(self, row: str, status: Status, title: str, more: str, held: bool = False) -> None:
         """held: a nonconformance was noted there, which is red whatever was measured."""
-        marked = Status.HELD if held and status in (Status.NOT_DONE, Status.TAKEN) else status
+        marked = Status.HELD if held and status in UNFINISHED else status
         mark, style = f" {marked.mark}", marked.style
         self.update_cell(row, "mark", Text(mark, style))
         plain = "dim" if status is Status.NOT_DONE else ""
@@ -100,8 +100,8 @@ def result_words(session: Session, step: WorkflowStep, status: Status) -> str:
     """Return the first finding that is no pass, else the first: its number."""
     judgement = session.judgement(step.name)
     notes = "✎ " if session.state(step.name).notes else ""
-    if judgement is None or status in (Status.NOT_DONE, Status.TAKEN):
-        return notes
+    if judgement is None or status in UNFINISHED:
+        return f"{notes}{status.word if status is Status.REFUSED else ''}"
     worst = [f for f in judgement.findings if f.verdict is not Verdict.PASS] or list(judgement.findings)
     return notes + "".join(_number(f, status) for f in worst[:1])
 

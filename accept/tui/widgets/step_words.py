@@ -35,5 +35,6 @@ def standing(session: Session, step: WorkflowStep) -> str:
         return f"Measure again: {state.reasons[-1]}" if state.reasons else ""
     if session.judgement(step.name) is None or status is Status.TAKEN:
         wanted = ", ".join(missing_labels(step, state))
-        return f"Missing: {wanted}" if wanted else "Complete, not judged yet"
+        refused = [f"{record.line}\n→ {record.action}" for record in state.refused.values()]
+        return "\n".join([*refused, f"Missing: {wanted}" if wanted else "Complete, not judged yet"])
     return ""

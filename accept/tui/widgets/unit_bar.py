@@ -4,7 +4,7 @@ from rich.text import Text
 from textual.widgets import Static
 
 from accept.workflow.session import Session
-from accept.workflow.status import Status
+from accept.workflow.status import UNFINISHED
 
 
 class UnitBar(Static):
@@ -29,7 +29,7 @@ class UnitBar(Static):
 
     def _line(self, spec: str) -> Text:
         session = self._session
-        done = sum(session.status(step) not in (Status.NOT_DONE, Status.TAKEN) for step in session.steps)
+        done = sum(session.status(step) not in UNFINISHED for step in session.steps)
         text = Text.assemble((f" {session.serial} ", "reverse bold"), "  ", (f"attempt {session.attempt.number}", ""))
         for words in (self._where, f"{done} of {len(session.steps)} steps", session.operator, spec):
             text.append("  ·  ", "dim").append(words) if words else None

@@ -13,6 +13,7 @@ from accept.store.payloads import (
     GapExplained,
     Payload,
     RecordLinked,
+    RecordRefused,
     StepJudged,
     StepNoted,
     StepRemeasured,
@@ -83,13 +84,17 @@ class StepJudgement:
 
 @dataclass(frozen=True)
 class StepState:
-    """Entries at a step since it was last measured anew. earlier: entries of the rounds before, which stay."""
+    """Entries at a step since it was last measured anew. earlier: entries of the rounds before, which stay; refused:
+    records that could not be taken and in whose place nothing was given since, by input; unusable: when [s since 1970]
+    each file that was ever refused here had been written, by its path."""
 
     entries: tuple[EnteredValue | FileLink, ...] = ()
     earlier: tuple[EnteredValue | FileLink, ...] = ()
     reasons: tuple[str, ...] = ()
     notes: tuple[Note, ...] = ()
     judgements: Mapping[int, StepJudgement] = field(default_factory=dict)
+    refused: Mapping[str, RecordRefused] = field(default_factory=dict)
+    unusable: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def upto(self) -> int:
@@ -204,6 +209,14 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
     match payload:
         case ValueTaken() | RecordLinked():
             return _entered(attempt, event, payload)
+        case RecordRefused(step, input=name) as refused:  # nothing that is judged has changed
+            state = attempt.step(step)
+            state = replace(
+                state,
+                refused={**state.refused, name: refused},
+                unusable={**state.unusable, refused.origin: refused.written},
+            )
+            return replace(attempt, steps={**attempt.steps, step: state})
         case StepNoted(step, text, nonconformance) as noted:
             line = "" if noted.internal else noted.line(event.who)
             pictures = tuple(file.printed for file in noted.files if file.printed and line)
@@ -213,7 +226,7 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
         case StepRemeasured(step, reason):
             state = attempt.step(step)
             earlier, reasons = (*state.earlier, *state.entries), (*state.reasons, reason)
-            return _with_step(attempt, event, step, entries=(), earlier=earlier, reasons=reasons)
+            return _with_step(attempt, event, step, entries=(), earlier=earlier, reasons=reasons, refused={})
         case EntryUndone():  # what was undone is passed over already
             return _unjudged(attempt)
         case GapExplained(upto, gap):
@@ -247,7 +260,9 @@ def _entered(attempt: Attempt, event: Event, taken: ValueTaken | RecordLinked) -
             source=taken.source,
             day=day,
         )
-    return _with_step(attempt, event, taken.step, entries=(*attempt.step(taken.step).entries, entry))
+    state = attempt.step(taken.step)
+    refused = {n: r for n, r in state.refused.items() if n != taken.input and r.form == taken.form}
+    return _with_step(attempt, event, taken.step, entries=(*state.entries, entry), refused=refused)
 
 
 def _with_step(attempt: Attempt, event: Event, step: str, **changes: Any) -> Attempt:
@@ -286,4 +301,5 @@ def certificate_name(serial: str, number: int) -> str:
     return f"{serial}.pdf" if number == 1 else f"{serial}_{folder_name(number)}.pdf"
 
 
-_OF_ATTEMPTS = (ValueTaken, RecordLinked, StepNoted, StepRemeasured, EntryUndone, StepJudged, GapExplained)
+_ENTRIES = (ValueTaken, RecordLinked, RecordRefused)
+_OF_ATTEMPTS = (*_ENTRIES, StepNoted, StepRemeasured, EntryUndone, StepJudged, GapExplained)

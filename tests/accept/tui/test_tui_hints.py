@@ -12,7 +12,10 @@ from textual.events import Key
 from textual.widgets import DataTable, Static
 from textual.widgets._footer import FooterKey
 
+from accept.base.home import home
+from accept.judging.advice import ADVICE
 from accept.judging.judge_unit import load_spec
+from accept.pictures.labels import label_of
 from accept.store import open_store
 from accept.store.payloads import NotedFile, StepNoted, without_hashes
 from accept.tui.screens.step_form import field_of
@@ -26,6 +29,8 @@ from accept.workflow.session import Session
 from accept.workflow.status import Status
 from accept.workflow.training import open_training
 from accept.workflow.unit_list import RIG, KnownUnit, Queue, known_units
+from checks.cause import Cause
+from checks.errors import RecordError
 from checks.rounding import rounded
 from checks.verdict import UnitVerdict, Verdict
 from hw.records import write_csv, write_mat
@@ -512,3 +517,76 @@ async def test_another_form_right_after_a_doubted_value_ends_no_program():
         assert not old.is_attached
         pilot.app.screen._return_to(old)  # as its timer does
         assert pilot.app.focused is None or pilot.app.focused.is_attached
+
+
+async def test_a_refused_record_is_called_refused_in_list_and_summary_after_a_restart_too(records: Path):
+    write_record(records / "frf_noise.mat", gain=6.0)  # the converter ends at 10 V
+    async with running(loader("strut", records)) as pilot:
+        await open_step(pilot, "frf")
+        await press(pilot, "enter")
+        assert "clipped" in reason(pilot, "low")
+    with open_store() as store:
+        (refused,) = (event.data for event in store.events("ST-01", "record_refused"))
+    assert (refused["step"], refused["input"], refused["file"]) == ("frf", "low", "frf_noise.mat")
+    assert refused["cause"]["code"] == "channel_clipped"
+    async with running(loader("strut", records)) as pilot:
+        await open_step(pilot, "frf")
+        assert "clipped" in reason(pilot, "low")
+        assert field(pilot, "low").proposed is None
+        await press(pilot, "escape")
+        session = pilot.app.session
+        assert session.status(session.step("frf")) is Status.REFUSED
+        pilot.app.screen.query_one(StepList).stand_at("frf")
+        await settled(pilot)
+        assert "clipped" in words(pilot, "#card")
+        assert "→ set the range of" in words(pilot, "#card")
+        await press(pilot, "f9")
+        responses = [f for f in session.result.findings if f.check == "frf"]
+        assert responses
+        assert all(session.refusal(f).file == "frf_noise.mat" for f in responses)
+        assert all(session.refusal(f) is None for f in session.result.findings if f.check == "capacitance")
+        assert "→ frf_noise.mat: set the range of" in words(pilot, "#verdict")
+        assert "refused: " in words(pilot, "#verdict")
+        assert label_of(responses[0].quantity) not in words(pilot, "#verdict").partition("not measured:")[2]
+        await press(pilot, "escape")
+        write_record(records / "frf_noise.mat", ago_s=AGO_S - 1.0)
+        await open_step(pilot, "frf")
+        await press(pilot, "enter")
+        assert links()["low"] == "frf_noise.mat"
+        assert not session.state("frf").refused
+
+
+async def test_a_damaged_record_that_is_given_by_enter_is_called_refused(records: Path):
+    (records / "frf_noise.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
+    aged(records / "frf_noise.mat")
+    async with running(loader("strut", records)) as pilot:
+        await open_step(pilot, "frf")
+        assert field(pilot, "low").damaged
+        await press(pilot, "enter")
+        assert "Copy the file again" in words(pilot, "#status")
+        (refused,) = pilot.app.session.state("frf").refused.values()
+        assert (refused.file, refused.action) == ("frf_noise.mat", ADVICE[Cause.FILE_DAMAGED])
+
+
+def test_a_refusal_is_over_when_the_step_is_given_otherwise_or_anew(tmp_path: Path):
+    bad, good = tmp_path / "bad.mat", tmp_path / "good.mat"
+    write_record(bad, gain=20.0)
+    write_record(good)
+    with open_store() as store:
+        session = Session(store, home(), load_spec("strut"), "Ann", "ST-01")
+        session.begin({})
+        low, high = (session.step("frf").check.inputs[name] for name in ("low", "high"))
+
+        def refused() -> set[str]:
+            for declared in (low, high):
+                with pytest.raises(RecordError):
+                    session.link("frf", declared, bad)
+            return set(session.state("frf").refused)
+
+        assert refused() == {"low", "high"}
+        session.link("frf", low, good)
+        assert set(session.state("frf").refused) == {"high"}
+        session.remeasure("frf", "cable")
+        assert not session.state("frf").refused
+        assert session.attempt.undoable  # a refusal is no entry: it is not taken back
+        session.close()
