@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 
 _KEYCAPS = {"escape": "Esc", "pageup": "PgUp", "pagedown": "PgDn", "up": "↑", "down": "↓", "left": "←", "right": "→"}
-SHORTEST = 3  # letters of a serial that begins a unit from another screen: a stray key does not
 _TEXTUALS = ("app.focus_next", "app.focus_previous", "screen.copy_text")  # what textual binds on every screen
 
 
@@ -178,6 +177,8 @@ class BenchApp(InOrder):
             return "No unit is open"
         if serial == session.serial:
             return f"{serial} is the unit that is open"
+        from accept.tui.background.scanning import SHORTEST  # what it imports is there by now
+
         problems = {kind: bench.problem(serial, kind) for kind in bench.specs}
         known = None if all(problems.values()) else await asyncio.to_thread(bench.known_one, serial)
         if known is not None and known.kind in bench.specs:
@@ -189,6 +190,10 @@ class BenchApp(InOrder):
         self.queue, self.given = None, Given(session.operator, serial, session.spec.kind)
         self.show_start()
         return ""
+
+    async def is_serial(self, text: str) -> bool:
+        """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
+        return self.bench is not None and await asyncio.to_thread(self.bench.is_serial, text)
 
     def _leave_unit(self) -> None:
         while len(self.screen_stack) > 1:

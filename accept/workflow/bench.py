@@ -13,7 +13,7 @@ from accept.store import Event, Store, open_store
 from accept.store.payloads import AttemptStarted, RunOpened
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
-from accept.workflow.entry.parse_entry import serial_problem
+from accept.workflow.entry.parse_entry import is_described, serial_problem
 from accept.workflow.import_folder import adopt
 from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import Instruments, NoInstruments
@@ -95,6 +95,11 @@ class Workbench:
     def known_one(self, serial: str) -> KnownUnit | None:
         """Return the entry of one serial, None for a new one. Raises StoreError."""
         return known_unit(self.store, serial, self.specs)
+
+    def is_serial(self, text: str) -> bool:
+        """Return whether text is the serial of a unit that was begun, or one by a spec's own pattern. Raises
+        StoreError."""
+        return any(is_described(text, spec) for spec in self.specs.values()) or self.known_one(text) is not None
 
     def problem(self, serial: str, kind: str) -> str | None:
         """Return why this serial is not valid for a unit of this kind, None if it is."""

@@ -6,10 +6,12 @@ from typing import Protocol, TypeVar, cast
 from textual.events import Key
 
 from accept.tui.background.busy_screen import Working
+from accept.workflow.entry.parse_entry import is_value
 from accept.workflow.shift import SigningShift
 from accept.workflow.unit_list import Queue
 
 T = TypeVar("T")
+SHORTEST = 3  # letters of a serial that begins a unit from another screen: a stray key does not
 _FORGOTTEN_S = 5.0  # after a letter: it was no scan
 
 
@@ -28,12 +30,17 @@ class OpensUnits(Protocol):
         """Go to the unit of a serial; return why not."""
         ...
 
+    async def is_serial(self, text: str) -> bool:
+        """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
+        ...
+
 
 class Scanning(Working[T]):
     """Collects letters until Enter, as a scanner sends them."""
 
     _scan = ""
     _last_letter = 0.0
+    _asked_about = ""  # a number that may be the serial of a new unit: the next Enter begins it
 
     @property
     def bench_app(self) -> OpensUnits:
@@ -50,7 +57,20 @@ class Scanning(Working[T]):
             event.stop()
             self._scan = self.scan + event.character
             self._last_letter = time.monotonic()
-            self.say(f"Serial: {self._scan}   Enter: go to that unit")
+            goes = self.value_goes if is_value(self._scan) else ""
+            self.say(f"{self._scan}   Enter: {goes}" if goes else f"Serial: {self._scan}   Enter: go to that unit")
+
+    def say(self, words: str, role: str = "quiet") -> None:
+        self._asked_about = ""
+        super().say(words, role)
+
+    def on_screen_suspend(self) -> None:
+        self._asked_about = ""
+
+    @property
+    def value_goes(self) -> str:
+        """Return where a value goes that is typed here, "" if nowhere."""
+        return ""
 
     @property
     def scan(self) -> str:
@@ -61,11 +81,28 @@ class Scanning(Working[T]):
         await self.take_scan()
 
     async def take_scan(self) -> bool:
-        """Go to the unit whose serial was scanned. Returns whether one was."""
-        serial, self._scan = self.scan.strip(), ""
-        if not serial:
+        """Go to the unit whose serial was scanned, or give the step a value that was typed. Returns whether there was
+        anything."""
+        text, confirmed = self.scan.strip(), self._asked_about
+        self._scan = self._asked_about = ""
+        if not (text or confirmed):
             return False
         await self.saved()
-        if why := await self.bench_app.scanned(serial, self.bench_app.queue):
+        if text and is_value(text) and not await self.bench_app.is_serial(text):
+            await self._take_number(text)
+        elif why := await self.bench_app.scanned(text or confirmed, self.bench_app.queue):
             self.say(why, "bad")
         return True
+
+    async def _take_number(self, text: str) -> None:
+        """Give a value to the step. Digits alone may be the serial of a new unit: that is asked, lest a value begin
+        a unit or a serial become a value."""
+        if text.isdigit() and len(text) >= SHORTEST:
+            self.say(f"No unit {text} was begun here. Enter: begin it. A value: open its step first", "doubt")
+            self._asked_about = text
+        else:
+            await self.take_value(text)
+
+    async def take_value(self, text: str) -> None:
+        """Say that nothing is done with a value: no step takes it here."""
+        self.say(f"{text} was not saved: it is no serial of a unit here, and no step is open", "bad")

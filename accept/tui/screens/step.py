@@ -85,6 +85,16 @@ class StepScreen(StepForm):
             else:
                 self._hint()
 
+    async def take_value(self, text: str) -> None:
+        """Give a value to the field under the cursor, if it takes one."""
+        field = self._focused_field()
+        if field is None:
+            self.say(f"{text} was not saved: this step is complete. ↑ ↓: choose the field to correct", "bad")
+        elif field.place.is_file:
+            self.say(f"{text} was not saved: {field.place.name} is a file. {self.what_now}", "bad")
+        else:
+            self._give(field, text, repeat=False)
+
     def _dispensable(self, field: Field) -> bool:
         """Return whether Enter may go past all that is still empty: the step was judged, and nothing that could be
         given here is missing for a result."""

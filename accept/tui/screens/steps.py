@@ -124,6 +124,21 @@ class Steps(Scanning[bool]):
         if self.is_current and not await self.take_scan():
             await self._open(self._step_here())
 
+    @property
+    def value_goes(self) -> str:
+        step = self._step_here()
+        return "" if step is None or step.derived else f"save it in {step.short}, unless a unit has this serial"
+
+    async def take_value(self, text: str) -> None:
+        """Open the step under the cursor with a value that was typed over the list: what follows goes on there."""
+        step = self._step_here()
+        if step is None or step.derived:
+            await super().take_value(text)
+            return
+        await self._open(step)
+        if isinstance(shown := self.app.screen, StepScreen):
+            await shown.take_value(text)
+
     async def _open(self, step: WorkflowStep | None) -> None:
         if step is None:
             await self.app.push_screen(Explain(self.bench, self.session), self._back)
@@ -179,10 +194,12 @@ class Steps(Scanning[bool]):
         return self.session.step(rig) if rig else None
 
     def action_to_row(self, row: int) -> None:
+        self._asked_about = ""
         rail = self.query_one(StepList)
         rail.move_cursor(row=row % rail.row_count)
 
     def action_move(self, rows: int) -> None:
+        self._asked_about = ""
         rail = self.query_one(StepList)
         rail.move_cursor(row=max(0, min(rail.cursor_row + rows, rail.row_count - 1)))
 

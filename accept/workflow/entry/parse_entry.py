@@ -10,8 +10,8 @@ from urllib.parse import unquote
 from accept.units import unit_folder
 from checks.declare import Measured, Scalar, Vector
 from specs.errors import AcceptError
-from specs.spec import Limit, Spec
-from specs.units import UnitMismatch, factor
+from specs.spec import Limit, Spec, SpecDocument
+from specs.units import BASES, PREFIXES, UnitMismatch, factor
 
 _ATTEMPT = re.compile(r"_(attempt|superseded)-\d+$", re.IGNORECASE)  # accept.workflow names files so
 
@@ -107,6 +107,17 @@ def parse_number(text: str, unit: str) -> Measured:
     return Measured(value, U)
 
 
+def is_value(text: str) -> bool:
+    """Return whether text reads as a measured value, or several, and not as a serial."""
+    return all(map(_is_number, text.replace(";", " ").split())) or _is_number(text)
+
+
+def _is_number(word: str) -> bool:
+    found = _ENTRY.fullmatch(word) if len(word) <= _MAX_LENGTH else None
+    unit = "" if found is None else found["unit"] or ""
+    return found is not None and (unit in ("", *BASES) or (unit[0] in PREFIXES and unit[1:] in BASES))
+
+
 def parse_list(text: str, declared: Vector) -> list[float]:
     """Return all values of a vector at once, separated by spaces or semicolons. Raises EntryError."""
     words = text.replace(";", " ").split()
@@ -117,6 +128,12 @@ def parse_list(text: str, declared: Vector) -> list[float]:
 
 def _number(text: str) -> float:
     return float(text.replace(",", "."))
+
+
+def is_described(serial: str, spec: Spec) -> bool:
+    """Return whether a spec says itself what its serials look like, and this is one."""
+    own = spec.serial_pattern != SpecDocument.model_fields["serial_pattern"].default
+    return own and re.fullmatch(spec.serial_pattern, serial) is not None
 
 
 def serial_problem(serial: str, spec: Spec) -> str | None:

@@ -8,7 +8,7 @@ from textual.widgets import DataTable, Input
 
 from accept.base.home import home
 from accept.certificate.trust import keys
-from accept.judging.judge_unit import default_spec
+from accept.judging.judge_unit import default_spec, load_spec
 from accept.store import open_store
 from accept.tui.widgets.step_list import StepList
 from accept.workflow.bench import open_bench
@@ -257,3 +257,55 @@ async def test_a_serial_that_was_entered_by_mistake_is_taken_off_again():
     with open_store() as store:
         assert [unit.serial for unit in known_units(store, SPECS)] == ["APA-02", "APA-01"]
         assert [event.subject for event in store.events(what="attempt_started")] == ["APA-01", "apa-02", "APA-02"]
+
+
+async def test_values_typed_over_the_list_of_steps_go_into_the_step_under_the_cursor():
+    """They began a unit of the serial 24.05."""
+    async with running() as pilot:
+        await begin(pilot, TRAY[0])
+        for key in (*"0", "enter", *"24.05", "enter", *"-3", "enter", *"0.018 mm", "enter"):
+            pilot.app.simulate_key("space" if key == " " else key)
+        await settled(pilot)
+        assert (screen(pilot), pilot.app.session.serial) == ("StepScreen", TRAY[0])
+        step = pilot.app.session.state("flatness")
+        assert [(entry.index, entry.value) for entry in step.entries] == [(0, 0.0), (1, 24.05), (2, -3.0), (3, 18.0)]
+        assert pilot.app.screen._focused_field().place.index == 4
+    with open_store() as store:
+        assert {event.subject for event in store.events(what="attempt_started")} == {TRAY[0]}
+
+
+async def test_a_value_over_a_step_that_is_complete_or_takes_a_record_is_not_saved():
+    async with running() as pilot:
+        await begin(pilot, TRAY[0])
+        await press(pilot, "enter")
+        await type_line(pilot, HEIGHTS)
+        await press(pilot, *"12.5", "enter")
+        assert "12.5 was not saved" in words(pilot, "#status")
+        assert (screen(pilot), pilot.app.session.serial) == ("StepScreen", TRAY[0])
+        assert len(pilot.app.session.state("flatness").entries) == 8
+
+
+async def test_a_unit_whose_serial_is_digits_is_opened_by_its_scan_and_a_new_one_is_asked_about():
+    async with running() as pilot:
+        await begin(pilot, "40.5")
+        await press(pilot, "escape")
+        await begin(pilot, TRAY[0])
+        await press(pilot, *"40.5", "enter")
+        assert (screen(pilot), pilot.app.session.serial) == ("Steps", "40.5")
+        await press(pilot, *"4711", "enter", "down", "up", "enter")  # what else is pressed is another answer
+        assert (screen(pilot), pilot.app.session.serial) == ("StepScreen", "40.5")
+        await press(pilot, "escape", *"4711", "enter", *"4712", "enter")
+        assert "4712" in words(pilot, "#status")
+        await press(pilot, "enter")
+        assert screen(pilot) == "StartScreen"
+        assert pilot.app.screen.query_one("#serial", Input).value == "4712"
+    assert not values()
+
+
+async def test_digits_that_fit_the_pattern_of_a_spec_are_a_serial():
+    own = load_spec("apa-basic").model_copy(update={"serial_pattern": "[0-9]{4}"})
+    async with running(lambda: replace(loader()(), specs={"apa": own})) as pilot:
+        await begin(pilot, "4710")
+        await press(pilot, *"4711", "enter")
+        assert screen(pilot) == "StartScreen"
+        assert pilot.app.screen.query_one("#serial", Input).value == "4711"
