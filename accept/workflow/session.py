@@ -17,7 +17,7 @@ from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
 from accept.gap.attach_to_result import with_explanation
-from accept.judging.advice import ADVICE, record_advice
+from accept.judging.advice import ADVICE, action, record_advice
 from accept.judging.nonconformance import open_nonconformances
 from accept.judging.result import UnitResult
 from accept.store import Event, Store
@@ -157,6 +157,11 @@ class Session:
         if own is None:
             return own
         return replace(own, findings=tuple(refuted.get(f.quantity, f) for f in own.findings))
+
+    def action_at_source(self, step: WorkflowStep) -> str | None:
+        """Return what to put right first at the records that a derived step reads; None if nothing is known there."""
+        read = self.judgement(step.check.reads) if step.derived else None
+        return None if read is None else action(read.findings)
 
     @property
     def _last_findings(self) -> Sequence[Finding]:

@@ -8,7 +8,7 @@ edge."""
 import numpy as np
 
 from checks.acceptance import frf
-from checks.acceptance.responses.rules import unusable
+from checks.acceptance.responses.rules import dead_channels, unusable
 from checks.cause import Cause, NoResult, together
 from checks.declare import Check, Guide, Measured, Setting, Values
 from checks.errors import ModelError, RecordError
@@ -36,7 +36,11 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
     if not isinstance(model, Model):
         raise NoResult(Cause.MODEL_NOT_SET)
     records = {k: v for k, v in values.items() if isinstance(v, Record) and k in BANDS}
-    faults = [reason.within(key, record.name) for key, record in records.items() for reason in unusable(record)]
+    faults = [
+        reason.within(key, record.name)
+        for key, record in records.items()
+        for reason in dead_channels(record) or unusable(record)
+    ]
     if faults:
         raise NoResult(together(faults))
     data = _dataset(values, "low", "high")

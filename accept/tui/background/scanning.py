@@ -41,6 +41,8 @@ class Scanning(Working[T]):
     _scan = ""
     _last_letter = 0.0
     _asked_about = ""  # a number that may be the serial of a new unit: the next Enter begins it
+    _unknown = ""  # what was typed last where a passphrase may be meant: the same again is a new unit
+    asks_passphrase = False  # a passphrase may be typed here too early: nothing of it is shown
 
     @property
     def bench_app(self) -> OpensUnits:
@@ -58,7 +60,10 @@ class Scanning(Working[T]):
             self._scan = self.scan + event.character
             self._last_letter = time.monotonic()
             goes = self.value_goes if is_value(self._scan) else ""
-            self.say(f"{self._scan}   Enter: {goes}" if goes else f"Serial: {self._scan}   Enter: go to that unit")
+            if self.asks_passphrase:
+                self.say(f"{len(self._scan)} letters of a serial. Enter: go to that unit. A passphrase: F2 first")
+            else:
+                self.say(f"{self._scan}   Enter: {goes}" if goes else f"Serial: {self._scan}   Enter: go to that unit")
 
     def say(self, words: str, role: str = "quiet") -> None:
         self._asked_about = ""
@@ -88,7 +93,11 @@ class Scanning(Working[T]):
         if not (text or confirmed):
             return False
         await self.saved()
-        if text and is_value(text) and not await self.bench_app.is_serial(text):
+        unknown, self._unknown = self._unknown, ""
+        if self.asks_passphrase and text != unknown and not await self.bench_app.is_serial(text):
+            self._unknown = text
+            self.say("No unit of that serial was begun here. Scan it again: begin it. A passphrase: F2 first", "bad")
+        elif text and is_value(text) and not await self.bench_app.is_serial(text):
             await self._take_number(text)
         elif why := await self.bench_app.scanned(text or confirmed, self.bench_app.queue):
             self.say(why, "bad")

@@ -4,6 +4,7 @@ from typing import ClassVar
 
 from textual.binding import Binding, BindingType
 
+from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.step_view import StepView
 from checks.acceptance import CHECKS
 
@@ -16,6 +17,7 @@ class DerivedScreen(StepView):
         Binding("f3", "compare", "Compare"),
         Binding("f5", "note", "Note"),
         Binding("f7", "picture", "Plots"),
+        Binding("ctrl+r", "put_right", "Put right", priority=True),
         Binding("escape", "leave", "Back"),
     ]
 
@@ -42,6 +44,15 @@ class DerivedScreen(StepView):
             self.say("Running. Esc: stop")
         else:
             await self.go_further()
+
+    def action_put_right(self) -> None:
+        ask_remedy(self, self.bench, self.session, lambda _: self.leave(False))
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Leave keys of a training out of the footer elsewhere."""
+        if action == "put_right":
+            return self.bench.training is not None
+        return super().check_action(action, parameters)
 
     def action_compare(self) -> None:
         if self.stop is not None:

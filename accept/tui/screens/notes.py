@@ -15,6 +15,7 @@ from accept.workflow.state.unit_state import Note
 from accept.workflow.steps.plan import WorkflowStep
 
 _TEXT, _WRONG, _FILE, _SHOWN = range(4)
+_ANSWERS = {_WRONG: ("y", "n", "yes", "no"), _SHOWN: ("y", "n", "p", "yes", "no")}
 
 
 def note_saved(event: Event) -> str:
@@ -41,6 +42,8 @@ def ask_note(
         if place == _FILE and given[_FILE].strip() and not (path := parse_path(given[_FILE], records)).is_file():
             return f"{path}: no such file"
         shown, file = given[_SHOWN].strip().lower()[:1], given[_FILE].strip()
+        if place in _ANSWERS and given[place].strip().lower() not in _ANSWERS[place]:
+            return f"'{given[place].strip()}': expected {', '.join(a for a in _ANSWERS[place] if len(a) == 1)}"
         if place == _SHOWN and _is_yes(given[_WRONG]) and shown not in ("y", "p"):
             return "A nonconformance is always on the certificate"
         if place == _SHOWN and shown == "p" and not file:

@@ -202,7 +202,7 @@ class StartScreen(Working[Begin | None]):
 
     def _look(self) -> None:
         """Say beside the fields whether the serial fits, and whether it is known."""
-        bench, serial, kind = self._bench, self._value("serial"), self._value("kind")
+        bench, serial = self._bench, self._value("serial")
         self._known = None
         about = self.query_one("#about", Label)
         if bench is None:
@@ -210,8 +210,6 @@ class StartScreen(Working[Begin | None]):
         self._looked_up.set()
         if not serial:
             about.update("")
-        elif kind not in bench.specs:
-            about.update(f"✗ kind '{kind}': expected {' or '.join(bench.specs)}")
         elif problem := self._refused(serial):
             about.update(f"✗ serial '{serial}': {problem}")
         else:
@@ -244,7 +242,8 @@ class StartScreen(Working[Begin | None]):
         if known and known.kind != self._value("kind"):
             self.query_one("#kind", Input).value = known.kind  # as it was begun, whatever the unit before was
         self._looked_up.set()
-        words = f"new unit {serial}"
+        kind, specs = self._value("kind"), [] if self._bench is None else list(self._bench.specs)
+        words = f"new unit {serial}" if kind in specs else f"✗ kind '{kind}': expected {' or '.join(specs)}"
         if known:
             words = f"{serial} is known: {known.words}. Enter: continue; F8: new attempt.\n{known.handed_over}"
         words = "\n".join(filter(None, (words, whose_key)))

@@ -465,7 +465,7 @@ class StepScreen(StepForm):
         does = {
             "pick": has_files(form),
             "read": reads or (not is_value and field is not None and self._is_measured),
-            "repeat": is_value,
+            "repeat": is_value and (reads or (field is not None and self._has(field.place))),
             # behind F1 if there is no room for it
             "measure_again": bool(self.state.entries) and not (is_value and self.app.size.width < WIDE_FROM),
             "undo": bool(self.session.attempt.undoable),

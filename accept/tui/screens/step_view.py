@@ -75,7 +75,8 @@ class StepView(Page):
         judgement = self.session.judgement(self.step.name)
         if judgement is None or not self._is_bad:
             return ""
-        todo = first_advice(judgement.findings) or ("record again" if self.step.derived else "F8: measure again")
+        todo = self.session.action_at_source(self.step) or first_advice(judgement.findings)
+        todo = todo or ("record again" if self.step.derived else "F8: measure again")
         return f"{self.session.status(self.step).word.capitalize()} → {todo}"
 
     @property
@@ -125,7 +126,8 @@ class StepView(Page):
         self.query_one("#setup", Static).update(setup(self.step))
         self.query_one("#main").set_class(self.complete, "complete")
         judgement = self.session.judgement(self.step.name) if self.complete else None
-        self.query_one(Findings).show(self.step.check, judgement, self.lacking(), self.session.usual)
+        first = self.session.action_at_source(self.step) or ""
+        self.query_one(Findings).show(self.step.check, judgement, self.lacking(), self.session.usual, first)
         self.query_one(Pictures).show(self.session.panels(self.step.name))
         self.show_around()
 

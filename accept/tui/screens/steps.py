@@ -256,7 +256,7 @@ def card(session: Session, step: WorkflowStep) -> Text:
     judgement = session.judgement(step.name)
     stands = standing(session, step)
     if judgement is not None and not stands:
-        text = findings_text(step.check, judgement, session.usual)
+        text = findings_text(step.check, judgement, session.usual, session.action_at_source(step) or "")
     else:
         text = Text().append(f"{stands}\n\n" if stands else "", "bold yellow")
         text.append(f"{step.guide.words}\n\n").append_text(setup(step))

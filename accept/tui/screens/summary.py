@@ -53,6 +53,8 @@ _OUTCOMES = {
 class Summary(Scanning[bool]):
     """Judges the unit when it opens. Dismisses True for the next unit, False to go back to the steps."""
 
+    asks_passphrase = True
+
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "take_scan", show=False, priority=True),
         Binding("f2", "sign", "Sign", priority=True),
@@ -84,7 +86,9 @@ class Summary(Scanning[bool]):
     def on_mount(self) -> None:
         if not self.alive:
             return
-        self.query_one(DataTable).add_columns("", "Quantity ", "Value ± U ", "Limits ", "Verdict")
+        table = self.query_one(DataTable)
+        table.add_columns("", "Quantity ", "Value ± U ", "Limits ", "Verdict")
+        table.visible = False  # its head alone says nothing
         if self.session.result is not None:
             self._judged(self.session.result)
         else:
@@ -129,6 +133,7 @@ class Summary(Scanning[bool]):
         verdict = _verdict(result, self._open_in(result), list(refused.values()))
         self.query_one("#verdict", Static).update(verdict)
         table = self.query_one(DataTable)
+        table.visible = True
         table.clear()
         for f in result.findings:
             status = self._status(f)
@@ -141,7 +146,8 @@ class Summary(Scanning[bool]):
         self._notes = [
             without_hashes(self._with_step(note)) for note in sorted(result.notes, key=lambda note: note not in people)
         ]
-        self._why = [_detail(f, self.session.refusal(f)) for f in result.findings]
+        said = verdict.plain.partition("\n")[2]
+        self._why = [_detail(f, self.session.refusal(f), said) for f in result.findings]
         worst = next((n for n, f in enumerate(result.findings) if f.verdict is not Verdict.PASS), 0)
         table.move_cursor(row=worst)
         self._tell(worst)
@@ -411,12 +417,12 @@ _RULES = {
 }
 
 
-def _detail(f: Finding, refused: RecordRefused | None) -> str:
-    """Return why a finding is what it is, and what to do about it. refused: the record that it lacks."""
-    if refused is not None:
-        return f"{label_of(f.quantity)}: {refused.line}\n→ {refused.action}"
+def _detail(f: Finding, refused: RecordRefused | None, said: str) -> str:
+    """Return why a finding is what it is, and what to do about it unless it was said. refused: the record that it
+    lacks; said: what stands below the verdict."""
     why = f.reason or f.note or _RULES.get(str(f.rule), str(f.rule))
-    return "\n".join([f"{label_of(f.quantity)}: {why}", *(f"→ {line}" for line in advice(CHECKS[f.check], f))])
+    why, todo = (why, advice(CHECKS[f.check], f)) if refused is None else (refused.line, [refused.action])
+    return "\n".join([f"{label_of(f.quantity)}: {why}", *(f"→ {line}" for line in todo if line not in said)])
 
 
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line

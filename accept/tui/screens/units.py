@@ -122,7 +122,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
             shown = self._queues[(self._queues.index(queue) + way) % len(self._queues)]
             self._at = shown.name, shown.kind
             self._fill()
-            one_by_one = f"{shown.title}: Enter opens the first, then one unit after the other"
+            one_by_one = f"{shown.title}: Enter opens the marked one, then one unit after the other"
             self.say(_SCAN if shown.name == ALL else one_by_one)
 
     @property
@@ -141,6 +141,8 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
             self.say("No unit to take off the list", "bad")
         elif not self._operator:
             self.say("Enter your name on the first screen, then take units off", "bad")
+        elif unit.last or unit.notes or unit.attempt > 1:
+            self.say(f"{unit.serial} stays: something was done at it", "bad")
         elif self._doubted != unit.serial:
             self._doubted = unit.serial
             self.say(f"Ctrl+Z again: take {unit.serial} off the list, as if it had not been scanned", "doubt")

@@ -7,12 +7,13 @@ from types import MappingProxyType
 
 from rich.text import Text
 
-from accept.judging.advice import advice
+from accept.judging.advice import ADVICE, advice
 from accept.pictures.labels import label_of
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers, usual_words
 from accept.workflow.state.unit_state import StepJudgement
 from accept.workflow.status import of_findings
+from checks.cause import Cause
 from checks.declare import Check
 from checks.verdict import Finding
 
@@ -29,18 +30,29 @@ class Findings(Hanging):
     whole = False
 
     def show(
-        self, check: Check, judgement: StepJudgement | None, words: str = "", usual: Mapping[str, float] = NO_USUAL
+        self,
+        check: Check,
+        judgement: StepJudgement | None,
+        words: str = "",
+        usual: Mapping[str, float] = NO_USUAL,
+        first: str = "",
     ) -> None:
-        text = findings_text(check, judgement, usual, whole=self.whole) if judgement else Text(words, "dim")
+        text = findings_text(check, judgement, usual, first, whole=self.whole) if judgement else Text(words, "dim")
         self.display = bool(text.plain)
         self.hang(text)
 
 
 def findings_text(
-    check: Check, judgement: StepJudgement, usual: Mapping[str, float] = NO_USUAL, *, whole: bool = False
+    check: Check,
+    judgement: StepJudgement,
+    usual: Mapping[str, float] = NO_USUAL,
+    first: str = "",
+    *,
+    whole: bool = False,
 ) -> Text:
     """Return the findings; what to do stands below the one that it is about, and those of one cause share reason and
-    advice. usual: values of the units before, by quantity; whole: with the values that have no limits."""
+    advice. usual: values of the units before, by quantity; first: what to put right at the records, before a misfit is
+    analysed; whole: with the values that have no limits."""
     text, told = Text(), set[str]()
     drawn = len(judgement.findings) <= _FEW
     widths = _widths(judgement.findings)
@@ -48,7 +60,8 @@ def findings_text(
         shown = replace(finding, reason=_ABOVE) if finding.reason in told else finding
         text.append_text(finding_text(shown, usual.get(finding.quantity)) if drawn else finding_row(shown, *widths))
         told.add(finding.reason or "")
-        for line in advice(check, finding):
+        for advised in advice(check, finding):
+            line = first if first and advised == ADVICE[Cause.MODEL_MISFIT] else advised
             if line not in told:
                 text.append(f"  → {line}\n", "bold yellow")
             told.add(line)

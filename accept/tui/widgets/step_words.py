@@ -32,7 +32,7 @@ def standing(session: Session, step: WorkflowStep) -> str:
     """Return where a step stands that is not judged: what is missing, why it is measured again."""
     status, state = session.status(step), session.state(step.name)
     if status is Status.NOT_DONE:
-        return f"Measure again: {state.reasons[-1]}" if state.reasons else ""
+        return f"Measure again ({state.reasons[-1]})" if state.reasons else ""
     if session.judgement(step.name) is None or status is Status.TAKEN:
         wanted = ", ".join(missing_labels(step, state))
         refused = [f"{record.line}\n→ {record.action}" for record in state.refused.values()]

@@ -103,13 +103,13 @@ def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
 def _wrong_channels(record: Record) -> list[Reason]:
     """Return the reasons of the first kind of fault that a record shows: dead channels, sizes of another channel,
     faults of sampling."""
-    columns = _sampled_columns(record)
-    still = [n for n, x in columns.items() if dead(n, x)]  # the whole channel is sorted only if a part stands still
-    return (
-        [reason for n in still for reason in dead(n, record[n])]
-        or list(_wrong_sizes(columns))
-        or list(sampling_faults(record))
-    )
+    return dead_channels(record) or list(_wrong_sizes(_sampled_columns(record))) or list(sampling_faults(record))
+
+
+def dead_channels(record: Record) -> list[Reason]:
+    """Return a reason for each channel that stands still."""
+    still = [n for n, x in _sampled_columns(record).items() if dead(n, x)]  # the whole is sorted only if a part is so
+    return [reason for n in still for reason in dead(n, record[n])]
 
 
 def unusable(record: Record) -> list[Reason]:

@@ -161,6 +161,9 @@ async def test_notes_and_nonconformance():
         await begin(pilot)
         await press(pilot, "f5")
         await type_line(pilot, "scratch on the shell")
+        for unclear in ("j", "ok", "x"):  # no answer: an unclear one must not leave the unit free
+            await type_line(pilot, unclear)
+            assert "expected y, n" in words(pilot, "#wrong")
         await press(pilot, "ctrl+u")
         for line in ("y", "", ""):
             await type_line(pilot, line)

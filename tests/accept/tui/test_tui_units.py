@@ -109,8 +109,10 @@ async def test_a_scan_goes_to_its_unit_wherever_it_comes():
         await press(pilot, "enter")
         assert (screen(pilot), pilot.app.session.serial) == ("StepScreen", TRAY[0])
         await press(pilot, "escape", "f9")
-        await pilot.press(*"APA-77")  # a new one, from the summary
-        await press(pilot, "enter")
+        await press(pilot, *"APA-77", "enter")  # a new one, from the summary: it might be a passphrase
+        assert screen(pilot) == "Summary"
+        assert "77" not in words(pilot, "#status")
+        await press(pilot, *"APA-77", "enter")
         assert screen(pilot) == "StartScreen"
         assert pilot.app.screen.query_one("#serial", Input).value == "APA-77"
         assert "new unit APA-77" in words(pilot, "#about")
@@ -309,3 +311,33 @@ async def test_digits_that_fit_the_pattern_of_a_spec_are_a_serial():
         await press(pilot, *"4711", "enter")
         assert screen(pilot) == "StartScreen"
         assert pilot.app.screen.query_one("#serial", Input).value == "4711"
+
+
+async def test_a_passphrase_that_is_typed_before_it_is_asked_for_is_not_shown_and_begins_no_unit():
+    async with running() as pilot:
+        await begin(pilot, TRAY[0])
+        await press(pilot, "f9")
+        for key in ("c", "o", "rrect-horse"):
+            await press(pilot, *key)
+            assert "co" not in words(pilot, "#status")
+        await press(pilot, "enter", "enter")
+        assert screen(pilot) == "Summary"
+        assert "F2 first" in words(pilot, "#status")
+        assert "horse" not in words(pilot, "#status")
+
+
+async def test_a_unit_at_which_something_was_done_is_not_asked_about_when_it_cannot_be_taken_off():
+    async with running() as pilot:
+        await begin(pilot, TRAY[0])
+        await press(pilot, "enter", "1", "enter", "escape", "escape", "f2", "ctrl+z")
+        assert "Ctrl+Z again" not in words(pilot, "#status")
+        assert "stays" in words(pilot, "#status")
+
+
+async def test_a_known_serial_sets_its_kind_whatever_was_typed_there():
+    async with running() as pilot:
+        await begin(pilot, TRAY[0])
+        await press(pilot, "escape", *TRAY[1], "enter")
+        assert pilot.app.focused.id == "kind"
+        await press(pilot, "ctrl+u", *"A-2", "up", *TRAY[0], "enter")
+        assert (screen(pilot), pilot.app.session.serial) == ("Steps", TRAY[0])
