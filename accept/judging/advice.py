@@ -57,6 +57,8 @@ ADVICE: Mapping[Cause, str] = {
     Cause.VOLTAGE_TOP: _WHOLE_CYCLE,
     Cause.STROKE_AWAY: "check sign and mounting of {channel}, and the amplifier; then record again",
     Cause.STROKE_IN_NOISE: "check the mounting of {channel}, and the amplifier; then record again",
+    Cause.STROKE_IMPLAUSIBLE: "check which stacks were driven and which file is which, the unit and the range of "
+    "{channel}; then record again",
     Cause.STACKS_DIFFER: "check which stacks were driven, then record both again",
     Cause.GAUGE_DRIFT: "clamp {channel} firmly, let it warm up, then record again",
     Cause.SINE_SMALL: "drive Va with at least {needed:g} V, then record again",

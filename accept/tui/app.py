@@ -115,6 +115,7 @@ class BenchApp(InOrder):
 
         self.session, self.queue = begin.session, begin.queue
         self.given = Given(begin.session.operator, "", begin.session.spec.kind)
+        self.shift.hand_over(begin.session.operator)
         steps = Steps(begin.bench, begin.session, "; ".join(begin.problems))
         await self.push_screen(steps, self._left)
         if begin.queue is not None:

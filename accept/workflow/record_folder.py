@@ -3,7 +3,7 @@
 import os
 import re
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -100,9 +100,11 @@ def proposals(
     taken: Callable[[Path, float], bool],
     damage: Callable[[Path], str] = lambda _: "",
     others: Mapping[str, Sequence[FileInput]] = NO_OTHERS,
+    given: Collection[str] = (),
 ) -> dict[str, PickableFile]:
     """Return for each input that wants a file the one that is proposed, by the input's name; no file twice. Without
-    one, a file whose name speaks for the input and that cannot be read, with its damage.
+    one, a file whose name speaks for the input and that cannot be read, with its damage. given: inputs that have a
+    file; another one whose name speaks for them is left for them.
 
     A file is proposed if it has the channels, is written to its end and belongs to no unit yet (taken: by path and
     time). Files of one session at the rig come first, of these the one whose name speaks for the input, then the
@@ -120,6 +122,7 @@ def proposals(
     candidates = [
         (place, declared, replace(file, score=score), _score(file.name, declared, wanted, about))
         for place, declared in enumerate(wanted)
+        if declared.name not in given
         for file in free
         for score, step in [name_score(file.name, declared, wanted, about, others)]
         if not step and (file.damage or fits(declared, folder / file.name))

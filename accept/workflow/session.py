@@ -58,7 +58,7 @@ from accept.workflow.state.unit_state import (
 from accept.workflow.status import Status, judgement_of, open_steps, state_of, status_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
-from accept.workflow.steps.section import note_lines
+from accept.workflow.steps.section import note_lines, value_words
 from accept.workflow.usual_values import usual_values
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
@@ -290,8 +290,9 @@ class Session:
         """Return the records in a folder that are proposed for the inputs of a form that have none yet. One that was
         refused is proposed again when it was written anew."""
         state = self.state(step.name)
-        wanted = [i for i in form.inputs if isinstance(i, Series | CsvTable) and state.link(i.name) is None]
-        if not wanted:
+        files = [i for i in form.inputs if isinstance(i, Series | CsvTable)]
+        given = {i.name for i in files if state.link(i.name) is not None}
+        if len(given) == len(files):
             return {}
         known = self._sources()
 
@@ -299,7 +300,7 @@ class Session:
             return mtime <= known.get(str(path), -math.inf) or mtime == state.unusable.get(str(path))
 
         others = self._inputs_of_others(step)
-        return record_folder.proposals(folder, wanted, _about(step), self.may_fit, taken, attach.damage, others)
+        return record_folder.proposals(folder, files, _about(step), self.may_fit, taken, attach.damage, others, given)
 
     def name_score(self, step: WorkflowStep, declared: Series | CsvTable, file: str) -> tuple[int, str]:
         """Return how far the name of a file speaks for an input of a step, and the step that it speaks for instead."""
@@ -362,11 +363,31 @@ class Session:
         """Begin a step anew; its earlier entries stay in the store. Raises EntryError without a reason."""
         return self.append(StepRemeasured(step, plain_words(reason, "the reason")))
 
-    def undo(self) -> Event:
-        """Take back the last entry of this attempt, by an event. Raises EntryError if it has no entry."""
-        if not self.attempt.undoable:
-            raise EntryError("there is nothing to undo in this attempt")
-        return self.append(EntryUndone(self.attempt.undoable[-1]))
+    def undo(self, step: str = "") -> Event:
+        """Take back the last entry of this attempt, by an event. step: only if it belongs to this one. Raises
+        EntryError if there is no entry, or one of another step."""
+        with self._mutex:
+            last = self.last_entry()
+            if last is None:
+                raise EntryError("there is nothing to undo in this attempt")
+            if step and last.data.get("step") != step:
+                raise EntryError("the last entry belongs to another step; undo it in the step list")
+            return self.append(EntryUndone(last.seq))
+
+    def words_of(self, undo: Event) -> str:
+        """Return what an event took back, and the step that it belonged to."""
+        of = EntryUndone.of(undo).undoes
+        event = next(each for each in self._events if each.seq == of)
+        match payload_of(event):
+            case ValueTaken() as taken:
+                words = value_words(taken.input, taken.index, taken.value, taken.unit)
+            case RecordLinked() as link:
+                words = link.file
+            case StepNoted() as note:
+                words = f"note '{note.text}'"
+            case _:
+                words = "measuring again"
+        return f"{words} ({self.step(str(event.data['step'])).short})"
 
     def take_off(self) -> Event:
         """Take back that this unit was begun, as if its serial had not been entered. Raises EntryError if anything was

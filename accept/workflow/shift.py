@@ -45,6 +45,11 @@ class SigningShift:
             return None
         return kept.passphrase if kept.operator == operator else None
 
+    def hand_over(self, operator: str) -> None:
+        """Forget the passphrase of anyone else: another person works at the bench now."""
+        if self._kept is not None and self._kept.operator != operator:
+            self._kept = None
+
     def lock(self) -> bool:
         """Forget the passphrase. Returns whether there was one."""
         was, self._kept = self._kept is not None, None

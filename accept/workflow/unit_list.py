@@ -10,7 +10,7 @@ from accept.store.payloads import AttemptStarted
 from accept.workflow.state.unit_state import Attempt, EnteredValue, FileLink, fold_run
 from accept.workflow.status import open_steps, state_of
 from accept.workflow.steps.plan import WorkflowStep, needs_rig, steps_of
-from checks.acceptance import CHECKS
+from accept.workflow.steps.section import value_words
 from checks.verdict import UnitVerdict
 from specs.spec import Spec
 
@@ -184,6 +184,4 @@ def _waiting(attempt: Attempt, spec: Spec) -> tuple[str, ...]:
 def _entry_words(entry: EnteredValue | FileLink) -> str:
     if isinstance(entry, FileLink):
         return entry.file
-    declared = next((c.inputs[entry.input] for c in CHECKS.values() if entry.input in c.inputs), None)
-    name = entry.input if declared is None else declared.label
-    return f"{name}{'' if entry.index is None else f' {entry.index + 1}'} {entry.value:.6g} {entry.unit}".strip()
+    return value_words(entry.input, entry.index, entry.value, entry.unit)

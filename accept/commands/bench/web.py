@@ -27,7 +27,7 @@ def run(arguments: Sequence[str], port: int) -> Exit:
         photos = Path(folder) / "photos"
         photos.mkdir()
         server = Loopback(command(arguments), photos, HOST, port, "accept", templates_path=folder)
-        say(f"accept: {server.address} in one browser on this machine; Ctrl+C ends it")
+        say(f"accept: {server.address}\nin one browser on this machine; Ctrl+C ends it")
         try:
             with protected():
                 server.serve()

@@ -11,6 +11,7 @@ from textual.actions import SkipAction
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
+from textual.events import Key
 from textual.message import Message
 from textual.widgets import Input, Label
 from textual.worker import get_current_worker
@@ -184,6 +185,14 @@ class StartScreen(Working[Begin | None]):
         for name, part in taken.parts.items():
             for line in self.query(f"#{name}").results(Input):
                 line.value = part
+
+    def on_key(self, event: Key) -> None:
+        """Type into the first field that lacks something where a click took the cursor away."""
+        if self.focused is None and event.character is not None and event.is_printable:
+            event.stop()
+            self._stand_at_first()
+            if isinstance(line := self.focused, Input):  # behind its own message, which selects what stands there
+                line.call_later(lambda: line.replace(event.character or "", *line.selection))
 
     def on_input_changed(self, event: Input.Changed) -> None:
         self._ending = False

@@ -14,6 +14,7 @@ from textual.widgets import Input
 from accept.capture.operator_actions import Person
 from accept.capture.setup import CaptureResult
 from accept.store import Event
+from accept.store.payloads import EntryUndone
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.capture_dialogue import CaptureDialogue
 from accept.tui.screens.put_right import ask_remedy
@@ -78,12 +79,7 @@ class StepScreen(StepForm):
         elif self._dispensable(field):
             await self._finish()
         else:
-            left = field.place.name if is_needed(field.place.declared) else ""
-            self._go_on(field)
-            if left and not self._has(field.place):
-                self.say(f"{left} is required. {self.what_now}", "bad")
-            else:
-                self._hint()
+            self._go_past(field)
 
     async def take_value(self, text: str) -> None:
         """Give a value to the field under the cursor, if it takes one."""
@@ -94,6 +90,14 @@ class StepScreen(StepForm):
             self.say(f"{text} was not saved: {field.place.name} is a file. {self.what_now}", "bad")
         else:
             self._give(field, text, repeat=False)
+
+    def _go_past(self, field: Field) -> None:
+        """Go on from an empty field, unless it is required: what is read or typed next would be that of another."""
+        if is_needed(field.place.declared) and not (field.pending or self._has(field.place)):
+            self.say(f"{field.place.name} is required. {self.what_now}. ↓: next field", "bad")
+        else:
+            self._go_on(field)
+            self._hint()
 
     def _dispensable(self, field: Field) -> bool:
         """Return whether Enter may go past all that is still empty: the step was judged, and nothing that could be
@@ -277,7 +281,7 @@ class StepScreen(StepForm):
         self._proposals = {name: file for name, file in self._proposals.items() if file.name not in refused}
         self._propose(field)
         if is_there:
-            self.say(f"{Path(text).name}: not taken. {why.rpartition('→ ')[2].capitalize()}", "bad")
+            self.say(f"{Path(text).name}: not taken. {_sentence(why.rpartition('→ ')[2])}", "bad")
         self._look_again()
         self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
 
@@ -288,9 +292,9 @@ class StepScreen(StepForm):
             empty = [f for f in files if not self._has(f.place)]
             field = next(iter(empty or (files if len(files) == 1 else [])), None)  # the only one may be replaced
         if field is None:
-            others = ", ".join(form.name for form in self.step.check.forms if has_files(form))
+            others = any(map(has_files, self.step.check.forms))
             full = "No empty field for a file. ↑ ↓: choose the field to replace"
-            other = f"Files go to another input. F6: {others}" if others else "This step takes no file"
+            other = "This field wants a number. F6: take a file" if others else "This step takes no file"
             self.say(full if has_files(self._form) else other, "bad")
             return
         chosen, declared = field, field.place.declared
@@ -433,14 +437,11 @@ class StepScreen(StepForm):
 
     def action_undo(self) -> None:
         """Undo the last entry of this step only: the technician would not see what goes elsewhere."""
-        last = self.session.last_entry()
-        if last is None or last.data.get("step") != self.step.name:
-            self.say("The last entry belongs to another step; undo it in the step list", "bad")
-            return
-        self.send(self.session.undo, self._changed, "undoing")
+        self.send(partial(self.session.undo, self.step.name), self._changed, "undoing")
 
     def _changed(self, event: Event) -> None:
-        self.say(f"Saved ({event.seq}); the record keeps the earlier entries", "saved")
+        what = f"Undone: {self.session.words_of(event)}" if event.what == EntryUndone.KIND else f"Saved ({event.seq})"
+        self.say(f"{what}; the record keeps the earlier entries", "saved")
         self.show()
         self._go_on(None)
         if self.complete:
@@ -490,3 +491,8 @@ class StepScreen(StepForm):
             "record it measures the whole step. F4 takes one more reading of the same value: the mean counts, the "
             "scatter is shown. If the decimal point or the unit looks mistyped, the program asks; F9 keeps the value.\n"
         ]
+
+
+def _sentence(words: str) -> str:
+    """Return words with a capital letter in front; names within keep theirs."""
+    return words[:1].upper() + words[1:]

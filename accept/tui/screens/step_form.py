@@ -28,6 +28,8 @@ LOOK_AT_MOST_S = 0.7  # before the form is shown
 class StepForm(StepView):
     """Lays out the fields and moves the cursor, always at once, so that every key has its field."""
 
+    AUTO_FOCUS = ""  # where every value is there the cursor is in no field, after a question in front neither
+
     def __init__(self, bench: Workbench, session: Session, name: str) -> None:
         super().__init__(bench, session, name)
         self._form = self.step.form(session.state(name).form)

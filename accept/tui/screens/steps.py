@@ -214,9 +214,9 @@ class Steps(Scanning[bool]):
     def action_undo(self) -> None:
         self.send(self.session.undo, self._undone, "undoing")
 
-    def _undone(self, _: Event) -> None:
+    def _undone(self, event: Event) -> None:
         self._show()
-        self.say("Last entry undone; the record keeps both", "saved")
+        self.say(f"Undone: {self.session.words_of(event)}; the record keeps both", "saved")
 
     async def action_summary(self) -> None:
         """Open the summary; drawing and signing take a second to import, in a thread. Keys that follow wait for it."""

@@ -13,7 +13,7 @@ from textual.widgets import DataTable, Label, Static
 from accept.certificate.contents.disposition import CHOICES
 from accept.certificate.trust import keys
 from accept.certificate.verify.verification import Validity, Verification
-from accept.judging.advice import advice, first_advice
+from accept.judging.advice import ADVICE, advice, first_advice
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
@@ -139,7 +139,10 @@ class Summary(Scanning[bool]):
             status = self._status(f)
             value = numbers(f.value, f.U, f.unit) if f.value is not None else "-"
             bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
-            cells = (*(f"{words} " for words in (label_of(f.quantity), value, bounds)), Text(status.word, status.style))
+            cells = (
+                *(f"{words} " for words in (label_of(f.quantity), value, bounds)),
+                Text("pass, held" if _is_only_held(f) else status.word, status.style),
+            )
             table.add_row(Text(f" {status.mark} ", status.style), *cells)
         steps = [step.name for step in self.session.steps]
         people = {f"{name}: {line}" for name in steps for line in note_lines(self.session.state(name))}
@@ -190,7 +193,9 @@ class Summary(Scanning[bool]):
         if 0 <= row < len(self._why):  # an empty table says row -1
             detail = self.query_one("#detail", Static)
             room = detail.styles.max_height
-            texts = list(filter(None, (self._why[row], *self._notes)))
+            hold = ADVICE[Cause.NONCONFORMANCE]
+            left = hold.removeprefix("sign; ") if self.session.attempt.certificate is not None else hold
+            texts = list(filter(None, (self._why[row].replace(hold, left), *self._notes)))
             detail.update("\n".join(whole_lines(texts, self.size.width - 2, int(room.value) if room else 1)))
 
     def on_resize(self) -> None:
@@ -352,6 +357,7 @@ class Summary(Scanning[bool]):
             self._shift.keep(self.session.operator, passphrase)
         self.report = report
         self._show_certificate()
+        self._tell(self.query_one(DataTable).cursor_row)
         if report.valid:
             self.say("Signed and verified. F4: next unit", "good")
         elif report.outcome is Validity.SIGNED:
@@ -412,7 +418,7 @@ def _new_passphrase(place: int, given: list[str]) -> str:
 
 _RULES = {
     "simple": "passes if the value is within the limits",
-    "guarded": "passes only if value - U and value + U are within the limits",
+    "guarded": "passes only if the whole interval value ± U is within the limits",
     "shared": "passes if the value is within the limits; U is shared between both sides",
 }
 

@@ -41,6 +41,7 @@ class EnteredValue:
     repeat: bool
     source: str
     day: str
+    who: str = ""
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,7 @@ class FileLink:
     file: str
     sha256: str
     day: str
+    who: str = ""
 
 
 @dataclass(frozen=True)
@@ -246,7 +248,7 @@ def _entered(attempt: Attempt, event: Event, taken: ValueTaken | RecordLinked) -
     day = taken.day or event.time[:10]  # UTC
     entry: EnteredValue | FileLink
     if isinstance(taken, RecordLinked):
-        entry = FileLink(event.seq, taken.form, taken.input, taken.file, taken.sha256, day)
+        entry = FileLink(event.seq, taken.form, taken.input, taken.file, taken.sha256, day, event.who)
     else:
         entry = EnteredValue(
             seq=event.seq,
@@ -259,6 +261,7 @@ def _entered(attempt: Attempt, event: Event, taken: ValueTaken | RecordLinked) -
             repeat=taken.repeat,
             source=taken.source,
             day=day,
+            who=event.who,
         )
     state = attempt.step(taken.step)
     refused = {n: r for n, r in state.refused.items() if n != taken.input and r.form == taken.form}

@@ -10,6 +10,7 @@ from typing import Any
 from accept.judging.nonconformance import MARK
 from accept.workflow.state.unit_state import Attempt, EnteredValue, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
+from checks.acceptance import CHECKS
 from checks.declare import CsvTable, Input, Scalar, Series, Vector
 from checks.quantity import COVERAGE_FACTOR
 from specs.spec import CheckSpec
@@ -117,12 +118,29 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep]) -> di
     sections = {name: section(step, state) for name, (step, state) in states.items()}
     days = {name: date.fromisoformat(state.day) for name, (_, state) in states.items() if sections[name] and state.day}
     notes = {step.name: note_lines(attempt.step(step.name)) for step in steps}
+    if len({entry.who for step in steps for entry in attempt.step(step.name).entries}) > 1:  # a certificate names one
+        notes = {name: [*_measured_by(attempt.step(name)), *lines] for name, lines in notes.items()}
     head: dict[str, Any] = {"serial": serial, "kind": attempt.kind, "parts": dict(attempt.parts), "measured": days}
     head["channels"] = dict(attempt.channels)
     head["notes"] = {name: lines for name, lines in notes.items() if lines}
     pictures = {s.name: [each for note in attempt.step(s.name).notes for each in note.pictures] for s in steps}
     head["pictures"] = {name: files for name, files in pictures.items() if files}
     return {name: content for name, content in (head | sections).items() if content}
+
+
+def _measured_by(state: StepState) -> list[str]:
+    people = dict.fromkeys(entry.who for entry in state.entries)
+    return [f"measured by {' and '.join(people)}"] if people else []
+
+
+def value_words(name: str, index: int | None, value: float, unit: str) -> str:
+    """Return a value that was entered with the name of its input: `height 3 4.95 um`."""
+    declared = next((check.inputs[name] for check in CHECKS.values() if name in check.inputs), None)
+    if index is not None:
+        called = f"{getattr(declared, 'item', name)} {index + 1}"
+    else:
+        called = name if declared is None else declared.label
+    return f"{called} {value:.6g} {unit}".strip()
 
 
 def note_lines(state: StepState) -> list[str]:

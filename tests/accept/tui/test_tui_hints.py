@@ -23,6 +23,7 @@ from accept.tui.screens.units import _COLUMNS
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import StepList
+from accept.units import unit_folder
 from accept.workflow.bench import Begun, Workbench
 from accept.workflow.record_folder import PickableFile
 from accept.workflow.session import Session
@@ -35,6 +36,7 @@ from checks.rounding import rounded
 from checks.verdict import UnitVerdict, Verdict
 from hw.records import write_csv, write_mat
 from tests.accept.tui.tui_help import (
+    HEIGHTS,
     NARROW,
     begin,
     fill_basic,
@@ -388,7 +390,7 @@ async def test_a_unit_that_is_held_is_called_so_wherever_it_is_named():
         await press(pilot, "f9")
         table = pilot.app.screen.query_one("#findings", DataTable)
         shown_words = {str(table.get_row_at(n)[4]) for n in range(table.row_count)}
-        assert shown_words == {"held"}
+        assert shown_words == {"pass, held"}
         assert "conditional" not in words(pilot, "#verdict").lower()
         await press(pilot, "f2")
         assert "HELD" in words(pilot, ".words")
@@ -590,3 +592,98 @@ def test_a_refusal_is_over_when_the_step_is_given_otherwise_or_anew(tmp_path: Pa
         assert not session.state("frf").refused
         assert session.attempt.undoable  # a refusal is no entry: it is not taken back
         session.close()
+
+
+async def test_undo_that_is_pressed_twice_takes_nothing_of_another_step_and_says_what_it_took():
+    async with running() as pilot:
+        await begin(pilot)
+        pilot.app.screen.query_one(StepList).stand_at("capacitance")
+        await press(pilot, "enter")
+        await type_line(pilot, "4.99")
+        await press(pilot, "escape")
+        pilot.app.screen.query_one(StepList).stand_at("flatness")
+        await press(pilot, "enter")
+        for height in ("0", "4.95"):
+            await type_line(pilot, height)
+        await press(pilot, "ctrl+z")
+        assert "Undone: height 2 4.95 um" in words(pilot, "#status")
+        post(pilot, "ctrl+z", "ctrl+z", "ctrl+z")
+        await settled(pilot)
+        session = pilot.app.session
+        assert not session.state("flatness").entries
+        assert len(session.state("capacitance").entries) == 1
+        await press(pilot, "escape", "ctrl+z")
+        assert "4.99 uF" in words(pilot, "#status")
+        assert not session.state("capacitance").entries
+    with open_store() as store:
+        (known,) = known_units(store, {"apa": load_spec("apa-basic")})
+    assert known.last == ""
+
+
+async def test_a_record_is_not_proposed_for_another_field_because_its_own_was_given_wrongly(records: Path):
+    t = np.arange(0.0, 10.0, 1e-2)
+    volts = 65.0 + 85.0 * np.sin(0.2 * np.pi * t)
+    for name in ("stroke_one_stack.mat", "stroke_two_stacks.mat"):
+        write_mat(records / name, {"t": t, "V": volts, "d": 1e-6 * volts})
+        aged(records / name)
+    async with running(loader("apa", records)) as pilot:
+        await open_step(pilot, "stroke", "APA-01")
+        assert field(pilot, "one_stack").proposed.name == "stroke_one_stack.mat"
+        await type_line(pilot, "stroke_two_stacks.mat")
+        assert links("APA-01") == {"one_stack": "stroke_two_stacks.mat"}
+        assert field(pilot, "two_stacks").proposed is None
+
+
+async def test_a_held_unit_that_is_signed_waits_for_quality_assurance_alone():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        await type_line(pilot, HEIGHTS)
+        await press(pilot, "escape")
+        pilot.app.session.note("stiffness", "flexure cracked", nonconformance=True)
+        await press(pilot, "f9")
+        assert "→ sign; quality assurance" in words(pilot, "#detail")
+        await sign_first(pilot)
+        await settled(pilot)
+        assert "→ quality assurance countersigns" in words(pilot, "#detail")
+
+
+async def test_after_a_question_in_front_the_cursor_is_where_it_was():
+    """A complete step took the cursor into a field, and the next Enter did not go on."""
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        await type_line(pilot, HEIGHTS)
+        assert pilot.app.focused is None
+        await press(pilot, "f8", "escape")
+        assert pilot.app.focused is None
+        await press(pilot, "enter")
+        assert pilot.app.screen.step.name == "capacitance"
+
+
+async def test_enter_stays_at_a_required_value_and_the_next_value_is_its_own():
+    async with running() as pilot:
+        await begin(pilot)
+        pilot.app.screen.query_one(StepList).stand_at("capacitance")
+        await press(pilot, "enter", "enter")
+        assert "is required" in words(pilot, "#status")
+        await type_line(pilot, "4.99")
+        await press(pilot, "down", "enter")
+        entries = pilot.app.session.state("capacitance").entries
+        assert [(entry.input, entry.value) for entry in entries] == [("sensor_uF", 4.99)]
+
+
+async def test_who_measured_stands_on_the_certificate_where_several_did():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        await type_line(pilot, HEIGHTS)
+        session = pilot.app.session
+        assert not unit_folder.read(session._written() and session.folder).notes
+        session.operator = "Ben"
+        await press(pilot, "enter")
+        await type_line(pilot, "4.99")
+        session._written()
+        assert unit_folder.read(session.folder).notes == {
+            "flatness": ["measured by Ann"], "capacitance": ["measured by Ben"],
+        }  # fmt: skip

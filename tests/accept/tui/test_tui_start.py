@@ -115,3 +115,10 @@ async def test_the_program_is_left_at_once_while_the_bench_opens():
             assert time.monotonic() - begun < 20.0
             await pilot.pause(0.01)
     go_on.set()
+
+
+async def test_what_is_typed_after_a_click_beside_the_fields_goes_into_the_first():
+    async with running() as pilot:
+        pilot.app.screen.set_focus(None)
+        await press(pilot, *"APA-02", "enter", "enter")
+        assert (screen(pilot), pilot.app.session.serial) == ("Steps", "APA-02")

@@ -341,3 +341,14 @@ async def test_a_known_serial_sets_its_kind_whatever_was_typed_there():
         assert pilot.app.focused.id == "kind"
         await press(pilot, "ctrl+u", *"A-2", "up", *TRAY[0], "enter")
         assert (screen(pilot), pilot.app.session.serial) == ("Steps", TRAY[0])
+
+
+async def test_the_key_of_one_technician_is_locked_when_another_begins():
+    async with running() as pilot:
+        pilot.app.shift.keep("Ann", "correct horse")
+        await begin(pilot, TRAY[0])
+        assert pilot.app.shift.passphrase("Ann") == "correct horse"
+        await press(pilot, "escape", "up", "ctrl+u", *"Ben", "enter")
+        await begin(pilot, TRAY[0])
+        assert pilot.app.session.operator == "Ben"
+        assert pilot.app.shift.passphrase("Ann") is None
