@@ -43,6 +43,9 @@ def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | 
     return table
 
 
+_BRIEF = 20  # letters of a sentence that is repeated: it is shorter than naming another finding
+
+
 def reasons(units: list[dict[str, Any]]) -> list[str]:
     """Return a line per finding that is not a pass (unit, quantity, verdict, reason), and below it what to do."""
     return [line for unit in units for line in _reasons(unit)]
@@ -63,7 +66,8 @@ def _reasons(unit: dict[str, Any]) -> Iterator[str]:
             continue
         sentences = _sentences(finding)
         new = "; ".join(sentence for sentence in sentences if sentence not in told)
-        why = new or f"as {told[sentences[0]]}"
+        brief = all(len(sentence) <= _BRIEF for sentence in sentences)
+        why = "; ".join(sentences) if brief else new or f"the same reason as {told[sentences[0]]}"
         yield f"{unit['serial']}: {label_and_name(finding['quantity'])}: {finding['verdict'].replace('_', ' ')}, {why}"
         told |= {sentence: label_of(finding["quantity"]) for sentence in sentences if sentence not in told}
         for line in stored_advice(finding):

@@ -205,7 +205,8 @@ def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, st
 def hidden_words(fault: str | None, kind: str) -> str:
     """Return the hidden fault of a unit of a kind, and which findings show it before any gap analysis."""
     if fault is None:
-        return "Nothing was wrong with this unit. You were right if every finding passed."
+        unlike = " A simulated strut has no hysteresis, which its step notes." if kind == "strut" else ""
+        return f"Nothing was wrong with this unit. You were right if every finding passed.{unlike}"
     hidden = FAULTS[fault]
     before, after = hidden.shown(kind), hidden.shows
     explained = f", and after the gap analysis {_said(after)}" if after != before else ""

@@ -163,9 +163,10 @@ class StepForm(StepView):
         place, instrument = field.place, self._instrument(field.place)
         optional = not is_needed(place.declared) and not place.among_optional
         if self._has(place):
-            return (
+            words = (
                 f"{place.name} is saved. What is given now replaces it{', F4 repeats it' if not place.is_file else ''}"
             )
+            return f"{self.put_right_first}. {words}" if self.put_right_first else words
         if field.proposed is not None:
             words = f"Enter: take {field.proposed.name}, F2: another file"
         elif place.is_file:

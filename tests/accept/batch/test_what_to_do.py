@@ -84,3 +84,14 @@ def test_the_page_says_what_to_do_once(tmp_path: Path) -> None:
 
 def text(pdf: bytes) -> str:
     return " ".join(" ".join(page.extract_text().split()) for page in PdfReader(io.BytesIO(pdf)).pages)
+
+
+def test_what_was_not_measured_is_called_so_for_every_quantity() -> None:
+    """It read as if flatness were the reason."""
+    cause = Reason(Cause.NOT_MEASURED)
+    findings = [
+        {"check": check, "quantity": quantity, "verdict": "no_result", "reason": str(cause), "cause": cause.to_json()}
+        for check, quantity in (("flatness", "flatness_um"), ("stroke", "stroke_um"))
+    ]
+    said = reasons([{"serial": "A-1", "findings": findings}])
+    assert [line.rpartition(", ")[2] for line in said] == ["not measured"] * 2

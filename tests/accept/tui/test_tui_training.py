@@ -216,6 +216,7 @@ def test_what_is_said_first_about_every_fault_is_the_right_action(kind: str, fau
 
 def test_the_hidden_fault_is_told_in_words():
     assert "Nothing" in hidden_words(None, "apa")
+    assert "no hysteresis" in hidden_words(None, "strut")
     assert "dead" not in hidden_words("dead_stack", "apa")
     assert "Stroke, three stacks failed" in hidden_words("dead_stack", "apa")
 
