@@ -34,7 +34,7 @@ class SpecError(AcceptError, ValueError):
 class Strict(BaseModel):
     """A section of a file: frozen, strict about types, without unknown keys."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)  # most are never used
 
 
 def file_bytes(path: Path) -> bytes:

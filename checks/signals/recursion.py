@@ -1,5 +1,5 @@
-"""Recursive filters in time, and peaks of a curve, as scipy.signal has them: loading that package takes as long as
-judging an APA."""
+"""Recursive filters in time, moving means, and peaks of a curve, as scipy.signal and scipy.ndimage have them: loading
+those packages takes as long as judging an APA."""
 
 from collections.abc import Sequence
 from typing import TypeVar
@@ -58,6 +58,15 @@ def second_order(w: float, damping: float, s: float = 1.0) -> tuple[float, list[
     s (1 - 1/z) / (1 + 1/z) ([OPPENHEIM10] 7.2)."""
     scale = 1.0 / (s * s + damping + w * w)
     return scale, [1.0, 2.0 * (w * w - s * s) * scale, (s * s - damping + w * w) * scale]
+
+
+def moving_mean(x: Array, count: int) -> Array:
+    """Return the mean of `count` neighbours along the first axis of x (N, ...), of an even number one more before than
+    after; beyond its ends x keeps its first and last value. By a running sum, as scipy.ndimage.uniform_filter1d."""
+    before = count // 2
+    around = np.pad(x, [(before, count - 1 - before)] + [(0, 0)] * (x.ndim - 1), mode="edge")
+    first = np.cumsum(around[:count], axis=0)[-1:]
+    return np.asarray(np.cumsum(np.concatenate([first, around[count:] - around[:-count]]), axis=0) / count)
 
 
 def peaks(x: Array, prominence: float, distance: int = 1, height: Array | None = None) -> NDArray[np.intp]:

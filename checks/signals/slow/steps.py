@@ -93,10 +93,10 @@ def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> Sign
     inside = np.flatnonzero((t >= middle - GAP_S - LEVEL_S / 2) & (t <= middle + GAP_S + LEVEL_S / 2))
     rise = (y[inside] - before) / height
     n = 2 * round(TOUCH_S / (t[1] - t[0])) + 1
-    # The median leaves the edge in its place and ignores a touch of the hand that is over before the mass is down.
-    from scipy.ndimage import median_filter  # loads slowly: only when wanted
-
-    passed = inside[max(1, int(np.argmax(median_filter(rise, n, mode="nearest") > 0.5)))]
+    # The running median leaves the edge in its place and ignores a touch of the hand that is over before the mass is
+    # down. It is beyond the middle where more than half of its samples are.
+    count = np.cumsum(np.concatenate([[0], np.pad(rise > 0.5, n // 2, mode="edge")]))
+    passed = inside[max(1, int(np.argmax(count[n:] - count[:-n] > n // 2)))]
     below = inside[(rise < 0.1) & (inside < passed)]
     above = inside[(rise > 0.9) & (inside >= passed)]
     lo = int(below[-1]) if below.size else int(passed) - 1

@@ -17,6 +17,7 @@ import scipy.fft
 
 from checks.arrays import Array, Complex
 from checks.record import Record
+from checks.signals.recursion import moving_mean
 
 ROUNDS = 2  # noise from the residual, fit again
 NOISE_BINS = 41  # the noise is taken to be even over this many
@@ -172,9 +173,7 @@ def fit_poles(w: PoleWindow, start: Sequence[complex], order: int, rounds: int =
 
 def with_noise_of(w: PoleWindow, residual: Complex) -> PoleWindow:
     """Return the window with the noise that a residual (B, C) of Y shows, even over NOISE_BINS."""
-    from scipy.ndimage import uniform_filter1d  # loads slowly: only when wanted
-
-    power = uniform_filter1d(np.abs(residual) ** 2, min(NOISE_BINS, w.f.size), axis=0, mode="nearest")
+    power = moving_mean(np.abs(residual) ** 2, min(NOISE_BINS, w.f.size))
     return replace(w, sd=np.sqrt(np.maximum(power, _FLOOR**2 * np.max(np.abs(w.Y) ** 2, axis=0))))
 
 

@@ -1,10 +1,10 @@
-"""Filters and peaks against scipy.signal, which they stand for."""
+"""Filters, means and peaks against scipy, whose functions they stand for."""
 
 import numpy as np
 import pytest
-from scipy import signal
+from scipy import ndimage, signal
 
-from checks.signals.recursion import peaks, recursion, smooth_lowpass
+from checks.signals.recursion import moving_mean, peaks, recursion, smooth_lowpass
 
 
 @pytest.mark.parametrize(
@@ -23,6 +23,14 @@ def test_the_lowpass_is_that_of_scipy_up_to_both_ends(fs: float, corner_Hz: floa
     expected = signal.sosfiltfilt(signal.butter(4, corner_Hz, fs=fs, output="sos"), x, padlen=padded)
     # sections of low corners lose digits to their sums: 1e-12 of the corner's 60 Hz at 10 kHz
     np.testing.assert_allclose(smooth_lowpass(x, fs, corner_Hz), expected, rtol=0, atol=1e-10 * np.ptp(x))
+
+
+@pytest.mark.parametrize("count", [1, 2, 17, 40, 41, 200])
+def test_a_moving_mean_is_that_of_scipy_to_the_last_digit(count: int) -> None:
+    """Powers over nine decades: the order in which they are summed decides the last digits."""
+    rng = np.random.default_rng(count)
+    x = rng.standard_normal((200, 3)) ** 2 * 10 ** rng.uniform(-9, 0, (200, 3))
+    np.testing.assert_array_equal(moving_mean(x, count), ndimage.uniform_filter1d(x, count, axis=0, mode="nearest"))
 
 
 @pytest.mark.parametrize("seed", range(60))
