@@ -56,8 +56,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     loops = _loops(record, "de", cycles)
     levels, centre = ", ".join(f"{loop.amplitude:.3g}" for loop in loops), round(cycles[-1].centre, 6) + 0.0
     notes = [f"loops at {levels} V about {centre:.3g} V of Va"]
-    _check_order(loops[-1])
-    _check_actuator(loops[-1], spec)
+    _check_loop(loops[-1], spec)
     if float(loops[-1].drive @ loops[-1].response) < 0.0:
         notes.append("de falls while Va rises: the encoder counts the other way")
     width = _check_gain(_width("hysteresis_percent", loops[-1], spec), loops[-1], spec)
@@ -92,16 +91,13 @@ def _cycles(record: Record, at_least: float) -> list[Cycle]:
     return cycles
 
 
-def _check_order(loop: Loop) -> None:
-    """Raise NoResult if de runs ahead of Va by more than the sample by which the two may have been stored apart: a loop
-    cannot open that way."""
+def _check_loop(loop: Loop, spec: CheckSpec) -> None:
+    """Raise NoResult if the loop is one that no piezo actuator makes: too exact, too narrow, or de ahead of Va by more
+    than the sample by which the two may have been stored apart."""
     ahead = -loop.width.value
     if ahead > loop.one_sample + 3 * loop.width.u:
         raise NoResult(Cause.RESPONSE_LEADS, channel="de", percent=100 * ahead, amplitude=loop.amplitude)
 
-
-def _check_actuator(loop: Loop, spec: CheckSpec) -> None:
-    """Raise NoResult if the loop is one that no piezo actuator makes: too exact or too narrow."""
     vet_noise("de", loop.misfit)
     least = float(spec.settings.get("loop_min_percent", LOOP_PERCENT))
     if least > 0.0:
@@ -117,15 +113,11 @@ def _check_gain(width: Quantity, loop: Loop, spec: CheckSpec) -> Quantity:
     return width if lo <= gain <= hi else width.doubted(Cause.WRONG_GAIN, channel="de", gain=gain, lo=lo, hi=hi)
 
 
-def _check_moving(record: Record, channel: str, cycle: Cycle) -> None:
-    """Raise NoResult if a channel repeats one value while Va runs on: it is held, or at the end of its range."""
+def _loops(record: Record, channel: str, cycles: list[Cycle]) -> list[Loop]:
+    cycle = cycles[-1]
     at, passed = longest_stand(record["Va"][cycle.samples], record[channel][cycle.samples])
     if passed > STUCK * 2 * cycle.amplitude:
         raise NoResult(Cause.CHANNEL_STUCK, channel=channel, reference="Va", sample=cycle.start + at, span=passed)
-
-
-def _loops(record: Record, channel: str, cycles: list[Cycle]) -> list[Loop]:
-    _check_moving(record, channel, cycles[-1])
     loops = [loop_of(record["Va"][c.samples], record[channel][c.samples], c, channel) for c in cycles]
     if not loops[-1].misfit <= MAX_MISFIT:
         raise NoResult(Cause.NO_RESPONSE, channel=channel, amplitude=cycles[-1].amplitude)

@@ -53,7 +53,10 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
     except ModelError as e:
         raise NoResult(Cause.MODEL_UNUSABLE, model=model.name, detail=str(e)) from e
     quantities = (_quantity("dx_um", "dx", found), _quantity("dy_um", "dy", found))
-    return Outcome(quantities, tuple(_notes(found)), panels(found))
+    notes = [] if found.reason is not None else [f"dx, dy: {found.meaning}"]
+    if found.repeat is None:
+        notes.append("one realisation only: the model was judged on the data that it was fitted to")
+    return Outcome(quantities, (*notes, *found.notes, *error_notes(found.data.taken_out)), panels(found))
 
 
 def _with_payload(model: Model, values: Values) -> Model:
@@ -92,13 +95,6 @@ def _quantity(name: str, axis: str, found: MisalignmentEstimate) -> Quantity:
     source = f"fit of {found.model.name}: noise, its tolerance, its uncertain parameters"
     u = round(along.U, DIGITS) / COVERAGE_FACTOR
     return Quantity.of(name, round(along.value, DIGITS), Contribution(source, u))
-
-
-def _notes(found: MisalignmentEstimate) -> list[str]:
-    notes = [] if found.reason is not None else [f"dx, dy: {found.meaning}"]
-    if found.repeat is None:
-        notes.append("one realisation only: the model was judged on the data that it was fitted to")
-    return [*notes, *found.notes, *error_notes(found.data.taken_out)]
 
 
 CHECK = Check(

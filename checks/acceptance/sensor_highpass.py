@@ -39,8 +39,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     top_Hz = float(spec.settings.get("top_Hz", TOP_HZ))
     fitted = _fit(values["with_resistor"], "with_resistor", top_Hz)
     corner = _corner(fitted, spec)
-    free = _try_without(values, top_Hz)
-    without = free if isinstance(free, Quantity) else _corner_without(free)
+    without = _corner_without(values, top_Hz)
     implied = _capacitance(corner, without, values, spec)
     quantities = (
         _check_resistor(corner, values, spec),
@@ -76,20 +75,17 @@ def _corner(fitted: HighPass, spec: CheckSpec) -> Quantity:
     return Quantity.of("sensor_highpass_Hz", f, *([scatter, clock] if clock else [scatter]))
 
 
-def _try_without(values: Values, top_Hz: float) -> HighPass | Quantity:
+def _corner_without(values: Values, top_Hz: float) -> Quantity:
+    """Return the corner without the resistor: the input's own resistance. It is mostly below the lowest frequency of
+    the record."""
     name = "sensor_highpass_without_Hz"
     if "without_resistor" not in values:
         return Quantity.missing(name, because(Cause.NOT_MEASURED, record="without_resistor"))
     try:
-        return _fit(values["without_resistor"], "without_resistor", top_Hz)
+        fitted = _fit(values["without_resistor"], "without_resistor", top_Hz)
     except NoResult as e:
         return Quantity.missing(name, e.reason)
-
-
-def _corner_without(fitted: HighPass) -> Quantity:
-    """Return the corner without the resistor: the input's own resistance. It is mostly below the lowest frequency of
-    the record."""
-    name, f, u = "sensor_highpass_without_Hz", fitted.corner.value, fitted.corner.u
+    f, u = fitted.corner.value, fitted.corner.u
     if fitted.at_edge or not u <= MAX_RELATIVE_U * f:
         return Quantity.missing(name, because(Cause.NO_CORNER_WITHOUT, f_Hz=f + 2 * u))
     return Quantity.of(name, f, Contribution("scatter of the record", u, "A"))

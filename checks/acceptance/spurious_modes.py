@@ -209,7 +209,12 @@ def _notes(
         for key, test in tested.items()
         if test.good < len(test.impacts)
     ]
-    notes += [_window(f) for f in found.values() if isinstance(f, HammerResponse) and f.frf.added_decay > 0]
+    notes += [
+        f"{record_label(f.key)}: the decay is cut, an exponential window ends it; the "
+        f"{f.frf.added_decay:.3g} 1/s that it adds to every decay is taken out"
+        for f in found.values()
+        if isinstance(f, HammerResponse) and f.frf.added_decay > 0
+    ]
     left = found["torsion_left"]
     if isinstance(left, HammerResponse):
         others = ", ".join(f"{m.f_Hz:.4g}" for m in left.modes if m is not chosen["z_torsion"])
@@ -218,21 +223,12 @@ def _notes(
             if others
             else "the record of torsion, hit at the left, shows no other mode"
         )
-    return notes + [_free_free(name, mode) for name, mode in chosen.items() if isinstance(mode, Mode)]
-
-
-def _window(tested: HammerResponse) -> str:
-    return (
-        f"{record_label(tested.key)}: the decay is cut, an exponential window ends it; the "
-        f"{tested.frf.added_decay:.3g} 1/s that it adds to every decay is taken out"
-    )
-
-
-def _free_free(name: str, mode: Mode) -> str:
-    return (
+    return notes + [
         f"{_FREE_FREE_WORDS[name]}: {mode.f_Hz:.4g} Hz with one end clamped is about {mode.f_Hz / math.sqrt(2):.4g} Hz "
         f"(divided by sqrt 2) free in the strut; finite elements say {FREE_FREE_Hz[name]:g} Hz"
-    )
+        for name, mode in chosen.items()
+        if isinstance(mode, Mode)
+    ]
 
 
 SETTINGS = (

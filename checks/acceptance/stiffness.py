@@ -54,7 +54,9 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     circuit is stiffer than with closed circuit, whatever its stiffness: a ratio below 1 by three standard uncertainties
     shows that the records are exchanged."""
     if "k_N_per_um" in values:
-        return _from_value(values, spec)
+        typed = typed_quantity(values, spec, "k_N_per_um", "k_closed_N_per_um")
+        missing = (Quantity.missing(other, Cause.RECORD_NEEDED) for other in CHECK.quantities if other != typed.name)
+        return Outcome((typed, *missing))
     if "mass_kg" not in values:
         raise NoResult(Cause.ENTRY_MISSING, entry="added mass (mass_kg)")
     found = {key: _try_record(values, key) for key in RECORDS}
@@ -73,12 +75,6 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         _creep_rate("creep_per_decade_percent", closed),
     )
     return Outcome(quantities, tuple(_direction_notes(good)), panels)
-
-
-def _from_value(values: Values, spec: CheckSpec) -> Outcome:
-    typed = typed_quantity(values, spec, "k_N_per_um", "k_closed_N_per_um")
-    missing = (Quantity.missing(name, Cause.RECORD_NEEDED) for name in CHECK.quantities if name != typed.name)
-    return Outcome((typed, *missing))
 
 
 def _try_record(values: Values, key: str) -> Deflection | Reason:

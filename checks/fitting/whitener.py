@@ -80,7 +80,7 @@ def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float | A
     """Return the whitener of f (F,), H (F, C), cov (F, C, C) noise with nu (F,) complex degrees of freedom; tolerance:
     one number, or (F, C)."""
     C = H.shape[1]
-    independent: Complex = cov * _unsure(nu, C)[:, None, None]
+    independent: Complex = cov * _covariance_factor(nu, C)[:, None, None]
     d = np.arange(C)
     size = tolerance * np.sqrt(SHARE) * fill_dips(f, np.abs(H))
     independent[:, d, d] += _bins_of_one_error(f)[:, None] * size**2
@@ -94,7 +94,7 @@ def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float | A
     return Whitener(inverse, U, 1.0 - 1.0 / np.sqrt(1.0 + s2[counts]))
 
 
-def _unsure(nu: Array, C: int) -> Array:
+def _covariance_factor(nu: Array, C: int) -> Array:
     """Return the factor on an estimated covariance whose inverse would otherwise be too large on average by nu / (nu -
     C)."""
     finite = np.where(np.isfinite(nu), nu, 1.0)

@@ -70,7 +70,9 @@ def estimate(
     if why is not None and why.cause in LESS_MAY_TELL:
         part = _estimate_band(model, data, table, repeat, OffsetSearch(f_hi=BELOW_HZ, own_paths=True))
         if isinstance(part, MisalignmentEstimate) and part.reason is None:
-            return replace(part, notes=(_note_of_upper_band(part, why),))
+            at, sds = part.fit.at, part.fit.sds
+            skew = f"encoder de is {at[SKEW_OF_DE]:.1f} ± {COVERAGE * sds[SKEW_OF_DE]:.1f} us behind interferometer da"
+            return replace(part, notes=(f"responses above {BELOW_HZ:g} Hz are left out, so U is wider: {why}; {skew}",))
     if why is not None and (isinstance(whole, MisalignmentEstimate) or why.cause is Cause.SEARCH_FAILED):
         whole = _estimate_band(model, data, table, repeat, OffsetSearch(thorough=True))
     if isinstance(whole, Reason):
@@ -104,13 +106,6 @@ def _estimate_band(
             return found
     found = _best_fit(model, starts, first, second, search)
     return because(Cause.SEARCH_FAILED, record=data.name, model=model.name) if found is None else found
-
-
-def _note_of_upper_band(part: MisalignmentEstimate, why: Reason) -> str:
-    """Return notes on the effects that an estimate neglects."""
-    at, sds = part.fit.at, part.fit.sds
-    skew = f"encoder de is {at[SKEW_OF_DE]:.1f} ± {COVERAGE * sds[SKEW_OF_DE]:.1f} us behind interferometer da"
-    return f"responses above {BELOW_HZ:g} Hz are left out, so U is wider: {why}; {skew}"
 
 
 def _prepare(data: Dataset, model: Model, channels: tuple[str, ...], f_hi: float = F_HI) -> Dataset:

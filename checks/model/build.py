@@ -52,7 +52,8 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
     apa, matrices = _apa(spec, superelement, reduced)
     sha256 = hashlib.sha256(spec.sha256.encode() + matrices).hexdigest()
     apa, more, sds = _with_mode_factors(spec, apa)
-    joint = _batch_prior(spec)
+    batch = spec.population  # what a unit's batch tells about the unit, if the file names one
+    joint = None if batch is None else JointPrior(tuple(batch.names), np.array(batch.mean), np.array(batch.full))
     values = {**values, **more, **({} if joint is None else joint.values)}
     known(() if joint is None else joint.names, {**spec.sds, **sds})
     in_range(values)
@@ -69,14 +70,6 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
         damping=spec.damping,
         up_to_Hz=spec.tolerance.up_to_Hz,
     )
-
-
-def _batch_prior(spec: ModelSpec) -> JointPrior | None:
-    """Return what a unit's batch tells about the unit, if the file names one."""
-    batch = spec.population
-    if batch is None:
-        return None
-    return JointPrior(tuple(batch.names), np.array(batch.mean), np.array(batch.full))
 
 
 def _least_tolerance(spec: ModelSpec) -> float:
@@ -146,7 +139,9 @@ def _values(spec: ModelSpec) -> dict[str, float]:
 def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callable[[Values], ApaBody], bytes]:
     """Return the APA as a function of the values, and the bytes of its matrices for the hash."""
     if isinstance(spec.apa, ApaFrame):
-        s = _frame(_replace_fields(FrameGeometry(), spec.apa.geometry, "apa.geometry"))
+        # All nodes of the frame, reduced to its two ends below: more accurate than `frame_apa` and as cheap.
+        K, M, points = frame_matrices(_replace_fields(FrameGeometry(), spec.apa.geometry, "apa.geometry"))
+        s = Superelement(K, M, points, name="frame APA")
     elif not isinstance(spec.apa, ApaSuperelement):
         return _two_dof, b""
     if s is None:
@@ -155,13 +150,6 @@ def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callab
     keep_Hz = KEEP_HZ if spec.apa.mode_scatter is None else KEEP_ALL_HZ
     body = reduce_apa(body, keep_Hz) if reduced else body
     return FixedBody(body), s.K.tobytes() + s.M.tobytes()
-
-
-def _frame(geometry: FrameGeometry) -> Superelement:
-    """Return the superelement of all nodes of the frame: it is reduced to its two ends only, which is more accurate
-    than `frame_apa` and as cheap."""
-    K, M, points = frame_matrices(geometry)
-    return Superelement(K, M, points, name="frame APA")
 
 
 def _replace_fields(part: Any, changes: Mapping[str, Any], path: str) -> Any:

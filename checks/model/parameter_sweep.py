@@ -55,8 +55,13 @@ def sweep(model: Model, names: Iterable[str], values: Sequence[float], channel: 
 
     Poles and zeros are those up to the last frequency of f (F,) [Hz]. Raises ModelError for an unknown parameter."""
     names, f = tuple(names), frequencies(f)
-    rows = tuple(_swept(model, dict.fromkeys(names, v), v, channel, f) for v in values)
-    return Sweep(names, channel, f, rows)
+    rows = []
+    for value in values:
+        changes = dict.fromkeys(names, value)
+        poles = _roots(model.poles(changes), f[-1])
+        zeros = _roots(model.zeros(channel, changes), f[-1])
+        rows.append(Swept(value, poles, zeros, model.frf(f, changes, (channel,))[:, 0]))
+    return Sweep(names, channel, f, tuple(rows))
 
 
 def table(s: Sweep) -> list[dict[str, object]]:
@@ -93,12 +98,6 @@ def panels(s: Sweep) -> tuple[Panel, Panel]:
             kind=PanelKind.PHASE,
         ),
     )
-
-
-def _swept(model: Model, changes: Mapping[str, float], value: float, channel: str, f: Array) -> Swept:
-    poles = _roots(model.poles(changes), f[-1])
-    zeros = _roots(model.zeros(channel, changes), f[-1])
-    return Swept(value, poles, zeros, model.frf(f, changes, (channel,))[:, 0])
 
 
 def _roots(roots: Complex, end_Hz: float) -> Roots:

@@ -162,7 +162,7 @@ def mismatches(columns: Mapping[str, Array], expected: Mapping[str, ExpectedSign
     """Return a reason for each channel that does not look like its name, and one for each pair that fits if
     exchanged."""
     names = [n for n in expected if n in columns]
-    seen = {n: _size_and_step(columns[n]) for n in names}
+    seen = {n: (float(np.max(np.abs(x - np.median(x)))), finest_step(x)) for n in names for x in (columns[n],)}
     wrong = [n for n in names if not _fits(seen[n], expected[n])]
     reasons: list[Reason] = []
     paired: set[str] = set()

@@ -208,12 +208,11 @@ def constants(frf: Frf, mass: float, rules: ResponseSettings, spec: CheckSpec) -
         }
         found = fit_constants(model, frf.f, H, variance, {"bench.payload_kg": mass})
     except (ModelError, SpecError) as e:
-        return [_no_constants(name, rules.model, e) for name in CONSTANTS]
+        return [
+            Quantity.missing(name, because(Cause.MODEL_UNUSABLE, model=rules.model, detail=str(e)))
+            for name in CONSTANTS
+        ]
     return [_constant(name, found.get(name), model, spec) for name in CONSTANTS]
-
-
-def _no_constants(name: str, model: str, error: Exception) -> Quantity:
-    return Quantity.missing(name, because(Cause.MODEL_UNUSABLE, model=model, detail=str(error)))
 
 
 @cache

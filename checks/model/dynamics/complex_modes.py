@@ -39,15 +39,12 @@ class Sections:
 
     def at(self, w: Array) -> Complex:
         """Return the response (c, F) at w (F,) [rad/s]. A pair is one real section of second order."""
-        return sum_sections(self._numerators, self._basis, self._swift(w), w)
-
-    def _swift(self, w: Array) -> NDArray[np.bool_]:
         w2 = 1.0 / np.maximum(np.abs(self.mu), AT_REST) ** 2
-        return self.paired & is_far(w2, w2 * self._damping, w)
+        return sum_sections(self._numerators, self._basis, self.paired & is_far(w2, w2 * self._damping, w), w)
 
     def _basis(self, which: NDArray[np.bool_], w: Array) -> Complex:
         """Return the products (2, p, F) of 1, then of s, over each section: over 1 - damping s + (s / w)^2."""
-        damping, inverse_w2 = self._damping[which], self._inverse_w[which] ** 2
+        damping, inverse_w2 = self._damping[which], np.where(self.paired, np.abs(self.mu), 0.0)[which] ** 2
         real, imaginary = 1.0 - np.multiply.outer(inverse_w2, w * w), np.multiply.outer(damping, w)
         power = real**2 + imaginary**2
         basis = np.empty((2, *power.shape), dtype=complex)
@@ -59,10 +56,6 @@ class Sections:
     @property
     def _damping(self) -> Array:
         return np.where(self.paired, 2.0, 1.0) * self.mu.real
-
-    @property
-    def _inverse_w(self) -> Array:
-        return np.where(self.paired, np.abs(self.mu), 0.0)
 
     @property
     def _numerators(self) -> Array:

@@ -100,15 +100,13 @@ def assemble(apa: ApaBody, damping_ratio: float, fastened: Fastened) -> System:
     K[:-1, :-1] += apa.K
     force, outputs, channels = ACTUATOR @ motions, fastened.outputs @ motions, fastened.channels
     if not len(fastened.ties):
-        parts = _parts(apa, damping_ratio, fastened, motions) if apa.modal else None
+        parts: Parts | None = None
+        if apa.modal:
+            w2, rate = np.diag(apa.K), damping_ratio * np.diag(apa.C_ratio)
+            parts = Parts(w2, rate, motions, fastened.M, fastened.C, fastened.K, ACTUATOR, fastened.outputs, AT_PAYLOAD)
         return System(M, C, K, force, outputs, channels, motions, parts=parts)
     T = linalg.null_space(fastened.ties @ motions)
     return System(T.T @ M @ T, T.T @ C @ T, T.T @ K @ T, T.T @ force, outputs @ T, channels, motions @ T, T)
-
-
-def _parts(apa: ApaBody, damping_ratio: float, f: Fastened, motions: Array) -> Parts:
-    rate = damping_ratio * np.diag(apa.C_ratio)
-    return Parts(np.diag(apa.K), rate, motions, f.M, f.C, f.K, ACTUATOR, f.outputs, AT_PAYLOAD)
 
 
 def _motions(apa: ApaBody) -> Array:

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
 from checks.arrays import Array
@@ -228,18 +227,14 @@ def check_limits(t: Array, Va: Array, rig: Rig) -> None:
         slack = 1e-9 * max(abs(lo), abs(hi))
         outside = np.flatnonzero((V < lo - slack) | (V > hi + slack))
         if outside.size:
-            raise ExcitationError(_where(where, t, V, outside, lo, hi))
-
-
-def _where(what: str, t: Array, V: Array, outside: NDArray[np.intp], lo: float, hi: float) -> str:
-    k = int(outside[0])
-    over = np.maximum(V - hi, lo - V)
-    worst = int(np.argmax(over))
-    side = f"above {hi:g} V" if V[k] > hi else f"below {lo:g} V"
-    return (
-        f"at t = {t[k]:.4f} s {what} would see {V[k]:.3f} V, {side}; {outside.size} of {V.size} samples leave "
-        f"{lo:g}..{hi:g} V, the worst {V[worst]:.3f} V at t = {t[worst]:.4f} s. Lower the amplitude or move the mean"
-    )
+            k = int(outside[0])
+            worst = int(np.argmax(np.maximum(V - hi, lo - V)))
+            side = f"above {hi:g} V" if V[k] > hi else f"below {lo:g} V"
+            raise ExcitationError(
+                f"at t = {t[k]:.4f} s {where} would see {V[k]:.3f} V, {side}; {outside.size} of {V.size} samples leave "
+                f"{lo:g}..{hi:g} V, the worst {V[worst]:.3f} V at t = {t[worst]:.4f} s. Lower the amplitude or move "
+                "the mean"
+            )
 
 
 def _positive(**values: float) -> None:

@@ -150,48 +150,35 @@ def analyse_records(
     rules = rules or ImpactRules()
     for force, responses in records:
         for response in responses:
-            _usable(force, response)
-    tracks = [Track(upright(force), tuple(responses)) for force, responses in records]
-    impacts = [_impacts_of(track, fs, rules) for track in tracks]
-    if len(records) > 1:
-        impacts = _alike(impacts, rules)
+            _check_tracks(force, response)
+    records = [(upright(force), responses) for force, responses in records]
+    impacts = [_impacts_of(force, responses, fs, rules) for force, responses in records]
+    if len(records) > 1:  # off the level of the hits of all records
+        levelled = iter(off_level(list(chain.from_iterable(impacts)), rules))
+        impacts = [[next(levelled) for _ in found] for found in impacts]
     while True:
         good = [(r, k) for r, found in enumerate(impacts) for k, i in enumerate(found) if i.good]
-        frfs = _averages(tracks, impacts, fs, rules) if len(good) > 1 else ()
+        frfs = _averages(records, impacts, fs, rules) if len(good) > 1 else ()
         worst, agreement = _least_agreeing(frfs, band_Hz, rules) if frfs else (0, 1.0)
         if agreement >= rules.coherence_min or not frfs:
-            return HammerTests(tuple(map(tuple, impacts)), frfs, tuple(track.force for track in tracks))
+            return HammerTests(tuple(map(tuple, impacts)), frfs, tuple(force for force, _ in records))
         r, k = good[worst]
         words = f"{agreement:.2f} with the others, needed {rules.coherence_min:g}"
         impacts[r][k] = impacts[r][k].aside(COHERENCE, words)
 
 
-@dataclass(frozen=True, eq=False)
-class Track:
-    """Upright force (N,) [N] and responses (N,) of one record."""
-
-    force: Array
-    responses: tuple[Array, ...]
-
-
-def _impacts_of(track: Track, fs: float, rules: ImpactRules) -> list[Impact]:
-    """Return the impacts of a record with the faults that its force and its responses show."""
-    impacts = list(find_impacts(track.force, fs, rules))
+def _impacts_of(force: Array, responses: Sequence[Array], fs: float, rules: ImpactRules) -> list[Impact]:
+    """Return the impacts of a record, force upright, with the faults that its force and its responses show."""
+    impacts = list(find_impacts(force, fs, rules))
     if not impacts:
         return []
-    impacts = _at_rest(track.responses, impacts, fs, rules)
-    for response in track.responses:
+    impacts = _at_rest(responses, impacts, fs, rules)
+    for response in responses:
         impacts = _clipped(response, impacts)
     return impacts
 
 
-def _alike(impacts: Sequence[Sequence[Impact]], rules: ImpactRules) -> list[list[Impact]]:
-    """Set aside impacts that are off the level of those of all records."""
-    levelled = iter(off_level(list(chain.from_iterable(impacts)), rules))
-    return [[next(levelled) for _ in found] for found in impacts]
-
-
-def _usable(force: Array, response: Array) -> None:
+def _check_tracks(force: Array, response: Array) -> None:
     if force.ndim != 1 or force.shape != response.shape or force.size < 2:
         raise ValueError(f"force {force.shape} and response {response.shape} must be two tracks of one length")
     for name, track in (("force", force), ("response", response)):
@@ -230,7 +217,10 @@ def _clipped(response: Array, impacts: Sequence[Impact]) -> list[Impact]:
 
 
 def _averages(
-    tracks: Sequence[Track], impacts: Sequence[Sequence[Impact]], fs: float, rules: ImpactRules
+    records: Sequence[tuple[Array, Sequence[Array]]],
+    impacts: Sequence[Sequence[Impact]],
+    fs: float,
+    rules: ImpactRules,
 ) -> tuple[ImpactFrf, ...]:
     """Return the FRF of each response over the good impacts of all records, by windowed blocks of one length.
 
@@ -238,29 +228,28 @@ def _averages(
     pre, span = round(_PRE_s * fs), round(_BASELINE_s * fs)
     lengths = [
         int(have)
-        for track, found in zip(tracks, impacts, strict=True)
+        for (force, _), found in zip(records, impacts, strict=True)
         if found
-        for i, have in zip(found, available(found, track.force.size, fs), strict=True)
+        for i, have in zip(found, available(found, force.size, fs), strict=True)
         if i.good
     ]
     n = min(round(rules.block_max_s * fs), *lengths)
-    good = [(track, i) for track, found in zip(tracks, impacts, strict=True) for i in found if i.good]
+    good = [(record, i) for record, found in zip(records, impacts, strict=True) for i in found if i.good]
     starts = [max(i.start - pre, 0) for _, i in good]
-    force = np.stack(
-        [t.force[s : s + n] * _force_window(i, s, n, fs, rules) for (t, i), s in zip(good, starts, strict=True)]
+    blocks = np.stack(
+        [force[s : s + n] * _force_window(i, s, n, fs, rules) for ((force, _), i), s in zip(good, starts, strict=True)]
     )
     responses, decays = [], []
-    for c in range(len(tracks[0].responses)):
-        before = [t.responses[c][max(i.start - span, 0) : i.start] for t, i in good]
-        Y = np.stack(
-            [t.responses[c][s : s + n] - np.mean(b) for (t, _), s, b in zip(good, starts, before, strict=True)]
-        )
+    for c in range(len(records[0][1])):
+        tracks = [track[c] for (_, track), _ in good]
+        before = [x[max(i.start - span, 0) : i.start] for x, (_, i) in zip(tracks, good, strict=True)]
+        Y = np.stack([x[s : s + n] - np.mean(b) for x, s, b in zip(tracks, starts, before, strict=True)])
         # The quietest of them: before the others the decay of the last hit may still be there.
         decays.append(exponential_decay(Y, min(float(np.std(b)) for b in before), fs))
         responses.append(Y)
     decay = max(decays) if rules.window_decay is None else rules.window_decay
     window = np.exp(-decay * np.arange(n) / fs)
-    return tuple(_average(force * window, Y * window, decay, fs) for Y in responses)
+    return tuple(_average(blocks * window, Y * window, decay, fs) for Y in responses)
 
 
 def _force_window(impact: Impact, start: int, n: int, fs: float, rules: ImpactRules) -> Array:

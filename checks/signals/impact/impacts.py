@@ -192,15 +192,13 @@ def off_level(impacts: Sequence[Impact], rules: ImpactRules) -> list[Impact]:
     if not good:
         return list(impacts)
     typical = float(np.median(good))
-    return [_level(i, typical, rules.level_ratio) for i in impacts]
-
-
-def _level(impact: Impact, typical: float, ratio: float) -> Impact:
-    if typical / ratio <= impact.force_N <= typical * ratio:
-        return impact
-    return impact.aside(
-        LEVEL, f"{impact.force_N:.3g} N is {impact.force_N / typical:.2g} times the median {typical:.3g} N"
-    )
+    lo, hi = typical / rules.level_ratio, typical * rules.level_ratio
+    return [
+        i
+        if lo <= i.force_N <= hi
+        else i.aside(LEVEL, f"{i.force_N:.3g} N is {i.force_N / typical:.2g} times the median {typical:.3g} N")
+        for i in impacts
+    ]
 
 
 def tally(impacts: Sequence[Impact]) -> str:

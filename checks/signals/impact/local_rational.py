@@ -84,7 +84,10 @@ def smooth(x: Array) -> Array:
 
 def solve_pole(local: LocalBins, order: int) -> Complex | None:
     """Return the unknowns (q, r, c0, c1, ...) of the local model, or None if the pole does not decay."""
-    theta = _gauss_newton(local, _with_pole(local, _start(local, order), order))
+    q = _start(local, order)
+    q = complex(q.real, abs(q.imag) or 1e-6)
+    basis = np.column_stack([1.0 / (local.z - q), local.z[:, None] ** np.arange(order + 1)])
+    theta = _gauss_newton(local, np.concatenate([[q], weighted_inverse(basis, local.weight) @ local.H]))
     return theta if np.isfinite(theta).all() and theta[0].imag > 0 else None
 
 
@@ -97,12 +100,6 @@ def _start(local: LocalBins, order: int) -> complex:
         A = np.column_stack([local.H, local.z[:, None] ** np.arange(order + 2)])
         q = complex(np.linalg.lstsq(A * scale[:, None], local.z * local.H * scale, rcond=None)[0][0])
     return q
-
-
-def _with_pole(local: LocalBins, q: complex, order: int) -> Complex:
-    q = complex(q.real, abs(q.imag) or 1e-6)
-    basis = np.column_stack([1.0 / (local.z - q), local.z[:, None] ** np.arange(order + 1)])
-    return np.concatenate([[q], weighted_inverse(basis, local.weight) @ local.H])
 
 
 def model(z: Array, theta: Complex) -> Complex:

@@ -157,15 +157,17 @@ def _mode(frf: ImpactFrf, local: LocalBins, theta: Complex) -> Mode | None:
         return None
     influences = weighted_inverse(jacobian(local.z, theta), local.weight) @ local.parts.T
     moves = 2j * np.pi * local.half * influences[0]
+    natural_moves = np.real(np.conj(pole) * moves) / abs(pole) / (2 * np.pi)
+    damping_moves = -moves.real / abs(pole) + pole.real * np.real(np.conj(pole) * moves) / abs(pole) ** 3
     half_t = 0.5 * float(student.ppf(0.975, frf.count - 1))
     u_f_model, u_damping_model = _model_error(frf, local, theta, pole)
     gain = local.half / (-pole.real / (2 * np.pi))
     return Mode(
         f_Hz=_natural_Hz(pole),
-        u_f_Hz=half_t * scatter(local, _natural_moves(pole, moves)),
+        u_f_Hz=half_t * scatter(local, natural_moves),
         u_f_model_Hz=u_f_model,
         damping_ratio=_damping(pole),
-        u_damping=half_t * scatter(local, _damping_moves(pole, moves)),
+        u_damping=half_t * scatter(local, damping_moves),
         u_damping_model=u_damping_model,
         peak=gain * abs(theta[1]),
         u_peak=gain * scatter(local, np.abs(influences[1])),
@@ -194,13 +196,3 @@ def _natural_Hz(pole: complex) -> float:
 
 def _damping(pole: complex) -> float:
     return -pole.real / abs(pole)
-
-
-def _natural_moves(pole: complex, moves: Complex) -> Array:
-    moved: Array = np.real(np.conj(pole) * moves) / abs(pole) / (2 * np.pi)
-    return moved
-
-
-def _damping_moves(pole: complex, moves: Complex) -> Array:
-    moved: Array = -moves.real / abs(pole) + pole.real * np.real(np.conj(pole) * moves) / abs(pole) ** 3
-    return moved

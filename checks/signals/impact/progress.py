@@ -37,9 +37,13 @@ class HitsSoFar:
 
     def words_after(self, known: int) -> str:
         """Return the hits after the first `known` ones, and what is still to be done."""
-        told = "".join(f"hit {i + 1}: {_fate(hit)}. " for i, hit in enumerate(self.hits) if i >= known)
+        fates = (
+            f"good, {hit.force_N:.3g} N" if hit.good else f"{hit.fault} ({hit.detail})" for hit in self.hits[known:]
+        )
+        hits = "".join(f"hit {k}: {fate}. " for k, fate in enumerate(fates, known + 1))
         agreement = f", coherence {self.coherence:.3f}" if np.isfinite(self.coherence) else ""
-        return f"{told}{self.good} good{agreement}; {_wanted(self.more)}"
+        more = f"{self.more} more hit{'s' * (self.more > 1)}" if self.more else "enough"
+        return f"{hits}{self.good} good{agreement}; {more}"
 
 
 def hits_so_far(
@@ -62,13 +66,3 @@ def hits_so_far(
         inside = test.frf.driven & (band_Hz[0] <= test.frf.f) & (test.frf.f <= band_Hz[1])
         coherence = float(np.median(test.frf.coherence[inside])) if inside.any() else float("nan")
     return HitsSoFar(hits, coming, needed, coherence)
-
-
-def _fate(hit: Impact) -> str:
-    return f"good, {hit.force_N:.3g} N" if hit.good else f"{hit.fault} ({hit.detail})"
-
-
-def _wanted(more: int) -> str:
-    if more == 0:
-        return "enough"
-    return f"{more} more hit{'s' * (more > 1)}"

@@ -89,7 +89,7 @@ def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> Sign
     levels."""
     middle = float(np.median(when))
     height = float(jump[np.argmax(np.abs(jump))])
-    before = _median(t, y, middle - GAP_S - LEVEL_S, middle - GAP_S)
+    before = float(np.median(y[(t >= middle - GAP_S - LEVEL_S) & (t <= middle - GAP_S)]))
     inside = np.flatnonzero((t >= middle - GAP_S - LEVEL_S / 2) & (t <= middle + GAP_S + LEVEL_S / 2))
     rise = (y[inside] - before) / height
     n = 2 * round(TOUCH_S / (t[1] - t[0])) + 1
@@ -108,10 +108,6 @@ def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> Sign
     doubts = (dt / np.sqrt(12.0), 0.1 * (t[hi] - t[lo] - dt), 0.02 * (quiet_from - t[hi]))
     u_t = float(np.linalg.norm(doubts))
     return SignalStep(float(t[passed]) - dt / 2, u_t, height, quiet_to, quiet_from)
-
-
-def _median(t: Array, y: Array, lo: float, hi: float) -> float:
-    return float(np.median(y[(t >= lo) & (t <= hi)]))
 
 
 def _quiet(lo: float, hi: float, moving: Array) -> tuple[float, float]:

@@ -105,7 +105,9 @@ def candidate(w: PoleWindow, f_lo: float, f_hi: float, known: Complex, order: in
 
     A known pole may move: its derivative is among the columns."""
     w = w.thinned(CANDIDATE_BINS)
-    A = np.concatenate([basis(w, known, order), _moves(w, known)], axis=1)
+    # how the response moves with each known pole
+    squared = 1.0 / (w.z[:, None] - known) ** 2
+    A = np.concatenate([basis(w, known, order), w.U[:, None] * squared, squared], axis=1)
     known_columns, X, _, residual = eliminate(w, A)
     poles = _grid(w, f_lo, f_hi)
     columns = 1.0 / (w.z[:, None] - poles)
@@ -113,11 +115,6 @@ def candidate(w: PoleWindow, f_lo: float, f_hi: float, known: Complex, order: in
     for c in range(residual.shape[0]):
         gain += _explained_share(known_columns[c] @ X[c], residual[c], columns * (w.U / w.sd[:, c])[:, None])
     return w.frequency(complex(poles[int(np.argmax(gain))])), poles.size
-
-
-def _moves(w: PoleWindow, q: Complex) -> Complex:
-    squared = 1.0 / (w.z[:, None] - q) ** 2
-    return np.concatenate([w.U[:, None] * squared, squared], axis=1)
 
 
 def _explained_share(Q: Complex, residual: Complex, columns: Complex) -> Array:
