@@ -108,7 +108,10 @@ def fit_unit(
         raise ModelError(f"{base.spec.name}: no value has an sd, so nothing is uncertain and nothing is fitted")
     say(f"{measured.serial}: fitting {len(start.sds)} parameters of {start.name} at {measured.first.f.size} bins")
     found = calibrate(start, measured.first, free_of(start), unseen=measured.second, starts=starts)
-    found = _or_start(found, start, measured.first)
+    # the state before it, if the search ended farther from the data than it began
+    before = start_as_fit(start, measured.first, found.fit, "the search ended farther from the data than it began")
+    own = replace(found.fit, datasets=tuple(replace(s, tolerance=measured.first.tolerance) for s in found.fit.datasets))
+    found = found if own_cost(own) <= own_cost(before) else Calibration(start, start, before)
     at = found.model.with_values(found.fit.at)
     return FittedModel(
         base=base,
@@ -122,13 +125,6 @@ def fit_unit(
         doubt=_doubt(found.fit),
         **_constants(at, measured.first),
     )
-
-
-def _or_start(found: Calibration, start: Model, data: Dataset) -> Calibration:
-    """Return the calibration, or the state before it if the search ended farther from the data than it began."""
-    before = start_as_fit(start, data, found.fit, "the search ended farther from the data than it began")
-    own = replace(found.fit, datasets=tuple(replace(s, tolerance=data.tolerance) for s in found.fit.datasets))
-    return found if own_cost(own) <= own_cost(before) else Calibration(start, start, before)
 
 
 def _doubt(found: Fit) -> str | None:

@@ -326,17 +326,16 @@ def to_json(response: MeasuredResponse) -> dict[str, Any]:
         "H": {c: {"re": frf.H[:, i].real.tolist(), "im": frf.H[:, i].imag.tolist()} for i, c in columns},
         "coherence": {c: _finite(frf.coherence[:, i]) for i, c in columns},
         "var": {c: _finite(frf.var[:, i]) for i, c in columns},
-        "resonances": [_resonance_json(c, mode) for c, mode in response.resonances.items()],
-    }
-
-
-def _resonance_json(channel: str, mode: Resonance) -> dict[str, Any]:
-    return {
-        "channel": channel,
-        "f_Hz": mode.f_Hz,
-        "U_Hz": U_Hz(mode),
-        "damping_ratio": mode.damping_ratio,
-        "U_damping": _U(mode.u_damping, mode.u_damping_model),
+        "resonances": [
+            {
+                "channel": c,
+                "f_Hz": mode.f_Hz,
+                "U_Hz": U_Hz(mode),
+                "damping_ratio": mode.damping_ratio,
+                "U_damping": _U(mode.u_damping, mode.u_damping_model),
+            }
+            for c, mode in response.resonances.items()
+        ],
     }
 
 

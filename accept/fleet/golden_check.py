@@ -8,7 +8,7 @@ from typing import Any
 
 from accept.fleet.errors import FleetError
 from accept.judging.golden import Golden, goldens, last_resolved, values_of
-from accept.store import Event, Store
+from accept.store import Store
 from accept.store.payloads import GoldenMet, GoldenMissed, Reference, UnitJudged
 
 
@@ -44,11 +44,8 @@ def check(store: Store, since: datetime.datetime, who: str) -> list[Checked]:
 def _recent(store: Store, serial: str, since: datetime.datetime, after: int, bench: str) -> list[UnitJudged]:
     """Return the judgements of a unit by this bench since a time and after an event. Those of a program that did not
     store the bench count for every bench."""
-
-    def counts(event: Event) -> bool:
-        return datetime.datetime.fromisoformat(event.time) >= since
-
-    judged = [UnitJudged.of(e) for e in store.events(serial, UnitJudged.KIND, after=after) if counts(e)]
+    events = store.events(serial, UnitJudged.KIND, after=after)
+    judged = (UnitJudged.of(e) for e in events if datetime.datetime.fromisoformat(e.time) >= since)
     return [each for each in judged if each.bench in ("", bench)]
 
 

@@ -166,7 +166,7 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
     count = alarm.units or alarm.last - alarm.first + 1
     size = f"{'+' if alarm.size > 0 else ''}{with_U(alarm.size, alarm.U)} {trend.unit}"
     since = f"{first['day']:%Y-%m-%d}"
-    where = _where(alarm.place)
+    where = _place_words(alarm.place)
     match alarm.rule:
         case "value":
             there = "" if first["bench"] == NOT_STATED else f", at bench {first['bench']}"
@@ -181,7 +181,7 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
             return f"{units} ({count} units, since {since}): rule {alarm.rule}, {NELSON[int(alarm.rule)]}"
 
 
-def _where(place: Place | None) -> str:
+def _place_words(place: Place | None) -> str:
     if place is None:
         return ""
     column, name = place

@@ -95,12 +95,10 @@ def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
 
 def hashes(evidence: Mapping[str, ModelFiles]) -> dict[str, dict[str, str]]:
     """Return name -> file name -> sha256: what a result keeps of its models."""
-    return {name: sha256_of(files) for name, files in sorted(evidence.items())}
-
-
-def sha256_of(files: ModelFiles) -> dict[str, str]:
-    """Return file name -> sha256."""
-    return {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
+    return {
+        name: {file: hashlib.sha256(content).hexdigest() for file, content in files.items()}
+        for name, files in sorted(evidence.items())
+    }
 
 
 def _read(name: str) -> dict[str, bytes]:

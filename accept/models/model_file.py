@@ -78,7 +78,9 @@ def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement 
     built_in = [each for each in effects if effect_named(each[0]).in_model]
     left_out = tuple(name for name, _ in effects if not effect_named(name).in_model)
     model = with_effects(build(spec, matrices(spec)), built_in)
-    return OpenedModel(spec, with_elements(model, elements_of(spec)), left_out)
+    for one in elements_of(spec):  # channels are multiplied by elements without a name
+        model = replace(model, values={**model.values, **one.values()})
+    return OpenedModel(spec, model, left_out)
 
 
 def as_weighed(given: OpenedModel, serial: str, payload_kg: float | None) -> OpenedModel:
@@ -109,13 +111,6 @@ def elements_of(spec: ModelSpec) -> list[Element]:
             raise ModelError(f"{spec.name}: effect '{UNIDENTIFIED}': {one.channel} has two; expected one for a channel")
         found[one.channel] = one
     return list(found.values())
-
-
-def with_elements(model: Model, elements: Sequence[Element]) -> Model:
-    """Return the model with channels multiplied by elements without a name."""
-    for one in elements:
-        model = replace(model, values={**model.values, **one.values()})
-    return model
 
 
 def write_model(

@@ -67,11 +67,6 @@ GAP = {
 }
 
 
-def is_held(verdict: str | None, nonconformances: Collection[str]) -> bool:
-    """Return whether nonconformances hold a unit of this verdict, None before it was judged."""
-    return bool(nonconformances) and verdict in (None, "conditional")
-
-
 def unit_word(verdict: str, nonconformances: Collection[str]) -> str:
     """Return the verdict of a unit as people read it, a key of `UNITS`: one that is held is called so everywhere."""
-    return "held" if is_held(verdict, nonconformances) else str(verdict)
+    return "held" if nonconformances and verdict == "conditional" else str(verdict)

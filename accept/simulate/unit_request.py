@@ -148,14 +148,13 @@ def drawn(model: Model, seed: int) -> Model:
     away = np.clip(rng.standard_normal(len(c.names)), -2.0, 2.0)
     values = c.values + away * c.sds
     return model.with_values(
-        {n: max(float(v), _least(n, float(x))) for n, v, x in zip(c.names, values, c.values, strict=True)}
+        {
+            n: max(float(v), 0.2 * float(nominal)) if rule(n).lo == 0.0 else float(v)
+            for n, v, nominal in zip(c.names, values, c.values, strict=True)
+        }
     )
 
 
 def on_bench(model: Model, kind: str) -> Model:
     """Return the built-in model of a kind with the payload of [STB]."""
     return model.with_values({"bench.payload_kg": APA_PAYLOAD_KG}) if kind == "apa" else model
-
-
-def _least(name: str, nominal: float) -> float:
-    return 0.2 * nominal if rule(name).lo == 0.0 else -np.inf

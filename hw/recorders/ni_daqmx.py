@@ -94,9 +94,8 @@ class Daqmx:
                     open_tasks.callback(self._ramp_down, ni, output, blocks, rate_Hz)
                     writer = open_tasks.enter_context(ni.Task())
                     self._add_output(writer, output)
-                    writer.timing.cfg_samp_clk_timing(
-                        rate_Hz, source=self._clock, sample_mode=finite, samps_per_chan=samples
-                    )
+                    clock = self._settings.clock or f"/{self._settings.device}/ai/SampleClock"
+                    writer.timing.cfg_samp_clk_timing(rate_Hz, source=clock, sample_mode=finite, samps_per_chan=samples)
                     writer.write(output, auto_start=False)
                     writer.start()  # waits for the clock, which the input's start sets going
                 reader.start()
@@ -107,10 +106,6 @@ class Daqmx:
 
     def close(self) -> None:
         """Leave nothing open: every record frees its device."""
-
-    @property
-    def _clock(self) -> str:
-        return self._settings.clock or f"/{self._settings.device}/ai/SampleClock"
 
     def _library(self) -> ModuleType:
         try:

@@ -44,9 +44,6 @@ def refused(file: str) -> Iterator[None]:
     except RecordError:
         raise
     except DAMAGE as e:
-        raise RecordError(because(Cause.FILE_DAMAGED, file=file, detail=_words(e))) from e
-
-
-def _words(e: BaseException) -> str:
-    said = " ".join(str(e).split())
-    return f"{type(e).__name__}: {said[:200]}" if said else type(e).__name__
+        words = " ".join(str(e).split())[:200]
+        detail = f"{type(e).__name__}: {words}" if words else type(e).__name__
+        raise RecordError(because(Cause.FILE_DAMAGED, file=file, detail=detail)) from e

@@ -55,7 +55,9 @@ def record_of(
         wanted = _wanted(source, found, series, sources)
         units = {TIME: "s", **series.channels, **series.optional_channels}
         arrays = _arrays(source.file, wanted, limits)
-        remarks = [f"time from '{wanted[TIME].name}'"] if TIME in wanted and _is_other_clock(wanted, sources) else []
+        remarks: list[str] = []
+        if TIME in wanted and TIME not in sources and wanted[TIME].name != TIME:  # as other tools call it
+            remarks.append(f"time from '{wanted[TIME].name}'")
         for name, x in arrays.items():
             given = sources.get(name, ChannelSource())
             theirs, ours = wanted[name].unit, units.get(name, "")
@@ -72,11 +74,6 @@ def record_of(
         x.flags.writeable = False
     said = (f"{source.file}: {', '.join(remarks)}",) if remarks else ()
     return Record(t, channels, {name: units[name] for name in channels}, source.file, source.sha256, said)
-
-
-def _is_other_clock(wanted: Variables, sources: Channels) -> bool:
-    """Return whether the time has a name of another tool, such as `time`."""
-    return TIME not in sources and wanted[TIME].name != TIME
 
 
 def _wanted(source: Source, found: Variables, series: Series, sources: Channels) -> Variables:

@@ -6,7 +6,6 @@ tests compare both directions with pyuff.
 """
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,24 +49,29 @@ class UffFunction:
     body: bytes
 
     @property
-    def is_even(self) -> bool:
-        return "x" not in (self.layout.names or ())
-
-    @property
     def is_complex(self) -> bool:
         return "y1" in (self.layout.names or ())
 
 
 def functions(file: str, raw: bytes) -> list[UffFunction]:
     """Return every data set 58 of the bytes of a file; sets of other numbers are left out. Raises RecordError."""
-    return list(_functions(file, raw))
+    found: list[UffFunction] = []
+    at = 0
+    while opening := DELIMITER.search(raw, at):
+        number, start = _line(raw, opening.end() + 1)
+        if number[:6].strip() == b"58":
+            function, at = _function(file, raw, number, start)
+            found.append(function)
+        else:
+            at = _closing(file, raw, start).end()
+    return found
 
 
 def abscissa(file: str, f: UffFunction) -> Array:
     """Return (count,) time or frequency of a function, in the unit of its file."""
     return (
         f.start + f.step * np.arange(f.count, dtype=np.float64)
-        if f.is_even
+        if "x" not in (f.layout.names or ())
         else _table(file, f)["x"].astype(np.float64)
     )
 
@@ -77,17 +81,6 @@ def ordinate(file: str, f: UffFunction) -> NDArray[np.float64] | NDArray[np.comp
     table = _table(file, f)
     real = table["y0"].astype(np.float64)
     return real + 1j * table["y1"].astype(np.float64) if f.is_complex else real
-
-
-def _functions(file: str, raw: bytes) -> Iterator[UffFunction]:
-    at = 0
-    while opening := DELIMITER.search(raw, at):
-        number, start = _line(raw, opening.end() + 1)
-        if number[:6].strip() == b"58":
-            function, at = _function(file, raw, number, start)
-            yield function
-        else:
-            at = _closing(file, raw, start).end()
 
 
 def _closing(file: str, raw: bytes, start: int) -> re.Match[bytes]:

@@ -48,7 +48,8 @@ def vet_time(file: str, t: Array, min_samples: int) -> None:
     usual = float(np.median(steps))
     off = np.flatnonzero(~(np.abs(steps - usual) <= JITTER * abs(usual)))
     if usual <= 0 or not off.size:
-        raise RecordError(f"{file}: time 't' {_drift(usual)} (median step {usual:.6g} s), expected uniform steps")
+        how = "does not run forward" if usual <= 0 else "drifts away from a uniform grid"
+        raise RecordError(f"{file}: time 't' {how} (median step {usual:.6g} s), expected uniform steps")
     i = int(off[0])
     how = "stands still" if steps[i] == 0 else "runs backwards" if steps[i] < 0 else "is not uniform"
     raise RecordError(
@@ -63,10 +64,6 @@ def vet_step(file: str, name: str, values: Array) -> float:
     if not (values == step).all() or not 1.0 / PLAUSIBLE < step < PLAUSIBLE:
         raise RecordError(f"{file}: '{name}' holds {values[:3]}, expected one sampling time in seconds")
     return step
-
-
-def _drift(usual: float) -> str:
-    return "does not run forward" if usual <= 0 else "drifts away from a uniform grid"
 
 
 def vet_channel(file: str, name: str, unit: str, x: Array, t: Array) -> None:

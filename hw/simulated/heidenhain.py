@@ -56,9 +56,10 @@ class HeidenhainDevice(Device):
         if code == b"A0000":
             lines = (f"{self.model:<10}", f"{'349797-01':<10}", f"{'ID 0001':<10}")
             return [bytes([STX]) + "".join(f"{line}\r\n" for line in lines).encode("ascii")]
+        metres = self.source() or 0.0
         texts = {
             b"A0100": self._frame()[:13].strip(),
-            b"A0200": self._position(),
+            b"A0200": f"{'-' if metres < 0 else '+'}{round(abs(metres) * 1e7):09d}".encode("ascii"),
             b"A0301": self._error(),
             b"A0400": b"349797-01",
             b"A0800": b"MM",
@@ -72,10 +73,6 @@ class HeidenhainDevice(Device):
 
     def _error(self) -> bytes:
         return b"SIGNAL TOO SMALL" if self.overrange else b"NO ERROR"
-
-    def _position(self) -> bytes:
-        metres = self.source() or 0.0
-        return f"{'-' if metres < 0 else '+'}{round(abs(metres) * 1e7):09d}".encode("ascii")
 
     def _frame(self) -> bytes:
         """Return the value's 15 characters."""

@@ -37,7 +37,8 @@ class M1240Device(MillimarDevice):
         if message == b"I":
             return [f"I,MAHRGMBH,{self.model},V1.02".encode("ascii")]
         if message in CODES:
-            return self._set_unit(message)
+            self.set_unit(CODES[message])
+            return {"cr": [b""], "echo": [message], "none": []}[self._acknowledgement]
         if message == b"M":
             return [self._value()]
         if message == b"M70":
@@ -48,10 +49,6 @@ class M1240Device(MillimarDevice):
             self.mastering = message == b"Z"
             return [message]
         return [b"ERR1"]
-
-    def _set_unit(self, message: bytes) -> list[bytes]:
-        self.set_unit(CODES[message])
-        return {"cr": [b""], "echo": [message], "none": []}[self._acknowledgement]
 
     def _of_number(self, number: str) -> str:
         return f"M1, {number}"

@@ -183,7 +183,10 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
         manifest = Manifest.from_text(attachments[MANIFEST])
         if manifest.format not in (BEFORE, FORMAT):
             raise ContentError(f"{MANIFEST} has format {manifest.format!r}, this program reads up to {FORMAT}")
-        models = _models(manifest.models, attachments)
+        models = {
+            name: {file: attachments[f"{MODEL_FOLDER}/{nth}/{file}"] for file in files}
+            for nth, (name, files) in enumerate(sorted(manifest.models.items()))
+        }
         content = CertificateContent(
             result=json.loads(attachments[RESULTS]),
             spec_name=manifest.spec.name,
@@ -255,13 +258,6 @@ def _json(data: Any, indent: int | None) -> bytes:
         return text.encode("utf-8") + b"\n"
     except ValueError as e:
         raise ContentError(f"a certificate holds no number or letter that JSON does not have: {e}") from e
-
-
-def _models(named: Mapping[str, tuple[str, ...]], attachments: Mapping[str, bytes]) -> dict[str, ModelFiles]:
-    return {
-        name: {file: attachments[f"{MODEL_FOLDER}/{nth}/{file}"] for file in files}
-        for nth, (name, files) in enumerate(sorted(named.items()))
-    }
 
 
 def _read(

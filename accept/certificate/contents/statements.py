@@ -2,7 +2,7 @@
 
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from cryptography import x509
@@ -21,6 +21,7 @@ SIGNIFICANT = 1.0  # of both U together: the two results disagree ([ISO13528] 9.
 def statements(contents: CertificateContent) -> dict[str, str]:
     """Return name -> sentence, in the order in which page and `accept verify` show them."""
     laboratory = contents.provenance.get("laboratory") or {}
+    head = contents.provenance.get("head")
     return {
         "Laboratory": laboratory_words(laboratory),
         "Number": str(contents.provenance.get("number") or ""),
@@ -33,8 +34,8 @@ def statements(contents: CertificateContent) -> dict[str, str]:
         "Changed": changes_words(contents),
         "Calibration": _calibration(contents.result.get("calibration")),
         "Folder": _folder(contents.result.get("folder") or {}),
-        "Copies": _copies(contents.result.get("copies") or []),
-        "Store": _head(contents.provenance.get("head")),
+        "Copies": "; ".join(map(_one_copy, contents.result.get("copies") or [])),
+        "Store": NOT_STATED if head is None else f"event {head['seq']}, {head['hash']}",
         "Bench": _bench(contents.provenance),
     }
 
@@ -132,10 +133,6 @@ def _folder(given: Mapping[str, str]) -> str:
     return f"called {given.get(NAME, '')}, which is another serial; {said}"
 
 
-def _copies(copies: Sequence[Mapping[str, Any]]) -> str:
-    return "; ".join(_one_copy(copy) for copy in copies)
-
-
 def _one_copy(copy: Mapping[str, Any]) -> str:
     others = ", ".join(f"{w['serial']} {w['sample']}" for w in copy["with"])
     same = f"{copy['sample']} holds the samples of {others}"
@@ -153,7 +150,3 @@ def _bench(provenance: Mapping[str, Any]) -> str:
     certificate = x509.load_pem_x509_certificate(str(provenance["bench"]).encode("ascii"))
     name = str(certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
     return f"{name}; the authority's key lies at this bench" if "authority" in provenance else name
-
-
-def _head(head: Mapping[str, Any] | None) -> str:
-    return NOT_STATED if head is None else f"event {head['seq']}, {head['hash']}"

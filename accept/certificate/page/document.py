@@ -53,19 +53,17 @@ def render(contents: CertificateContent) -> bytes:
     height = _row_height(_height(above), _height(below), len(rows))
     figures = [FigureRow(row, height, columns, _SPACE_ABOVE) for row in rows]
     text = _build(contents, [*above, *figures, *below, *shown])
-    return assemble(
-        text,
-        contents.attachments(),
-        fixed_parts.field_rectangles(),
-        _title(contents),
-    )
+    title = f"Acceptance certificate {contents.serial}: {contents.result['verdict']}"
+    return assemble(text, contents.attachments(), fixed_parts.field_rectangles(), title)
 
 
 def _build(contents: CertificateContent, flowables: list[Flowable]) -> bytes:
     buffer = io.BytesIO()
     document = BaseDocTemplate(buffer, pagesize=(page_style.WIDTH, page_style.HEIGHT), invariant=1, pageCompression=1)
     first = PageTemplate("first", [_frame(_first_frame())], onPage=lambda c, _: fixed_parts.first_page(c, contents))
-    later = PageTemplate("later", [_frame(_later_frame())], onPage=lambda c, _: fixed_parts.later_page(c, contents))
+    bottom = page_style.MARGIN + page_style.FOOTER
+    height = page_style.HEIGHT - page_style.MARGIN - page_style.RUNNING_HEAD - bottom
+    later = PageTemplate("later", [_frame((bottom, height))], onPage=lambda c, _: fixed_parts.later_page(c, contents))
     first.autoNextPageTemplate = "later"
     document.addPageTemplates([first, later])
     document.build(flowables, canvasmaker=type("_C", (_Canvas,), {"contents": contents}))
@@ -76,11 +74,6 @@ def _first_frame() -> tuple[float, float]:
     """Return (bottom, height) of the text frame on the first page [pt]."""
     bottom = page_style.MARGIN + page_style.FOOTER + page_style.BAND
     return bottom, page_style.HEIGHT - page_style.MARGIN - page_style.HEADER - bottom
-
-
-def _later_frame() -> tuple[float, float]:
-    bottom = page_style.MARGIN + page_style.FOOTER
-    return bottom, page_style.HEIGHT - page_style.MARGIN - page_style.RUNNING_HEAD - bottom
 
 
 def _frame(place: tuple[float, float]) -> Frame:
@@ -113,7 +106,3 @@ def _height(flowables: Sequence[Flowable]) -> float:
     """Return an upper bound of the height of the text [pt]: neighbours share some of the space between them."""
     height: float = sum(f.wrap(page_style.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
     return height
-
-
-def _title(contents: CertificateContent) -> str:
-    return f"Acceptance certificate {contents.serial}: {contents.result['verdict']}"

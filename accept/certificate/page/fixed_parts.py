@@ -89,7 +89,8 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
     kind = f"{str(contents.result['kind']).upper()} · {contents.spec_title}"
     canvas.setFont(REGULAR, fitting_size(kind, REGULAR, 8.5, width))
     canvas.drawString(page_style.MARGIN, _TOP - 57, kind)
-    for nth, line in enumerate(_lines(summary(contents.result), width)):
+    lines = simpleSplit(summary(contents.result), BOLD, 7, width)
+    for nth, line in enumerate(lines if len(lines) <= 3 else [*lines[:2], f"{lines[2]} …"]):
         canvas.setFont(BOLD, 7)
         canvas.drawString(page_style.MARGIN, _TOP - 71 - 9 * nth, line)
 
@@ -113,11 +114,6 @@ def summary(result: Mapping[str, Any]) -> str:
         deciding
     ]
     return f"{words}: {', '.join(named) or 'nothing was required'}."
-
-
-def _lines(text: str, width: float, most: int = 3) -> list[str]:
-    lines = simpleSplit(text, BOLD, 7, width)
-    return lines if len(lines) <= most else [*lines[: most - 1], lines[most - 1] + " …"]
 
 
 def _word(result: Mapping[str, Any]) -> str:

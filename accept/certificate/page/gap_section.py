@@ -34,9 +34,9 @@ def explanation(result: Mapping[str, Any]) -> list[Flowable]:
     twice = _estimated_twice(found, result["findings"])
     story += [words(twice, page_style.BODY)] if twice else []
     rows = [[words(h, page_style.TABLE_HEAD) for h in ("Channel", "G before", "G after")]]
-    after = found["gap_after"]["channels"]
-    rows += [
-        [words(x, page_style.SMALL) for x in (c, gap_number(G), gap_number(after[c]))] for c, G in _channels(found)
+    before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
+    rows += [  # in the order of the names, as the attached JSON has them: the page is drawn again from there
+        [words(x, page_style.SMALL) for x in (c, gap_number(before[c]), gap_number(after[c]))] for c in sorted(before)
     ]
     table = Table(rows, colWidths=[w * mm for w in (20, 24, 24)], hAlign="LEFT")
     whole = ("NOSPLIT", (0, 0), (-1, -1))  # no head at the foot of a page
@@ -44,12 +44,6 @@ def explanation(result: Mapping[str, Any]) -> list[Flowable]:
     table.setStyle(TableStyle([whole, rule, *padding(0.4, left=2)]))
     legend = "G: squared residual over noise and stated tolerance, on records that were not fitted; 1 or less agrees."
     return [*story, table, words(legend, page_style.QUIET)]
-
-
-def _channels(found: Mapping[str, Any]) -> list[tuple[str, float]]:
-    """Return (channel, gap) in the order of the channels' names, as the attached JSON has them: the page is drawn again
-    from there."""
-    return sorted(found["gap_before"]["channels"].items())
 
 
 def _missing(found: Mapping[str, Any]) -> list[Flowable]:

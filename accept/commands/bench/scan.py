@@ -56,7 +56,9 @@ def scan(
     check_answer(json)
     on_network = [name for name in resource or () if HOST_NUMBER.fullmatch(name)]
     on_visa = [name for name in resource or () if name not in on_network]
-    seen = [*_serial_ports(), *map(_device, on_network), *_visa(on_visa, library)]
+    ports = sorted(comports(), key=lambda p: p.device)
+    listened = (_listened(port.device, port.description or "") for port in ports)
+    seen = [*listened, *map(_device, on_network), *_visa(on_visa, library)]
     for one in seen:
         say(f"{one.place}: {one.words}")
     if not seen:
@@ -67,10 +69,6 @@ def scan(
     tell("# Proposed by `accept hw scan`: name it, and say of each serial port what stands there.", 'name = "bench 1"')
     tell("", *(line for entry in entries for line in entry.splitlines()))
     return Exit.ACCEPTED
-
-
-def _serial_ports() -> list[Seen]:
-    return [_listened(port.device, port.description or "") for port in sorted(comports(), key=lambda p: p.device)]
 
 
 def _listened(port: str, description: str) -> Seen:

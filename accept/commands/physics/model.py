@@ -113,7 +113,10 @@ def frf(wanted: FrfOptions) -> Exit:
     f = grid(wanted.f_lo, wanted.f_hi, wanted.points)
     H = model.frf(f)
     if wanted.csv is not None:
-        write_atomic(wanted.csv, csv_bytes(_columns(f, H, model.channels)))
+        columns = {"f": f}
+        for i, c in enumerate(model.channels):
+            columns |= {f"{c}_real": H[:, i].real, f"{c}_imag": H[:, i].imag}
+        write_atomic(wanted.csv, csv_bytes(columns))
         say(f"{wanted.csv}: written")
     units = {"Va": "V", "Vs": "V", "de": "m", "da": "m"}
     if wanted.mat is not None:
@@ -167,7 +170,8 @@ def run_sweep(
             f"no values for '{what}': name them with --value (the published ones: {', '.join(PUBLISHED_SWEEPS)})"
         )
     swept = sweep(model, names, chosen, wanted.channel, grid(10.0, wanted.f_hi, 1500))
-    rows = Table(_stacked(names), "poles [Hz]", "their damping [%]", f"zeros of {wanted.channel} [Hz]")
+    moved = " =\n".join(names)  # each on a line of its own: the table stays narrow
+    rows = Table(moved, "poles [Hz]", "their damping [%]", f"zeros of {wanted.channel} [Hz]")
     for row in swept.rows:
         rows.add_row(
             f"{row.value:g}", _row_of(row.poles.f), _row_of(100.0 * row.poles.damping, ".2g"), _row_of(row.zeros.f)
@@ -179,11 +183,6 @@ def run_sweep(
     if wanted.plot is not None:
         draw_to(wanted.plot, list(panels(swept)))
     return Exit.ACCEPTED
-
-
-def _stacked(names: Sequence[str]) -> str:
-    """Return names that move together, each on a line of its own: the table stays narrow."""
-    return " =\n".join(names)
 
 
 def whole(title: str) -> Column:
@@ -215,13 +214,6 @@ def _roots(roots: np.ndarray, f_max: float) -> list[tuple[float, float]]:
 
 def _row_of(values: Array, how: str = ".1f") -> str:
     return "  ".join(format(float(v), how) for v in values)
-
-
-def _columns(f: Array, H: np.ndarray, channels: tuple[str, ...]) -> dict[str, Array]:
-    columns = {"f": f}
-    for i, c in enumerate(channels):
-        columns |= {f"{c}_real": H[:, i].real, f"{c}_imag": H[:, i].imag}
-    return columns
 
 
 def _write_json(path: Path, document: Mapping[str, Any]) -> None:

@@ -84,7 +84,8 @@ def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -
             f"operator '{operator}' has no key here, {credential.person} has: who signs is the operator on the record; "
             f"leave --operator out, or `accept keys request` a key for {operator}"
         )
-    for words in (credential.warning(datetime.now(UTC)), _uncertified(home, credential), *_exposed(home)):
+    exposed = (f"{path} can be read by others than its owner: chmod 600" for path in keys.exposed(home))
+    for words in (credential.warning(datetime.now(UTC)), _uncertified(home, credential), *exposed):
         if words:
             say(f"warning: {words}")
     return keys.stamping(credential, tsa, home)
@@ -117,10 +118,6 @@ def _uncertified(home: Path, credential: Credential) -> str | None:
         "this bench has no certificate of the authority, so that its certificates of units verify with exit 4: "
         "`accept keys request --role bench --name NAME`, then `accept keys issue` by the authority"
     )
-
-
-def _exposed(home: Path) -> list[str]:
-    return [f"{path} can be read by others than its owner: chmod 600" for path in keys.exposed(home)]
 
 
 def demo_credential(home: Path) -> Credential:

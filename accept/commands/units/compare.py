@@ -21,7 +21,7 @@ from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.progress import steps
 from accept.batch import fleet_comparison
-from accept.batch.fleet_comparison import Comparison, Fleet, Member
+from accept.batch.fleet_comparison import Comparison, Fleet
 from accept.batch.pipeline import spec_for
 from accept.commands.options import Json, Plot, SpecName
 from accept.commands.units.batch import specs_for
@@ -120,13 +120,9 @@ def _row(c: Comparison) -> list[Text]:
     far = min(c.members, key=lambda m: (m.p, -abs(m.score)))
     style = "bold red" if far.outlier else ""
     name = f"{c.name} [dB apart]" if c.curve else _label(c.name)
-    cells = [name, f"{c.median:.4g}"]
-    return [*map(Text, cells), *(Text(t, style=style) for t in _farthest(far))]
-
-
-def _farthest(far: Member) -> tuple[str, str, str, str]:
-    """Return serial, value, score, and the chance of a value so far out in a fleet without an odd unit."""
-    return far.serial, f"{far.value:.4g}", f"{far.score:.1f}", f"{far.p:.2g}" if far.p >= 1e-6 else "< 1e-06"
+    chance = f"{far.p:.2g}" if far.p >= 1e-6 else "< 1e-06"  # of a value so far out in a fleet without an odd unit
+    cells = (far.serial, f"{far.value:.4g}", f"{far.score:.1f}", chance)
+    return [Text(name), Text(f"{c.median:.4g}"), *(Text(cell, style=style) for cell in cells)]
 
 
 def to_json(found: Fleet) -> dict[str, Any]:

@@ -62,7 +62,9 @@ def run(
         valid = [is_valid_demo(files[u["serial"]], ca) for u in report.units if u["kind"] == "strut"]
         valid += [answer.result() for answer in steps(pending, "certificates verified")]
     apas, struts = ([u for u in report.units if u["kind"] == kind] for kind in ("apa", "strut"))
-    stdout.print(units_table(apas, {"published\nflatness um": _published()}))
+    # [STB] table 2.1, of an optimiser that stopped early; the exact minimum zone is judged.
+    published = {apa.serial: f"{apa.published_flatness_um:g}" for apa in published_units.SEED_APAS}
+    stdout.print(units_table(apas, {"published\nflatness um": published}))
     stdout.print(units_table(struts))
     tell(*reasons(report.units))
     say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / CERTIFICATES}")
@@ -108,8 +110,3 @@ def _beside(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
     values = ", ".join(f"{symbol(effect, k)} {round(found[k]['value'])} {unit(effect, k)}".rstrip() for k in names)
     true = ", ".join(f"{truth[k]:.0f}" if k in truth else "none" for k in names)
     return f"{words_of(named['effect'])} {values} named (truth {true})"
-
-
-def _published() -> dict[str, str]:
-    """Return the flatness of [STB] table 2.1, of an optimiser that stopped early; the exact minimum zone is judged."""
-    return {apa.serial: f"{apa.published_flatness_um:g}" for apa in published_units.SEED_APAS}

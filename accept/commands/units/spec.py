@@ -64,7 +64,8 @@ def _show(spec: Spec) -> None:
     for check, section in spec.checks.items():
         needed = "" if section.required else " (optional)"
         for quantity, limit in section.limits.items():
-            table.add_row(check + needed, quantity, interval(limit), limit.rule, _source(limit))
+            source = f"ASSUMED: {limit.source}" if limit.assumed else limit.source
+            table.add_row(check + needed, quantity, interval(limit), limit.rule, source)
     stdout.print(table)
     if spec.gap is not None:
         stdout.print(f"responses are compared with model '{spec.gap.model}'; this does not affect the verdict")
@@ -77,10 +78,6 @@ def interval(limit: Limit) -> str:
     if limit.upper is None:
         return f"at least {limit.lower:g} {limit.unit}"
     return f"{limit.lower:g} to {limit.upper:g} {limit.unit}"
-
-
-def _source(limit: Limit) -> str:
-    return f"ASSUMED: {limit.source}" if limit.assumed else limit.source
 
 
 @clear_errors

@@ -172,12 +172,11 @@ def population_of_fits(fitted: FittedUnits, given: OpenedModel) -> Population:
             steps(fits, "units judged by the others"), found, belongs, batches, weights, strict=True
         )
     )
+    damping = [f.model.damping for f, ok in zip(fits, belongs, strict=True) if ok] or [given.model.damping]
     return Population(
         names=tuple(names[i] for i in kept),
         given=given,
-        damping=_most_common(
-            [f.model.damping for f, ok in zip(fits, belongs, strict=True) if ok] or [given.model.damping]
-        ),
+        damping=max(sorted(set(damping)), key=damping.count),  # the most frequent, the first by the alphabet if several
         prior=replace(
             prior, mean=prior.mean[kept], mean_sd=prior.mean_sd[kept], scatter=prior.scatter[kept], kinds=None
         ),
@@ -275,11 +274,6 @@ def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belon
         )
     where = "" if worst is None else f"; {worst[0]} lies {worst[1]:+.1f} standard deviations off"
     return f"its values are not those of the batch, p = {min(one.p_all, one.p_worst):.1g}{where}"
-
-
-def _most_common(given: Sequence[str]) -> str:
-    """Return the most frequent word, the first by the alphabet if several are."""
-    return max(sorted(set(given)), key=given.count)
 
 
 def physical(mean: Array, free: Sequence[Free], prior: Array) -> Array:

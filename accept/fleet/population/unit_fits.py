@@ -135,10 +135,15 @@ def fit_all(measured: Sequence[Responses], given: OpenedModel, say: Say) -> Fitt
         if turn + 1 < ROUNDS:
             places = [_fit_beside(m, r, at, found, left) for m, r, at in zip(models, measured, places, strict=True)]
     last = zip(models, steps(measured, "units fitted beside the bench"), places, strict=True)
-    fits = [_report(_last_fit(model, r, at, bench), say) for model, r, at in last]
+    fits = []
+    for model, r, at in last:
+        fit = _last_fit(model, r, at, bench)
+        known = ", ".join(f"{c} {G:.3g}" for c, G in fit.G.items())
+        say(f"{fit.serial}: G {known}" if known else f"{fit.serial}: no values of the model come near its responses")
+        fits.append(fit)
     if bench is not None and left is not None:
-        known = left
-        fits = [replace(f, unlike=known.unlike(bench, f.serial)) if f.serial in known.serials else f for f in fits]
+        ratios = left
+        fits = [replace(f, unlike=ratios.unlike(bench, f.serial)) if f.serial in ratios.serials else f for f in fits]
     return FittedUnits(tuple(fits), bench, left)
 
 
@@ -243,13 +248,6 @@ def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench
         return nothing
     fit = found.fit
     return UnitFit(r.serial, r, found.model, fit.names, fit.values, fit.cov, G, fit.converged, before)
-
-
-def _report(fit: UnitFit, say: Say) -> UnitFit:
-    """Print G of a fit and return the fit."""
-    known = ", ".join(f"{c} {G:.3g}" for c, G in fit.G.items())
-    say(f"{fit.serial}: G {known}" if known else f"{fit.serial}: no values of the model come near its responses")
-    return fit
 
 
 def predicted_gaps(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench | None) -> Gs:
