@@ -140,9 +140,9 @@ def _interface_nodes(path: Path) -> Array:
     for line in lines:
         words = line.split()
         if words[:4] == ["NODE", "X", "Y", "Z"]:
-            places.update({int(row[0]): [float(v) for v in row[1:4]] for row in _numbered(lines, path, 4)})
+            places.update({int(row[0]): [float(v) for v in row[1:4]] for row in _numbered_rows(lines, path, 4)})
         elif words[:2] == ["NODE", "DOF"]:
-            kept.update(int(row[0]) for row in _numbered(lines, path, 2))
+            kept.update(int(row[0]) for row in _numbered_rows(lines, path, 2))
     absent = sorted(kept - places.keys())
     if not kept or absent:
         raise ModelError(
@@ -151,7 +151,7 @@ def _interface_nodes(path: Path) -> Array:
     return np.array([places[node] for node in sorted(kept)])
 
 
-def _numbered(lines: Iterator[str], path: Path, width: int) -> Iterator[list[str]]:
+def _numbered_rows(lines: Iterator[str], path: Path, width: int) -> Iterator[list[str]]:
     """Yield rows of a list, each beginning with a node's number, up to the first line that does not."""
     for line in lines:
         row = line.split()

@@ -117,7 +117,7 @@ def judge(unit: UnitLike, spec: str | None = None) -> UnitResult:
     -------
     >>> [(f.quantity, f.value, f.U, f.verdict) for f in accept.judge("units/S-02").findings]  # doctest: +SKIP
     """
-    held = _held(unit)
+    held = _loaded_unit(unit)
     return judge_unit(held, load_spec(spec) if spec else default_spec(held.folder.kind))
 
 
@@ -287,7 +287,7 @@ def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Respons
     `found.first` and `found.second` (another realisation, or None), each with `.f` (F,) [Hz], `.H` (F, C) over Va at
     the DAC, `.cov` (F, C, C), `.channels`. Records that judging refuses are refused. Raises UnitError, RecordError.
     """
-    return unit_responses.responses(_held(unit), f_lo=f_lo, f_hi=f_hi)
+    return unit_responses.responses(_loaded_unit(unit), f_lo=f_lo, f_hi=f_hi)
 
 
 @checked
@@ -366,7 +366,7 @@ def fit_model(
     there is a second realisation, `.held_out`: G by channel, 1 or less is agreement. `fitted.explains` says whether the
     values may be used, `fitted.doubt` why not. Raises UnitError, RecordError, SpecError, ModelError.
     """
-    return fit_unit(unit if isinstance(unit, Given) else _held(unit), model, f_lo, f_hi, starts)
+    return fit_unit(unit if isinstance(unit, Given) else _loaded_unit(unit), model, f_lo, f_hi, starts)
 
 
 @checked
@@ -383,7 +383,7 @@ def estimate_misalignment(unit: UnitLike | Given, model: str | None = None) -> M
     `found.dx`, `found.dy` with `.value` and `.U` [um], k = 2; `accept.plot(found)` draws the map. Raises NoResult if
     the data cannot tell, UnitError, RecordError, ModelError.
     """
-    return estimate_unit(unit if isinstance(unit, Given) else _held(unit).folder, model)
+    return estimate_unit(unit if isinstance(unit, Given) else _loaded_unit(unit).folder, model)
 
 
 @checked
@@ -409,7 +409,7 @@ def analyse_gap(
             "analyse_gap needs the records of a unit: it compares with a second realisation that was not fitted, and "
             "asks the records themselves; fit_model and estimate_misalignment take responses"
         )
-    held = _held(unit)
+    held = _loaded_unit(unit)
     return _analyse(held, model or default_model(held.folder.kind), without, say)
 
 
@@ -545,7 +545,7 @@ def _picture_of(what: Drawable) -> Plot:
             raise PictureError(f"{type(what).__name__} has no picture; expected {words}")
 
 
-def _held(unit: UnitLike) -> LoadedUnit:
+def _loaded_unit(unit: UnitLike) -> LoadedUnit:
     if not isinstance(unit, str | Path | LoadedUnit):
         raise ArgumentError(f"a unit is its folder or what read_unit returned, not a {type(unit).__name__}")
     return loaded(Path(unit) if isinstance(unit, str) else unit)

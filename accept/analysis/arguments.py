@@ -52,13 +52,13 @@ def check_argument(function: str, name: str, value: Any, hint: Any) -> None:
     used."""
     kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
     words = [WORDS[get_origin(k) or k] for k in kinds if (get_origin(k) or k) in WORDS]
-    if len(words) < len(kinds) or any(_is(value, k) for k in kinds):
+    if len(words) < len(kinds) or any(_is_of_kind(value, k) for k in kinds):
         return
     shown = repr(value) if len(repr(value)) < 60 else f"a {type(value).__name__}"
     raise ArgumentError(f"{function}: {name} = {shown}: expected {' or '.join(words)}")
 
 
-def _is(value: Any, kind: Any) -> bool:
+def _is_of_kind(value: Any, kind: Any) -> bool:
     if kind is float:
         return isinstance(value, Real) and not isinstance(value, bool) and not math.isnan(float(value))
     if kind is int:
@@ -68,5 +68,7 @@ def _is(value: Any, kind: Any) -> bool:
         return isinstance(listed, list | tuple) and all(isinstance(each, str) for each in listed)
     if get_origin(kind) is Mapping:
         names, values = get_args(kind)
-        return isinstance(value, Mapping) and all(_is(k, names) and _is(v, values) for k, v in value.items())
+        return isinstance(value, Mapping) and all(
+            _is_of_kind(k, names) and _is_of_kind(v, values) for k, v in value.items()
+        )
     return isinstance(value, get_origin(kind) or kind)

@@ -34,7 +34,7 @@ def estimate_or_reason(
     of a model that has none yet, as many as there are cores if None. Raises UnitError, RecordError, ModelError."""
     given, measured = (
         open_model_file(model or AS_BUILT),
-        _measured(folder),
+        _responses_of(folder),
     )  # records are refused before a table is built
     for words in measured.remarks:
         say(words)
@@ -46,7 +46,7 @@ def estimate_or_reason(
         return e.reason
 
 
-def _measured(unit: UnitFolder | Given) -> Responses:
+def _responses_of(unit: UnitFolder | Given) -> Responses:
     """Estimate the responses, with the sensor stack, which helps, if it was recorded."""
     if isinstance(unit, Given):
         found = responses_given(unit, 0.0, F_LO, F_HI, WITH_SENSOR)

@@ -18,7 +18,7 @@ MAX_GAP_S = 0.15  # between two readings: the check looks at a tenth of a second
 def stiffness(setup: CaptureSetup) -> CaptureResult:
     """Follow the displacement while a mass is put on and taken off, with the circuit closed and open ([STB] 3.1.7,
     3.2.1); ask for the mass unless it is known."""
-    typed = {} if "mass_kg" in setup.known else {"mass_kg": Measured(_weighed(setup))}
+    typed = {} if "mass_kg" in setup.known else {"mass_kg": Measured(_ask_mass(setup))}
     files, notes = {}, []
     for circuit, name in CIRCUITS.items():
         setup.actions.load(circuit)
@@ -29,7 +29,7 @@ def stiffness(setup: CaptureSetup) -> CaptureResult:
     return CaptureResult(files=files, typed=typed, notes=tuple(notes))
 
 
-def _weighed(setup: CaptureSetup) -> float:
+def _ask_mass(setup: CaptureSetup) -> float:
     """Return the mass [kg] that a person states. Raises Implausible if it is not a mass."""
     said = setup.actions.weigh()
     try:

@@ -68,7 +68,7 @@ class Recording:
 
 def responses(at: Recording) -> CaptureResult:
     """Record low and high noise, each twice: the second realisation shows what repeats."""
-    channels = _declared("frf", "low").channels
+    channels = _series_of("frf", "low").channels
     at.actions.stand_by("Connect the amplifier to the two actuator stacks; from now on the unit is driven")
     files = {}
     for number, key in enumerate(("low", "high", "low_repeat", "high_repeat")):
@@ -85,7 +85,7 @@ def _noise(lo: float, hi: float, seconds: float, rms: float, seed: int, rig: Rig
 
 def hysteresis(at: Recording) -> CaptureResult:
     """Record slow sines of growing amplitude."""
-    declared = _declared("hysteresis", "record")
+    declared = _series_of("hysteresis", "record")
     channels = dict(declared.channels)
     channels |= {c: unit for c, unit in declared.optional_channels.items() if c in at.recorder.entry.channels}
     at.actions.stand_by("Connect the amplifier to the two actuator stacks; from now on the unit is driven")
@@ -99,7 +99,7 @@ def stroke(at: Recording) -> CaptureResult:
     for key in ("one_stack", "two_stacks"):
         at.actions.connect(key)
         drive = partial(excitation.full_range, f_Hz=STROKE_HZ)
-        record = at.driven(key, _declared("stroke", key).channels, SLOW_Hz, drive)
+        record = at.driven(key, _series_of("stroke", key).channels, SLOW_Hz, drive)
         files[key] = _file(f"stroke_{key}", record)
     return CaptureResult(files=files, notes=tuple(at.notes))
 
@@ -115,7 +115,7 @@ def hammer(at: Recording) -> CaptureResult:
 
 
 def _hits(at: Recording, key: str) -> Record:
-    channels = dict(_declared("spurious_modes", key).channels)
+    channels = dict(_series_of("spurious_modes", key).channels)
     rate = at.recorder.rate(channels, HAMMER_Hz)
     at.say(f"{record_label(key)}: hit now")
     told, next_s = 0, 0.0
@@ -154,7 +154,7 @@ def _file(stem: str, record: Record) -> RecordFile:
     return RecordFile(f"{stem}.mat", records.own_record({"t": record.t, **record.channels}))
 
 
-def _declared(check: str, name: str) -> Series:
+def _series_of(check: str, name: str) -> Series:
     declared = CHECKS[check].inputs[name]
     if not isinstance(declared, Series):
         raise TypeError(f"{check}.{name}: expected a record")

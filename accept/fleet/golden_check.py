@@ -32,7 +32,7 @@ def check(store: Store, since: datetime.datetime, who: str) -> list[Checked]:
     if not named:
         raise FleetError("no golden unit is named: accept golden name SERIAL --expect accepted")
     after, bench = last_resolved(store), store.bench
-    found = [_checked(golden, _recent(store, golden.serial, since, after, bench)) for golden in named.values()]
+    found = [_check_golden(golden, _recent(store, golden.serial, since, after, bench)) for golden in named.values()]
     missed = {c.serial: c.problems for c in found if c.problems}
     if missed:
         store.write(GoldenMissed(tuple(sorted(missed)), missed, bench, signed_changes=True), who=who)
@@ -49,7 +49,7 @@ def _recent(store: Store, serial: str, since: datetime.datetime, after: int, ben
     return [each for each in judged if each.bench in ("", bench)]
 
 
-def _checked(golden: Golden, judged: Sequence[UnitJudged]) -> Checked:
+def _check_golden(golden: Golden, judged: Sequence[UnitJudged]) -> Checked:
     problems: list[str] = []
     for each in judged:
         verdict, rows = each.result.verdict, values_of(each)

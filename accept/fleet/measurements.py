@@ -128,7 +128,7 @@ def _typed_column(name: str, values: np.ndarray, words: list[str] | None) -> Any
     return values.astype(bool) if name == "required" else values
 
 
-def _typed(frame: pd.DataFrame) -> pd.DataFrame:
+def _with_types(frame: pd.DataFrame) -> pd.DataFrame:
     for name in TIMES:
         frame[name] = pd.to_datetime(frame[name], utc=True, format="ISO8601").dt.as_unit("us")
     frame["required"] = frame["required"].fillna(True).astype(bool)
@@ -158,7 +158,7 @@ def instrument_checks(store: Store, name: str) -> pd.DataFrame:
         }
         for event, each in found
     ]  # fmt: skip
-    return _typed(pd.DataFrame(rows, columns=COLUMNS))
+    return _with_types(pd.DataFrame(rows, columns=COLUMNS))
 
 
 def when(frame: pd.DataFrame) -> pd.Series:

@@ -46,7 +46,8 @@ def considered_explanations(result: Result) -> list[tuple[Tried, str]]:
         shown = (chosen, *shown)
     shown += tuple(t for t in result.tried[SHOWN:] if math.isnan(t.p) and t is not chosen)  # not evaluated
     return [
-        (tried, f"not named: {tried.reason}" if tried.reason else _why(tried, chosen, named, result)) for tried in shown
+        (tried, f"not named: {tried.reason}" if tried.reason else _decision_words(tried, chosen, named, result))
+        for tried in shown
     ]
 
 
@@ -58,7 +59,7 @@ def _named_explanation(result: Result) -> Tried | None:
     return Tried(tuple(n.effect for n in result.named), gain, result.p_after)
 
 
-def _why(tried: Tried, chosen: Tried | None, named: set[str], result: Result) -> str:
+def _decision_words(tried: Tried, chosen: Tried | None, named: set[str], result: Result) -> str:
     if chosen is tried:
         return "named"
     rivals = {effect for one in result.ambiguous for effect in one.effects}

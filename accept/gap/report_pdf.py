@@ -58,7 +58,7 @@ def render(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> b
     register()
     shown = tables(result, added)
     story: list[Flowable] = [
-        *_found(result),
+        *_findings(result),
         words("Where model and data disagree", page_style.HEADING),
         *([words(BEFORE, page_style.QUIET)] if result.named else []),
         FigureRow([reduce_panel(disagreement(result))], 40.0),
@@ -110,7 +110,7 @@ def _head(canvas: Canvas, serial: str, result: Result) -> None:
     canvas.drawRightString(page_style.WIDTH - page_style.MARGIN, page_style.MARGIN, f"page {canvas.getPageNumber()}")
 
 
-def _found(result: Result) -> list[Flowable]:
+def _findings(result: Result) -> list[Flowable]:
     """Return the named effects in plain words, rivals that cannot be distinguished, and unidentified effects."""
     story: list[Flowable] = []
     for n in result.named:

@@ -26,13 +26,13 @@ PARAMETERS, LEAST_PARAMETERS = 16, 6  # of the fitted values, those that moved f
 def tables(result: Result, added: Sequence[AddedElement] = ()) -> dict[str, PageTable]:
     """Return the tables that have rows by subject, in order: "gap", "steps", "reasons", "identified", "added",
     "fitted"."""
-    steps, identified = _steps(result), _identified(result)
+    steps, identified = _steps(result), _identifiability(result)
     found = {
         "gap": _gap(result),
         "steps": steps,
         "reasons": _candidates(result),
         "identified": identified,
-        "added": _added(added),
+        "added": _elements(added),
         "fitted": _fitted_values(result, max(LEAST_PARAMETERS, PARAMETERS - len(steps.rows) - len(identified.rows))),
     }
     return {name: table for name, table in found.items() if table.rows}
@@ -83,7 +83,7 @@ def _candidates(result: Result) -> PageTable:
     return PageTable("Why this cause, and why not another", note, head, tuple(candidates(result)))
 
 
-def _identified(result: Result) -> PageTable:
+def _identifiability(result: Result) -> PageTable:
     """Return how well the data determine each named value beside all others that were fitted."""
     note = (
         "By curvature: Fisher information at the optimum, priors included. By profile: where ln L has fallen by 1.92 "
@@ -101,7 +101,7 @@ def _identified(result: Result) -> PageTable:
     return PageTable("How well each named value is determined", note, head, tuple(rows))
 
 
-def _added(added: Sequence[AddedElement]) -> PageTable:
+def _elements(added: Sequence[AddedElement]) -> PageTable:
     rows = []
     for one in added:
         gain, poles, zeros = "", f"nothing added: {one.reason}", ""

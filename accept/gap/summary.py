@@ -27,14 +27,14 @@ _TIED = "\u00a0"  # where no line is broken
 
 def summary(serial: str, r: Result) -> list[str]:
     """Return at most 24 lines of 80 columns for a terminal; the gap itself is never cut."""
-    lines = _wrapped(
+    lines = _wrap(
         f"{serial}: {headline_of(r.verdict, [n.effect for n in r.named])} (model {r.model}, damping {r.damping})", ""
     )
     gaps = ["  gap on unseen records, before -> after:"]
     for c, before in r.gap_before.channels.items():
         gaps.append(f"    {c}: G {gap_number(before.G)} -> {gap_number(r.gap_after.channels[c].G)}")
     rivals = _rivals(r)
-    more = [line for words, indent in result_lines(r) for line in _wrapped(words, indent)]
+    more = [line for words, indent in result_lines(r) for line in _wrap(words, indent)]
     room = LINES - len(lines) - len(gaps) - len(rivals)
     cut = [] if len(more) <= room else ["  ... for the rest see gap.json and gap.pdf"]
     return [*lines, *more[: room - len(cut)], *cut, *rivals, *gaps]
@@ -46,7 +46,7 @@ def _rivals(r: Result) -> list[str]:
     if r.named or r.verdict == NO_MISSING:
         return []
     best = [f"{words}: {gain}, {why}" for words, gain, _, why in list(candidates(r))[:RIVALS]]
-    lines = [line for words in best for line in _wrapped(words, "    ", most=2)]
+    lines = [line for words in best for line in _wrap(words, "    ", most=2)]
     return ["  tried, with the gain in ln L on unseen records:", *lines] if lines else []
 
 
@@ -81,7 +81,7 @@ def result_lines(r: Result) -> Iterator[tuple[str, str]]:
         yield ", ".join(limits), "    "
 
 
-def _wrapped(words: str, indent: str, most: int | None = None) -> list[str]:
+def _wrap(words: str, indent: str, most: int | None = None) -> list[str]:
     lines = textwrap.wrap(
         words,
         COLUMNS,

@@ -46,13 +46,13 @@ class Models:
 
     def open(self, name: str) -> "Model":
         """Raise SpecError, ModelError, OSError."""
-        return self._of(name).model
+        return self._model_of(name).model
 
     def learned_bench(self, name: str) -> LearnedBenchRecord | None:
         """Return the bench that a model learned; None if it learned none. Raise SpecError, ModelError, OSError."""
-        return self._of(name).spec.learned_bench
+        return self._model_of(name).spec.learned_bench
 
-    def _of(self, name: str) -> "OpenedModel":
+    def _model_of(self, name: str) -> "OpenedModel":
         if name not in self._opened:
             self._opened[name] = self._open(name)
         return self._opened[name]

@@ -113,7 +113,7 @@ def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Cluster | 
     missing = [i for i in range(plan.dx.size) if i not in ready]
     if ready:
         say(f"{plan.model.name}: table of misalignments: {len(ready)} of {plan.dx.size} rows are there, going on")
-    for i, row in steps(_from(cluster, plan, missing, workers), "rows of the table", len(missing)):
+    for i, row in steps(_rows_from(cluster, plan, missing, workers), "rows of the table", len(missing)):
         write_atomic(_row_file(plan, i), _bytes(row=row))
         ready[i] = row
         if len(ready) % 5 == 0 or len(ready) == plan.dx.size:
@@ -196,9 +196,11 @@ def _stored_rows(plan: Plan) -> Iterator[tuple[int, Row]]:
             yield i, row
 
 
-def _from(cluster: Cluster | None, plan: Plan, missing: list[int], workers: int | None) -> Iterator[tuple[int, Row]]:
+def _rows_from(
+    cluster: Cluster | None, plan: Plan, missing: list[int], workers: int | None
+) -> Iterator[tuple[int, Row]]:
     if cluster is None:
-        yield from _computed(plan, missing, workers or os.cpu_count() or 1)
+        yield from _compute_rows(plan, missing, workers or os.cpu_count() or 1)
         return
     for i, row in cluster.unordered(plan.row, missing):
         if isinstance(row, GivenUp) or not plan.agrees(i, row):
@@ -207,7 +209,7 @@ def _from(cluster: Cluster | None, plan: Plan, missing: list[int], workers: int 
         yield i, row
 
 
-def _computed(plan: Plan, missing: list[int], workers: int) -> Iterator[tuple[int, Row]]:
+def _compute_rows(plan: Plan, missing: list[int], workers: int) -> Iterator[tuple[int, Row]]:
     workers = min(workers, len(missing) // ROWS_WORTH_A_PROCESS)
     if workers <= 1:
         yield from ((i, plan.row(i)) for i in missing)

@@ -142,7 +142,7 @@ def write_model(
     for flat, value in values.items():
         _set(document, spec, flat, float(value), sds.get(flat, spec.sds.get(flat)))
     if spec.apa_file is not None:
-        _section(document, ["apa"])["file"] = _from(path.parent, spec.apa_file)
+        _section(document, ["apa"])["file"] = _relative_path(path.parent, spec.apa_file)
     for effect, parameters in effects:
         _add_effect(document, effect, {key: float(value) for key, value in parameters.items()})
     for each in unidentified:
@@ -176,7 +176,7 @@ def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: f
     if sd is not None:
         number = tomlkit.inline_table()
         number.update({"value": value, "sd": float(sd)})
-    listed = _listed(table, key)
+    listed = _list_entry(table, key)
     if listed is not None:
         table[listed[0]][listed[1]] = number
         return
@@ -186,7 +186,7 @@ def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: f
         table[key].comment(note.lstrip("# "))
 
 
-def _listed(table: Any, key: str) -> tuple[str, int] | None:
+def _list_entry(table: Any, key: str) -> tuple[str, int] | None:
     """Return `com_x_mm` is number 0 of `com_mm`, where the file has such a list; `mode_stiffness_3` is number 2 of
     `mode_stiffness`, which is made if there is none and filled up with ones."""
     factors, _, number = key.rpartition("_")
@@ -247,11 +247,11 @@ def with_moved_paths(text: bytes, old: Path, new: Path) -> bytes:
     file = document.get("apa", {}).get("file")
     if file is None:
         return text
-    document["apa"]["file"] = _from(new, old / file)
+    document["apa"]["file"] = _relative_path(new, old / file)
     return tomlkit.dumps(document).encode()
 
 
-def _from(folder: Path, file: Path) -> str:
+def _relative_path(folder: Path, file: Path) -> str:
     """Return path of a file as seen from a folder; absolute where no relative one exists (another drive)."""
     try:
         return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()

@@ -46,7 +46,7 @@ class UnitFault:
         return self.unexplained if kind == "strut" and self.unexplained else self.shows
 
 
-def _warped(figures: Figures) -> Figures:
+def _warp(figures: Figures) -> Figures:
     return replace(figures, heights_um=heights(np.random.default_rng(14), 14.0))
 
 
@@ -73,11 +73,11 @@ def _of_responses(change: Callable[[Columns], Columns]) -> Callable[[str, Column
     return lambda stem, columns: columns | change(columns) if stem.startswith("frf_") else columns
 
 
-def _turned(c: Columns) -> Columns:
+def _turn(c: Columns) -> Columns:
     return {"Vs": -np.asarray(c["Vs"]) + 0.0}
 
 
-def _exchanged(c: Columns) -> Columns:
+def _exchange(c: Columns) -> Columns:
     return {"de": c["da"], "da": c["de"]}
 
 
@@ -89,14 +89,14 @@ def _dead(c: Columns) -> Columns:
     return {"de": np.where(np.arange(np.size(c["de"])) % 7 == 0, 2.5e-9, 0.0)}
 
 
-def _clipped(c: Columns) -> Columns:
+def _clip(c: Columns) -> Columns:
     """Return the amplifier of Vs is set ten times too sensitive."""
     return {"Vs": np.clip(10.0 * np.asarray(c["Vs"]), -RANGE_V, RANGE_V)}
 
 
 _NO_FRF = (("axial_resonance_Hz", "no_result"),)
 FAULTS: Mapping[str, UnitFault] = {
-    "flatness": UnitFault("interfaces out of plane by 14 um", ("apa",), (("flatness_um", "fail"),), figures=_warped),
+    "flatness": UnitFault("interfaces out of plane by 14 um", ("apa",), (("flatness_um", "fail"),), figures=_warp),
     "capacitance": UnitFault(
         "stacks of a third of their capacitance, as APA 3 of the published seven",
         ("apa",),
@@ -126,14 +126,14 @@ FAULTS: Mapping[str, UnitFault] = {
         "Vs is reversed",
         KINDS,
         _NO_FRF,
-        spoil=_of_responses(_turned),
+        spoil=_of_responses(_turn),
         remedy=Remedy("reverse the connection of sensor stack Vs"),
     ),
     "exchanged": UnitFault(
         "de and da exchanged",
         ("strut",),
         _NO_FRF,
-        spoil=_of_responses(_exchanged),
+        spoil=_of_responses(_exchange),
         remedy=Remedy("exchange the plugs of encoder de and interferometer da"),
     ),
     "offset": UnitFault(
@@ -154,7 +154,7 @@ FAULTS: Mapping[str, UnitFault] = {
         "Vs leaves the converter's range",
         KINDS,
         _NO_FRF,
-        spoil=_of_responses(_clipped),
+        spoil=_of_responses(_clip),
         remedy=Remedy("set the range of sensor stack Vs higher"),
     ),
     "truncated": UnitFault(

@@ -87,16 +87,16 @@ class SimulatedConverter:
         elif set(names) <= set(STROKE):
             known = self._stroke(output)
         else:
-            known = self._driven(output, rate_Hz)
+            known = self._driven_record(output, rate_Hz)
         if unknown := [name for name in names if name not in known]:
             raise SettingsError(f"{self._name}: no simulated input is called {', '.join(unknown)}")
         raw = np.array([known[name] for name in names])
-        return self._played(raw, rate_Hz, heard)
+        return self._deliver(raw, rate_Hz, heard)
 
     def close(self) -> None:
         """Leave nothing open."""
 
-    def _played(self, raw: Array, rate_Hz: float, heard: Heard) -> Array:
+    def _deliver(self, raw: Array, rate_Hz: float, heard: Heard) -> Array:
         """Return the numbers (C, N) block by block, in the time that they take."""
         block = max(round(BLOCK_s * rate_Hz), 1)
         for at in range(0, raw.shape[1], block):
@@ -119,7 +119,7 @@ class SimulatedConverter:
     def _figures(self) -> apa.Figures:
         return apa.draw(self._unit.request.rng("figures"))
 
-    def _driven(self, output: Array, rate_Hz: float) -> dict[str, Array]:
+    def _driven_record(self, output: Array, rate_Hz: float) -> dict[str, Array]:
         unit, name = self._unit, f"record {self._taken}"
         columns = {key: np.asarray(column) for key, column in unit.play(name, output, rate_Hz).items()}
         away = output - float(np.median(output))
@@ -131,7 +131,7 @@ class SimulatedConverter:
 
     def _stroke(self, output: Array) -> dict[str, Array]:
         one, *others = self._figures.stacks_um
-        stroke_um = one if self._staged("stacks") == "one_stack" else sum(others)
+        stroke_um = one if self._stage_value("stacks") == "one_stack" else sum(others)
         V = AMPLIFIER_GAIN * output
         lowest = int(np.argmin(V))  # the stroke is stated from there
         d = np.zeros(V.size)
@@ -140,14 +140,14 @@ class SimulatedConverter:
         return {"V": V, "d": in_steps(d, apa.GAUGE_STEP)}
 
     def _hits(self, rate_Hz: float, samples: int) -> dict[str, Array]:
-        place = self._staged("hit") or "x_bending"
+        place = self._stage_value("hit") or "x_bending"
         modes = apa.shell_modes(place, self._figures)
         rng = self._unit.request.rng(f"hammer, {place}, {self._taken}")
         double = DoubleHits(hits=tuple(self._settings.bouncing)) if self._settings.bouncing else None
         force, angle = hammer_record(modes, rng, double, samples / rate_Hz, rate_Hz)
         return {"Track1": force, "Track2": angle}
 
-    def _staged(self, what: str) -> str | None:
+    def _stage_value(self, what: str) -> str | None:
         if self._settings.stage is None:
             return None
         found: str | None = getattr(StageFile(Path(self._settings.stage)).read(), what)

@@ -87,8 +87,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         raise NoResult(Cause.POINTS_IN_LINE, detail=str(e)) from e
     residual = z - zone.slope[0] * x - zone.slope[1] * y - zone.offset
     quantities = (
-        _scaled("flatness_um", zone.half_width / UM, float(np.linalg.norm(zone.weights)), reading),
-        _scaled("flatness_pv_um", 2 * zone.half_width / UM, 2 * float(np.linalg.norm(zone.weights)), reading),
+        _weighted_heights("flatness_um", zone.half_width / UM, float(np.linalg.norm(zone.weights)), reading),
+        _weighted_heights("flatness_pv_um", 2 * zone.half_width / UM, 2 * float(np.linalg.norm(zone.weights)), reading),
         _least_squares_peak_to_valley(x, y, z, reading),
         _tilt(planes, reading),
     )
@@ -128,7 +128,7 @@ def _plane_of(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
     return least_squares_plane(x, y, z)
 
 
-def _scaled(name: str, value: float, sensitivity: float, reading: StatedU | None) -> Quantity:
+def _weighted_heights(name: str, value: float, sensitivity: float, reading: StatedU | None) -> Quantity:
     """Return a quantity that is a weighted sum of heights; `sensitivity`: root of the sum of squares of the weights."""
     if reading is None or reading.U is None:  # a percentage of a height has no meaning: heights have no natural zero
         return Quantity(name, value)
@@ -139,7 +139,7 @@ def _least_squares_peak_to_valley(x: Array, y: Array, z: Array, reading: StatedU
     slope, _ = least_squares_plane(x, y, z)
     residual = z - z.mean() - slope[0] * (x - x.mean()) - slope[1] * (y - y.mean())
     # The two extreme points carry the value; the plane's own share of the variance is left in: an upper bound.
-    return _scaled("flatness_ls_pv_um", float(np.ptp(residual)) / UM, math.sqrt(2.0), reading)
+    return _weighted_heights("flatness_ls_pv_um", float(np.ptp(residual)) / UM, math.sqrt(2.0), reading)
 
 
 def _tilt(planes: list[tuple[Array, Array]], reading: StatedU | None) -> Quantity:
@@ -150,7 +150,7 @@ def _tilt(planes: list[tuple[Array, Array]], reading: StatedU | None) -> Quantit
     direction = difference / tilt if tilt > 0 else np.array([1.0, 0.0])
     # heights in um over lengths in m give urad
     sensitivity = math.sqrt(float(direction @ (cofactor_1 + cofactor_2) @ direction))
-    return _scaled("interface_tilt_urad", tilt * 1e6, sensitivity, reading)
+    return _weighted_heights("interface_tilt_urad", tilt * 1e6, sensitivity, reading)
 
 
 def _panels(x: Array, y: Array, residual: Array, half_width: float) -> dict[str, Panel]:

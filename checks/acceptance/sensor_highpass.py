@@ -117,7 +117,7 @@ def _check_resistor(corner: Quantity, values: Values, spec: CheckSpec) -> Quanti
     """Return the corner, of unknown uncertainty if the resistor is not that of the limits, so that it cannot pass: a
     corner inside them then shows another capacitance. A corner outside them fails as before. If the unit does not state
     its resistor, the spec's is used, and the finding says so."""
-    lo, hi = _expected(values, spec)
+    lo, hi = _expected_corner(values, spec)
     ohm, stated_ohm = _resistor(values, spec)
     if not lo <= corner.value <= hi:
         whose = f"the stated {ohm:g} ohm" if stated_ohm else f"the {ohm:g} ohm that the spec assumes"
@@ -135,7 +135,7 @@ def _resistor(values: Values, spec: CheckSpec) -> tuple[float, bool]:
     return float(spec.settings.get("resistor_ohm", RESISTOR_OHM)), False
 
 
-def _expected(values: Values, spec: CheckSpec) -> tuple[float, float]:
+def _expected_corner(values: Values, spec: CheckSpec) -> tuple[float, float]:
     """Return the corner [Hz] that the resistor makes with the largest and the smallest capacitance of a sound stack."""
     ohm, _ = _resistor(values, spec)
     lo, hi = sorted(float(c) for c in spec.settings.get("capacitance_uF", CAPACITANCE_UF))
@@ -143,7 +143,7 @@ def _expected(values: Values, spec: CheckSpec) -> tuple[float, float]:
 
 
 def _notes(corner: Quantity, values: Values, spec: CheckSpec) -> tuple[str, ...]:
-    expected = _expected(values, spec)
+    expected = _expected_corner(values, spec)
     inside = expected[0] <= corner.value <= expected[1]
     words = "as" if inside else "not as"
     ohm, stated_ohm = _resistor(values, spec)

@@ -338,7 +338,7 @@ class _LogRatioProblem(_FitProblem):
     def residual(self, x: Array) -> Array:
         parts = []
         for s, H in zip(self.sets, self.modelled(x), strict=True):
-            ratio = np.log(_not_zero(s.H) / _not_zero(H)) * self._known(s)
+            ratio = np.log(_not_zero(s.H) / _not_zero(H)) * self._log_weights(s)
             parts += [ratio.real.ravel(), ratio.imag.ravel()]
         return np.concatenate([*parts, self.off_prior(x)])
 
@@ -348,13 +348,13 @@ class _LogRatioProblem(_FitProblem):
         blocks = []
         for s, H in zip(self.sets, self.modelled(x), strict=True):
             D = self.response.jacobian(s.f, self.names, values, s.channels)
-            D = D * (-self._known(s) / _not_zero(H)) * slope[:, None, None]
+            D = D * (-self._log_weights(s) / _not_zero(H)) * slope[:, None, None]
             blocks += [D.real.reshape(len(slope), H.size), D.imag.reshape(len(slope), H.size)]
         rows = np.hstack([*blocks, (self.weight * slope).T])
         return rows @ rows.T, rows @ r
 
     @staticmethod
-    def _known(s: Dataset) -> Array:
+    def _log_weights(s: Dataset) -> Array:
         """Return the weight (F, C) of each logarithm."""
         return 1.0 / np.hypot(ROUGH, np.sqrt(s.noise) / np.abs(_not_zero(s.H)))
 

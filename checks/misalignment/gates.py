@@ -54,7 +54,7 @@ def data_reasons(model: Model, to_Hz: float, *given: Dataset | None) -> Iterator
     for data in given:
         if data is not None:
             yield from missing_bands(data, to_Hz)
-            yield from _turned(data, model)
+            yield from _reversed_channels(data, model)
 
 
 def ratio_noise(data: Dataset) -> Array:
@@ -77,7 +77,7 @@ def missing_bands(data: Dataset, to_Hz: float = TO_HZ) -> Iterator[Reason]:
         yield because(Cause.RATIO_UNKNOWN, record=data.name, bands=f"{', '.join(wide[:2])}{more}")
 
 
-def _turned(data: Dataset, model: Model) -> Iterator[Reason]:
+def _reversed_channels(data: Dataset, model: Model) -> Iterator[Reason]:
     low = data.band(*SIGNS_HZ)
     if not low.f.size:
         return

@@ -243,7 +243,7 @@ def _changes(x: Array, kept: NDArray[np.intp], base: Baseline) -> tuple[list[Ala
     the part after it. The end of a shift, a return to the level before it, is no change of its own.
     """
     level = np.full_like(x, base.mean)
-    places = _refined(x[kept], _split(x[kept], 0, base), base) if base.sigma > 0.0 else []
+    places = _refine(x[kept], _split(x[kept], 0, base), base) if base.sigma > 0.0 else []
     if not places:
         return [], level
     if drift := _drift(x, kept, base, places):
@@ -305,7 +305,7 @@ def _split(x: Array, offset: int, base: Baseline) -> list[int]:
     return [*_split(x[:at], offset, base), offset + at, *_split(x[at:], offset + at, base)]
 
 
-def _refined(x: Array, places: list[int], base: Baseline) -> list[int]:
+def _refine(x: Array, places: list[int], base: Baseline) -> list[int]:
     """Return the places of change of x (n,) after each was moved to where it fits best between its neighbours, and left
     out if it is not significant then: a split of the whole is only nearly at the place where a later one shows it to
     be."""
@@ -364,8 +364,8 @@ def nelson(z: Array) -> dict[int, NDArray[np.intp]]:
     hits = {
         1: np.abs(z) > 3.0,
         2: _run(z > 0, 9, 9) | _run(z < 0, 9, 9),
-        3: _shifted(_run(step > 0, 5, 5) | _run(step < 0, 5, 5), 1, z.size),
-        4: _shifted(_run(turning, 12, 12), 2, z.size),
+        3: _shift(_run(step > 0, 5, 5) | _run(step < 0, 5, 5), 1, z.size),
+        4: _shift(_run(turning, 12, 12), 2, z.size),
         5: _run(z > 2.0, 2, 3) | _run(z < -2.0, 2, 3),
         6: _run(z > 1.0, 4, 5) | _run(z < -1.0, 4, 5),
         7: _run(np.abs(z) < 1.0, 15, 15),
@@ -380,7 +380,7 @@ def _run(hit: NDArray[np.bool_], wanted: int, window: int) -> NDArray[np.bool_]:
     return np.asarray(hit & (counts >= wanted))
 
 
-def _shifted(hit: NDArray[np.bool_], by: int, size: int) -> NDArray[np.bool_]:
+def _shift(hit: NDArray[np.bool_], by: int, size: int) -> NDArray[np.bool_]:
     """Return hit moved by so many values: a pattern of differences is complete at the value behind the last of them."""
     out = np.zeros(size, dtype=bool)
     out[by : by + hit.size] = hit

@@ -40,7 +40,7 @@ def chart_by_place(
     for _ in range(MOST_CHANGES):
         if not any(alarm.lasts for alarm in now.alarms):
             break
-        found = _confined(left, places, baseline, baselines or {})
+        found = _confined_alarms(left, places, baseline, baselines or {})
         if found is None:
             break
         alarms, change = found
@@ -51,7 +51,7 @@ def chart_by_place(
     return replace(made, level=now.level + level, alarms=tuple(alarms))
 
 
-def _confined(
+def _confined_alarms(
     x: Array, places: Mapping[str, Labels], baseline: Baseline | None, baselines: Mapping[Place, Baseline]
 ) -> tuple[list[Alarm], Array] | None:
     """Return the lasting alarms of places that the others contradict, and how much they move each value (N,); None if
@@ -72,13 +72,13 @@ def _confined(
             ]  # fmt: skip
             change[here] = moved
         if alarms and all(
-            _contradicted(a, x, still, charts[str(a.place and a.place[1])].baseline.sigma) for a in alarms
+            _is_contradicted(a, x, still, charts[str(a.place and a.place[1])].baseline.sigma) for a in alarms
         ):
             return alarms, change
     return None
 
 
-def _contradicted(alarm: Alarm, x: Array, others: NDArray[np.intp], sigma: float) -> bool:
+def _is_contradicted(alarm: Alarm, x: Array, others: NDArray[np.intp], sigma: float) -> bool:
     """Return whether the values x[others] of the other places show that they did not change as this place did."""
     if not others.size:
         return False

@@ -48,7 +48,7 @@ def _strongest(f: Array, U: Complex, Y: Complex) -> tuple[float, float]:
         band = np.flatnonzero(np.abs(f - centre) <= BESIDE_HZ)
         if band.size < LEAST_LINES:
             return 0.0, 0.0
-        left = np.abs(_unexplained(f[band] - centre, U[band], Y[band]))
+        left = np.abs(_remainder(f[band] - centre, U[band], Y[band]))
         k = int(np.argmax(left))
         if left[k] > max(STANDS_OUT * float(np.median(left)), best[1]):
             best = float(f[band[k]] + _between(left, k) * (f[1] - f[0])), float(left[k])
@@ -64,7 +64,7 @@ def _between(left: Array, k: int) -> float:
     return side * float(np.clip((2.0 * r - 1.0) / (r + 1.0), 0.0, 0.5))
 
 
-def _unexplained(x: Array, U: Complex, Y: Complex) -> Complex:
+def _remainder(x: Array, U: Complex, Y: Complex) -> Complex:
     """Return Y (B,) minus the best parabola of U over x (B,), fitted without the lines that stand out."""
     base = U[:, None] * np.column_stack([np.ones_like(x), x, x * x])
     use = np.ones(x.size, dtype=bool)

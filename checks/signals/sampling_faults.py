@@ -91,7 +91,7 @@ def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason,
     clipped = [reason for c in outputs for reason in overload(c, record[c])]
     if clipped:
         return tuple(clipped)
-    held = [reason for c in outputs for reason in _held(record, c, drive)]
+    held = [reason for c in outputs for reason in _hold_faults(record, c, drive)]
     if held:
         return tuple(held)
     part = DrivePart.of(record[drive]) if np.ptp(record[drive]) > 0.0 else None
@@ -99,10 +99,10 @@ def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason,
     if part is None or not moving:
         return ()
     look = _Look(record, drive, part, {c: part.left(record[c]) for c in moving})
-    return _lost(look) or _jitter(look)
+    return _loss_faults(look) or _jitter(look)
 
 
-def _held(record: Record, channel: str, drive: str) -> tuple[Reason, ...]:
+def _hold_faults(record: Record, channel: str, drive: str) -> tuple[Reason, ...]:
     """Return a reason if a channel stays at one value while the drive moves: held, or clipped if the value is its
     extreme."""
     x, u = record[channel], record[drive]
@@ -133,7 +133,7 @@ def _at(record: Record, sample: int) -> float:
     return float(record.t[sample] - record.t[0])
 
 
-def _lost(look: _Look) -> tuple[Reason, ...]:
+def _loss_faults(look: _Look) -> tuple[Reason, ...]:
     """Return the reasons if samples are missing in all channels or in one, or if one is disturbed: the part that the
     drive does not explain bursts, or a channel jumps and is late or early from there on."""
     bursts = [sample for E in look.left.values() if (sample := _burst(look.part, E)) is not None]
@@ -141,7 +141,7 @@ def _lost(look: _Look) -> tuple[Reason, ...]:
         if not any(_unexplained_share(look, c) > UNEXPLAINED for c in look.left):
             return ()
         cut = {c: int(np.argmax(z)) for c in look.channels if (z := look.prediction_error(c)).max() > SURE_JUMP}
-        return _slipped(look, cut) if cut else ()
+        return _slip_faults(look, cut) if cut else ()
     first, last = max(AHEAD, min(bursts) - SPREAD), max(bursts) + SLOT + SPREAD
     u = look.record[look.drive]
     i, n, _ = _longest_run(u[first:last])
@@ -153,10 +153,10 @@ def _lost(look: _Look) -> tuple[Reason, ...]:
     }
     if not cut:
         return ()  # a bench that was hit, say: it is in the noise
-    return _cut_together(look, cut) or _slipped(look, cut) or _disturbed(look, cut, slice(first, last))
+    return _common_loss(look, cut) or _slip_faults(look, cut) or _disturbance_faults(look, cut, slice(first, last))
 
 
-def _cut_together(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
+def _common_loss(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
     """Return a reason if a block is missing in every channel: drive and outputs jump at once. If the drive goes on, the
     bench may have been hit."""
     at = cut.get(look.drive)
@@ -167,7 +167,7 @@ def _cut_together(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
     return (because(Cause.SAMPLES_LOST, channels=names, at_s=_at(look.record, at)),)
 
 
-def _slipped(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
+def _slip_faults(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
     """Return a reason for each channel that comes earlier or later after a jump."""
     shifts = [(c, at, _shift(look, c, at)) for c, at in cut.items()]
     return tuple(
@@ -179,7 +179,7 @@ def _slipped(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
     )
 
 
-def _disturbed(look: _Look, cut: Mapping[str, int], near: slice) -> tuple[Reason, ...]:
+def _disturbance_faults(look: _Look, cut: Mapping[str, int], near: slice) -> tuple[Reason, ...]:
     """Return a reason if one channel jumps on its own, by much."""
     if len(cut) != 1:
         return ()

@@ -88,14 +88,14 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
 
     def _reference(self, deadline: Deadline) -> Mapping[str, str]:
         """Return the position at which the axis was last reset: a reset in the middle of a record looks like a step."""
-        reference = self._told("getReferencePosition", deadline, self.settings.axis)
+        reference = self._optional_answer("getReferencePosition", deadline, self.settings.axis)
         return {"reference position": reference if reference == NOT_TOLD else f"{reference} pm"}
 
     def _averaging(self, deadline: Deadline) -> Mapping[str, str]:
         """Return N of the averaging over 2^N times 40 ns, which smears a step by up to 0.7 s."""
-        return {"averaging N": self._told("getAverageN", deadline)}
+        return {"averaging N": self._optional_answer("getAverageN", deadline)}
 
-    def _told(self, what: str, deadline: Deadline, *params: object) -> str:
+    def _optional_answer(self, what: str, deadline: Deadline, *params: object) -> str:
         """Return what an interface of now tells and an older one refuses."""
         try:
             return str(self._call(f"{IDS}.displacement.{what}", deadline, *params))

@@ -90,10 +90,10 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
     def _settings_found(self, deadline: Deadline) -> Mapping[str, str]:
         """Return the meter's settings; the trigger first, and stopped, because results would stand before the
         answers."""
-        found = {"TRIG": self._asked("TRIG", deadline, STREAMED)}
+        found = {"TRIG": self._setting_value("TRIG", deadline, STREAMED)}
         self._set("MAIN:TRIG:MANU", deadline, STREAMED)
         others = [header for header in (*self._choices, *self._numbers) if header != "TRIG"]
-        return found | {header: self._asked(header, deadline) for header in others}
+        return found | {header: self._setting_value(header, deadline) for header in others}
 
     def _give_back(self, found: Mapping[str, str], deadline: Deadline) -> None:
         """Restore the settings that were found, the last that was changed first, and end the connection."""
@@ -119,13 +119,13 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
         Implausible."""
         found = {}
         for header, choice in self._choices.items():
-            found[header] = self._asked(header, deadline)
+            found[header] = self._setting_value(header, deadline)
             self._check(header, found[header], choice.rstrip("."), found[header] == choice.rstrip("."))
         for header, (value, _) in self._numbers.items():
-            found[header] = self._asked(header, deadline)
+            found[header] = self._setting_value(header, deadline)
             self._check(header, found[header], f"{value:g}", _is_number(found[header], value))
         for header in ("INTB", "EXTB") if self.settings.bias == "refuse" else ():
-            found[header] = self._asked(header, deadline)
+            found[header] = self._setting_value(header, deadline)
             if found[header] != "OFF":
                 raise InstrumentRefused(f"{self.name}: {header} is {found[header]!r}, not off. {REMINDER}")
         return found
@@ -136,7 +136,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
                 f"{self.name}: MAIN:{header} is {found!r}, expected {wanted!r}; was it changed at the meter?"
             )
 
-    def _asked(self, header: str, deadline: Deadline, streamed: int = 0) -> str:
+    def _setting_value(self, header: str, deadline: Deadline, streamed: int = 0) -> str:
         """Return the value of a setting, without the blanks and dots that fill its field."""
         said = self._command(f"MAIN:{header}?", deadline, streamed)
         found = re.fullmatch(rf"MAIN:{re.escape(header)}[: ] *(\S+)", said.rstrip())

@@ -51,7 +51,7 @@ class MillimarM1240(Millimar[M1240Settings]):
             raise Garbled(f"{self.name}: I gave {said!r}, expected I,MAHRGMBH,model,version")
         return Identity(found["model"], None, found["version"])
 
-    def _agreed(self, deadline: Deadline) -> Reading:
+    def _read_agreed(self, deadline: Deadline) -> Reading:
         """Read in the bench file's unit, in another one, and again, so that the display keeps its own."""
         ours = self.settings.unit
         other = OTHER_UNIT[ours]

@@ -80,7 +80,7 @@ class Pymeasure:
     def connect(self) -> Identity:
         """Return the identity that `*IDN?` gives, if the class knows it. Raises InstrumentError."""
         device = self._device()
-        said = self._guarded("id", lambda: device.id) if hasattr(type(device), "id") else None
+        said = self._guard("id", lambda: device.id) if hasattr(type(device), "id") else None
         parts = [part.strip() for part in said.split(",")] if isinstance(said, str) else []
         identity = Identity(*parts[1:4]) if len(parts) == 4 else Identity(identification=said)
         check_identity(self.name, identity, self.model, self.serial)
@@ -109,11 +109,11 @@ class Pymeasure:
         """Close the connection, if there is one."""
         device, self._open = self._open, None
         if device is not None:
-            self._guarded("close", lambda: device.adapter.close())
+            self._guard("close", lambda: device.adapter.close())
 
     def _device(self) -> Any:
         if self._open is None:
-            self._open = self._guarded("opening", self._make)
+            self._open = self._guard("opening", self._make)
         return self._open
 
     def _answer(self) -> Reading:
@@ -141,7 +141,7 @@ class Pymeasure:
         stated = {}
         for path, wanted in self.settings.expect.items():
             found = self._get(path)
-            if not _is(found, wanted):
+            if not _is_as_expected(found, wanted):
                 words = f"{path} is {found!r}, expected {wanted!r}"
                 raise Implausible(f"{self.name}: {words}; set it at the instrument, or change `expect`")
             stated[path] = str(found)
@@ -150,14 +150,14 @@ class Pymeasure:
     def _errors(self) -> None:
         device = self._device()
         if hasattr(type(device), "next_error"):
-            errors = self._guarded("check_errors", device.check_errors)
+            errors = self._guard("check_errors", device.check_errors)
             if errors:
                 raise InstrumentRefused(f"{self.name}: its queue holds errors: {errors[:3]}")
 
     def _get(self, path: str) -> Any:
-        return self._guarded(path, lambda: reduce(getattr, path.split("."), self._device()))
+        return self._guard(path, lambda: reduce(getattr, path.split("."), self._device()))
 
-    def _guarded(self, what: str, action: Callable[[], Any]) -> Any:
+    def _guard(self, what: str, action: Callable[[], Any]) -> Any:
         """Return what a stranger's code returns. Raises InstrumentError whatever it raises."""
         try:
             with warnings.catch_warnings(action="ignore"):  # of the library, to its own programmers
@@ -172,7 +172,7 @@ class Pymeasure:
             raise kind(f"{self.name}: {self.settings.class_}: {what}: {words}") from e
 
 
-def _is(found: Any, wanted: Plain) -> bool:
+def _is_as_expected(found: Any, wanted: Plain) -> bool:
     """Return whether a setting is what the file says; a number within a millionth."""
     if isinstance(wanted, bool | str):
         return str(found) == str(wanted) if isinstance(wanted, str) else found in (wanted, int(wanted))
@@ -206,7 +206,7 @@ def _make(name: str, settings: PymeasureSettings, resource: str) -> Any:
     return found(resource, **more)
 
 
-def _opened(name: str, entry: InstrumentEntry, _: Ask) -> Instrument:
+def _open_instrument(name: str, entry: InstrumentEntry, _: Ask) -> Instrument:
     settings = settings_of(name, PymeasureSettings, entry)
     if not CLASS.fullmatch(settings.class_):
         raise SettingsError(f"{name}: class = {settings.class_!r}: expected {LIBRARY}MAKER.CLASS")
@@ -222,4 +222,4 @@ TRIALS = (
     Trial("Change a setting that `expect` names at the panel"),
     Trial("Change a setting at the panel that `expect` does not name, such as the display", asked=False),
 )
-DRIVER = Driver(("pymeasure",), _opened, TRIALS)
+DRIVER = Driver(("pymeasure",), _open_instrument, TRIALS)

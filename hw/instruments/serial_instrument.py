@@ -70,7 +70,7 @@ class SerialInstrument(ABC, Generic[S]):
             if not self._in_session:
                 self._start(deadline)
             _, before = self._state(deadline)  # nothing is measured by another instrument, or with a bias on
-            reading = self._agreed(deadline)
+            reading = self._read_agreed(deadline)
             _, after = self._state(deadline)  # it was all that time what it was before
             check_unchanged(self.name, before, after)
             settings = {**after, **reading.settings}
@@ -122,7 +122,7 @@ class SerialInstrument(ABC, Generic[S]):
         said = {key: value for key, value in asdict(identity).items() if value is not None}
         return identity, said | dict(self._ask_settings(deadline))
 
-    def _agreed(self, deadline: Deadline) -> Reading:
+    def _read_agreed(self, deadline: Deadline) -> Reading:
         """Return the mean of as many answers as are needed to rely on it."""
         readings = [self._measure(deadline) for _ in range(self.answers)]
         return agreed(self.name, readings, self._within(readings[0]), self._more_within)

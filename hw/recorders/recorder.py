@@ -149,7 +149,7 @@ class Recorder:
             if follow is None:
                 return False
             blocks.append(block)
-            return follow(lambda: self._made(inputs, channels, rate_Hz, np.concatenate(blocks, axis=1), drive))
+            return follow(lambda: self._make_record(inputs, channels, rate_Hz, np.concatenate(blocks, axis=1), drive))
 
         raw = self._converter.acquire(wired, rate_Hz, samples, output, heard)
         if raw.shape[0] != len(wired) or not 0 < raw.shape[1] <= samples:
@@ -158,7 +158,7 @@ class Recorder:
             raise Garbled(f"{self.name}: numbers that are not finite came")
         if drive is not None:
             self._vet_ranges(wired, raw)
-        return self._made(inputs, channels, rate_Hz, raw, drive)
+        return self._make_record(inputs, channels, rate_Hz, raw, drive)
 
     def _at(self, channel: str) -> RecorderChannel:
         try:
@@ -202,7 +202,7 @@ class Recorder:
                     "lower the drive or widen the range"
                 )
 
-    def _made(
+    def _make_record(
         self,
         inputs: Sequence[tuple[str, RecorderChannel]],
         channels: Mapping[str, str],

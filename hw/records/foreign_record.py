@@ -56,7 +56,7 @@ def foreign_record(
     }
     if step_s is None and TIME in channels:
         step_s = channels[TIME].sampling_time_s
-    found |= {there: _stated(source.file, found[there], channels[here]) for here, there in theirs.items()}
+    found |= {there: _convert(source.file, found[there], channels[here]) for here, there in theirs.items()}
     taken = set(theirs.values())
     named = theirs | {_plain(name): name for name in found if name not in taken and _plain(name) not in theirs}
     if input not in named:
@@ -86,7 +86,7 @@ def foreign_record(
     return Record(t, data, {n: units.get(n, "") for n in data}, source.file, source.sha256), words
 
 
-def _stated(file: str, column: Column, source: ChannelSource) -> Column:
+def _convert(file: str, column: Column, source: ChannelSource) -> Column:
     """Return a column times its gain, in the unit stated for it. Raises RecordError if the file states another."""
     if column.unit and source.unit and column.unit != source.unit:
         raise RecordError(f"{file}: '{source.name}' is in {column.unit}, [channels] has {source.unit}")
@@ -145,7 +145,7 @@ def _text(source: Source) -> dict[str, Column]:
     `;` or tab also decimal commas."""
     if b"\0" in source.raw:
         raise Unreadable(f"{source.file}: is not text")
-    lines = [line for line in _decoded(source.raw).splitlines() if line.strip()]
+    lines = [line for line in _decode(source.raw).splitlines() if line.strip()]
     if len(lines) < 2:
         raise RecordError(f"{source.file}: holds no rows below a header")
     apart = next((c for c in (";", "\t") if c in lines[0]), ",")
@@ -177,7 +177,7 @@ def _vet_table(file: str, heads: list[str], fields: list[int], apart: str) -> No
         raise RecordError(f"{file}: row {row + 1} has {count} fields, the header has {len(heads)}{hint}")
 
 
-def _decoded(raw: bytes) -> str:
+def _decode(raw: bytes) -> str:
     """Return the text of UTF-8 bytes, else as Windows writes text in western Europe."""
     try:
         return raw.decode("utf-8-sig")
@@ -192,7 +192,7 @@ def _matlab(source: Source) -> dict[str, Column]:
 
     vet_unpacked(source.file, source.raw, 8 * DEFAULT_LIMITS.max_samples)
     found = loadmat(io.BytesIO(source.raw), simplify_cells=True)
-    return _named(source.file, vectors("", {k: v for k, v in found.items() if not k.startswith("__")}))
+    return _by_name(source.file, vectors("", {k: v for k, v in found.items() if not k.startswith("__")}))
 
 
 def _hdf5(source: Source) -> dict[str, Column]:
@@ -214,10 +214,10 @@ def _hdf5(source: Source) -> dict[str, Column]:
     with h5py.File(io.BytesIO(source.raw), "r") as file:
         file.visititems(take)
     named = {name.replace("/", "."): value for name, value in found.items() if name[0] != "#"}
-    return _named(source.file, vectors("", named))
+    return _by_name(source.file, vectors("", named))
 
 
-def _named(file: str, found: Iterable[tuple[str, Column]]) -> dict[str, Column]:
+def _by_name(file: str, found: Iterable[tuple[str, Column]]) -> dict[str, Column]:
     """Return vectors by name. Raises RecordError if two have one name, because the meaning is then ambiguous."""
     out: dict[str, Column] = {}
     for name, column in found:

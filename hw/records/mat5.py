@@ -92,12 +92,12 @@ def _tag(data: bytes, at: int, order: str) -> MatElement:
 def _variable(file: str, raw: bytes, element: MatElement, order: str) -> Variable:
     end = element.start + element.size
     if element.kind == COMPRESSED:
-        return _compressed(file, memoryview(raw)[element.start : end], order)
+        return _compressed_variable(file, memoryview(raw)[element.start : end], order)
     head = _head(file, raw, element.start, order)
     return head.variable(lambda: _numbers(file, raw, head, end, order))
 
 
-def _compressed(file: str, packed: memoryview, order: str) -> Variable:
+def _compressed_variable(file: str, packed: memoryview, order: str) -> Variable:
     first = zlib.decompressobj().decompress(packed, HEAD_BYTES)
     outer = _tag(first, 0, order)
     declared = outer.start + outer.size

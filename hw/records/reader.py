@@ -52,7 +52,7 @@ def record_of(
         found = source.variables()
         if OWN_RECORD in found:
             sources = {}
-        wanted = _wanted(source, found, series, sources)
+        wanted = _wanted_variables(source, found, series, sources)
         units = {TIME: "s", **series.channels, **series.optional_channels}
         arrays = _arrays(source.file, wanted, limits)
         remarks: list[str] = []
@@ -65,7 +65,7 @@ def record_of(
                 given = given.model_copy(update={"unit": theirs})
                 if theirs != ours:
                     remarks.append(f"{name} is in {theirs}, converted to {ours}")
-            arrays[name] = _scaled(source.file, name, x, given, units.get(name, ""))
+            arrays[name] = _scale(source.file, name, x, given, units.get(name, ""))
         t = _time(source.file, arrays, series, sources, limits)
         channels = {name: x for name, x in arrays.items() if name not in (TIME, series.step)}
         for name, x in channels.items():
@@ -76,7 +76,7 @@ def record_of(
     return Record(t, channels, {name: units[name] for name in channels}, source.file, source.sha256, said)
 
 
-def _wanted(source: Source, found: Variables, series: Series, sources: Channels) -> Variables:
+def _wanted_variables(source: Source, found: Variables, series: Series, sources: Channels) -> Variables:
     """Return channel -> variable for all that is declared and in the file, the time included. Raises RecordError if one
     that is required is missing."""
     file = source.file
@@ -115,7 +115,7 @@ def _wanted(source: Source, found: Variables, series: Series, sources: Channels)
     return wanted
 
 
-def _scaled(file: str, name: str, x: Array, source: ChannelSource, unit: str) -> Array:
+def _scale(file: str, name: str, x: Array, source: ChannelSource, unit: str) -> Array:
     """Return x (N,) times gain in the declared unit; as it is if neither gain nor unit is given."""
     try:
         scale = source.gain * (1.0 if source.unit is None else factor(source.unit, unit))
@@ -151,7 +151,7 @@ def _time(file: str, arrays: Mapping[str, Array], series: Series, sources: Chann
     if series.step is not None and series.step in arrays:
         step = vet_step(file, series.step, arrays[series.step])
     else:
-        step = sources[TIME].sampling_time_s or 0.0  # `_wanted` has a time vector otherwise
+        step = sources[TIME].sampling_time_s or 0.0  # `_wanted_variables` has a time vector otherwise
     samples = max(x.size for x in arrays.values())
     if samples < limits.min_samples:
         raise RecordError(f"{file}: has {samples} samples, at least {limits.min_samples} are needed")

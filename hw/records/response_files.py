@@ -73,10 +73,10 @@ def read_response_file(path: Path, input: str = "", names: Mapping[str, str] | N
         raise RecordError(f"{source.file}: holds no response that can be read: {type(e).__name__}: {e}") from e
     renamed = tuple(there.get(c, c) for c in found.channels)
     units = {there.get(c, c): unit for c, unit in found.units.items()}
-    return _vetted(replace(found, channels=renamed, units=units))
+    return _vet_bins(replace(found, channels=renamed, units=units))
 
 
-def _vetted(r: ResponseFile) -> ResponseFile:
+def _vet_bins(r: ResponseFile) -> ResponseFile:
     """Return responses in rising order. Raises RecordError for bins that are not finite or come twice."""
     order = np.argsort(r.f, kind="stable")
     f, H = r.f[order], r.H[order]
@@ -329,13 +329,13 @@ def _arrays(source: Source) -> Iterator[tuple[str, NDArray[Any]]]:
 
     vet_unpacked(source.file, source.raw, 16 * DEFAULT_LIMITS.max_samples)
     found = loadmat(io.BytesIO(source.raw), simplify_cells=True)
-    yield from _flattened("", {k: v for k, v in found.items() if not k.startswith("__")})
+    yield from _flatten("", {k: v for k, v in found.items() if not k.startswith("__")})
 
 
-def _flattened(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, NDArray[Any]]]:
+def _flatten(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, NDArray[Any]]]:
     if isinstance(value, Mapping) and depth < 8:
         for key, part in value.items():
-            yield from _flattened(f"{name}.{key}" if name else str(key), part, depth + 1)
+            yield from _flatten(f"{name}.{key}" if name else str(key), part, depth + 1)
     elif isinstance(value, str | int | float | complex | np.generic | np.ndarray | list):
         yield name, np.asarray(value)
 

@@ -21,6 +21,7 @@ SIGNIFICANT = 1.0  # of both U together: the two results disagree ([ISO13528] 9.
 def statements(contents: CertificateContent) -> dict[str, str]:
     """Return name -> sentence, in the order in which page and `accept verify` show them."""
     laboratory = contents.provenance.get("laboratory") or {}
+    approved = _approval_words(contents.provenance.get("approval"))
     head = contents.provenance.get("head")
     return {
         "Laboratory": laboratory_words(laboratory),
@@ -28,7 +29,7 @@ def statements(contents: CertificateContent) -> dict[str, str]:
         "Customer": "" if (contents.result.get("origin") or {}).get("customer") else laboratory.get("customer", ""),
         "Methods": methods_words(laboratory.get("methods") or {}),
         "Sampling": laboratory.get("sampling", ""),
-        "Spec": f"{contents.spec_name}, sha256 {contents.spec_sha256}{_approved(contents.provenance.get('approval'))}",
+        "Spec": f"{contents.spec_name}, sha256 {contents.spec_sha256}{approved}",
         "Models": _models(contents),
         "Attempt": _attempt(contents.provenance),
         "Changed": changes_words(contents),
@@ -71,7 +72,7 @@ def changes_words(contents: CertificateContent) -> str:
     return "; ".join(out)
 
 
-def _approved(approval: Mapping[str, Any] | None) -> str:
+def _approval_words(approval: Mapping[str, Any] | None) -> str:
     if approval is None:
         return ""
     if approval.get("builtin"):

@@ -41,7 +41,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
         *statements(contents).items(),
         ("Operator", contents.operator or "not named"),
         ("Instruments", instruments_words(contents) or "none named by the spec"),
-        ("Parts", _listed(parts)),
+        ("Parts", _pairs_text(parts)),
         ("Item", item_words(contents.result)),
         ("Measured", days_words(contents.result)),
         ("Environment", environment_words(contents.result)),
@@ -110,7 +110,7 @@ def budgets(contents: CertificateContent) -> list[Flowable]:
     if not lines:
         return []
     head = words("Uncertainty budgets (standard uncertainties; A from scatter, B stated)", page_style.HEADING)
-    return [head, *(words(_shortened(line), page_style.SMALL) for line in lines)]
+    return [head, *(words(_shorten(line), page_style.SMALL) for line in lines)]
 
 
 def remarks(contents: CertificateContent) -> list[Flowable]:
@@ -187,7 +187,7 @@ def _remark(finding: Mapping[str, Any], told: dict[str, str]) -> list[str]:
     ]
     told |= dict.fromkeys(advised, label) | ({reason: told.get(reason, label)} if reason else {})
     paragraphs = ["; ".join(part for part in parts if part), f"What to do: {'; '.join(advised)}" if advised else ""]
-    return [_shortened(paragraph) for paragraph in paragraphs if paragraph]
+    return [_shorten(paragraph) for paragraph in paragraphs if paragraph]
 
 
 def _information_row(row: Mapping[str, Any]) -> list[Any]:
@@ -195,11 +195,11 @@ def _information_row(row: Mapping[str, Any]) -> list[Any]:
     unit_text = "" if row["unit"] == "1" or row["value"] is None else f" {row['unit']}"
     shown = (f"{value} ± {U}" if U else value) + unit_text
     remark = "; ".join(part for part in (row.get("reason"), row.get("note")) if part)
-    texts = (row["check"], label_of(row["quantity"]), shown, _shortened(remark))
+    texts = (row["check"], label_of(row["quantity"]), shown, _shorten(remark))
     return [words(text, page_style.SMALL) for text in texts]
 
 
-def _shortened(text: str) -> str:
+def _shorten(text: str) -> str:
     return text if len(text) <= LONGEST_REASON else text[:LONGEST_REASON] + " … (whole text in results.json)"
 
 
@@ -210,10 +210,10 @@ def instruments_words(contents: CertificateContent) -> str:
         who = " ".join(str(word) for word in (row["model"], row["serial"]) if word) or str(row["name"])
         used[row["check"]] = f"{used[row['check']]}, {who}" if row["check"] in used else who
     by_spec = " (named by the spec)" if used else ""
-    return _listed({check: f"{words}{by_spec}" for check, words in contents.instruments.items()} | used)
+    return _pairs_text({check: f"{words}{by_spec}" for check, words in contents.instruments.items()} | used)
 
 
-def _listed(entries: Mapping[str, str]) -> str:
+def _pairs_text(entries: Mapping[str, str]) -> str:
     return "; ".join(f"{name}: {text}" for name, text in sorted(entries.items()))
 
 

@@ -50,7 +50,7 @@ def commission(
     driver = DRIVERS.get(entry.driver)
     try:
         with closing(open_instrument(name, entry, ask_at_terminal)) as instrument:
-            outcomes = _walked(instrument, driver.trials if driver else ())
+            outcomes = _run_trials(instrument, driver.trials if driver else ())
             transcript = [] if instrument.link is None else [t.to_json() for t in instrument.link.take_transcript()]
     except InstrumentError as e:
         say(f"accept: {e}")
@@ -82,7 +82,7 @@ def _credential() -> keys.Credential | None:
         return None
 
 
-def _walked(instrument: Instrument, trials: tuple[Trial, ...]) -> list[TrialResult]:
+def _run_trials(instrument: Instrument, trials: tuple[Trial, ...]) -> list[TrialResult]:
     """Return the first reading against the display, then every trial, each with the panel set back after it."""
     for reminder in instrument.reminders:
         say(reminder)
@@ -94,11 +94,11 @@ def _walked(instrument: Instrument, trials: tuple[Trial, ...]) -> list[TrialResu
     for trial in trials:
         instrument.connect()
         ask_at_terminal(f"{trial.do}, then Enter: ")
-        outcomes.append(_tried(instrument, trial, first))
+        outcomes.append(_run_trial(instrument, trial, first))
         say(f"  {outcomes[-1].found}{'' if outcomes[-1].passed else ' - NOT AS IT MUST BE'}")
         ask_at_terminal("Set it back as it was, then Enter: ")
         instrument.close()
-    outcomes.append(_back(instrument, first))
+    outcomes.append(_check_return(instrument, first))
     return outcomes
 
 
@@ -115,7 +115,7 @@ def _first(instrument: Instrument) -> tuple[float | None, TrialResult]:
     return reading.value, TrialResult("the display shows what was read", f"{shown}: {answer}", same, "read")
 
 
-def _tried(instrument: Instrument, trial: Trial, first: float) -> TrialResult:
+def _run_trial(instrument: Instrument, trial: Trial, first: float) -> TrialResult:
     """Return what became of a change: it must be refused, or leave the value and be seen by the technician."""
     try:
         instrument.confirm()
@@ -136,7 +136,7 @@ def _tried(instrument: Instrument, trial: Trial, first: float) -> TrialResult:
     return TrialResult(trial.do, f"{value:.6g}, the same; the display changed", True, "seen")
 
 
-def _back(instrument: Instrument, first: float) -> TrialResult:
+def _check_return(instrument: Instrument, first: float) -> TrialResult:
     try:
         instrument.connect()
         value = instrument.read().value

@@ -63,7 +63,7 @@ def show_list(bench: Bench = None, json: JsonAnswer = None) -> Exit:
     """List the instruments of the bench file. With port and calibration, and the serial ports that are there."""
     check_answer(json)
     file = load_bench(bench_path(bench))
-    listed = tuple(_listed(name, entry) for name, entry in file.equipment.items())
+    listed = tuple(_listing_row(name, entry) for name, entry in file.equipment.items())
     ports = [f"{port.device} ({port.description})" for port in comports()]
     if wants_text(json, BenchListing(file.name, str(file.path), listed, tuple(ports))):
         _show_list(file)
@@ -74,7 +74,7 @@ def show_list(bench: Bench = None, json: JsonAnswer = None) -> Exit:
     return Exit.BAD_INPUT if problems else Exit.ACCEPTED
 
 
-def _listed(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentListed:
+def _listing_row(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentListed:
     """Return what is known of an instrument or a recorder without asking it."""
     link = entry.link if isinstance(entry, InstrumentEntry) else None
     resource = entry.resource if isinstance(entry, InstrumentEntry) else None
@@ -91,12 +91,12 @@ def _show_list(file: BenchFile) -> None:
     for name, entry in file.instruments.items():
         table.add_row(
             name, entry.driver, ", ".join(entry.measures), entry.model or "-", entry.serial or "-", _port(entry),
-            _calibrated(entry),
+            _calibration_words(entry),
         )  # fmt: skip
     for name, recorder in file.recorders.items():
         table.add_row(
             name, recorder.driver, ", ".join(recorder.measures), recorder.model or "-", recorder.serial or "-",
-            f"{len(recorder.channels)} channels", _calibrated(recorder),
+            f"{len(recorder.channels)} channels", _calibration_words(recorder),
         )  # fmt: skip
     stdout.print(table)
 
@@ -113,7 +113,7 @@ def entry_problem(name: str, entry: InstrumentEntry | RecorderEntry) -> str:
     return ""
 
 
-def _calibrated(entry: InstrumentEntry | RecorderEntry) -> str:
+def _calibration_words(entry: InstrumentEntry | RecorderEntry) -> str:
     """Return the last day of the calibration, marked if it is past or within a month."""
     days = _days_left(entry)
     if entry.calibration is None or days is None:
@@ -162,12 +162,12 @@ def ask(
         for words in problems:
             say(f"accept: {file.path}: {words}")
         return Exit.BAD_INPUT
-    asked = [_asked(name, entry) for name, entry in chosen.items()]
+    asked = [_answer_of(name, entry) for name, entry in chosen.items()]
     if wants_text(json, InstrumentsAsked(str(file.path), tuple(asked))):
         table = _table("name", "connected as", "answered", "connect s", "reading s")
         for one in asked:
             seconds = ("-" if s is None else f"{s:.2f}" for s in (one.connect_s, one.reading_s))
-            table.add_row(one.name, _said(one), _shown(one), *seconds)
+            table.add_row(one.name, _identity_words(one), _reading_words(one), *seconds)
         stdout.print(table)
     failed = [one.problem for one in asked if one.problem]
     for words in failed:
@@ -175,7 +175,7 @@ def ask(
     return Exit.INSTRUMENT if failed else Exit.ACCEPTED
 
 
-def _asked(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentAsked:
+def _answer_of(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentAsked:
     """Return what an instrument answered, as far as it came."""
     identity, reading, times = Identity(), None, list[float]()
     problem = None
@@ -201,14 +201,14 @@ def _timed(what: Callable[[], T], times: list[float]) -> T:
     return done
 
 
-def _said(one: InstrumentAsked) -> str:
+def _identity_words(one: InstrumentAsked) -> str:
     """Return the name that an instrument gave itself."""
     if one.connect_s is None:
         return "no"
     return " ".join(word for word in (one.model, one.serial) if word) or "responds (no identification)"
 
 
-def _shown(one: InstrumentAsked) -> str:
+def _reading_words(one: InstrumentAsked) -> str:
     if one.value is None or one.unit is None:
         return "no" if one.problem else "(a recorder)"
     scale, unit = {"m": (1e6, "um"), "F": (1e6, "uF")}.get(one.unit, (1.0, one.unit))

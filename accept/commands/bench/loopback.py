@@ -106,9 +106,9 @@ class Loopback(server.Server):
             return await handler(request)
         if request.method != "GET":  # a preview of the link must not spend it
             raise web.HTTPForbidden(text="open the address in a browser")
-        raise self._admitted(request.query.get("token", ""))
+        raise self._admit(request.query.get("token", ""))
 
-    def _admitted(self, token: str) -> web.HTTPFound:
+    def _admit(self, token: str) -> web.HTTPFound:
         """Return the redirection that gives the session to the first browser that brings the printed token, and to no
         other."""
         if self._token is None or not _same(token, self._token):

@@ -8,7 +8,6 @@ address that is named, one question that changes nothing is asked: `*IDN?`, or t
 import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated
 
 import typer
@@ -35,15 +34,6 @@ ASKED = ("TCPIP", "USB", "GPIB")  # VISA interfaces with an instrument at the ot
 ADAPTERS = re.compile(r"FTDI|FT232|CP210|CH340|PL2303|USB|UART|ACM|COM", re.IGNORECASE)
 
 
-@dataclass(frozen=True)
-class Seen:
-    """One place: what is there in words, and its entry for a bench file, "" where nothing can be proposed."""
-
-    place: str
-    words: str
-    entry: str = ""
-
-
 @clear_errors
 def scan(
     resource: Annotated[
@@ -57,13 +47,13 @@ def scan(
     on_network = [name for name in resource or () if HOST_NUMBER.fullmatch(name)]
     on_visa = [name for name in resource or () if name not in on_network]
     ports = sorted(comports(), key=lambda p: p.device)
-    listened = (_listened(port.device, port.description or "") for port in ports)
+    listened = (_listen(port.device, port.description or "") for port in ports)
     seen = [*listened, *map(_device, on_network), *_visa(on_visa, library)]
     for one in seen:
-        say(f"{one.place}: {one.words}")
+        say(f"{one.place}: {one.found}")
     if not seen:
         say("no serial port and no VISA instrument was found")
-    if not wants_text(json, PlacesSeen(tuple(PlaceSeen(one.place, one.words, one.entry) for one in seen))):
+    if not wants_text(json, PlacesSeen(tuple(seen))):
         return Exit.ACCEPTED
     entries = [one.entry for one in seen if one.entry]
     tell("# Proposed by `accept hw scan`: name it, and say of each serial port what stands there.", 'name = "bench 1"')
@@ -71,8 +61,8 @@ def scan(
     return Exit.ACCEPTED
 
 
-def _listened(port: str, description: str) -> Seen:
-    """Return a port is opened and listened to; not a byte is sent."""
+def _listen(port: str, description: str) -> PlaceSeen:
+    """Open a port and listen to it; not a byte is sent."""
     link = Link(LineSettings(port, 9600, 8, "none", 1, "none"))
     try:
         link.drop_until_quiet(LISTEN_S, link.deadline(2 * LISTEN_S))
@@ -87,10 +77,10 @@ def _listened(port: str, description: str) -> Seen:
         f'# driver = "..."\n# measures = ["..."]\n# link = {{ port = "{port}", baud = 9600, data_bits = 7, '
         'parity = "even", stop_bits = 2, handshake = "none" }\n'
     )
-    return Seen(port, f"{description}; {words}", entry if ADAPTERS.search(f"{port} {description}") else "")
+    return PlaceSeen(port, f"{description}; {words}", entry if ADAPTERS.search(f"{port} {description}") else "")
 
 
-def _device(address: str) -> Seen:
+def _device(address: str) -> PlaceSeen:
     """Ask a device on the network for its name, as an IDS3010 tells it; this changes nothing."""
     link = Link(Address(address), open_tcp)
     try:
@@ -101,9 +91,9 @@ def _device(address: str) -> Seen:
             line = link.read_until(ids3010.END, link.deadline(2 * ANSWER_S))
             names.append(re.sub(r"[^\w .-]", "", str(ids3010.first_value(address, line, method, number))))
     except (Garbled, InstrumentRefused):
-        return Seen(address, "answers, but not as an IDS3010")
+        return PlaceSeen(address, "answers, but not as an IDS3010", "")
     except InstrumentError as e:
-        return Seen(address, str(e).partition(": ")[2])
+        return PlaceSeen(address, str(e).partition(": ")[2], "")
     finally:
         link.close()
     entry = (
@@ -111,10 +101,10 @@ def _device(address: str) -> Seen:
         f'resource = "{address}"\n# settings = {{ axis = 0, pass_mode = 0, range_mm = [-1.0, 1.0] }}\n'
         '# calibration = { certificate = "...", due = 2027-01-01 }\n'
     )
-    return Seen(address, f"{names[0]} {names[1]}: ids3010", entry)
+    return PlaceSeen(address, f"{names[0]} {names[1]}: ids3010", entry)
 
 
-def _visa(named: Sequence[str], library: str) -> list[Seen]:
+def _visa(named: Sequence[str], library: str) -> list[PlaceSeen]:
     try:
         import pyvisa
     except ImportError:
@@ -133,26 +123,26 @@ def _visa(named: Sequence[str], library: str) -> list[Seen]:
     # A list of what is asked and not of what is left out: a library may have names of its own for serial ports, as
     # PRLGX-ASRL, and would write to them.
     instruments = [r for r in found if r.partition("::")[0].rstrip("0123456789") in ASKED]
-    return [_identified(resource, library) for resource in (*instruments, *named)]
+    return [_identify(resource, library) for resource in (*instruments, *named)]
 
 
-def _identified(resource: str, library: str) -> Seen:
+def _identify(resource: str, library: str) -> PlaceSeen:
     """Ask a VISA instrument for `*IDN?`, a question that every one of them has and that changes nothing."""
     link = Link(Address(resource), visa_opener(library, ANSWER_S))
     try:
         link.send(IDN.encode("ascii"))
         said = link.read_until(b"\n", link.deadline(2 * ANSWER_S)).strip().decode("ascii", "replace")
     except InstrumentError as e:
-        return Seen(resource, str(e).partition(": ")[2])
+        return PlaceSeen(resource, str(e).partition(": ")[2], "")
     finally:
         link.close()
     fields = [re.sub(r"[^\w .,/+-]", "", field).strip() for field in said.split(",")]
     profile = next((n for n, p in PROFILES.items() if len(fields) > 2 and re.fullmatch(p.models, fields[1])), None)
     if profile is None:
-        return Seen(resource, f"{said!r}: no driver here knows it")
+        return PlaceSeen(resource, f"{said!r}: no driver here knows it", "")
     entry = (
         f'[instruments.lcr]\ndriver = "scpi_lcr"\nmeasures = ["capacitance"]\nmodel = "{fields[1]}"\n'
         f'serial = "{fields[2]}"\nresource = "{resource}"\nsettings = {{ profile = "{profile}" }}\n'
         '# calibration = { certificate = "...", due = 2027-01-01 }\n'
     )
-    return Seen(resource, f"{said!r}: scpi_lcr", entry)
+    return PlaceSeen(resource, f"{said!r}: scpi_lcr", entry)

@@ -114,7 +114,7 @@ def show(frame: pd.DataFrame, title: str, formats: Mapping[str, str] | None = No
         column.min_width = max(map(len, str(column.header).split()), default=1)  # no word of a title is cut
     given = formats or {}
     for row in frame.itertuples(index=False):
-        table.add_row(*(Text(_told(n, _shown(v, given.get(n)))) for n, v in zip(names, row, strict=True)))
+        table.add_row(*(Text(_label_words(n, _cell_text(v, given.get(n)))) for n, v in zip(names, row, strict=True)))
     stdout.print(table)
 
 
@@ -133,7 +133,7 @@ def telling(frame: pd.DataFrame, *columns: str) -> pd.DataFrame:
     return frame.drop(columns=[c for c in columns if frame[c].isna().all() or frame[c].isin([NOT_STATED, ""]).all()])
 
 
-def _told(column: str, text: str) -> str:
+def _label_words(column: str, text: str) -> str:
     """Return quantities by their label; their code name, which other commands take, stands beside it or in the
     files."""
     if column == "quantity":
@@ -143,7 +143,7 @@ def _told(column: str, text: str) -> str:
     return text.replace("_", " ") if column in ("verdict", "unit_verdict") else text
 
 
-def _shown(value: object, format: str | None) -> str:
+def _cell_text(value: object, format: str | None) -> str:
     if value is None or value is pd.NaT or (isinstance(value, float) and value != value):
         return "-"
     if isinstance(value, pd.Timestamp):

@@ -32,7 +32,7 @@ LISTED = {
 }  # fmt: skip
 
 
-def _stored(serial: str | None = None, columns: Collection[str] = COLUMNS, brief: bool = False) -> pd.DataFrame:
+def _stored_rows(serial: str | None = None, columns: Collection[str] = COLUMNS, brief: bool = False) -> pd.DataFrame:
     with open_store() as store:
         return measurements(store, serial, columns=columns, brief=brief)
 
@@ -44,7 +44,7 @@ def history(
     """Show every attempt of a unit. Its values with U, and what changed by more than the uncertainties allow."""
     check(outputs)
     check_plot(plot)
-    frame = _stored(serial)
+    frame = _stored_rows(serial)
     if frame.empty:
         raise FleetError(f"no judgement of a unit '{serial}' in the store; `accept list` shows all serials")
     changed = histories.changes(frame)
@@ -80,7 +80,7 @@ def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
 def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exit:
     """List the units in the store. With their last verdict and what stopped them."""
     check(outputs)
-    frame, every = chosen(_stored(columns=LISTED, brief=wanted.check is None), choice), wanted.all_attempts
+    frame, every = chosen(_stored_rows(columns=LISTED, brief=wanted.check is None), choice), wanted.all_attempts
     judged = frame if every else latest(frame)
     tries = attempts(judged)
     verdict = "failed" if wanted.failed else wanted.verdict.value if wanted.verdict else None
@@ -89,7 +89,7 @@ def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exi
         tries = tries[tries["unit_verdict"].isin(verdicts)]
     if wanted.check is not None:
         tries = tries[tries["seq"].isin(_stopped_by(judged, wanted.check))]
-    why = _why(judged)
+    why = _failures(judged)
     tries = tries.assign(why=[why.get(seq, "") for seq in tries["seq"]])
     rows = tries[["serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes", "why"]]
     title = f"{len(rows)} of {judged['seq'].nunique()} judgements" if every else f"{len(rows)} units"
@@ -103,15 +103,15 @@ def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exi
     return Exit.ACCEPTED
 
 
-def _why(frame: pd.DataFrame) -> dict[int, str]:
+def _failures(frame: pd.DataFrame) -> dict[int, str]:
     """Return the number of a judgement -> what did not pass: value, verdict, limits."""
     told: dict[int, list[str]] = {}
     for row in frame[frame["verdict"] != "pass"].to_dict("records"):
-        told.setdefault(int(row["seq"]), []).append(_bad(row))
+        told.setdefault(int(row["seq"]), []).append(_failure_words(row))
     return {seq: "; ".join(words) for seq, words in told.items()}
 
 
-def _bad(row: Mapping[Hashable, Any]) -> str:
+def _failure_words(row: Mapping[Hashable, Any]) -> str:
     label, verdict = label_of(row["quantity"]), row["verdict"].replace("_", " ")
     if isnan(row["value"]):
         return f"{label}: {verdict}"
@@ -139,7 +139,7 @@ def first_pass(
     """Show the first-pass yield. With its interval, and the causes that stopped the others, the most frequent first."""
     check(outputs)
     check_plot(plot)
-    frame = _stored(columns={*yields.COLUMNS, *({by.value} - yields.PERIODS.keys())})
+    frame = _stored_rows(columns={*yields.COLUMNS, *({by.value} - yields.PERIODS.keys())})
     asked = is_chosen(frame, choice)
     made = yields.yields(frame, by.value, asked)
     say_voided(frame[asked])

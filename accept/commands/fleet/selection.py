@@ -44,7 +44,7 @@ def rejudge(
             if records and unit.basis == judged_again.VALUES:
                 not_measured.append(unit.serial)
             if unit.flipped:  # what does not change is not held
-                flips.append((unit.serial, unit.was, unit.now, sys.intern(_why(unit)), unit.basis))
+                flips.append((unit.serial, unit.was, unit.now, sys.intern(_changes_words(unit)), unit.basis))
     rows = pd.DataFrame(sorted(flips), columns=["serial", "was", "now", "why", "judged_from"])
     if flips:
         show(rows.head(SHOWN), f"{len(flips)} of {judged} units change their verdict")
@@ -64,7 +64,7 @@ def rejudge(
     return Exit.INCOMPLETE if worse else Exit.ACCEPTED
 
 
-def _why(unit: judged_again.JudgedAgain) -> str:
+def _changes_words(unit: judged_again.JudgedAgain) -> str:
     return "; ".join(
         f"{label_and_name(name)}: {was.replace('_', ' ')} -> {now.replace('_', ' ')}"
         for name, (was, now, _) in unit.findings.items()

@@ -97,7 +97,7 @@ def run(
         if place is not None:
             write_atomic(place, WRITERS[ending](responses[0]))
     if outputs.plot is not None and format is not None:
-        write_atomic(outputs.plot, _drawn(responses, merge_Hz, format, against))
+        write_atomic(outputs.plot, _picture(responses, merge_Hz, format, against))
     if outputs.html is not None:
         from accept.pictures.interactive import page
 
@@ -240,7 +240,7 @@ def _comparison(compared: Mapping[str, Sequence[ResponseDifference]], against: I
     return table
 
 
-def _drawn(
+def _picture(
     responses: Sequence[MeasuredResponse], merge_Hz: float | None, format: str, against: ImportedResponse | None
 ) -> bytes:
     from accept.pictures.draw import picture  # loads matplotlib: only when wanted

@@ -76,7 +76,7 @@ def run(
     found: dict[str, Mapping[str, Any] | None] = {}
     with connected(cluster, say) as workers:
         for job, given in steps(executor(1, cluster=workers).run(jobs), "gap analysis", len(jobs)):
-            found[job.unit.serial] = _said(job.unit.serial, given, job.out, html)
+            found[job.unit.serial] = _print_answer(job.unit.serial, given, job.out, html)
     done = [document for one in folders if (document := found[one.serial]) is not None]
     if fleet and done:
         shared = common(done)
@@ -128,7 +128,7 @@ class GapJob:
         return Answer(done.document, [*summary(serial, done.result), *lines_of(added)])
 
 
-def _said(serial: str, given: Answer | str | GivenUp, place: Path, html: bool) -> Mapping[str, Any] | None:
+def _print_answer(serial: str, given: Answer | str | GivenUp, place: Path, html: bool) -> Mapping[str, Any] | None:
     """Print the answer and return gap.json, None if the unit was refused, which is said too."""
     if not isinstance(given, Answer):
         words = str(given)

@@ -34,7 +34,7 @@ def run(
     check_places(json, plot)  # said before the search, not after
     if plot is not None:
         format_of(plot)
-    given, serial = _opened(unit)
+    given, serial = _unit_or_response(unit)
     with busy(f"{serial}: misalignment"):
         found = estimate_or_reason(given, model)
     document = as_document(serial, found)
@@ -48,7 +48,7 @@ def run(
     return Exit.ACCEPTED if document.reason is None else Exit.INCOMPLETE
 
 
-def _opened(path: Path) -> tuple[UnitFolder | ImportedResponse, str]:
+def _unit_or_response(path: Path) -> tuple[UnitFolder | ImportedResponse, str]:
     """Return a unit, or the response of a file, with its name. Raises UnitError for an APA, RecordError."""
     if path.is_file() and path.name != UNIT_FILE:
         response = import_response(path)

@@ -74,24 +74,24 @@ def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -
         return None
     if not keys.exist(home):
         try:
-            _make(home, phrase, operator_name(operator))
+            _make_keys(home, phrase, operator_name(operator))
         except KeysError:
             if not keys.exist(home):  # another run that began at the same moment may have made them
                 raise
-    credential = keys.unlock(home, TECHNICIAN, phrase, _known(home, operator))
+    credential = keys.unlock(home, TECHNICIAN, phrase, _technician_choice(home, operator))
     if operator is not None and not same_person(operator, credential.person):
         raise KeysError(
             f"operator '{operator}' has no key here, {credential.person} has: who signs is the operator on the record; "
             f"leave --operator out, or `accept keys request` a key for {operator}"
         )
     exposed = (f"{path} can be read by others than its owner: chmod 600" for path in keys.exposed(home))
-    for words in (credential.warning(datetime.now(UTC)), _uncertified(home, credential), *exposed):
+    for words in (credential.warning(datetime.now(UTC)), _bench_key_warning(home, credential), *exposed):
         if words:
             say(f"warning: {words}")
     return keys.stamping(credential, tsa, home)
 
 
-def _known(home: Path, operator: str | None) -> str | None:
+def _technician_choice(home: Path, operator: str | None) -> str | None:
     """Return whom to choose if several technicians have a key: the operator named, else the login name if it is one of
     them."""
     there = [k.person for k in keys.listing(home) if k.role == TECHNICIAN]
@@ -99,7 +99,7 @@ def _known(home: Path, operator: str | None) -> str | None:
     return wanted if len(there) > 1 and any(same_person(wanted, one) for one in there) else None
 
 
-def _make(home: Path, phrase: str, technician: str) -> None:
+def _make_keys(home: Path, phrase: str, technician: str) -> None:
     place = keys.init(home, phrase, technician)
     say(f"made the bench's authority and the key of {technician} (technician) in {place}")
     say(
@@ -109,7 +109,7 @@ def _make(home: Path, phrase: str, technician: str) -> None:
     )
 
 
-def _uncertified(home: Path, credential: Credential) -> str | None:
+def _bench_key_warning(home: Path, credential: Credential) -> str | None:
     """Return why what this bench signs is not plainly valid: its own key has no certificate, or that of another
     bench."""
     if keys.bench_certificate(home, credential.ca) is not None:

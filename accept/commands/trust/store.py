@@ -211,7 +211,7 @@ def log(
         if problem := store.check():
             say(f"warning: the store does not hold: {problem}")
         if json is not None:
-            listed = tuple(_listed(event) for event in store.events(subject=serial))
+            listed = tuple(_event_row(event) for event in store.events(subject=serial))
             as_text = wants_text(json, EventList(problem is None, None if problem is None else str(problem), listed))
             found = bool(listed)
         for event in store.events(subject=serial) if as_text else ():
@@ -226,7 +226,7 @@ def log(
     return Exit.ACCEPTED
 
 
-def _listed(event: Event) -> EventListed:
+def _event_row(event: Event) -> EventListed:
     return EventListed(
         event.seq, event.time, event.who, event.what, event.subject, event.spec, event.code, event.hash,
         _verdict(event), event.data,

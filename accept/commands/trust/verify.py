@@ -82,7 +82,7 @@ def run(
         report = verify_here(read_certificate(certificate), options)
     for line in report.details:
         say(f"  {line}")
-    missing = _unfulfilled(report, options.require, wanted_spec)
+    missing = _unmet_requirements(report, options.require, wanted_spec)
     words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
     tail = f" - BUT NOT AS REQUIRED: {'; '.join(missing)}" if missing else ""
@@ -100,7 +100,7 @@ def _document(report: Verification, missing: Sequence[str]) -> VerificationDocum
     )  # fmt: skip
 
 
-def _unfulfilled(report: Verification, require: Sequence[str], spec_sha256: str | None) -> list[str]:
+def _unmet_requirements(report: Verification, require: Sequence[str], spec_sha256: str | None) -> list[str]:
     """Return what was required of a certificate and is not so."""
     if report.outcome is Validity.NOT_VALID:
         return []
@@ -133,7 +133,7 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     unlisted = [path for path in paths if not options.demo and not beside(path).is_file()]
     revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]
     judge = rejudge_demo if options.demo else rejudge
-    known = None if options.demo else _known(trusted_lists(options.lists, trust) if options.lists else None)
+    known = None if options.demo else _store_and_lists(trusted_lists(options.lists, trust) if options.lists else None)
     stamping = [keys.certificate_of(path) for path in options.stamping] or keys.stamping_roots(place)
     report = verify(
         pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=known, stamping=stamping
@@ -142,7 +142,7 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     return replace(report, details=(*report.details, *said))
 
 
-def _known(lists: Sequence[BenchList] | None) -> Known:
+def _store_and_lists(lists: Sequence[BenchList] | None) -> Known:
     """Return what is asked about a certificate: the bench's store, and the published lists if any are given."""
 
     def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:

@@ -55,7 +55,7 @@ def run(
             reason=wanted.reason,
             ask_reason=ask,
         )
-        listed = _listed(wanted.out)
+        listed = _earlier_serials(wanted.out)
         report = judge_batch.run(request, store, say)
     if report.units:
         stdout.print(units_table(report.units))
@@ -74,7 +74,7 @@ def run(
     return report.exit()
 
 
-def _listed(out: Path) -> set[str]:
+def _earlier_serials(out: Path) -> set[str]:
     """Return serials in the results that an earlier batch left there."""
     try:
         return {str(unit["serial"]) for unit in json.loads(read_bounded(out / "results.json"))["units"]}

@@ -58,7 +58,7 @@ def run(
     if json is not None:
         write_atomic(json, dumps({"fleets": [to_json(f) for f in fleets]}, indent=1, allow_nan=False).encode())
     if plot is not None and format is not None:
-        write_atomic(plot, _drawn(panels, format))
+        write_atomic(plot, _picture(panels, format))
     return Exit.ACCEPTED
 
 
@@ -130,7 +130,7 @@ def to_json(found: Fleet) -> dict[str, Any]:
     return asdict(found) | {"outliers": found.outliers}
 
 
-def _drawn(panels: Sequence[Panel], format: str) -> bytes:
+def _picture(panels: Sequence[Panel], format: str) -> bytes:
     from accept.pictures.draw import picture  # loads matplotlib: only when wanted
     from accept.pictures.reduce import reduce_panel
 

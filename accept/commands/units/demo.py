@@ -49,7 +49,7 @@ def run(
         elsewhere.submit(ready)  # it starts while the units are made
         credential = demo_credential(home())
         units = [*published_units.write_units(out / "units"), _write(demo_strut(), out / "units")]
-        learned = _learned(out)
+        learned = _learn_model(out)
         specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
         request = BatchRequest(
             units, out, specs, operator_name(operator), credential, model=str(learned), pool=elsewhere
@@ -69,8 +69,8 @@ def run(
     tell(*reasons(report.units))
     say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / CERTIFICATES}")
     say(f"results: {out / 'results.json'}, results.csv, junit.xml ({time.monotonic() - began:.1f} s)")
-    truth = _hidden(units[-1])
-    tell(*(_found(strut, truth) for strut in struts))
+    truth = _hidden_effects(units[-1])
+    tell(*(_outcome_line(strut, truth) for strut in struts))
     named = [[n["effect"] for n in strut["gap"].get("named", [])] for strut in struts]
     return Exit.ACCEPTED if all(valid) and named == [list(truth)] else Exit.REJECTED
 
@@ -79,7 +79,7 @@ def _write(unit: SimulatedUnit, folder: Path) -> Path:
     return write(unit, folder / unit.serial)
 
 
-def _learned(out: Path) -> Path:
+def _learn_model(out: Path) -> Path:
     """Return the model file that struts made before the judged one, of the same batch, teach; says what it learned."""
     given, path = open_model_file(MODEL), out / LEARNED
     earlier = [_write(strut, out / "batch") for strut in earlier_struts()]
@@ -89,22 +89,22 @@ def _learned(out: Path) -> Path:
     return path
 
 
-def _hidden(unit: Path) -> dict[str, Mapping[str, float]]:
+def _hidden_effects(unit: Path) -> dict[str, Mapping[str, float]]:
     """Return what was put into a simulated unit, which only now may be looked at."""
     truth = json.loads((unit / TRUTH_FILE).read_text())
     return {e["name"]: {k: v for k, v in e.items() if k != "name"} for e in truth["effects"]}
 
 
-def _found(strut: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -> str:
+def _outcome_line(strut: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -> str:
     """Return one line: what was hidden, what was named, where it was added, the gap before and after."""
     found = strut["gap"]
     if not found.get("named"):
         return f"{strut['serial']}: {one_line(found)} (hidden: {', '.join(truth)})"
-    named = "; ".join(_beside(n, truth.get(n["effect"], {})) for n in found["named"])
+    named = "; ".join(_comparison_words(n, truth.get(n["effect"], {})) for n in found["named"])
     return f"{strut['serial']}: {named}, added to the model ({found['improved']}); G of {gap_of(found)}"
 
 
-def _beside(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
+def _comparison_words(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
     names = in_order(named)
     effect, found = named["effect"], named["parameters"]
     values = ", ".join(f"{symbol(effect, k)} {round(found[k]['value'])} {unit(effect, k)}".rstrip() for k in names)

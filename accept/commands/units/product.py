@@ -72,11 +72,11 @@ def check(
     folder = Path(product)
     if product not in products() and folder.is_dir():
         with from_folder(folder) as found:
-            return _checked(found)
-    return _checked(product_named(product))
+            return _check(found)
+    return _check(product_named(product))
 
 
-def _checked(product: Product) -> Exit:
+def _check(product: Product) -> Exit:
     from accept.judging.judge_unit import load_spec
     from accept.models.model_file import open_model
     from checks.acceptance import CHECKS

@@ -164,7 +164,7 @@ def remaining_ratios(
         data = r.first.select(channels)
         H = model.frf(data.f, at, channels)
         ratio, size = data.H / H - 1.0, np.abs(H)
-        parts = [_interpolated(f, data.f, x) for x in (ratio.real, ratio.imag, data.noise / size**2, size)]
+        parts = [_interpolate(f, data.f, x) for x in (ratio.real, ratio.imag, data.noise / size**2, size)]
         ratios.append(parts[0] + 1j * parts[1])
         noise.append(parts[2])
         sizes.append(parts[3])
@@ -172,7 +172,7 @@ def remaining_ratios(
     return UnitRatios(f, channels, np.array(ratios), np.array(noise), np.array(sizes), serials)
 
 
-def _interpolated(f: Array, own: Array, values: Array) -> Array:
+def _interpolate(f: Array, own: Array, values: Array) -> Array:
     """Return values (F, C), given at frequencies `own`, interpolated to f."""
     if f.shape == own.shape and np.allclose(f, own):
         return values
@@ -208,7 +208,7 @@ def _fit_beside(model: Model, r: Responses, at: Values | None, bench: BenchFacto
     model = replace(model, learned=bench.learned)
     few = r.first.thinned(FEW_BINS)
     tolerated = bench.learned.tolerance_at(few.f, few.channels)
-    weight = _interpolated(few.f, left.f, bench.weights[left.serials.index(r.serial)])
+    weight = _interpolate(few.f, left.f, bench.weights[left.serials.index(r.serial)])
     own = misfit(few, model.frf(few.f, at, few.channels))
     for i, c in enumerate(few.channels):
         if c in left.channels:

@@ -155,12 +155,12 @@ def _heights(area: Area, item: Heights, tint: Color, again: bool) -> None:  # no
             continue
         if math.isfinite(level):
             canvas.circle(*at, 4.0, stroke=1, fill=1)
-        _centred(area, *at, str(number), 5.0, INK if level > 0.5 or not math.isfinite(level) else "#ffffff")
-        _centred(area, at[0], at[1] + (9.0 if y >= middle else -9.0), f"{z:.{decimals}f}", _SMALL, INK)
+        _centre(area, *at, str(number), 5.0, INK if level > 0.5 or not math.isfinite(level) else "#ffffff")
+        _centre(area, at[0], at[1] + (9.0 if y >= middle else -9.0), f"{z:.{decimals}f}", _SMALL, INK)
     _colour_bar(area, scale, item.label)
 
 
-def _centred(area: Area, x: float, y: float, words: str, size: float, ink: str) -> None:
+def _centre(area: Area, x: float, y: float, words: str, size: float, ink: str) -> None:
     area.text(x - stringWidth(words, REGULAR, size) / 2, y - 0.36 * size, words, size, ink, halo=False)
 
 

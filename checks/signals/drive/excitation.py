@@ -79,15 +79,15 @@ def sweep(
 
     Phase: [STB] 7.4; it ends at any phase, so the amplitude is faded at both ends. Raises ExcitationError."""
     _positive(amplitude_V=amplitude_V, f_start_Hz=f_start_Hz, f_end_Hz=f_end_Hz)
-    _usable(rig, f_start_Hz, f_end_Hz)
+    _check_rig(rig, f_start_Hz, f_end_Hz)
     t = np.arange(_samples(rig, duration_s) + 1) / rig.fs
-    phase, momentary = _swept(t, f_start_Hz, f_end_Hz, duration_s, law)
+    phase, momentary = _sweep_phase(t, f_start_Hz, f_end_Hz, duration_s, law)
     core = amplitude_V * (shape or Flat()).gain(momentary) * np.sin(phase) * fade(t.size, round(fade_s * rig.fs))
     meaning = f"{law} sweep {f_start_Hz:g} to {f_end_Hz:g} Hz in {duration_s:g} s, amplitude {amplitude_V:g} V"
     return _play(rig, core, meaning, notes=(f"shape: {shape or Flat()}",))
 
 
-def _swept(t: Array, f0: float, f1: float, duration: float, law: str) -> tuple[Array, Array]:
+def _sweep_phase(t: Array, f0: float, f1: float, duration: float, law: str) -> tuple[Array, Array]:
     """Return the phase [rad] and the momentary frequency [Hz], its derivative over 2 pi."""
     if law == "lin":
         rate = (f1 - f0) / duration
@@ -118,7 +118,7 @@ def noise(
     drive what the band is meant to spare. Raises ExcitationError.
     """
     _positive(rms_V=rms_V, f_end_Hz=f_end_Hz)
-    _usable(rig, f_start_Hz, f_end_Hz)
+    _check_rig(rig, f_start_Hz, f_end_Hz)
     if not 0.0 <= f_start_Hz < f_end_Hz:
         raise ExcitationError(f"band {f_start_Hz:g} to {f_end_Hz:g} Hz: expected 0 <= start < end")
     n = _samples(rig, duration_s)
@@ -139,7 +139,7 @@ def sines(rig: Rig, f_Hz: float, amplitudes_V: Sequence[float], cycles: int = 3)
 
     Raises ExcitationError unless the amplitudes [V at the DAC] are positive and grow."""
     _positive(f_Hz=f_Hz, cycles=cycles)
-    _usable(rig, f_Hz, f_Hz)
+    _check_rig(rig, f_Hz, f_Hz)
     amplitudes = np.asarray(amplitudes_V, dtype=float)
     if amplitudes.size == 0 or not (
         np.isfinite(amplitudes).all() and amplitudes[0] > 0 and (np.diff(amplitudes) > 0).all()
@@ -157,7 +157,7 @@ def full_range(rig: Rig, f_Hz: float, cycles: int = 2) -> Excitation:
     """Return slow cosines over the whole range of the stacks, from its lower end and back to it, for the stroke ([STB]
     2.3). Raises ExcitationError."""
     _positive(f_Hz=f_Hz, cycles=cycles)
-    _usable(rig, f_Hz)
+    _check_rig(rig, f_Hz)
     lo, hi = (V / rig.gain for V in rig.stack_V)
     n = _samples(rig, cycles / f_Hz)
     core = 0.5 * (hi - lo) * (1.0 - np.cos(2 * np.pi * f_Hz * np.arange(n + 1) / rig.fs))
@@ -186,7 +186,7 @@ def multisine(
     _positive(rms_V=rms_V, resolution_Hz=resolution_Hz, periods=periods)
     if not 0 <= crest_iterations <= MAX_CREST:
         raise ExcitationError(f"crest_iterations is {crest_iterations}, expected 0 to {MAX_CREST}")
-    _usable(rig, f_start_Hz, f_end_Hz)
+    _check_rig(rig, f_start_Hz, f_end_Hz)
     n = _samples(rig, 1.0 / resolution_Hz)
     _samples(rig, (periods + lead_in) / resolution_Hz)
     try:
@@ -249,7 +249,7 @@ def _rng(seed: int) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def _usable(rig: Rig, *f_Hz: float) -> None:
+def _check_rig(rig: Rig, *f_Hz: float) -> None:
     _positive(sampling_Hz=rig.fs, gain=rig.gain)
     if not (np.isfinite([rig.mean_V, rig.ramp_s]).all() and rig.ramp_s >= 0):
         raise ExcitationError(f"mean {rig.mean_V} V, ramp {rig.ramp_s} s: expected finite values, no negative ramp")

@@ -172,9 +172,9 @@ def _impacts_of(force: Array, responses: Sequence[Array], fs: float, rules: Impa
     impacts = list(find_impacts(force, fs, rules))
     if not impacts:
         return []
-    impacts = _at_rest(responses, impacts, fs, rules)
+    impacts = _set_aside_moving(responses, impacts, fs, rules)
     for response in responses:
-        impacts = _clipped(response, impacts)
+        impacts = _set_aside_clipped(response, impacts)
     return impacts
 
 
@@ -189,7 +189,9 @@ def _check_tracks(force: Array, response: Array) -> None:
             raise ValueError(f"{name} is constant at {track[0]:g}")
 
 
-def _at_rest(responses: Sequence[Array], impacts: Sequence[Impact], fs: float, rules: ImpactRules) -> list[Impact]:
+def _set_aside_moving(
+    responses: Sequence[Array], impacts: Sequence[Impact], fs: float, rules: ImpactRules
+) -> list[Impact]:
     """Set aside impacts on a structure that still moves from the hit before or from its surroundings, as the response
     shows that moves least before: one that the hits do not excite is noise at any time."""
     span = round(_BASELINE_s * fs)
@@ -205,7 +207,7 @@ def _at_rest(responses: Sequence[Array], impacts: Sequence[Impact], fs: float, r
     return out
 
 
-def _clipped(response: Array, impacts: Sequence[Impact]) -> list[Impact]:
+def _set_aside_clipped(response: Array, impacts: Sequence[Impact]) -> list[Impact]:
     """Set aside impacts whose response stands still at the track's largest or smallest value: beyond its range."""
     at_limit = (response == response.max()) | (response == response.min())
     runs = at_limit[:-2] & at_limit[1:-1] & at_limit[2:]

@@ -50,7 +50,7 @@ def fit_creep(t: Array, y: Array, steps: Sequence[SignalStep]) -> CreepFit:
     The creep law (linear in log time, from 0.1 s on) and the superposition of its histories: Jung & Gweon, Rev. Sci.
     Instrum. 71 (2000) 1896. Samples from the passage of a step until it is quiet, and at least 0.1 s, are left out.
     Raises ValueError if too few samples are left to separate the parameters."""
-    used = _used(t, steps, REFERENCE_S)
+    used = _usable_samples(t, steps, REFERENCE_S)
     columns = [np.ones_like(t), t - t.mean()]
     for s in steps:
         after = t - s.t
@@ -70,7 +70,7 @@ def fit_creep(t: Array, y: Array, steps: Sequence[SignalStep]) -> CreepFit:
     gamma = fit.x[3::2] / deflections
     gamma_moved = (moved[3::2] - gamma[:, None] * moved[2::2]) / deflections[:, None]
     try:
-        settled = _used(t, steps, SETTLED_S)
+        settled = _usable_samples(t, steps, SETTLED_S)
         x = least_squares(design[settled], y[settled]).x
         later = x[3::2] / x[2::2]
     except ValueError:
@@ -78,7 +78,7 @@ def fit_creep(t: Array, y: Array, steps: Sequence[SignalStep]) -> CreepFit:
     return CreepFit(deflections, gamma, design @ fit.x, used, fit, moved[2::2], gamma_moved, later)
 
 
-def _used(t: Array, steps: Sequence[SignalStep], after_s: float) -> NDArray[np.bool_]:
+def _usable_samples(t: Array, steps: Sequence[SignalStep], after_s: float) -> NDArray[np.bool_]:
     """Return the mask (N,) of samples outside the passage of every step, and at least after_s [s] after it."""
     used = np.ones(t.size, dtype=bool)
     for s in steps:
