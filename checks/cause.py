@@ -1,7 +1,7 @@
 """Causes why a quantity has no value or cannot pass, with their parameters and their sentences.
 
-A cause goes through the program as it is: a check raises it, a finding carries it, the workflow picks its advice by it,
-results.json holds it under `cause`. Only `str(reason)` is a sentence."""
+A cause is passed through the program unchanged: a check raises it, a finding carries it, the workflow picks its advice
+by it, results.json holds it under `cause`. Only `str(reason)` is a sentence."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -314,15 +314,15 @@ class Reason:
 
     @classmethod
     def __get_pydantic_core_schema__(cls, *_: Any) -> CoreSchema:
-        """Let typed documents hold reasons. A code of another version of the program stays as words."""
+        """Let typed documents hold reasons. An unknown code, of another version of the program, is kept as text."""
         return no_info_plain_validator_function(
             cls.read, serialization=plain_serializer_function_ser_schema(cls.to_json)
         )
 
     @classmethod
     def read(cls, entry: Any) -> "Reason":
-        """Return the reason of a JSON object; a code of another version stays as words. Raises ValueError if it is no
-        such object."""
+        """Return the reason of a JSON object; an unknown code, of another version, is kept as text. Raises ValueError
+        if it is not such an object."""
         try:
             return cls.from_json(entry)
         except KeyError as e:

@@ -1,11 +1,11 @@
-"""Errors between the bench and an instrument. Every text names the instrument or port, what came and what was expected;
-no reading ever comes with one of these."""
+"""Errors between the bench and an instrument. Every text names the instrument or port, the bytes received and those
+expected. None of these errors carries a reading."""
 
 from specs.errors import AcceptError
 
 
 class InstrumentError(AcceptError, RuntimeError):
-    """No reading: the text says why and what to look at."""
+    """Base of errors instead of a reading; the text states the reason and what to check."""
 
 
 class SettingsError(InstrumentError):
@@ -13,11 +13,11 @@ class SettingsError(InstrumentError):
 
 
 class Unplugged(InstrumentError):
-    """The port is not there, or went away."""
+    """The port does not exist, or has disappeared."""
 
 
 class NoReply(InstrumentError):
-    """Nothing came, or not all of it, before the deadline."""
+    """No reply, or only a part of it, came before the deadline."""
 
 
 class Garbled(InstrumentError):

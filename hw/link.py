@@ -50,7 +50,7 @@ class Deadline:
 
 
 class Place(Protocol):
-    """The place of an instrument: `port` by its name, and all of it in words."""
+    """The address of an instrument: the name of its port, and a full description."""
 
     @property
     def port(self) -> str: ...

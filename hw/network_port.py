@@ -1,5 +1,5 @@
-"""Instruments on a network or on VISA (LAN, USB, GPIB), as ports for a link. Nothing is damaged on the way here, but
-answers can be late, and the instrument can go away."""
+"""Instruments on a network or on VISA (LAN, USB, GPIB), as ports for a link. Bytes are not damaged on the way, but
+answers can be late, and the instrument can disappear."""
 
 import errno
 import re

@@ -68,8 +68,8 @@ class ReferenceEntry(Strict):
 class InstrumentEntry(Strict):
     """One instrument. driver: which driver speaks to it, `offline` if it is read by hand. measures: the checks it
     serves. link: its serial line; resource: instead of a line, a VISA name or host:number. settings: the driver's own.
-    accuracy: expanded uncertainty (k = 2) of what it reads, by the check's input. reference: what it is compared with
-    daily."""
+    accuracy: expanded uncertainty (k = 2) of what it reads, by the check's input. reference: the artefact of its daily
+    comparison."""
 
     driver: Words
     measures: list[Words]
@@ -135,9 +135,9 @@ TIME = "t"
 
 
 class ChannelSource(Strict):
-    """Where a channel stands in the records. name: there, of a structure `outer.inner` or its last part; None: as here.
-    gain, unit: the channel is the number there times `gain`, in `unit`; without a unit in the one that the check
-    declares. sampling_time_s: of the time alone, for records without a time vector."""
+    """The source of a channel in the records. name: in the file, of a structure `outer.inner` or its last part; None:
+    the same as here. gain, unit: the channel is the number there times `gain`, in `unit`; without a unit in the one
+    that the check declares. sampling_time_s: of the time alone, for records without a time vector."""
 
     name: Words | None = None
     gain: Finite = 1.0
@@ -163,7 +163,7 @@ NO_CHANNELS: Channels = MappingProxyType({})
 
 
 def channel_source(given: Any) -> ChannelSource:
-    """Return the source that a text (the name) or a table says. Raises ValueError with every problem in one line."""
+    """Return the source that a text (the name) or a table states. Raises ValueError with every problem in one line."""
     try:
         if isinstance(given, ChannelSource):
             return given
@@ -202,8 +202,8 @@ class RecordPattern(Strict):
 
 
 class RigEntry(Strict):
-    """The real-time rig. folder: into which it writes. records: which file is what, the first pattern that fits.
-    channels: name here -> where it stands in the records, a name alone or with gain and unit."""
+    """The real-time rig. folder: where it writes. records: patterns of file names, of which the first match counts.
+    channels: name here -> name in the records, a name alone or with gain and unit."""
 
     folder: Words
     records: Annotated[list[RecordPattern], Field(default_factory=list)]
@@ -222,7 +222,7 @@ class RigEntry(Strict):
 
 class BenchDocument(Strict):
     """The TOML document. stage: file in which a simulated bench is told what the technician would do by hand. rig: how
-    the real-time rig writes its records. recorders: what this program records with."""
+    the real-time rig writes its records. recorders: those that this program controls."""
 
     name: Words
     stage: Words | None = None
@@ -232,7 +232,7 @@ class BenchDocument(Strict):
 
     @property
     def equipment(self) -> dict[str, InstrumentEntry | RecorderEntry]:
-        """Return instruments and recorders by name: whatever measures, and has a calibration."""
+        """Return instruments and recorders by name: everything that is calibrated."""
         return {**self.instruments, **self.recorders}
 
     @model_validator(mode="after")

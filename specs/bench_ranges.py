@@ -1,4 +1,4 @@
-"""Voltages, bands and gains of the bench, once: what is driven, what can be recorded, how far it moves."""
+"""Voltages, frequency bands and gains of the bench, stated once."""
 
 STACK_V = (-20.0, 150.0)  # of the stacks ([STB] 2.3)
 AMPLIFIER_GAIN = 20.0  # from the DAC to the stacks ([STB] 2.3, 3.1)

@@ -1,4 +1,4 @@
-"""What the program is called where packages are installed, and how its extras are installed."""
+"""The name of the program's package, and the command that installs an extra."""
 
 NAME = "accept-bench"  # `accept` is a stranger's on the package index; the command and the import keep that name
 

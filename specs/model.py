@@ -1,4 +1,4 @@
-"""A model file: what a strut on its bench is made of, read strictly from TOML ([DESIGN] 5).
+"""A model file: the parts of a strut on its bench, read strictly from TOML ([DESIGN] 5).
 
 Every number may be a value or `{ value, sd }`; with an sd it is uncertain and gets calibrated. A parameter's flat name
 is its section and key, `joint.kz_N_per_um`, so a file and a dictionary of values say the same.
@@ -57,7 +57,7 @@ class ModelDocument(Strict):
     @model_validator(mode="before")
     @classmethod
     def _joint_of_one_kind(cls, data: Any) -> Any:
-        """Return decided here, so that a wrong key is reported for what it is and not once per alternative."""
+        """Choose the kind of joint, so that a wrong key is reported once and not once for each alternative."""
         joint = data.get("joint") if isinstance(data, dict) else None
         if isinstance(joint, dict):
             kind = Joints if joint.keys() & {"bottom", "top"} else JointSection

@@ -76,7 +76,7 @@ class ModelSection(Strict):
 
 
 def _axis_name(key: str, axis: str) -> str:
-    """Return `com_mm` along x is `com_x_mm`, `inertia_kg_m2` is `inertia_x_kg_m2`, `latency_us` of Vs is
+    """Return the flat name of one entry of a list: `com_mm` along x is `com_x_mm`, `latency_us` of Vs is
     `latency_Vs_us`."""
     head, _, unit = key.partition("_")
     return f"{head}_{axis}_{unit}"
@@ -153,8 +153,8 @@ class ApaSuperelement(ApaOfModes):
 
 
 class JointSection(ModelSection):
-    """One flexible joint. type: `2dof` bends, `3dof` twists too, `4dof` also gives along the axis; lateral springs
-    kx, ky are added where they are named. What a joint does not name is rigid."""
+    """One flexible joint. type: `2dof` bends, `3dof` twists too, `4dof` also gives along the axis; lateral springs kx,
+    ky are added if they are named. Directions that it does not name are rigid."""
 
     type: Literal["2dof", "3dof", "4dof"]
     kRx_Nm_per_rad: Number
@@ -255,8 +255,8 @@ class DelaySection(ModelSection):
 
 
 class Amplifier(ModelSection):
-    """f_Hz: bandwidth of an amplifier of first order; second_order: of one of second order. What is not named is as
-    fast as need be."""
+    """f_Hz: bandwidth of an amplifier of first order; second_order: of one of second order. Without either the
+    amplifier is infinitely fast."""
 
     f_Hz: Number | None = None
     second_order_Hz: Number | None = None
@@ -330,8 +330,8 @@ class FitRecord(Strict):
 
 
 class BenchOfChannel(Strict):
-    """What a learned bench is on one channel, a number for each frequency: real and imaginary part of its factor less
-    one, the standard uncertainty of that, and 1 sd of what one more unit has beside it."""
+    """A learned bench on one channel, a number for each frequency: real and imaginary part of its factor less one, the
+    standard uncertainty of that, and 1 sd of the deviation of one more unit."""
 
     real: list[Finite]
     imag: list[Finite]
@@ -364,10 +364,10 @@ class LearnedBenchRecord(Strict):
 
 
 class PopulationRecord(Strict):
-    """What a batch of units predicts of one more: mean and covariance of the named parameters in the names' units, the
+    """The prediction of a batch for one more unit: mean and covariance of the named parameters in the names' units, the
     prior of every fit of such a unit. covariance: row i has the entries with the names 0 .. i. scatter: 1 sd from unit
     to unit; mean_sd: standard uncertainty of the mean; both for people. units: serials that it was learned from; apart:
-    those that did not belong. model, model_sha256: what was learned with."""
+    those that did not belong. model, model_sha256: the model that was used for learning."""
 
     names: Annotated[list[Words], Field(min_length=1)]
     mean: list[Finite]

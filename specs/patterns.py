@@ -1,4 +1,4 @@
-"""Regular expressions that a file brings: only those that are matched in little time, whatever they are held against.
+"""Regular expressions that a file brings: only those that match any text in little time.
 
 A repeat inside a repeat, or alternatives inside one, can take time that doubles with every letter (`(a+)+x`).
 """

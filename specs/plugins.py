@@ -1,8 +1,7 @@
-"""What other packages bring: objects that they name under an entry point group ([project.entry-points] of theirs).
+"""Plug-ins: objects that other packages declare under an entry point group ([project.entry-points]).
 
-A plug-in that cannot be used is left out and said in one line; what then asks for it by name is refused as unknown, so
-that nothing is ever judged by half of it. It can add, never replace: a name that the program has stays the program's.
-"""
+A plug-in that cannot be used is skipped and reported in one line; its name is then refused as unknown, so that no unit
+is judged by half of it. It can add, never replace: a name that the program has stays the program's."""
 
 import os
 import sys
@@ -77,8 +76,7 @@ def fill_by_names(
 
 
 def packaged() -> list[tuple[str, bytes]]:
-    """Return path and content of every file of the packages that bring plug-ins, but for what was compiled from
-    them."""
+    """Return path and content of every file of the packages with plug-ins, except compiled ones."""
     entries = [e for group in GROUPS for e in _entries(group)]
     packages = {e.dist.name: e.dist for e in entries if e.dist}
     files = [p for _, package in sorted(packages.items()) for p in package.files or () if p.suffix != ".pyc"]
@@ -96,7 +94,8 @@ def _entries(group: str) -> list[EntryPoint]:
 
 @cache
 def _installed(path: tuple[str, ...]) -> dict[str, EntryPoints]:
-    """Return what all packages on the path bring, by group: each search reads a file of every package."""
+    """Return the entry points of all packages on the path, by group. Cached, since a search reads a file of every
+    package."""
     del path
     found = entry_points()
     return {group: found.select(group=group) for group in GROUPS}

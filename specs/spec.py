@@ -54,13 +54,13 @@ class StatedU(Strict):
         return self
 
     def at(self, value: float) -> float:
-        """Return expanded uncertainty at this value, in the value's unit."""
+        """Return the expanded uncertainty at this value, in the value's unit."""
         return self.U if self.U is not None else abs(value) * (self.U_percent or 0.0) / 100.0
 
 
 class CheckSpec(Strict):
-    """What a spec asks of one check. reference_days: at most so many days before the measurement its instrument must
-    have been compared with its reference (`accept hw check`); None: the spec does not ask for it."""
+    """The requirements of a spec on one check. reference_days: at most so many days before the measurement its
+    instrument must have been compared with its reference (`accept hw check`); None: the spec does not ask for it."""
 
     required: bool = True
     reference_days: int | None = Field(default=None, ge=0)
@@ -84,7 +84,7 @@ class CheckSpec(Strict):
     @field_validator("settings")
     @classmethod
     def _finite(cls, settings: dict[str, Any]) -> dict[str, Any]:
-        """Return a gate that compares with NaN is open, whatever comes."""
+        """Refuse numbers that are not finite: a gate that compares with NaN lets every value pass."""
         wrong = [name for name, value in settings.items() if not _all_finite(value)]
         if wrong:
             raise ValueError(f"{', '.join(wrong)}: every number must be finite")
@@ -110,8 +110,8 @@ class GapStart(Strict):
 
 
 class LearnedBenchLimits(Strict):
-    """What a spec asks of the bench that a model learned: that it was learned at most so many days before the unit was
-    measured, and from at least so many units."""
+    """The requirements of a spec on a learned bench: its largest age when a unit is measured [days], and the least
+    number of units that it was learned from."""
 
     within_days: int | None = Field(default=None, ge=0)
     from_units: int | None = Field(default=None, ge=2)
@@ -163,7 +163,7 @@ class Spec(SpecDocument):
 
     @property
     def instruments(self) -> dict[str, str]:
-        """Return what each check is to be measured with, where the spec says so."""
+        """Return check -> the instrument that the spec requires for it."""
         return {name: check.instrument for name, check in self.checks.items() if check.instrument}
 
 

@@ -46,8 +46,7 @@ def file_bytes(path: Path) -> bytes:
 
 
 def parse_as(full: type[Full], document: type[Strict], raw: bytes, name: str, **origin: str) -> Full:
-    """Return what the bytes of a TOML file say, as `full`: the keys of `document`, the bytes' sha256 and text, and
-    `origin`.
+    """Parse the bytes of a TOML file into a `full`: the keys of `document`, the bytes' sha256 and text, and `origin`.
 
     name: of the file, for messages. Raises SpecError listing every problem with its key path.
     """

@@ -22,7 +22,7 @@ def table() -> str:
 
 
 def update_table(page: str) -> str:
-    """Return the page with the table as it is now."""
+    """Return the page with its table renewed."""
     before, _, rest = page.partition(HEAD)
     lines = rest.splitlines(keepends=True)
     rows = next((n for n, line in enumerate(lines) if not line.startswith("|")), len(lines))

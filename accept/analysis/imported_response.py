@@ -19,7 +19,7 @@ DIGITS = 1e-6  # relative: universal files state frequencies with seven digits
 
 @dataclass(frozen=True, eq=False)
 class ImportedResponse(MeasuredResponse):
-    """Response of a file that holds no record. Variance and coherence are NaN where the file states none; no second
+    """Response of a file that holds no record. Variance and coherence are NaN if the file states none; no second
     realisation, no resonances."""
 
     file: str

@@ -47,7 +47,7 @@ def estimate_or_reason(
 
 
 def _responses_of(unit: UnitFolder | Given) -> Responses:
-    """Estimate the responses, with the sensor stack, which helps, if it was recorded."""
+    """Return the responses, with those of the sensor stack if it was recorded, because it helps."""
     if isinstance(unit, Given):
         found = responses_given(unit, 0.0, F_LO, F_HI, WITH_SENSOR)
         if missing := [c for c in RATIO if c not in found.first.channels]:
@@ -60,7 +60,7 @@ def _responses_of(unit: UnitFolder | Given) -> Responses:
 
 
 def as_document(serial: str, found: MisalignmentEstimate | Reason) -> MisalignmentDocument:
-    """Return what a script reads ([DESIGN] 4): without an answer no number stands where a value is expected."""
+    """Return the document for scripts ([DESIGN] 4); without an answer it holds no number."""
     reason = found if isinstance(found, Reason) else found.why
 
     def of(axis: str) -> Offset:

@@ -34,8 +34,8 @@ MAX_POINTS = 1_000_000  # a response at each takes a few hundred bytes
 @dataclass(frozen=True, eq=False)
 class FittedModel:
     """A fit with what it began from. before, after: G of the model at its file's tolerance, about the model itself;
-    held_out: G of the fitted model on the second realisation, empty without one. doubt: why the fitted model is not to
-    be taken for the unit although its responses may agree, or None."""
+    held_out: G of the fitted model on the second realisation, empty without one. doubt: why the fitted values must not
+    be used although the responses may agree, or None."""
 
     base: OpenedModel
     start: Model
@@ -77,7 +77,7 @@ def fit_unit(
 ) -> FittedModel:
     """Fit a model to the first realisation of a unit, or to responses, and compare it with the second if there are two.
 
-    given: a unit's folder, a file of responses (`import_response`), or what a script has.
+    given: a unit's folder, a file of responses (`import_response`), or responses in memory.
 
     model: the built-in one of the unit's kind (of a strut for responses) if None, for a strut with uncertain modes, as
     for its misalignment, so that the two agree. f_lo, f_hi: band that is fitted [Hz]. starts: of the search. Raises
@@ -180,7 +180,7 @@ def pictures(fitted: FittedModel) -> dict[str, Any]:
 
 
 def document(fitted: FittedModel) -> dict[str, Any]:
-    """Return what a script reads."""
+    """Return the fit as a document for scripts."""
     fit = fitted.fit
     return {
         "serial": fitted.measured.serial,

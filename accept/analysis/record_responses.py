@@ -167,7 +167,7 @@ def read_any(
     step_s: float | None,
     mapped_only: bool = False,
 ) -> Record:
-    """Read a record as this bench writes it; else as other tools do, and say how its columns were mapped. mapped_only:
+    """Read a record of this bench; otherwise one of other tools, and report how its columns were mapped. mapped_only:
     leave out what `channels` does not name. Raises RecordError."""
     if not path.is_file():
         raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
@@ -304,13 +304,11 @@ def _U(u: float, u_model: float) -> float:
 
 
 def to_json(response: MeasuredResponse) -> dict[str, Any]:
-    """Return what a script reads.
-
-    {"files": [names], "sha256": [hashes], "input", "estimator", "segments", "notes", "units": {channel: unit},
-    "f_Hz": [F], "nu": [F], "correlation": [of neighbouring bins' errors], "H": {channel: {"re": [F], "im": [F]}},
-    "coherence": {channel: [F]}, "var": {channel: [F]} (total complex variance of H, null if the input had no power or
-    the file that was read states none),
-    "resonances": [{"channel", "f_Hz", "U_Hz", "damping_ratio", "U_damping"}]}."""
+    """Return the response as a document for scripts. {"files": [names], "sha256": [hashes], "input", "estimator",
+    "segments", "notes", "units": {channel: unit}, "f_Hz": [F], "nu": [F], "correlation": [of neighbouring bins'
+    errors], "H": {channel: {"re": [F], "im": [F]}}, "coherence": {channel: [F]}, "var": {channel: [F]} (total complex
+    variance of H, null if the input had no power or the file that was read states none), "resonances": [{"channel",
+    "f_Hz", "U_Hz", "damping_ratio", "U_damping"}]}."""
     frf, columns = response.frf, list(enumerate(response.frf.channels))
     return {
         "files": list(response.inputs),
@@ -353,8 +351,7 @@ def universal_file(response: MeasuredResponse) -> bytes:
 
 
 def table_file(response: MeasuredResponse) -> bytes:
-    """Return the response as CSV: f, real and imaginary part of each channel, coherence and variance where they are
-    known."""
+    """Return the response as CSV: f, real and imaginary part of each channel, coherence and, if known, variance."""
     frf, good = response.frf, known(response.frf)
     more = {"coherence": frf.coherence[good], "var": frf.var[good]}
     return response_csv(frf.f[good], frf.H[good], frf.channels, response.ratios, more)

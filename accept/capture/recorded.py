@@ -40,7 +40,8 @@ STEMS = {
 
 @dataclass(frozen=True)
 class Recording:
-    """What a recipe has at hand. asked: what the spec asks of the check; stopped: whether the technician ended it."""
+    """The means of a recipe. asked: the spec's section on the check; stopped: whether the technician ended the
+    capture."""
 
     recorder: Recorder
     actions: OperatorActions
@@ -144,7 +145,7 @@ def _hits(at: Recording, key: str) -> Record:
 
 
 def _with_range(asked: CheckSpec, range_N: float) -> CheckSpec:
-    """Return what the spec asks, with the recorder's range of the force if the spec states none."""
+    """Return the spec's section, with the recorder's range of the force if the spec states none."""
     if asked.settings.get("force_range_N") or not np.isfinite(range_N):
         return asked
     return asked.model_copy(update={"settings": {**asked.settings, "force_range_N": range_N}})

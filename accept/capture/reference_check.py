@@ -1,9 +1,8 @@
 """The daily reference of an instrument: read a certified artefact, compare, keep the result in the store.
 
-A factor, a scaling, a held display or a drift shows here although no protocol tells it. E_n is the difference over the
+It reveals a factor, a scaling, a held display or a drift, which no protocol reports. E_n is the difference over the
 uncertainties of artefact and instrument together; at most 1 passes ([ISO13528] 9.7, with the artefact's value as the
-assigned one).
-"""
+assigned one)."""
 
 import math
 import statistics
@@ -50,7 +49,7 @@ class ReferenceCheck:
 
 def compared(name: str, entry: InstrumentEntry, artefact: ReferenceEntry, readings: Sequence[float]) -> ReferenceCheck:
     """Return the comparison of readings in the artefact's unit. Raises ValueError if the bench file states no accuracy:
-    what is unknown is not zero."""
+    an unknown accuracy is not zero."""
     if entry.accuracy is None:
         raise ValueError(f"[instruments.{name}] states no accuracy: how far it may be off is unknown")
     value = statistics.fmean(readings)
@@ -67,7 +66,8 @@ def keep(store: Store, check: ReferenceCheck, evidence: dict[str, Any], who: str
 
 
 def history(events: Iterable[Event], name: str, serial: str | None) -> list[ReferenceCheck]:
-    """Return the comparisons of one instrument, in order; those of another that stood at its place are not its own."""
+    """Return the comparisons of one instrument, in order; those of another instrument under the same name do not
+    count."""
     checks = (InstrumentChecked.of(event) for event in events if event.what == CHECKED)
     return [
         ReferenceCheck(**{field.name: getattr(check, field.name) for field in fields(ReferenceCheck)})

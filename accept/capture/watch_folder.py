@@ -30,7 +30,7 @@ class FileState:
 
 class Watched:
     """A folder that is looked at again and again. stable_s: how long a file must not change. Files that are there at
-    the first look are old: they are not offered, unless `old_too`, and stand in `not_offered` by name."""
+    the first look are old: they are not offered unless `old_too`, and are listed in `not_offered`."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""What a question about many units raises."""
+"""Errors of questions about many units."""
 
 from specs.errors import AcceptError
 

@@ -1,10 +1,9 @@
 """The findings of a store as columns in a file, so that a question about many units reads no event again.
 
 The file lies in the bench's folder and can be made again at any time. It ends at an event of the store and is signed
-with the bench's own key, like the seal. It is used only if that signature holds, if the same source made it, if
-the store has that event with that hash, and if every column that is read has its SHA-256; else it is made anew from
-the events. Events after its end are read from the store and added.
-"""
+with the bench's own key, like the seal. It is used only if that signature is valid, if the same source made it, if the
+store has that event with that hash, and if every column that is read has its SHA-256; else it is rebuilt from the
+events. Events after its end are read from the store and added."""
 
 import hashlib
 import json
@@ -181,7 +180,7 @@ def _microseconds(text: str) -> int:
 
 @cache
 def code() -> str:
-    """Return the hash of the source that makes the columns of an event: another program makes the file anew."""
+    """Return the hash of the source that makes the columns of an event: another version rebuilds the file."""
     sources = [__file__, *(str(module.__file__) for module in (document, results, payloads, verdict))]
     return hashlib.sha256(b"".join(Path(source).read_bytes() for source in sources)).hexdigest()
 
@@ -215,7 +214,7 @@ def _write(made: FindingsTable, store: Store, sealer: Sealer) -> None:
 
 
 def _read(store: Store, sealer: Sealer, names: Collection[str]) -> tuple[StoreHead, dict[str, Column]] | None:
-    """Return the end of the file and these columns, None if there is no file that fits. Raises StoreError."""
+    """Return the end of the file and these columns, None if there is no valid file. Raises StoreError."""
     try:
         with _path(store, sealer).open("rb") as file:
             signed = file.readline(LONGEST_HEADER)
@@ -247,7 +246,7 @@ def _words(name: str) -> str:
 
 
 def _load(store: Store) -> FindingsTable:
-    """Return the whole file, to add to it; without a row if there is no file that fits."""
+    """Return the whole file, to append to it; without a row if there is no valid file."""
     made = FindingsTable()
     read = _read(store, store.sealer, TYPES) if store.sealer is not None else None
     if read is not None:

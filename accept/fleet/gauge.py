@@ -85,7 +85,7 @@ def study(frame: pd.DataFrame) -> GaugeStudy:
 
 
 def expanded_uncertainty(found: GaugeStudy) -> float:
-    """Return U (k = 2) of one measurement by any operator: what a spec may state for values that are typed in.
+    """Return U (k = 2) of one measurement by any operator, which a spec may state for typed values.
 
     Calibration and other systematic parts come on top of it.
     """

@@ -14,8 +14,8 @@ from accept.store.payloads import GoldenMet, GoldenMissed, Reference, UnitJudged
 
 @dataclass(frozen=True)
 class Checked:
-    """Of one golden unit. problems: empty if it is as its reference; measured: whether this bench judged it since
-    `since`."""
+    """The comparison of one golden unit with its reference. problems: empty if it agrees; measured: whether this bench
+    judged it since `since`."""
 
     serial: str
     expected: str
@@ -24,8 +24,9 @@ class Checked:
 
 
 def check(store: Store, since: datetime.datetime, who: str) -> list[Checked]:
-    """Compare every golden unit's judgements by this bench since `since` (UTC) with its reference, and store what came
-    of it. Every one counts, so that no further try hides a miss; after a decision those that followed it.
+    """Compare every golden unit's judgements by this bench since `since` (UTC) with its reference, and store the
+    outcome. Every judgement counts, so that a further try does not hide a miss; after a decision only those that follow
+    it.
 
     Raises FleetError if no unit is golden."""
     named = goldens(store)

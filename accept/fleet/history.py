@@ -1,4 +1,4 @@
-"""What a unit was at every attempt, and what changed by more than the uncertainties explain."""
+"""The values of a unit at every attempt, and changes that the uncertainties do not explain."""
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,8 @@ SIGNIFICANT = 1.0  # En above one: the two results disagree ([ISO13528] 9.7; U w
 
 
 def changes(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return rows of one unit with what each value differs by from the attempt before, in the order of the attempts.
+    """Return the rows of one unit with the difference of each value from the attempt before, in the order of the
+    attempts.
 
     An attempt that was declared void is compared with none. Adds change, En = change / sqrt(U1^2 + U2^2) and changed
     (True, False, or None if an uncertainty is unknown).

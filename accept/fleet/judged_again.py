@@ -47,10 +47,9 @@ def judged_again(
     store: Store, specs: Mapping[str, Spec], from_records: bool, cluster: Cluster | None = None
 ) -> Iterator[JudgedAgain]:
     """Yield every unit of the store whose kind has a spec, as its last judgement has it if that is not void: by serial,
-    on a cluster as they come back. None is held here, however many there are. Raises StoreError, ClusterError.
+    on a cluster as they come back; they are not collected. Raises StoreError, ClusterError.
 
-    from_records: measure unit folders again where they hold what was judged; it alone honours changed settings.
-    """
+    from_records: measure unit folders again if they still hold what was judged; only this honours changed settings."""
     void = voids(store)
     last = (event for event in store.last_of_each(UnitJudged.KIND) if event.seq not in void)
     units = (fold([event]).units[event.subject] for event in last)

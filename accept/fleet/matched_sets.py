@@ -62,7 +62,7 @@ def choose(units: Pool, size: int, sets: int) -> Matched:
 
 
 def advice(units: Pool, members: Sequence[int], cost: float) -> str:
-    """Return what one more unit would have to be to make the set better."""
+    """Return the values that one more unit would need to improve the set."""
     worst, then, lo, hi = ideal_replacement(units.values, units.U, members)
     wanted = ", ".join(
         f"{name} {a:.5g} to {b:.5g} {unit}"

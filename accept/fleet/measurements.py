@@ -61,8 +61,8 @@ def measurements(
 
 
 def measurements_of(store: Store, quantity: str) -> pd.DataFrame:
-    """Return the rows of one quantity; of a store without it all rows, so that an error can name what it has. Raises
-    StoreError."""
+    """Return the rows of one quantity; all rows if the store does not have it, so that an error can name those that it
+    has. Raises StoreError."""
     frame = measurements(store, quantities={quantity})
     return frame if len(frame) else measurements(store)
 
@@ -169,8 +169,7 @@ def when(frame: pd.DataFrame) -> pd.Series:
 def in_order_of_measurement(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the rows by the day of measurement (of judging, if none is stated), then as they stood in their batch.
 
-    The order in which judgements were stored is no part of it: that depends on which worker was done first.
-    """
+    The order of storage does not matter, because it depends on which worker finished first."""
     return frame.assign(day=when(frame).dt.floor("D")).sort_values(["day", "batch", "place", "seq"], kind="stable")
 
 
@@ -185,23 +184,22 @@ def not_void(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def counted(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of judgements that say something of the process: not void, and of no study of the gauge."""
+    """Return the rows of judgements that describe the process: neither void nor part of a gauge study."""
     return frame[(frame["voided"] == "") & (frame["study"] == NOT_STATED)]
 
 
 def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the first attempt at every quantity of every unit: one row for each, of the whole history in frame.
 
-    A quantity that was not measured has not been attempted: a unit that was judged by a short spec first is attempted
-    again only for what that spec asked. A judgement that was declared void, or is of a study, is no attempt.
-    """
+    A quantity that was not measured has not been attempted: after a short spec, only the quantities of that spec count
+    as attempted. Void judgements and those of a study are not attempts."""
     frame = counted(frame)
     attempted = frame[(frame["verdict"] != "no_result") | (frame["reason"] != NOT_MEASURED)]
     return in_order_of_the_store(attempted).drop_duplicates(["serial", "quantity"])
 
 
 def attempts(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return one row per judgement: what the frame has of it, and causes."""
+    """Return one row per judgement, with the causes of its verdict."""
     bad = frame[frame["verdict"] != "pass"]
     causes = {seq: ", ".join(dict.fromkeys(names)) for seq, names in bad.groupby("seq")["quantity"]}
     stated = [name for name in COLUMNS_OF_A_JUDGEMENT if name in frame.columns]

@@ -73,11 +73,11 @@ def trends(
     nelson_rules: Collection[int] = (),
     chosen: pd.Series | None = None,
 ) -> list[Trend]:
-    """Return the trends of a quantity, one for each group. First attempts only: a repair says nothing of the process.
+    """Return the trends of a quantity, one for each group. Only first attempts count: a repair does not describe the
+    process.
 
-    frame: the whole history; chosen (rows of frame): which of it is shown. baselines: group -> its baseline.
-    Raises FleetError if the store holds no value of it or a group mixes units of measure.
-    """
+    frame: the whole history; chosen (rows of frame): the rows to show. baselines: group -> its baseline. Raises
+    FleetError if the store holds no value of it or a group mixes units of measure."""
     first = first_attempts(of_quantity(frame, quantity))
     if chosen is not None:
         first = first[chosen.reindex(first.index, fill_value=False)]

@@ -1,4 +1,4 @@
-"""What several units have in common: an effect of all of them belongs to the bench, of one to that strut."""
+"""Effects that several units have in common belong to the bench, those of a single unit to that strut."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -18,9 +18,8 @@ SETTLED = (NO_MISSING, EXPLAINED)  # nothing is missing beyond what is named: an
 def common(documents: Sequence[Document]) -> dict[str, Any]:
     """Return the effects of the bench and those of single struts, from gap.json of every unit.
 
-    An effect is of the bench (`common`) where more than half of the units, and at least two, have it with one value,
-    and no unit that is explained is without it. A unit that is not explained may have it unseen: it is in
-    `undecided`."""
+    An effect is of the bench (`common`) if more than half of the units, and at least two, have it with one value, and
+    no explained unit lacks it. A unit that is not explained may have it unseen: it is in `undecided`."""
     seen: dict[str, list[Document]] = defaultdict(list)
     for document in documents:
         for named in document["named"]:

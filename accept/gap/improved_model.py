@@ -1,4 +1,4 @@
-"""The improved model as a file: fitted values, the effects that were named, covariance, and where they came from."""
+"""The improved model as a file: fitted values, the effects that were named, covariance, and their origin."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""gap.pdf: what a person reads in two minutes. Equal answers give equal bytes."""
+"""gap.pdf: the gap report for people. Equal answers give equal bytes."""
 
 import io
 from collections.abc import Sequence

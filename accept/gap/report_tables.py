@@ -1,5 +1,5 @@
-"""Tables of the gap report: the gap by channel, what was tried and why it was named or not, fitted values, what was
-added. gap.pdf and gap.html show the same."""
+"""Tables of the gap report: the gap by channel, the explanations that were tried and why each was named or not, fitted
+values, added elements. gap.pdf and gap.html show the same."""
 
 from collections.abc import Sequence
 from math import isfinite

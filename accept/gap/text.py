@@ -131,7 +131,7 @@ def value_words(effect: str, name: str, value: float) -> str:
 
 
 def one_line(document: Mapping[str, Any]) -> str:
-    """Return a judged unit's key `gap` in a line: what is missing, and the gap before and after in the worst
+    """Return a judged unit's key `gap` in a line: the missing effects, and the gap before and after in the worst
     channel."""
     if document["verdict"] == REFUSED:
         return f"not compared with model {document['start']}: {document['reason']}"

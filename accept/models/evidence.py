@@ -1,7 +1,6 @@
 """The model files behind a verdict: read once, hashed, attached to the certificate and opened again from there.
 
-What opens models loads where one is named: most specs name none.
-"""
+The modules that open models are loaded if a spec names a model; most specs name none."""
 
 import hashlib
 from collections.abc import Iterable, Mapping
@@ -30,9 +29,8 @@ ModelFiles = Mapping[str, bytes]  # of a model that is a file: its TOML first, t
 class Models:
     """Opens the models that a spec names, each once, and keeps the files of those that are no built-in.
 
-    given : model files by the name that the spec uses, where they come from a certificate; then no other is opened.
-    place : where they are unpacked, each into a folder of its own: its number in order of name.
-    """
+    given : model files by the name that the spec uses, if they come from a certificate; then no other is opened. place
+    : folder in which they are unpacked, each into a folder of its own: its number in order of name."""
 
     given: Mapping[str, ModelFiles] | None = None
     place: Path = Path()
@@ -71,7 +69,8 @@ class Models:
 
 
 def named_models(spec: Spec) -> list[str]:
-    """Return models that a spec asks for, by built-in name or file: its checks' and the one that explains responses."""
+    """Return the models that a spec asks for, by built-in name or file: its checks' and the one that explains
+    responses."""
     names = [name for check, asked in spec.checks.items() if (name := model_of(check, asked)) is not None]
     if spec.gap is not None:
         names.append(spec.gap.model)
@@ -94,7 +93,7 @@ def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
 
 
 def hashes(evidence: Mapping[str, ModelFiles]) -> dict[str, dict[str, str]]:
-    """Return name -> file name -> sha256: what a result keeps of its models."""
+    """Return name -> file name -> sha256, as a result stores it."""
     return {
         name: {file: hashlib.sha256(content).hexdigest() for file, content in files.items()}
         for name, files in sorted(evidence.items())

@@ -1,9 +1,8 @@
-"""Tables of the misalignment on disk: built on all cores, a row at a time, refused when they are not the model's.
+"""Tables of the misalignment on disk: built on all cores, a row at a time, refused if they belong to another model.
 
 A table is `tables/MODEL-KEY.npz` in the bench's folder, KEY a hash of model and grid. While it is built, each finished
-row lies whole in `MODEL-KEY.rows`, so that a build goes on where it was stopped. Tables are per machine: the same file
-of matrices gives a frame model that differs in the last bit elsewhere.
-"""
+row lies whole in `MODEL-KEY.rows`, so that an interrupted build can be resumed. Tables are per machine: the same file
+of matrices gives a frame model that differs in the last bit elsewhere."""
 
 import hashlib
 import io
@@ -57,8 +56,9 @@ class Plan:
 
     @classmethod
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
-        """Return a model whose modes are uncertain has more of them, so it is tabulated with real modes, which is near
-        enough. Raises ModelError for a grid that is too small or a model without encoder or joints."""
+        """Return the plan of a model's table. If its modes are uncertain it has more of them, so it is tabulated with
+        real modes, which is close enough. Raises ModelError for a grid that is too small or a model without encoder or
+        joints."""
         check_tabulated(model)
         quick = with_damping(model, "modal") if model.scatters else None
         return cls(quick or model, *grid(model, nx, ny), table_frequencies())
@@ -73,7 +73,7 @@ class Plan:
 
     @property
     def path(self) -> Path:
-        """Return where its table lies."""
+        """Return the path of the table."""
         name = "".join(c if c.isalnum() or c in "._-" else "_" for c in self.model.name)
         return home() / "tables" / f"{name}-{self.sha256[:12]}.npz"
 
@@ -95,7 +95,7 @@ class Plan:
 
 
 def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int | None = None) -> MisalignmentTable:
-    """Return the stored table of a model, built first where it is missing or stale. Raises ModelError, OSError."""
+    """Return the stored table of a model, built first if it is missing or stale. Raises ModelError, OSError."""
     plan = Plan.of(model, nx, ny)
     try:
         return read_table(plan)
@@ -107,8 +107,8 @@ def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int 
 
 
 def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Cluster | None = None) -> MisalignmentTable:
-    """Compute the rows that are not there yet, on all cores or on a cluster, and store the table. Raises TableError
-    where a row from elsewhere is not what this machine computes."""
+    """Compute the rows that are not there yet, on all cores or on a cluster, and store the table. Raises TableError if
+    a row from the cluster differs from the one that this machine computes."""
     ready = dict(_stored_rows(plan))
     missing = [i for i in range(plan.dx.size) if i not in ready]
     if ready:

@@ -1,4 +1,4 @@
-"""Models as files: opened with their effects built in, written with what was fitted."""
+"""Models as files: opened with their effects built in, written with fitted values."""
 
 import math
 import os
@@ -84,8 +84,8 @@ def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement 
 
 
 def as_weighed(given: OpenedModel, serial: str, payload_kg: float | None) -> OpenedModel:
-    """Return the model with the payload that a unit's folder states, if it does; as it is where it was fitted to this
-    very unit, because then it knows better."""
+    """Return the model with the payload that a unit's folder states; unchanged if the folder states none, or if the
+    model was fitted to this very unit and so knows it better."""
     fitted_to = given.spec.fit.serial if given.spec.fit else None
     return given if fitted_to == serial else replace(given, model=with_payload(given.model, payload_kg))
 
@@ -132,7 +132,7 @@ def write_model(
     values, sds: by flat name, in the names' units; a value without an sd keeps the sd that it had. effects: added after
     those that the file has. population: the batch that the values are of; an earlier unit's fit and an earlier batch
     then go. bench: what its bench adds without a name. Comments stay. The superelement's path is made relative to the
-    new place. The file is read back before it replaces anything, so that what is there can be opened. Raises
+    new place. The file is read back before it replaces anything, so that an existing file stays readable. Raises
     SpecError, ModelError, OSError."""
     document = tomlkit.parse(spec.text)
     if name is not None:
@@ -187,8 +187,8 @@ def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: f
 
 
 def _list_entry(table: Any, key: str) -> tuple[str, int] | None:
-    """Return `com_x_mm` is number 0 of `com_mm`, where the file has such a list; `mode_stiffness_3` is number 2 of
-    `mode_stiffness`, which is made if there is none and filled up with ones."""
+    """Return list and index of a flat name: `com_x_mm` is number 0 of `com_mm`, if the file has such a list;
+    `mode_stiffness_3` is number 2 of `mode_stiffness`, which is created and padded with ones if needed."""
     factors, _, number = key.rpartition("_")
     if factors in ("mode_stiffness", "mode_damping") and number.isdigit():
         if factors not in table:
@@ -242,7 +242,7 @@ def _add_effect(document: TOMLDocument, name: str, parameters: Mapping[str, Any]
 
 
 def with_moved_paths(text: bytes, old: Path, new: Path) -> bytes:
-    """Return a model file for another folder: what it names beside itself is named from there."""
+    """Return a model file for another folder: the paths in it are made relative to that folder."""
     document = tomlkit.parse(text.decode())
     file = document.get("apa", {}).get("file")
     if file is None:
@@ -252,7 +252,7 @@ def with_moved_paths(text: bytes, old: Path, new: Path) -> bytes:
 
 
 def _relative_path(folder: Path, file: Path) -> str:
-    """Return path of a file as seen from a folder; absolute where no relative one exists (another drive)."""
+    """Return the path of a file relative to a folder; absolute if there is none (another drive)."""
     try:
         return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
     except ValueError:

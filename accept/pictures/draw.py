@@ -75,7 +75,7 @@ def picture(
 
 
 def figure_of(panels: Sequence[Panel], columns: int | None = None) -> Figure:
-    """Return a matplotlib figure of panels, for a script that goes on with it. Raises PictureError without panels."""
+    """Return a matplotlib figure of panels, for a script to change. Raises PictureError without panels."""
     if not panels:
         raise PictureError("there is nothing to draw: no panels")
     return _figure(panels, None, columns or min(len(panels), 3))

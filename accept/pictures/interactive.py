@@ -1,8 +1,7 @@
 """Panels as one HTML page to zoom in, drawn by plotly, which is written into the page: it opens without a network.
 
-Magnitude, phase and what is left of one channel share their frequency axis; everything else stands alone. The page's
-policy lets only its own two scripts run, by their hashes: no text of a unit can become one.
-"""
+Magnitude, phase and residual of one channel share their frequency axis. The page's policy lets only its own two scripts
+run, by their hashes, so no text of a unit can become a script."""
 
 import base64
 import hashlib
@@ -73,8 +72,8 @@ def page(panels: Mapping[str, Panel], title: str, words: Sequence[str] = (), tab
 
 
 def group_panels(panels: Mapping[str, Panel]) -> list[list[Panel]]:
-    """Return panels that share an axis: phase and what is left of a channel below its magnitude, by their names `de
-    magnitude`, `de phase`, `de deviation`."""
+    """Return groups of panels that share an axis: phase and residual of a channel below its magnitude, by their names
+    `de magnitude`, `de phase`, `de deviation`."""
     below = {
         name: f"{name.removesuffix(end)} magnitude"
         for name in panels
@@ -141,7 +140,7 @@ def _legend(row: int) -> str:
 
 
 def _plain(words: str) -> str:
-    """Return what stands there is shown as it is: plotly takes tags for formatting."""
+    """Escape a text, because plotly takes tags in it for formatting."""
     return escape(pretty(words), quote=False)
 
 

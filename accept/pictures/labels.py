@@ -1,4 +1,4 @@
-"""What a quantity is called where people read it; its code name is for files and for detail."""
+"""Labels of quantities for people; code names are for files and details."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""Panels cut down to what a printed picture can show, so that they can travel inside a certificate."""
+"""Panels reduced to the resolution of a printed picture, so that they can be attached to a certificate."""
 
 from dataclasses import replace
 from itertools import pairwise

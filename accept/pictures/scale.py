@@ -1,4 +1,4 @@
-"""The scale of one axis of a panel: its limits, what stands where along it, and the ticks to read it by."""
+"""The scale of one axis of a panel: its limits, the position of values along it, and its ticks."""
 
 import math
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ class Scale:
     names: tuple[str, ...] = ()
 
     def at(self, values: Array | float) -> Array:
-        """Return where values stand, 0 at lo and 1 at hi; NaN if they have no logarithm."""
+        """Return the position of values, 0 at lo and 1 at hi; NaN if they have no logarithm."""
         x = np.asarray(values, float)
         if not self.log:
             with np.errstate(over="ignore"):
@@ -76,7 +76,7 @@ class Scale:
 
 
 def _words(values: Sequence[float], step: float) -> list[str]:
-    """Return all of an axis with the same digits; powers of ten where digits alone would be long."""
+    """Return the numbers of an axis with the same digits; as powers of ten if digits alone would be long."""
     largest = max((abs(v) for v in values), default=0.0)
     if largest >= 10.0 * _TEN_THOUSAND or 0.0 < largest < 1e-3:
         told_apart = max(6, 2 + math.ceil(math.log10(largest / step))) if step else 6
@@ -129,7 +129,7 @@ def _extent(items: Sequence[Item], axis: str, log: bool) -> tuple[float, float]:
 
 
 def _parts(item: Item, axis: str) -> list[Array]:
-    """Return what an item shows along an axis."""
+    """Return the values of an item along an axis."""
     match item:
         case Line():
             return [item.x if axis == "x" else item.y]

@@ -1,4 +1,4 @@
-"""The measurements on an APA alone that are no frequency responses: figures that are drawn, and records of them."""
+"""The measurements on an APA except frequency responses: randomly drawn properties, and records that show them."""
 
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -36,8 +36,8 @@ GAIN = 3e-7  # rad/N at rest
 
 @dataclass(frozen=True)
 class Figures:
-    """What one APA is, apart from its model. heights_um: at the 8 probe points; loop: relative width of the loops over
-    the largest drive; creep: per decade; modes_Hz: x-bending, y-bending, torsion, one end fixed."""
+    """The properties of one APA beside its model. heights_um: at the 8 probe points; loop: relative width of the loops
+    over the largest drive; creep: per decade; modes_Hz: x-bending, y-bending, torsion, one end fixed."""
 
     heights_um: tuple[float, ...]
     sensor_uF: float
@@ -121,7 +121,7 @@ def _stroke(request: UnitRequest, figures: Figures, stroke_um: float, name: str)
 
 
 def _mass(request: UnitRequest, figures: Figures, k_N_per_um: float, name: str) -> Columns:
-    """Return the encoder while the mass is put down and taken away by hand."""
+    """Return the encoder's record while the mass is added and removed by hand."""
     rng = request.rng(f"mass of {name}")
     t = rng.uniform(0.0, 3.0) + np.arange(round(MASS_FS * MASS_S)) / MASS_FS
     moments = (t[0] + rng.uniform(*PUT_S), t[0] + rng.uniform(*TAKEN_S))
@@ -149,8 +149,8 @@ def _hammer(request: UnitRequest, key: str, figures: Figures, double: DoubleHits
 
 
 def shell_modes(key: str, figures: Figures) -> list[ShellMode]:
-    """Return modes that an impact shows ([STB] 2.4.3 to 2.4.5): both bendings with their overtones; from the left all
-    three, from the top torsion is left out, which is how it is told from bending."""
+    """Return the modes that an impact shows ([STB] 2.4.3 to 2.4.5): both bendings with their overtones; from the left
+    all three; the top impact does not excite torsion, which distinguishes it from bending."""
     x, y, torsion = figures.modes_Hz
     shown = {
         "x_bending": [(x, 1.0), (3.0 * x, 0.02), (5.0 * x, 0.006)],

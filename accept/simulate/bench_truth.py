@@ -20,8 +20,8 @@ NOMINAL = {"sensor_uF": 4.99, "actuator_uF": 9.85}
 
 
 def world_of(folder: Path) -> BenchSetup:
-    """Return what the simulated instruments will measure on this unit: its heights, capacitances and strokes; what it
-    does not have is nominal. Raises UnitError, also where a section cannot be used."""
+    """Return the true values that the simulated instruments measure on this unit: heights, capacitances and strokes;
+    nominal if the folder states none. Raises UnitError, also if a section cannot be used."""
     held = loaded(folder)
     unit = held.folder
 

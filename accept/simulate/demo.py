@@ -1,5 +1,5 @@
-"""The demo's struts: a small batch, simulated from the built-in model, alike in what a supplier makes them and each a
-little otherwise; in the last an effect is hidden. The same every time."""
+"""The demo's struts: a small batch, simulated from the built-in model, with common deviations of the supplier and
+individual ones; the last has a hidden effect. The random numbers are the same every time."""
 
 from accept.models.model_file import open_model
 from accept.simulate.unit import SimulatedUnit, simulate

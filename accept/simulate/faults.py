@@ -1,4 +1,4 @@
-"""What can be wrong with a simulated unit, and what the bench must then say."""
+"""The faults of simulated units, and the findings that must follow from each."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -42,7 +42,7 @@ class UnitFault:
     remedy: Remedy | None = None
 
     def shown(self, kind: str) -> tuple[tuple[str, str], ...]:
-        """Return what a judgement of a unit of this kind must hold that no gap analysis explains."""
+        """Return the findings that a judgement of a unit of this kind must hold before its gap analysis."""
         return self.unexplained if kind == "strut" and self.unexplained else self.shows
 
 
@@ -90,7 +90,7 @@ def _dead(c: Columns) -> Columns:
 
 
 def _clip(c: Columns) -> Columns:
-    """Return the amplifier of Vs is set ten times too sensitive."""
+    """Clip Vs: its amplifier is set ten times too sensitive."""
     return {"Vs": np.clip(10.0 * np.asarray(c["Vs"]), -RANGE_V, RANGE_V)}
 
 

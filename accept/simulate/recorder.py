@@ -1,4 +1,4 @@
-"""The simulated recorder: it plays the simulated unit, and a hammer that hits by itself."""
+"""The simulated recorder: a driven unit, or one that is hit by a hammer."""
 
 import time
 from collections.abc import Sequence

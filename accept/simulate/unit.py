@@ -26,7 +26,7 @@ RESPONSES = {"low": "frf_noise", "high": "frf_noise_hf"}
 
 @dataclass(frozen=True, eq=False)
 class SimulatedUnit:
-    """files: name -> content, `unit.toml` among them; truth: what was put in."""
+    """files: name -> content, `unit.toml` among them; truth: the values and effects that were put in."""
 
     serial: str
     files: Mapping[str, bytes]
@@ -125,7 +125,7 @@ def _document(request: UnitRequest, sections: Mapping[str, Any]) -> dict[str, An
 
 
 def _truth(request: UnitRequest, bench: DrivenUnit, figures: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what was put in, to be compared afterwards; the bench reads nothing of it."""
+    """Return the true values, for comparison afterwards; no analysis reads them."""
     model = {name: value for name, value in bench.model.values.items() if abs(value) != float("inf")}
     return {
         "serial": request.serial,

@@ -1,4 +1,4 @@
-"""What is asked of a simulated unit."""
+"""The request for a simulated unit."""
 
 import zlib
 from collections.abc import Mapping
@@ -104,7 +104,7 @@ class UnitRequest:
         self._vet_effects()
 
     def rng(self, of: str) -> np.random.Generator:
-        """Yield random numbers for one purpose, whatever else is drawn."""
+        """Return a generator for one purpose: its numbers do not depend on what else is drawn."""
         again = [self.take] if self.take and of != FIGURES else []
         return np.random.default_rng([self.seed, zlib.crc32(of.encode()), *again])
 
@@ -141,8 +141,8 @@ class UnitRequest:
 
 
 def drawn(model: Model, seed: int) -> Model:
-    """Return the model with every uncertain parameter drawn from its prior, at most two standard deviations away, and
-    never where it cannot be."""
+    """Return the model with every uncertain parameter drawn from its prior, at most two standard deviations away and
+    within its bounds."""
     rng = np.random.default_rng([seed, zlib.crc32(b"parameters")])
     c = model.calibrated
     away = np.clip(rng.standard_normal(len(c.names)), -2.0, 2.0)

@@ -1,5 +1,5 @@
-"""The acceptance checks: a file of this folder is a check of its name and holds its `CHECK`; code shared by several is
-in the subfolders. Other packages add theirs under `accept.checks`."""
+"""The acceptance checks: each file of this folder is the check of its name and holds its `CHECK`; code shared by
+several checks is in the subfolders. Other packages add theirs under `accept.checks`."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace

@@ -78,7 +78,7 @@ class ResponseFits:
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
     """Return the quantities of both records: see CHECK.quantities. Raises NoResult if the data fail a gate, with the
-    measured responses if there are any: they show what is wrong."""
+    measured responses if there are any, because they show the fault."""
     rules = rules_of(spec)
     records = _records(values)
     vet_rates(records, spec)

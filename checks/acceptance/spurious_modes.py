@@ -109,7 +109,7 @@ def _analyse(key: str, record: Record, rules: SpuriousModesSettings) -> HammerTe
 
 
 def _band(record: Record, rules: SpuriousModesSettings) -> tuple[float, float]:
-    """Return the search band, below where the analyser's filter cuts."""
+    """Return the search band, below the cut-off of the analyser's filter."""
     return rules.band_Hz[0], min(rules.band_Hz[1], record.fs / 2.56)
 
 

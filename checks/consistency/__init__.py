@@ -1,1 +1,1 @@
-"""Consistency of the measurements of one unit; those that contradict each other do not count."""
+"""Consistency of the measurements of one unit; measurements that contradict each other have no result."""

@@ -2,8 +2,8 @@
 
 The bands are wide because a piezo stack answers differently to a small and a large voltage, at 1 kHz and at 0.4 Hz, at
 once and after a second; within them nothing is reported. Beyond them, and beyond the expanded uncertainties, a record
-is of another unit, a scale, an amplifier or a payload is not what was stated, or a stack is damaged. An open circuit
-that is softer than a closed one is found by the check of the stiffness itself."""
+is of another unit, a scale, an amplifier or a payload differs from its statement, or a stack is damaged. An open
+circuit that is softer than a closed one is found by the check of the stiffness itself."""
 
 import math
 from collections.abc import Callable, Mapping

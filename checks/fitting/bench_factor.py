@@ -1,9 +1,9 @@
-"""The factor that a bench puts on each channel of every unit, learned from what fits of several units leave.
+"""The factor of a bench on each channel of every unit, learned from the residuals of fits of several units.
 
-Each unit gives H / H_model - 1, the ratio of its response to its own fit. What is alike in all units is the bench's; it
-is smoothed as far as the records allow, scale by scale, by what exceeds the noise on each. What is left of each unit is
-its own, and its size gives what one more unit may have. A unit that differs from the others in some band and channel is
-weighted less there, so that its own effect does not become the bench's.
+Each unit gives H / H_model - 1, the ratio of its response to its own fit. The part common to all units belongs to the
+bench; it is smoothed as far as the records allow, scale by scale, by how far it exceeds the noise on each. The rest of
+each unit is its own, and its size gives the tolerance for one more unit. A unit that differs from the others in some
+band and channel is weighted less there, so that its own effect does not become the bench's.
 
 Discrepancy of a model: [KENNEDY01]; shrinkage of details scale by scale: [DONOHO95]; weights: [LLT89].
 """

@@ -1,9 +1,8 @@
-"""The calibration: a model's uncertain parameters as the data of a unit have them. Fit, misalignment and gap share it.
+"""The calibration: a model's uncertain parameters estimated from the data of a unit. Fit, misalignment and gap share
+it.
 
-A model whose APA may differ mode by mode need not be wrong for any strut, so what its file tolerates, an error too
-small to matter, is more than it needs: the tolerance falls as far as the data bear it, and the intervals with it. Where
-the data contradict, the tolerance stays where they did not.
-"""
+A model whose APA may differ mode by mode need not be wrong for any strut, so the tolerance of its file, an error too
+small to matter, is larger than needed: it is reduced as long as the data agree, and the intervals with it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

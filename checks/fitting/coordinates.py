@@ -1,4 +1,4 @@
-"""Coordinates in which a search is short: logarithms for what cannot change its sign, units of the prior for the rest.
+"""Coordinates in which a search is short: logarithms for parameters of fixed sign, units of the prior for the others.
 
 Mass, stiffness and force can grow together and leave every response as it is. In logarithms that valley is straight and
 a Gauss-Newton step runs along it; in the values themselves it bends, and hundreds of small steps follow the bend.

@@ -1,4 +1,4 @@
-"""What a model is compared with: measured responses on independent bins, their noise and the model's tolerance.
+"""Data for comparison with a model: measured responses on independent bins, their noise and the model's tolerance.
 
 Every bin comes from a local polynomial over 17 bins of the record (leakage and transient removed), the next from the
 next 17: errors of different bins are independent. All bins would give half the uncertainty where noise dominates, which
@@ -56,7 +56,7 @@ class Dataset:
         return f"Dataset({self.name}: {', '.join(self.channels)}; {band})"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave the whitener out, which is made anew: it is some thirty times as large as everything else."""
+        """Leave out the whitener, which can be recomputed: it is some thirty times as large as everything else."""
         return {k: v for k, v in vars(self).items() if k != "whitener"}
 
     @property

@@ -1,11 +1,10 @@
 """Least squares by Levenberg's damped Gauss-Newton steps, on normal equations, inside bounds.
 
-x counts in prior standard deviations, so a damping of one is what another prior would do: it holds parameters that the
-data hardly determine and leaves those that they determine well. Such problems are sloppy, their valleys long and bent,
-and damping in proportion to the curvature (Marquardt) lets steps run far along them ([TRANSTRUM12]). Damping by
-Nielsen's rule ([MADSEN04] 3.2). The priors keep the normal matrix well conditioned, so a step costs a small factor and
-not the decomposition of the Jacobian.
-"""
+x counts in prior standard deviations, so a damping of one acts like another prior: it holds parameters that the data
+hardly determine and hardly affects the others. Such problems are sloppy, their valleys long and bent, and damping in
+proportion to the curvature (Marquardt) lets steps run far along them ([TRANSTRUM12]). Damping by Nielsen's rule
+([MADSEN04] 3.2). The priors keep the normal matrix well conditioned, so a step costs a small factor and not the
+decomposition of the Jacobian."""
 
 from dataclasses import dataclass
 from typing import Protocol

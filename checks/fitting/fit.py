@@ -137,7 +137,7 @@ def fit(
 
 @dataclass(frozen=True, eq=False)
 class FitPoint:
-    """Where a search on few bins ended: the free parameters, starting there, the cost, and the work (`work_of`)."""
+    """The end of a search on few bins: the free parameters, starting there, the cost, and the work (`work_of`)."""
 
     free: tuple[Free, ...]
     cost: float
@@ -332,8 +332,8 @@ class _FitProblem:
 
 
 class _LogRatioProblem(_FitProblem):
-    """Ratios instead of differences: a peak that is not where it should be then pulls from afar, and misses by what its
-    height is in decades, not by its height."""
+    """A fit problem on ratios instead of differences: a misplaced peak then attracts from far away, and counts by its
+    height in decades."""
 
     def residual(self, x: Array) -> Array:
         parts = []

@@ -1,4 +1,4 @@
-"""A fit to look at: the measured responses with the model before and after, and what is left."""
+"""Panels of a fit: the measured responses with the model before and after, and the residual."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""What a batch of units has in common: the mean and the scatter of every uncertain parameter, learned from their fits.
+"""A batch of units: the mean and the scatter of every uncertain parameter, learned from their fits.
 
 theta_i = mu + u_i, with u_ij ~ t_nu(0, s_j). A unit's fit gives its likelihood as a quadratic (`information`: its prior
 taken out again), so that a parameter that a unit does not determine adds nothing. Given scatter and weights, mu and all
@@ -32,10 +32,10 @@ SAYS = 0.1  # share of the foretold variance that a unit's data must take away b
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What is known before the batch. mean (p,); mean_sd (p,): how far mu may be off; scatter (p,): 1 sd from unit to
-    unit; both are worth as much as `strength` values that were seen. kinds (p,): parameters of one kind share one
-    factor on their scatters and, three or more, one on their mean_sds, so that few units inform all; default: each its
-    own. nu: degrees of freedom of the tails; infinite: normal."""
+    """The prior of a batch. mean (p,); mean_sd (p,): how far mu may be off; scatter (p,): 1 sd from unit to unit; both
+    count as much as `strength` observed values. kinds (p,): parameters of one kind share one factor on their scatters
+    and, three or more, one on their mean_sds, so that few units inform all; default: each its own. nu: degrees of
+    freedom of the tails; infinite: normal."""
 
     mean: Array
     mean_sd: Array
@@ -81,9 +81,9 @@ def information(theta: Array, cov: Array, mean: Array, prior_cov: Array) -> tupl
     """Return the likelihood of every unit from its fit: precision (n, p, p) and pull (n, p), the precision times the
     estimate.
 
-    theta (n, p), cov (n, p, p): posterior of each fit, whose prior N(mean, prior_cov) is taken out. Directions of which
-    the data say nothing are left with none, whatever rounding makes of them. Raises numpy.linalg.LinAlgError for a
-    prior that is not positive definite."""
+    theta (n, p), cov (n, p, p): posterior of each fit, whose prior N(mean, prior_cov) is taken out. Directions that the
+    data do not determine get zero precision, whatever rounding gave. Raises numpy.linalg.LinAlgError for a prior that
+    is not positive definite."""
     half = np.linalg.cholesky(prior_cov)
     back = linalg.solve_triangular(half, np.eye(mean.size), lower=True)
     precision, pull = np.empty_like(cov), np.empty_like(theta)

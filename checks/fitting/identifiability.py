@@ -46,8 +46,8 @@ def identifiability(fit: Fit, name: str) -> Identifiability:
 
 
 def determined(fit: Fit, effects: Iterable[str]) -> dict[str, Identifiability]:
-    """Return the identifiability of each fitted value of some effects, by `effect.parameter`. What was found without a
-    fit (signs, slow sines) has no entry."""
+    """Return the identifiability of each fitted value of some effects, by `effect.parameter`. Parameters found without
+    a fit (signs, slow sines) have no entry."""
     wanted = set(effects)
     return {n: identifiability(fit, n) for n in fit.names if n.partition(".")[0] in wanted}
 
@@ -55,7 +55,7 @@ def determined(fit: Fit, effects: Iterable[str]) -> dict[str, Identifiability]:
 @dataclass(frozen=True, eq=False)
 class LikelihoodProfile:
     """values (n,) of a parameter, in its own unit, and fall (n,) of ln L from its maximum with all others fitted again
-    at each; ci95: where it has fallen by 1.92, beyond the values looked at infinite."""
+    at each; ci95: where it has fallen by 1.92, infinite beyond the values that were tried."""
 
     name: str
     values: Array

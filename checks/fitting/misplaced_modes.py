@@ -1,11 +1,10 @@
-"""Starts of a fit in which a mode that a search has left in the wrong place is moved to the largest residual.
+"""Starts of a fit in which a misplaced mode is moved to the largest residual.
 
-Two modes that lie nearly at one frequency may be taken for each other: what the strong one should share with the weak
-one it has alone, and the weak one hides where it does no harm. Every step towards the truth passes through where the
-two meet, and there the fit is worse, so no search leads out of that. But the residual peaks where a mode is missing,
-and the shortest way of a mode to there, in standard deviations of the priors with all other modes kept in place, is
-known from the modes' derivatives.
-"""
+Two modes at nearly the same frequency may be mistaken for each other: the strong one explains the response alone, and
+the weak one is left where it does not disturb. Every path to the truth passes through the crossing of the two, where
+the fit is worse, so no descent leads there. But the residual peaks where a mode is missing, and the shortest way of a
+mode to there, in standard deviations of the priors with all other modes kept in place, is known from the modes'
+derivatives."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

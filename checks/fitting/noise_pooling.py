@@ -15,11 +15,10 @@ def pool_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
     """Return the covariance cov (U, C, C) and the degrees of freedom nu (U,) of the usable bins of a local fit,
     averaged over neighbours.
 
-    frf: independent bins; input_power (F,): that of the input about each bin, in any unit. What is averaged is the
-    noise on the outputs, which is smooth; cov is that noise over the power of the input that was left to determine H. A
-    window with far more noise than those about it (a line of the mains, a resonance too sharp for its polynomial) keeps
-    its own, which is not used for its neighbours.
-    """
+    frf: independent bins; input_power (F,): that of the input about each bin, in any unit. The noise on the outputs is
+    averaged, because it is smooth; cov is that noise over the power of the input that was left to determine H. A window
+    with far more noise than those about it (a line of the mains, a resonance too sharp for its polynomial) keeps its
+    own, which is not used for its neighbours."""
     good = frf.usable
     own, power = frf.nu[good], (_power(frf) * input_power)[good]
     noise: Complex = frf.cov[good] * power[:, None, None]

@@ -1,4 +1,5 @@
-"""What can be fitted: a model, or whatever else gives responses and their derivatives at named values."""
+"""The interface of what can be fitted: a model, or anything else with responses and their derivatives at named
+values."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol

@@ -2,7 +2,7 @@
 
 The table of the ratio de / da gives the starts; from them the misalignment is calibrated together with every uncertain
 parameter of the strut and with the gain, delay and slow fall of the drive. An answer that the data or the model do not
-carry is withheld: `MisalignmentEstimate.reason` gives the reason.
+support is withheld: `MisalignmentEstimate.reason` gives the reason.
 
 The estimate is the position of the line along which the APA pushes. The metal is there too unless the APA itself is
 asymmetric, and no record distinguishes the two: a model file may state how asymmetric such APAs are (`[apa]
@@ -118,7 +118,7 @@ def with_whole_scatter(model: Model) -> Model:
 
     Learning takes half of that variance for what the units of a batch have in common, the rest for the scatter within
     it, and a few units show little of either. If the parts have nothing in common, all of it is scatter: the least that
-    an interval has to allow for. Modes and latencies are learned by themselves and stay."""
+    an interval has to allow for. Modes and latencies are learned separately and are not changed."""
     joint = model.joint
     if joint is None:
         return model

@@ -90,8 +90,8 @@ def _reversed_channels(data: Dataset, model: Model) -> Iterator[Reason]:
 
 
 def sensor_tells(data: Dataset, model: Model) -> bool:
-    """Return whether Vs was recorded, is alive and has the model's sign; a search with it is long and in vain
-    otherwise."""
+    """Return whether Vs was recorded, is alive and has the model's sign; otherwise a search with it is long and
+    useless."""
     if "Vs" not in data.channels:
         return False
     low = data.select(("Vs",)).band(*SENSOR_HZ)

@@ -1,5 +1,5 @@
-"""What a bench adds to every unit alike and has no name: a factor on each channel, learned from units that were
-measured on it, and how far one more unit may differ from it."""
+"""The unexplained part of a bench that is the same for every unit: a factor on each channel, learned from units that
+were measured on it, and how far one more unit may differ from it."""
 
 from dataclasses import dataclass, replace
 
@@ -11,9 +11,9 @@ from checks.errors import ModelError
 
 @dataclass(frozen=True, eq=False)
 class LearnedBench:
-    """f (K,) [Hz] rising; factor (K, C) complex: what the responses of channels (C,) are multiplied by, less one; sd
-    (K, C): its standard uncertainty; tolerance (K, C): 1 sd, relative, of what one more unit of the bench has beside
-    it. Between the frequencies all is straight, beyond them it stays what it is at the end."""
+    """f (K,) [Hz] rising; factor (K, C) complex: the factor on the responses of channels (C,), less one; sd (K, C): its
+    standard uncertainty; tolerance (K, C): 1 sd, relative, of the deviation of one more unit. All are interpolated
+    linearly between the frequencies and constant beyond them."""
 
     f: Array
     channels: tuple[str, ...]

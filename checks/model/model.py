@@ -70,11 +70,10 @@ class Model:
     """A model ready to be evaluated. `values` holds every parameter by flat name; calls take changes of them.
 
     apa: parameters -> the APA's body; sds: prior standard deviations; joint: the joint prior of some of the uncertain
-    parameters; tolerance: relative model error too small to matter; least: what is left of it where the modes of the
-    APA are uncertain and fitted; up_to_Hz: nothing is compared above; held: the payload is clamped as well. sha256: of
-    the model's file and of the APA's matrices. damping: "full", or "modal" where each real mode has its own and modes
-    exchange no energy through the dampers. learned: what the bench adds to every unit without a name.
-    """
+    parameters; tolerance: relative model error too small to matter; least: the tolerance that remains if the modes of
+    the APA are uncertain and fitted; up_to_Hz: nothing is compared above; held: the payload is clamped as well. sha256:
+    of the model's file and of the APA's matrices. damping: "full", or "modal" where each real mode has its own and
+    modes exchange no energy through the dampers. learned: the unexplained factor of the bench on every unit."""
 
     name: str
     apa: Callable[[Values], ApaBody]
@@ -231,8 +230,8 @@ class Model:
         return itemgetter(*self.mechanical)
 
     def _smooth(self, name: str) -> bool:
-        """Return whether a parameter changes the matrices in coordinates that stay what they are: rigid directions are
-        taken out of them, and if those turn, so do the coordinates."""
+        """Return whether a parameter changes the matrices in fixed coordinates: rigid directions are eliminated, and if
+        those turn, so do the coordinates."""
         return is_mechanical(name) and not (self._has_ties and last(name) in TURNS_TIES)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What a parameter does to a response: poles, zeros and curves for a row of its values ([STB] 6.2, 6.3)."""
+"""Sweep of a parameter: poles, zeros and responses for a row of its values ([STB] 6.2, 6.3)."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class Swept:
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """Responses of one channel for a row of values. names: the parameters that took them; f (F,) [Hz]."""
+    """Responses of one channel for a row of values. names: the parameters that take these values; f (F,) [Hz]."""
 
     names: tuple[str, ...]
     channel: str

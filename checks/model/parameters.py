@@ -1,4 +1,4 @@
-"""Parameters by flat name: what each may be, and what it is in SI."""
+"""Parameters by flat name: their bounds, and their values in SI."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -112,7 +112,8 @@ _TO_SI = {"um": 1e-6, "mm": 1e-3, "us": 1e-6, "N_per_um": 1e6}
 
 @lru_cache(maxsize=4096)
 def rule(name: str) -> Rule:
-    """Return the rule of a parameter by the last part of its flat name; what is not listed must be positive."""
+    """Return the rule of a parameter by the last part of its flat name; parameters that are not listed must be
+    positive."""
     return _RULES.get(last(name), POSITIVE)
 
 

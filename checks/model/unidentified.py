@@ -1,9 +1,8 @@
-"""What multiplies a channel and has no name: a rational element with as many poles as zeros.
+"""An unidentified factor on a channel: a rational element with as many poles as zeros.
 
 gain times the product of (1 + 2 z s / w + (s / w)^2) of the zeros over that of the poles, each by its frequency and
-damping ratio. Its numbers stand among a model's values (`unidentified.Vs.pole_1_Hz`), so all that uses the model uses
-it.
-"""
+damping ratio. Its numbers are values of the model (`unidentified.Vs.pole_1_Hz`), so everything that uses the model
+includes it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -307,8 +307,8 @@ def _split(x: Array, offset: int, base: Baseline) -> list[int]:
 
 def _refine(x: Array, places: list[int], base: Baseline) -> list[int]:
     """Return the places of change of x (n,) after each was moved to where it fits best between its neighbours, and left
-    out if it is not significant then: a split of the whole is only nearly at the place where a later one shows it to
-    be."""
+    out if it is not significant then: a split of the whole is only approximately at the place that later splits
+    show."""
     edges = [0, *places, x.size]
     significant = _quantile(x.size, base) ** 2 * base.sigma**2
     i = 1
@@ -391,7 +391,7 @@ def false_alarm_rate(n: int, baseline_n: int | None = None, nelson_rules: tuple[
     """Return the share of charts of n normal values in control that hold any alarm, as simulated (seeded).
 
     baseline_n: values of the baseline before them; None: estimated from the values themselves. Both numbers are rounded
-    up to one that is simulated; longer charts ring as often by the two tests, and by rules for each stretch anew.
+    up to one that is simulated; longer charts ring as often by the two tests, and by rules once more for each stretch.
     """
     length = next((known for known in _LENGTHS if known >= n), _LENGTHS[-1])
     before = None if baseline_n is None else next((k for k in _LENGTHS if k >= baseline_n), _LENGTHS[-1])

@@ -28,8 +28,8 @@ def recursion(b: Sequence[complex], a: Sequence[complex], x: _Series) -> _Series
 
 def smooth_lowpass(x: Array, fs: float, corner_Hz: float) -> Array:
     """Return x (N,), sampled at fs [Hz], through a Butterworth low-pass of fourth order forwards and backwards: no
-    delay, and half of the amplitude at the corner. At both ends the record goes on turned about its end point, and the
-    filter begins as if the first value had always been there."""
+    delay, and half of the amplitude at the corner. At both ends the record is extended by its reflection about the end
+    point, and the filter starts in the steady state of the first value."""
     k = min(_EXTENSION, x.size - 1)
     y = np.concatenate([2 * x[0] - x[k:0:-1], x, 2 * x[-1] - x[-2 : -k - 2 : -1]])
     for _ in range(2):

@@ -71,8 +71,8 @@ _KNOWN: WeakKeyDictionary[Record, dict[str, tuple[Reason, ...]]] = WeakKeyDictio
 
 
 def sampling_faults(record: Record, drive: str = "Va", outputs: Sequence[str] = OUTPUTS) -> tuple[Reason, ...]:
-    """Return the reasons why a record must not be used, whatever it is compared with; empty if it is sound. A dead
-    channel is not examined: that it stands still is no fault of the sampling.
+    """Return the reasons why a record must not be used for any comparison; empty if it is sound. Dead channels are not
+    examined, because standing still is not a fault of the sampling.
 
     Each record is examined once, since several checks use the same one."""
     known = _KNOWN.setdefault(record, {})

@@ -1,9 +1,9 @@
 """Sketches of channels: a few hundred bytes that show whether two channels hold the same samples.
 
-A channel that is measured twice differs in its last digits; one that was stored twice does not, whatever file it is in.
-A sketch keeps 64 samples spread over the channel, and of a channel of coarse steps a hash of all its levels. Two
-sketches are the same samples if they agree to five digits of their span, with another sign, scale and offset too, or if
-one is the other written with five digits, MATLAB's default.
+A channel that is measured twice differs in its last digits; one that was stored twice does not, in any file. A sketch
+keeps 64 samples spread over the channel, and of a channel of coarse steps a hash of all its levels. Two sketches are
+the same samples if they agree to five digits of their span, with another sign, scale and offset too, or if one is the
+other written with five digits, MATLAB's default.
 
 A copy that was cut or shifted has other samples at those places, but the same turning points. A sketch keeps hashes of
 the ratios of successive swings between them, which gain, offset, sign and place do not change: the 64 smallest of all

@@ -76,7 +76,7 @@ class Driver:
 def serial_driver(
     driver: Callable[..., Instrument], settings: type[Strict], *names: str, trials: tuple[Trial, ...] = ()
 ) -> Driver:
-    """Return a driver on a serial line: all of them are made alike."""
+    """Return the driver of an instrument on a serial line."""
 
     def opened(name: str, entry: InstrumentEntry, _: Ask) -> Instrument:
         return driver(name, link_of(name, entry), settings_of(name, settings, entry), entry.model, entry.serial)

@@ -47,7 +47,7 @@ class HeidenhainSettings(LengthSettings):
 
 
 class Nd287Settings(HeidenhainSettings):
-    """axis : what is on the display: the only axis, or X1 or X2 of two. A on a display of two axes is their sum."""
+    """axis : the axis on the display: the only one, or X1 or X2 of two. A display of two axes also has A, their sum."""
 
     axis: Literal["single", "X1", "X2"]  # type: ignore[assignment]  # wider, and without a default
 
@@ -56,7 +56,7 @@ class Heidenhain(LengthInstrument[HeidenhainSettings]):
     """Position [m] of the probe. Nothing is set: the readout's own settings are the technician's."""
 
     def _identify(self, deadline: Deadline) -> Identity:
-        """Look for words: the identification has no fixed fields, and the whole must stay as it is."""
+        """Search the identification for words, since it has no fixed fields; the whole text must not change."""
         words = self._identification(deadline)
         wanted = self.settings.identification
         if wanted is not None and (words is None or _letters(wanted) not in _letters(words)):

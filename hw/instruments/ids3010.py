@@ -51,7 +51,7 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         )
 
     def _start(self, deadline: Deadline) -> None:
-        """Start on a connection of its own, so that no answer to an earlier question is taken."""
+        """Open a new connection, so that no late answer to an earlier question is taken."""
         self.link.close()
         super()._start(deadline)
 
@@ -96,7 +96,7 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         return {"averaging N": self._optional_answer("getAverageN", deadline)}
 
     def _optional_answer(self, what: str, deadline: Deadline, *params: object) -> str:
-        """Return what an interface of now tells and an older one refuses."""
+        """Return the answer to a question that older interfaces refuse."""
         try:
             return str(self._call(f"{IDS}.displacement.{what}", deadline, *params))
         except InstrumentRefused:

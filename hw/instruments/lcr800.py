@@ -175,7 +175,8 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
             raise InstrumentRefused(f"{self.name}: {message} was answered {said!r}, expected its echo: not set")
 
     def _command(self, message: str, deadline: Deadline, streamed: int = 0) -> str:
-        """Return reply to a message. streamed: how many results of a meter that triggers itself may stand before it."""
+        """Return the reply to a message. streamed: how many results of a meter that triggers itself may stand before
+        it."""
         if streamed:
             self.link.drop()
             self.link.send(message.encode("ascii") + b"\n\r")

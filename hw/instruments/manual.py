@@ -1,7 +1,6 @@
 """Instruments without a wire: a person reads the value and types number and unit.
 
-Known and assumed: nothing about any instrument; the typed text must hold a number and a unit, and be plausible.
-"""
+Nothing is known or assumed of any instrument; the typed text must hold a number and a unit, and be plausible."""
 
 import re
 import time

@@ -1,4 +1,4 @@
-"""Mahr Millimar C1208, C1216 and C1240: what their protocols share - settings, numbers, units, errors, silence.
+"""Mahr Millimar C1208, C1216 and C1240: the common part of their protocols: settings, numbers, units, errors, silence.
 
 Known from [MILLIMAR] (pages 58 to 70): the protocols and their commands; that nothing is sent while the
 menu is open or a master measurement runs; that values come as the display shows them.

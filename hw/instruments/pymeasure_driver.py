@@ -89,7 +89,8 @@ class Pymeasure:
         return identity
 
     def read(self) -> Reading:
-        """Return the mean of two answers between two looks at what is expected. Raises InstrumentError."""
+        """Return the mean of two answers; the expected settings are checked before and after. Raises
+        InstrumentError."""
         before = self._expected()
         first, second = (self._answer() for _ in range(READINGS))
         self._errors()
@@ -137,7 +138,7 @@ class Pymeasure:
         return Reading(value * self._scale, self.unit, time.time(), (repr(raw).encode(),), settings=dict(self.asked))
 
     def _expected(self) -> dict[str, str]:
-        """Return the settings as the instrument states them. Raises Implausible if one is not as the file says."""
+        """Return the settings as the instrument states them. Raises Implausible if one differs from the bench file."""
         stated = {}
         for path, wanted in self.settings.expect.items():
             found = self._get(path)
@@ -158,7 +159,7 @@ class Pymeasure:
         return self._guard(path, lambda: reduce(getattr, path.split("."), self._device()))
 
     def _guard(self, what: str, action: Callable[[], Any]) -> Any:
-        """Return what a stranger's code returns. Raises InstrumentError whatever it raises."""
+        """Return the result of the library's code. Raises InstrumentError for every exception of it."""
         try:
             with warnings.catch_warnings(action="ignore"):  # of the library, to its own programmers
                 return action()
@@ -173,7 +174,7 @@ class Pymeasure:
 
 
 def _is_as_expected(found: Any, wanted: Plain) -> bool:
-    """Return whether a setting is what the file says; a number within a millionth."""
+    """Return whether a setting agrees with the bench file, a number within a millionth."""
     if isinstance(wanted, bool | str):
         return str(found) == str(wanted) if isinstance(wanted, str) else found in (wanted, int(wanted))
     try:

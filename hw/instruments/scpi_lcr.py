@@ -6,11 +6,10 @@ number, firmware; `FUNC:IMP`, `FUNC:DEV<n>:MODE`, `FREQ`, `VOLT`, `BIAS:STAT`, `
 `SYST:ERR?` gives number and words of the oldest error, number 0 for none, and `*CLS` empties the queue. `FETC?` ->
 primary, secondary, status, where only status 0 is a measurement; a comparator that is on adds the bin, the list sweep
 adds in or out: a fourth field is refused, and both are switched off. Without `INIT:CONT ON` the meter ignores the
-trigger (-211) and `FETC?` repeats the measurement before. A 4284A gives no serial number (0).
-Assumed: everything of the profiles `hioki` (IM35xx) and `gwinstek` (LCR-6000, LCR-8000), written from their command
-lists without a manual's page at hand. A command that does not exist shows at once: what is set is asked before and
-after every reading.
-"""
+trigger (-211) and `FETC?` repeats the measurement before. A 4284A gives no serial number (0). Assumed: everything of
+the profiles `hioki` (IM35xx) and `gwinstek` (LCR-6000, LCR-8000), written from their command lists without a manual's
+page at hand. A command that does not exist shows at once, because every setting is asked before and after every
+reading."""
 
 import re
 from collections.abc import Mapping
@@ -172,7 +171,7 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         return self.settings.agreement_D
 
     def _start(self, deadline: Deadline) -> None:
-        """Connect anew, so that no answer to a question from before an error is taken for another."""
+        """Connect again after an error, so that no late answer is taken for another."""
         self.link.close()
         super()._start(deadline)
 

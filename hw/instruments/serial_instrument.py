@@ -36,9 +36,9 @@ S = TypeVar("S", bound=SerialSettings)
 class SerialInstrument(ABC, Generic[S]):
     """A driver: `read` gives a value or raises InstrumentError within `deadline_s` (plus one look at the port).
 
-    After any error the next reading starts a new session: silent line, settings. What the instrument said it was set to
-    at the first reading since `connect` holds until `close`, over all sessions: a change in between is an error.
-    """
+    After any error the next reading starts a new session: silent line, settings. The settings that the instrument
+    states at the first reading since `connect` must hold until `close`, over all sessions: a change in between is an
+    error."""
 
     unit: str
     answers: ClassVar[int] = 2
@@ -56,7 +56,8 @@ class SerialInstrument(ABC, Generic[S]):
         return self.settings.deadline_s
 
     def connect(self) -> Identity:
-        """Start a run and return the identity. Everything is set, and holds from now on. Raises InstrumentError."""
+        """Start a run and return the identity. All settings are made, and must hold from now on. Raises
+        InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         self.asked = {}
         with self._session_ends_on_error():
@@ -142,11 +143,11 @@ class SerialInstrument(ABC, Generic[S]):
 
     @property
     def _more_within(self) -> float:
-        """Return how far the values that come with them may differ."""
+        """Return the difference allowed between the accompanying values."""
         return 0.0
 
     def _open(self, deadline: Deadline) -> None:
-        """Make the instrument answer, if it does not by itself; sets nothing that a value depends on."""
+        """Make the instrument answer if it needs it; this sets nothing that a value depends on."""
 
     def _settings_found(self, _: Deadline) -> Mapping[str, str]:
         """Return the instrument's settings before `_set_up` changes them; nothing if it sets nothing."""
@@ -156,7 +157,7 @@ class SerialInstrument(ABC, Generic[S]):
         """Set what `_settings_found` returned."""
 
     def _set_up(self, deadline: Deadline) -> None:
-        """Set everything that must be set before a value means what it should; by itself it sets nothing."""
+        """Set everything that a valid reading needs; the default sets nothing."""
 
     def _identify(self, _: Deadline) -> Identity:
         """Ask for the identity, as far as the protocol has it."""

@@ -4,9 +4,8 @@ Known from the documentation of the package sounddevice: a `Stream` is a context
 function from a thread of its own with the frames that came, those to be played, and flags that tell whether some were
 lost; numbers are parts of full scale; `check_input_settings` tells whether the device takes a rate. What an interface
 cannot do: it passes nothing slower than some hertz, and its output begins at an unknown moment, so that the drive has
-to be recorded by an input. No program knows where its gain knob stands: the laboratory compares it with a known signal.
-The package is loaded when the first record is taken.
-"""
+to be recorded by an input. The position of its gain knob is unknown to a program: the laboratory compares it with a
+known signal. The package is loaded when the first record is taken."""
 
 import queue
 from collections.abc import Sequence
@@ -56,7 +55,7 @@ class AudioInterface:
             raise self._refusal(e) from e
 
     def actual_rate(self, inputs: Sequence[RecorderChannel], rate_Hz: float) -> float:
-        """Return the rate; an interface takes few, so the bench file should say which."""
+        """Return the rate; an interface supports few, so the bench file should state one."""
         audio = self._library()
         most = max(self._number(at.physical) for at in inputs)
         try:
@@ -136,7 +135,7 @@ class _SamplesLost(Exception):
 
 
 class _Played:
-    """What the output plays: a drive (N,) at one of its columns, then silence."""
+    """The output signal: a drive (N,) in one of its columns, then silence."""
 
     def __init__(self, drive: Array, column: int) -> None:
         self._drive, self._column, self._at = drive, column, 0
@@ -149,7 +148,7 @@ class _Played:
 
 
 class _Queue:
-    """What has come, from PortAudio's thread to the one that judges, which may take its time."""
+    """A queue of blocks from PortAudio's thread to the one that judges, which may be slower."""
 
     def __init__(self) -> None:
         self._queue: queue.SimpleQueue[tuple[Any, str]] = queue.SimpleQueue()
@@ -162,7 +161,7 @@ class _Queue:
         self._queue.put((np.array(indata), lost))  # its memory is used again
 
     def of_both(self, played: _Played, indata: Any, outdata: Any, _frames: int, _time: Any, status: Any) -> None:
-        """Take a block and give what is played meanwhile; called by PortAudio."""
+        """Take a block and provide the output for the next one; called by PortAudio."""
         lost = "the output ran dry" if status.output_underflow and not self._first else ""
         lost = "samples were lost" if status.input_overflow and not self._first else lost
         self._first = False

@@ -29,8 +29,8 @@ Follow = Callable[[Callable[[], Record]], bool]
 
 
 class Converter(Protocol):
-    """The interface of a back end. one_clock: what is played and what is recorded begin with the same sample, so that a
-    channel may be `drive`; slow: whether it passes what is slower than a hertz; output_range: where the output ends."""
+    """The interface of a back end. one_clock: output and record begin with the same sample, so that a channel may be
+    `drive`; slow: whether it passes frequencies below a hertz; output_range: the largest output."""
 
     one_clock: bool
     output_range: float
@@ -95,7 +95,7 @@ class Recorder:
 
     @property
     def slow(self) -> bool:
-        """Return whether it passes what is slower than a hertz."""
+        """Return whether it passes frequencies below a hertz."""
         return self._converter.slow
 
     def connect(self) -> Identity:

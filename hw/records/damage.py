@@ -1,4 +1,4 @@
-"""The only place where an error of a parser on a damaged file becomes a RecordError."""
+"""Conversion of a parser's errors on damaged files into a RecordError; no other module does it."""
 
 import struct
 import zlib

@@ -37,7 +37,7 @@ DEFLATE_RATIO = 1032  # no deflate stream grows by more (zlib.net, "Maximum Comp
 
 @dataclass(frozen=True)
 class MatElement:
-    """Tag of a data element: its type and where its bytes stand; `after` is where the next one starts."""
+    """Tag of a data element: its type and the position of its bytes; `after` is the start of the next one."""
 
     kind: int
     start: int
@@ -55,7 +55,7 @@ def open_mat5(file: str, raw: bytes) -> dict[str, Variable]:
 
 def vet_unpacked(file: str, raw: bytes, most: int) -> None:
     """Raise RecordError if the compressed variables of a file unpack to more than `most` bytes, for readers that unpack
-    all of them. Nothing of it is kept."""
+    all of them. Nothing is kept in memory."""
     left = most
     for element in _elements(file, raw, ">" if raw[126:128] == b"MI" else "<"):
         inflate, packed = zlib.decompressobj(), raw[element.start : element.start + element.size]
@@ -117,7 +117,7 @@ def _compressed_variable(file: str, packed: memoryview, order: str) -> Variable:
 
 @dataclass(frozen=True)
 class ArrayHeader:
-    """Header of an array; data_at: where its data start."""
+    """Header of an array; data_at: the start of its data."""
 
     name: str
     shape: tuple[int, ...]

@@ -116,7 +116,7 @@ def _wanted_variables(source: Source, found: Variables, series: Series, sources:
 
 
 def _scale(file: str, name: str, x: Array, source: ChannelSource, unit: str) -> Array:
-    """Return x (N,) times gain in the declared unit; as it is if neither gain nor unit is given."""
+    """Return x (N,) times gain in the declared unit; unchanged if neither gain nor unit is given."""
     try:
         scale = source.gain * (1.0 if source.unit is None else factor(source.unit, unit))
     except UnitMismatch as e:

@@ -35,9 +35,9 @@ ANALYSER_H, ANALYSER_COHERENCE = re.compile(r"^H[12v]?_(\d+)$"), "C1_{0}"  # of 
 
 @dataclass(frozen=True, eq=False)
 class ResponseFile:
-    """Responses of a file over one input. f (F,) [Hz], rising; H (F, C) in the units of the file; coherence, var
-    (F, C), NaN if not stated; units: of channels and input, "" if not stated; averages: None if not stated; said: what
-    was taken for what."""
+    """Responses of a file over one input. f (F,) [Hz], rising; H (F, C) in the units of the file; coherence, var (F,
+    C), NaN if not stated; units: of channels and input, "" if not stated; averages: None if not stated; said: a
+    sentence on how the content was mapped."""
 
     file: str
     sha256: str
@@ -129,8 +129,8 @@ def _named(f: uff58.UffFunction) -> str:
 
 
 def _own_json(source: Source) -> ResponseFile:
-    """Return the response that this program wrote, with its coherence and variance as they stand there. `nu` are
-    degrees of freedom, one fewer than averages. Raises RecordError if the file holds several."""
+    """Return the response that this program wrote, with its coherence and variance unchanged. `nu` are degrees of
+    freedom, one fewer than averages. Raises RecordError if the file holds several."""
     found = json.loads(source.raw)["responses"]
     if len(found) != 1:
         raise RecordError(f"{source.file}: holds {len(found)} responses; write one at a time")

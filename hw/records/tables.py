@@ -1,4 +1,4 @@
-"""Small CSV tables, such as the heights of a flatness measurement, and what a file holds at all."""
+"""Small CSV tables, such as the heights of a flatness measurement, and lists of the variables of a file."""
 
 from pathlib import Path
 

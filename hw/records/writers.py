@@ -35,8 +35,8 @@ def mat_bytes(mapping: Mapping[str, ArrayLike], compact: bool = False) -> bytes:
 
 
 def csv_bytes(mapping: Mapping[str, ArrayLike]) -> bytes:
-    """Return CSV file of name -> (N,) real numbers of one length: a header row, then a row per sample, in the shortest
-    digits that read back as the same double. Raises ValueError."""
+    """Return a CSV file of name -> (N,) real numbers of one length: a header row, then a row per sample, in the
+    shortest digits that read back as the same double. Raises ValueError."""
     columns = [_real(name, values) for name, values in mapping.items()]
     lengths = {c.size for c in columns}
     if len(lengths) != 1:

@@ -27,8 +27,8 @@ OF_THE_LINE = {
 
 @dataclass(frozen=True)
 class LineFault:
-    """after: how many replies go by before it strikes. at: where in the reply. seconds: as the kind says. seed: of the
-    damage done to the bytes."""
+    """after: how many replies go by before it strikes. at: position in the reply. seconds: duration, for some kinds.
+    seed: of the damage done to the bytes."""
 
     kind: FaultKind
     after: int = 0

@@ -18,7 +18,7 @@ class HeidenhainDevice(Device):
         self.series, self._held, self._held_back = "A", False, list[bytes]()
 
     def _messages(self) -> list[bytes]:
-        """Return the finished messages: a control byte is one by itself; ESC runs to CR."""
+        """Return the finished messages: a single control byte, or ESC up to CR."""
         found = []
         while self._buffer:
             if self._buffer[0] != ESC:

@@ -1,5 +1,5 @@
 """An LCR-800 ([LCR800] pages 87-90, 107-110, and what its drivers agree on). Takes LF, LF CR and CR LF as the end of a
-message, replies with LF; says nothing to a message that it does not know (assumed)."""
+message, replies with LF; does not answer unknown messages (assumed)."""
 
 import re
 import time

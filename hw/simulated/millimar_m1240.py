@@ -1,5 +1,5 @@
 """A Millimar that speaks M1240 ([MILLIMAR] page 67). Assumed, and a parameter: `P86` is answered by a bare CR; `ERR1`
-for what it does not know."""
+for unknown commands."""
 
 from hw.simulated.device import Source
 from hw.simulated.millimar import UNITS, MillimarDevice

@@ -70,7 +70,7 @@ class Server:
             raise ValueError(f"{fault.kind} needs two servers: swap(a, b)")
 
     def clear(self) -> None:
-        """End all faults, those under way too: what they held back goes out at once; what they sent stays sent."""
+        """End all faults, including those under way: bytes that they held back are sent at once."""
         with self._lock:
             self._faults.clear()
         self._calm.set()
@@ -96,7 +96,7 @@ class Server:
             termios.tcsetattr(self._slave, termios.TCSANOW, attributes)
 
     def _reply(self, reply: bytes) -> None:
-        """Send a reply, or what a fault leaves of it; of an `ECHO_LOST` nothing is left."""
+        """Send a reply as a fault changes it; an `ECHO_LOST` sends nothing."""
         fault = self._due()
         first = fault.at % max(1, len(reply)) if fault else 0
         match fault.kind if fault else None:

@@ -1,4 +1,4 @@
-"""The declaration of a product: what is judged, by which spec, explained by which model."""
+"""The declaration of a product: its kind of unit, its spec and its model."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,2 +1,1 @@
-"""The statements of a certificate: its content, where that comes from, the sentences made of it, and why one does not
-hold."""
+"""The content of a certificate, its provenance, and its statements."""

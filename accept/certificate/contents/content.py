@@ -1,4 +1,4 @@
-"""The content of one certificate, and how it is written into files that travel inside the PDF."""
+"""The content of one certificate, and the files inside the PDF that hold it."""
 
 import hashlib
 import json
@@ -217,9 +217,8 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
 
 
 def _check_manifest(stated: Mapping[str, Any], content: CertificateContent) -> None:
-    """Compare the manifest with the one that the other attachments give: what a script reads in it is what was judged.
-
-    A manifest of format 1 lacks keys; what it has is compared. Raises ContentError naming the field."""
+    """Compare the manifest with the one that the other attachments give, so that a script reads what was judged. A
+    manifest of format 1 lacks keys; its own keys are compared. Raises ContentError naming the field."""
     derived = content.manifest()
     if content.format == BEFORE:
         derived = _keys_of(derived, stated)
@@ -247,7 +246,7 @@ def _first_difference(stated: Any, derived: Any, path: str) -> str | None:
 
 
 def canonical(data: Mapping[str, Any]) -> bytes:
-    """Return JSON with sorted keys, one per line, UTF-8: what results.json inside a certificate holds and what is
+    """Return JSON with sorted keys, one per line, UTF-8: the form of results.json inside a certificate, which is
     hashed."""
     return _json(data, 1)
 

@@ -1,7 +1,6 @@
 """The disposition of a unit that was not accepted: quality assurance decides it when it countersigns.
 
-It stands in the countersignature itself (the signed `/Reason` of its dictionary), on the page, and in the store.
-"""
+It is part of the countersignature itself (the signed `/Reason` of its dictionary), of the page and of the store."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -69,7 +69,7 @@ STATED = ("name", "address", "site", "accreditation", "customer", "sampling")  #
 
 
 def laboratory_of(home: Path) -> Laboratory | None:
-    """Return what a bench's `laboratory.toml` says, None without that file. Raises SpecError."""
+    """Return the content of a bench's `laboratory.toml`, None without that file. Raises SpecError."""
     path = home / FILE
     if not path.exists():
         return None
@@ -77,7 +77,7 @@ def laboratory_of(home: Path) -> Laboratory | None:
 
 
 def statement_of(laboratory: LaboratoryFile, checks: Iterable[str]) -> dict[str, Any]:
-    """Return what a certificate states of the laboratory: the texts that are given, and the method of each check."""
+    """Return a certificate's statements about the laboratory: its texts, and the method of each check."""
     stated: dict[str, Any] = {name: text for name in STATED if (text := getattr(laboratory, name)) is not None}
     methods = {name: method for name in checks if (method := method_of(laboratory, name)) is not None}
     return stated | ({"methods": methods} if methods else {})

@@ -1,1 +1,1 @@
-"""The page: what is the same on each, its body, and the whole document to the byte."""
+"""The page of a certificate: its fixed parts, its body, and the whole document."""

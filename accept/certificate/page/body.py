@@ -176,8 +176,8 @@ def _finding_row(finding: Mapping[str, Any]) -> list[Any]:
 
 
 def _remark(finding: Mapping[str, Any], told: dict[str, str]) -> list[str]:
-    """Return reason, assumption and note of a finding in one paragraph, and what to do in another. told: what was said
-    already -> label of the finding where it stands; what is said here is added."""
+    """Return reason, assumption and note of a finding in one paragraph, and what to do in another. told: text -> label
+    of the finding that has it already; the texts of this finding are added."""
     label, reason = label_of(finding["quantity"]), finding["reason"]
     advised = [] if finding["verdict"] == "pass" else [line for line in stored_advice(finding) if line not in told]
     parts = [

@@ -1,4 +1,4 @@
-"""The statements of a laboratory's report beside its results ([ISO17025] 7.8.2, 7.8.3 and 7.8.6), as far as it is
+"""The statements of a laboratory's report beside its results ([ISO17025] 7.8.2, 7.8.3 and 7.8.6), as far as they are
 known."""
 
 from collections.abc import Mapping

@@ -96,7 +96,7 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
 
 
 def summary(result: Mapping[str, Any]) -> str:
-    """Return why the unit has its verdict, in a sentence that names the quantities; what holds the unit comes first."""
+    """Return the reason of the unit's verdict, in a sentence that names the quantities; nonconformances come first."""
     if nonconformances := result.get("nonconformances"):
         others = summary({**result, "nonconformances": []}) if result["verdict"] != "conditional" else ""
         listed = "; ".join(map(without_hashes, nonconformances))  # the notes have the hashes of their files

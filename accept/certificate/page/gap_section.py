@@ -24,8 +24,8 @@ from accept.pictures.pdf.page_style import words
 
 
 def explanation(result: Mapping[str, Any]) -> list[Flowable]:
-    """Return how the responses compare with the model: what is missing, by name, and the gap before and after. It is
-    information and does not change the verdict. result: with its part `gap`."""
+    """Return the comparison of the responses with the model: the effects that are missing, and the gap before and
+    after. It is information and does not change the verdict. result: with its part `gap`."""
     found = result["gap"]
     head = words(f"Responses against model {found.get('model', found['start'])}, for information", page_style.HEADING)
     if found["verdict"] == REFUSED:

@@ -25,9 +25,10 @@ UNITS = {"m": (1e6, "um"), "F": (1e6, "uF")}
 
 @dataclass(frozen=True)
 class TrialResult:
-    """One trial: what was asked of the technician, what came of it, whether it is as it must be. how: "refused", "seen"
-    (the value stayed and the technician saw the change), "absent" (this instrument cannot do it), "not seen", "passed
-    over" (a value although the driver asks for this setting), "wrong", or "read" for a reading without a change."""
+    """The result of one trial: the request to the technician, the outcome, and whether it passed. how: "refused",
+    "seen" (the value stayed and the technician saw the change), "absent" (this instrument cannot do it), "not seen",
+    "passed over" (a value although the driver asks for this setting), "wrong", or "read" for a reading without a
+    change."""
 
     trial: str
     found: str
@@ -74,7 +75,7 @@ def commission(
 
 
 def _credential() -> keys.Credential | None:
-    """Return the technician's key, where the bench has one and its passphrase is given."""
+    """Return the technician's key, if the bench has one and its passphrase is given."""
     try:
         return keys.unlock(home(), keys.TECHNICIAN, passphrase_of(None, "Passphrase of the technician's key: "))
     except keys.KeysError as e:
@@ -116,7 +117,8 @@ def _first(instrument: Instrument) -> tuple[float | None, TrialResult]:
 
 
 def _run_trial(instrument: Instrument, trial: Trial, first: float) -> TrialResult:
-    """Return what became of a change: it must be refused, or leave the value and be seen by the technician."""
+    """Return the result of a change at the panel: it must be refused, or leave the value and be seen by the
+    technician."""
     try:
         instrument.confirm()
         value = instrument.read().value

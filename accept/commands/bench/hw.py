@@ -1,4 +1,4 @@
-"""`accept hw`: what is on the bench, what it answers, and measuring with it."""
+"""`accept hw`: list the instruments of a bench, ask them for readings, and measure with them."""
 
 import sys
 import time
@@ -44,7 +44,7 @@ Measurer = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Wh
 
 
 def bench_path(given: Path | None) -> Path:
-    """Return the bench file named, else the one in the bench's folder. Raises SpecError where neither is there."""
+    """Return the bench file named, else the one in the bench's folder. Raises SpecError if neither exists."""
     path = given if given is not None else home() / BENCH_FILE
     if given is None and not path.exists():
         raise SpecError(str(path), ["no bench file found; write one or name it with --bench"])
@@ -75,7 +75,7 @@ def show_list(bench: Bench = None, json: JsonAnswer = None) -> Exit:
 
 
 def _listing_row(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentListed:
-    """Return what is known of an instrument or a recorder without asking it."""
+    """Return the row of an instrument or a recorder; it is not asked."""
     link = entry.link if isinstance(entry, InstrumentEntry) else None
     resource = entry.resource if isinstance(entry, InstrumentEntry) else None
     return InstrumentListed(
@@ -176,7 +176,7 @@ def ask(
 
 
 def _answer_of(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentAsked:
-    """Return what an instrument answered, as far as it came."""
+    """Return the answer of an instrument, or its error."""
     identity, reading, times = Identity(), None, list[float]()
     problem = None
     try:

@@ -1,4 +1,4 @@
-"""The web server of `accept run --web`; imported only where the extra `web` is installed."""
+"""The web server of `accept run --web`; imported only if the extra `web` is installed."""
 
 import asyncio
 import re
@@ -52,7 +52,7 @@ class Window(AppService):
 
 
 class Loopback(server.Server):
-    """Answers pages of its own address only: another site that is open in the same browser could otherwise press keys
+    """Serve pages of its own address only: another site that is open in the same browser could otherwise press keys
     here, by name or by a name that points to this machine."""
 
     def __init__(self, words: Sequence[str], photos: Path, *arguments: Any, **options: Any) -> None:
@@ -65,11 +65,11 @@ class Loopback(server.Server):
 
     @property
     def address(self) -> str:
-        """Return what is typed into the browser, once."""
+        """Return the address to open in the browser; it works once."""
         return f"http://{self._own}/?token={self._token}"
 
     def initialize_logging(self) -> None:
-        """Keep its log silent: it would stand among the program's own words."""
+        """Keep the server's log silent, because it would mix with the program's own output."""
 
     async def on_startup(self, app: web.Application) -> None:
         """Print no banner."""
@@ -125,8 +125,8 @@ def _same(given: str, expected: str) -> bool:
 
 
 def template_without_strangers(folder: Path) -> None:
-    """Write the package's page without what it would load from other hosts, which a bench may not reach and which shall
-    not learn what is measured."""
+    """Write the package's page without its links to other hosts, which a bench may not reach and which must not learn
+    what is measured."""
     page = files("textual_serve").joinpath("templates", "app_index.html").read_text(encoding="utf-8")
     page = _ELSEWHERE.sub("", page).replace("</body>", f"{additions()}{_FOCUS}</body>")
     (folder / "app_index.html").write_text(page, encoding="utf-8")

@@ -64,7 +64,7 @@ def run(
 
 def show(wanted: RunOptions) -> Exit:
     """Show the guided workflow in this terminal; the exit code is that of the units worked on, incomplete if one was
-    left open. Raises SystemExit for a fault of the program, whose traceback stands above."""
+    left open. Raises SystemExit for a fault of the program, whose traceback is above."""
     if not sys.stdin.isatty() and "TEXTUAL_DRIVER" not in os.environ:  # the latter: screens that go to a browser
         say("accept: run shows screens and needs a terminal; without one: accept run --web")
         return Exit.BAD_INPUT
@@ -85,7 +85,7 @@ def show(wanted: RunOptions) -> Exit:
 
 
 def _loader(wanted: RunOptions) -> "Callable[[], Workbench]":
-    """Return a function that opens the bench; what it imports, the physics, takes longer than the first screen may."""
+    """Return a function that opens the bench; it imports the physics, which takes longer than the first screen may."""
 
     def load() -> "Workbench":
         if wanted.training:

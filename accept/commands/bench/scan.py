@@ -1,9 +1,8 @@
-"""`accept hw scan`: which ports and network instruments are there, and a bench file to begin with.
+"""`accept hw scan`: find ports and network instruments, and propose a bench file.
 
-Nothing is written to an instrument that is not known. A serial port is only opened and listened to: what answers to a
-question can be found by `accept hw test`, once a person has said which instrument stands there. On VISA and at an
-address that is named, one question that changes nothing is asked: `*IDN?`, or the device's name.
-"""
+Nothing is written to an instrument that is not known. A serial port is only opened and listened to; `accept hw test`
+asks it once a person has stated which instrument is there. On VISA and at an address that is named, one question that
+changes nothing is asked: `*IDN?`, or the device's name."""
 
 import re
 import warnings
@@ -81,7 +80,7 @@ def _listen(port: str, description: str) -> PlaceSeen:
 
 
 def _device(address: str) -> PlaceSeen:
-    """Ask a device on the network for its name, as an IDS3010 tells it; this changes nothing."""
+    """Ask a device on the network for its name as an IDS3010 would be asked; this changes nothing."""
     link = Link(Address(address), open_tcp)
     try:
         names = []

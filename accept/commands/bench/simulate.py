@@ -93,7 +93,7 @@ def _shown(shows: Iterable[tuple[str, str]]) -> str:
 
 
 def request_of(wanted: SimulateOptions) -> UnitRequest:
-    """Return what a command line orders. Raises UnitRequestError, SpecError or ModelError."""
+    """Return the request of a command line. Raises UnitRequestError, SpecError or ModelError."""
     if wanted.kind not in SIMULATED_MODEL:
         raise UnitRequestError(f"kind '{wanted.kind}': expected one of {', '.join(SIMULATED_MODEL)}")
     model, effects = _model(wanted)
@@ -117,7 +117,7 @@ def request_of(wanted: SimulateOptions) -> UnitRequest:
 
 
 def _model(wanted: SimulateOptions) -> tuple[Model, list[Effect]]:
-    """Return the model before any effect is added, and those of its file that are no parameter of it."""
+    """Return the model before any effect is added, and the effects of its file that are not among its parameters."""
     it = open_model_file(wanted.model or SIMULATED_MODEL[wanted.kind])
     model = it.model
     model = on_bench(model, wanted.kind) if wanted.model is None else model

@@ -38,5 +38,6 @@ def run(arguments: Sequence[str], port: int) -> Exit:
 
 
 def command(arguments: Sequence[str]) -> list[str]:
-    """Return what is started for every window: words, not a line for a shell, whose quoting differs on Windows."""
+    """Return the command for every window as a list of words: a line for a shell would need another quoting on
+    Windows."""
     return [sys.executable, "-P", "-m", "accept", "run", *arguments]

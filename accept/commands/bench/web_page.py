@@ -56,7 +56,7 @@ document.addEventListener("paste", (event) => take(event.clipboardData.files, ev
 
 
 def additions() -> str:
-    """Return what stands at the end of the page's body."""
+    """Return the additions at the end of the page's body."""
     keys = "".join(
         f'<button tabindex="-1" data-key="{key}" data-code="{code}">{label}</button>' for label, key, code in _KEYS
     )

@@ -58,7 +58,7 @@ def chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.DataFrame:
 
 
 def say_voided(frame: pd.DataFrame) -> None:
-    """Say which attempts do not count: a yield without them is not that of all that was measured."""
+    """Report the attempts that do not count, because a yield leaves them out."""
     void = frame[frame["voided"] != ""].drop_duplicates("seq")
     if len(void):
         named = [f"{row['serial']} attempt {row['attempt']}" for row in void.to_dict("records")]
@@ -79,7 +79,7 @@ def check_plot(plot: Path | None) -> None:
 
 
 def write(outputs: Outputs, frame: pd.DataFrame) -> None:
-    """Write the rows where they are wanted; times as ISO 8601, missing numbers as null or an empty cell."""
+    """Write the rows to the given files; times as ISO 8601, missing numbers as null or an empty cell."""
     if outputs.json is not None:
         write_atomic(outputs.json, (frame.to_json(orient="records", date_format="iso", indent=1) + "\n").encode())
     if outputs.csv is not None:
@@ -129,13 +129,12 @@ def draw(plot: Path | None, panels: Sequence[Panel], columns: int) -> None:
 
 
 def telling(frame: pd.DataFrame, *columns: str) -> pd.DataFrame:
-    """Drop those of these columns that hold nothing in any row."""
+    """Drop the columns, of those named, that are empty in every row."""
     return frame.drop(columns=[c for c in columns if frame[c].isna().all() or frame[c].isin([NOT_STATED, ""]).all()])
 
 
 def _label_words(column: str, text: str) -> str:
-    """Return quantities by their label; their code name, which other commands take, stands beside it or in the
-    files."""
+    """Return a quantity by its label and its code name, which other commands take; other texts as they are shown."""
     if column == "quantity":
         return label_and_name(text)
     if column == "causes":

@@ -20,7 +20,7 @@ class ListedVerdict(StrEnum):
 
 
 class By(StrEnum):
-    """What units are grouped by."""
+    """The groups of units."""
 
     MONTH = "month"
     WEEK = "week"
@@ -36,7 +36,7 @@ class By(StrEnum):
 
 
 class TrendBy(StrEnum):
-    """What a trend runs along."""
+    """The groups of a trend."""
 
     ALL = "all"
     BENCH = "bench"
@@ -50,7 +50,7 @@ class TrendBy(StrEnum):
 
 
 class ExpectedGolden(StrEnum):
-    """What a unit is compared with."""
+    """The verdict that a golden unit must have."""
 
     ACCEPTED = "accepted"
     REJECTED = "rejected"
@@ -90,7 +90,7 @@ class ListOptions:
 
 @dataclass(frozen=True)
 class GaugeOptions:
-    """What a gauge study is made from, and held against."""
+    """The data of a gauge study, and the tolerance that it is compared with."""
 
     quantity: Annotated[str | None, typer.Option(help="Instead: repeated judgements of this quantity.")] = None
     tolerance: Annotated[float | None, typer.Option(min=0.0, help="Distance between the limits.")] = None

@@ -1,4 +1,5 @@
-"""`accept model effects`: which effects can be named as missing, how each shows, and what tells it alone."""
+"""`accept model effects`: list the effects that can be named as missing, their signs, and the experiment that isolates
+each."""
 
 import textwrap
 

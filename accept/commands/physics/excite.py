@@ -144,7 +144,7 @@ def content(excitation: Excitation, out: Path) -> bytes:
 
 
 def summary(excitation: Excitation, out: Path) -> list[str]:
-    """Return what was written, in a few lines."""
+    """Return a summary of the signal in a few lines."""
     Va = excitation.Va
     rms = float(np.sqrt(np.mean(excitation.proper**2)))
     return [

@@ -209,14 +209,15 @@ def hammer_summary(response: ImpactResponse) -> Table:
 
 
 def with_U(value: float, U: float) -> str:
-    """Return both to the decimals that U has, 93.918 ± 0.023; a U below 0.0001 is said to be that."""
+    """Return both to the decimals that U has, 93.918 ± 0.023; a U below 0.0001 is shown as "less than 0.0001"."""
     if U >= LEAST_U:
         return f"{rounded(value, U)} ± {rounded_U(U)}"
     return f"{fixed(value, 4)} ± less than {LEAST_U:g}" if U > 0.0 else f"{value:.6g}"
 
 
 def _coherent(frf: Frf, channel: str) -> str:
-    """Return first and last frequency with a coherence above COHERENT, and how much of what is between has it."""
+    """Return the first and last frequency with a coherence above COHERENT, and the share of the bins between that have
+    it."""
     coherence = frf.coherence[:, frf.index(channel)]
     if np.isnan(coherence).all():
         return "not stated"

@@ -53,7 +53,7 @@ class HammerOptions:
 
 @dataclass(frozen=True)
 class ResponseOptions:
-    """What a file of responses does not state, and a response to compare with."""
+    """Statements that a file of responses lacks, and a response to compare with."""
 
     averages: Annotated[
         float | None, typer.Option(help="Averages behind the coherence that a file of responses states.")

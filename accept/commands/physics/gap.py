@@ -1,4 +1,4 @@
-"""`accept gap`: where simulation and data disagree, what is missing, and the gap before and after."""
+"""`accept gap`: compare data with a model, name the missing effects, and show the gap before and after."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -90,7 +90,7 @@ def run(
 
 
 def _units(paths: Sequence[Path]) -> list[UnitFolder]:
-    """Return units at or below the paths. Raises UnitError, for a serial that two of them have too."""
+    """Return the units at or below the paths. Raises UnitError, also if two of them have the same serial."""
     for path in paths:
         if path.is_file() and path.name != UNIT_FILE:
             raise RecordError(f"{path}: {FILE_TOO_LITTLE}")
@@ -129,7 +129,7 @@ class GapJob:
 
 
 def _print_answer(serial: str, given: Answer | str | GivenUp, place: Path, html: bool) -> Mapping[str, Any] | None:
-    """Print the answer and return gap.json, None if the unit was refused, which is said too."""
+    """Print the answer, or why the unit was refused, and return gap.json, None if it was refused."""
     if not isinstance(given, Answer):
         words = str(given)
         say(f"accept: {words if words.startswith(f'{serial}:') else f'{serial}: {words}'}")

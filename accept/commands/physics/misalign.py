@@ -1,4 +1,5 @@
-"""`accept misalign`: where the APA sits between its joints, with its uncertainty, or why that cannot be said."""
+"""`accept misalign`: estimate where the APA sits between its joints, with its uncertainty, or why it cannot be
+determined."""
 
 from json import dumps
 from pathlib import Path

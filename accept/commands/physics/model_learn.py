@@ -52,7 +52,7 @@ def run(
 
 
 def _earlier(path: Path) -> ModelSpec | None:
-    """Return the model that was learned into the same place before, if there is one that can be read."""
+    """Return the model that an earlier run wrote to the same place, if it can be read."""
     try:
         return load_model(path) if path.exists() else None
     except (SpecError, OSError):

@@ -24,7 +24,7 @@ class ModesOptions:
 
 @dataclass(frozen=True)
 class FrfOptions:
-    """At which frequencies, and where the responses go."""
+    """Frequencies of modelled responses, and their files."""
 
     model: ModelName = "strut"
     f_lo: FirstHz = 10.0
@@ -39,7 +39,7 @@ class FrfOptions:
 
 @dataclass(frozen=True)
 class FitOptions:
-    """What is fitted from, and over which band."""
+    """The start model of a fit, and its frequency band."""
 
     model: StartModelName = None
     f_lo: Annotated[float, typer.Option("--f-lo", help="First frequency fitted [Hz].")] = 10.0
@@ -49,7 +49,7 @@ class FitOptions:
 
 @dataclass(frozen=True)
 class FitOutputs:
-    """What to leave behind; out: all three of them in a folder."""
+    """Files of a fit; out: all three of them in a folder."""
 
     out: Annotated[Path | None, typer.Option(help="Folder for model.toml, fit.pdf and fit.json.")] = None
     write: Annotated[Path | None, typer.Option(help="The fitted model as a file.")] = None
@@ -69,7 +69,7 @@ class FitOutputs:
 
 @dataclass(frozen=True)
 class ParameterSweepOptions:
-    """Which values, and where the poles and zeros go. values: None for the published ones."""
+    """Values of a sweep, and files of its poles and zeros. values: None for the published ones."""
 
     values: Annotated[list[float] | None, typer.Option("--value", help="A value; repeat for more.")] = None
     channel: Annotated[str, typer.Option(help="Vs, de or da.")] = "de"

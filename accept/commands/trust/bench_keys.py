@@ -38,11 +38,10 @@ def new_prompt(words: str) -> str | None:
 def passphrase_of(
     file: Path | None, words: str, variable: str = keys.PASSPHRASE, *, only: bool = False, new: bool = False
 ) -> str:
-    """Return passphrase from a file named on the command line, the environment, or the terminal. Raises KeysError.
+    """Return the passphrase from a file named on the command line, the environment, or the terminal. Raises KeysError.
 
-    variable : asked before `ACCEPT_PASSPHRASE`; only : and instead of it, where another's would be wrong. new : it is
-    asked for twice.
-    """
+    variable : asked before `ACCEPT_PASSPHRASE`; only : do not read `ACCEPT_PASSPHRASE`, which would be that of another
+    key. new : it is asked for twice."""
     prompt = new_prompt if new else terminal_prompt
     if file is not None:
         try:
@@ -61,12 +60,11 @@ def passphrase_of(
 
 
 def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -> Credential | None:
-    """Return the technician's key of the bench; it is made if it is missing. None, and a word why, when no passphrase
-    is given: the units are judged all the same. operator: who is said to judge; None means the one who has the key.
+    """Return the technician's key of the bench; it is made if it is missing. None, with a message, if no passphrase is
+    given; the units are judged all the same. operator: the name given for the record; None means the owner of the key.
     tsa: URL of the time stamping authority to ask, if any.
 
-    Raises KeysError, also where another than the operator would sign: the signer is the operator on the record.
-    """
+    Raises KeysError, also if another person than the operator would sign: the signer is the operator on the record."""
     try:
         phrase = passphrase_of(None, f"passphrase of the technician's key in {home}: ", new=not keys.exist(home))
     except KeysError as e:

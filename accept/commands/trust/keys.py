@@ -83,7 +83,7 @@ def show(json: JsonAnswer = None) -> Exit:
 
 
 def _warnings(known: Sequence[keys.KeyInfo]) -> list[str]:
-    """Return what is to be done about the keys of this bench."""
+    """Return warnings about the keys of this bench, each with its remedy."""
     now = datetime.now(UTC)
     found = [
         f"the key of {key.person} ({key.role}) is valid until {key.valid_to:%Y-%m-%d}"
@@ -191,5 +191,5 @@ def _office(given: Path | None) -> Path:
 
 def _ca_passphrase(file: Path | None) -> str:
     """Return the authority's passphrase: from the file that is named, the environment or the terminal, and from no
-    other file. Who is at the bench is not the authority because its passphrase still lies there."""
+    other file. A passphrase that was left at the bench does not make its user the authority."""
     return passphrase_of(file, "passphrase of the authority: ", CA_PASSPHRASE, only=True)

@@ -40,9 +40,10 @@ class RequirementError(AcceptError, ValueError):
 
 @dataclass(frozen=True)
 class VerifyOptions:
-    """trust: CA certificates instead of this bench's. records: folder with what was too large to attach. require: what
-    must be true beside validity. spec: the spec that it must have been judged by. demo: of a demonstration. stamping:
-    root certificates of time stamping authorities. lists: files that benches publish, the newest and earlier copies."""
+    """trust: CA certificates instead of this bench's. records: folder with the files that were too large to attach.
+    require: conditions beside validity. spec: the spec that it must have been judged by. demo: of a demonstration.
+    stamping: root certificates of time stamping authorities. lists: files that benches publish, the newest and earlier
+    copies."""
 
     trust: Sequence[Path] = ()
     records: Path | None = None
@@ -101,7 +102,7 @@ def _document(report: Verification, missing: Sequence[str]) -> VerificationDocum
 
 
 def _unmet_requirements(report: Verification, require: Sequence[str], spec_sha256: str | None) -> list[str]:
-    """Return what was required of a certificate and is not so."""
+    """Return the requirements that a certificate does not meet."""
     if report.outcome is Validity.NOT_VALID:
         return []
     missing = []
@@ -143,7 +144,8 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
 
 
 def _store_and_lists(lists: Sequence[BenchList] | None) -> Known:
-    """Return what is asked about a certificate: the bench's store, and the published lists if any are given."""
+    """Return a function that looks a certificate up in the bench's store, and in the published lists if any are
+    given."""
 
     def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
         listed = [] if lists is None else check_list(signed, contents, when, lists)

@@ -75,7 +75,7 @@ def run(
 
 
 def _earlier_serials(out: Path) -> set[str]:
-    """Return serials in the results that an earlier batch left there."""
+    """Return the serials in the results of an earlier batch."""
     try:
         return {str(unit["serial"]) for unit in json.loads(read_bounded(out / "results.json"))["units"]}
     except (AcceptError, OSError, ValueError, KeyError, TypeError):

@@ -80,7 +80,7 @@ def _write(unit: SimulatedUnit, folder: Path) -> Path:
 
 
 def _learn_model(out: Path) -> Path:
-    """Return the model file that struts made before the judged one, of the same batch, teach; says what it learned."""
+    """Learn a model from earlier struts of the same batch, print what was learned, and return its file."""
     given, path = open_model_file(MODEL), out / LEARNED
     earlier = [_write(strut, out / "batch") for strut in earlier_struts()]
     found = learn_population(measured_units(earlier, given), given, lambda _: None)
@@ -90,13 +90,13 @@ def _learn_model(out: Path) -> Path:
 
 
 def _hidden_effects(unit: Path) -> dict[str, Mapping[str, float]]:
-    """Return what was put into a simulated unit, which only now may be looked at."""
+    """Return the effects of a simulated unit, which must be read only after the analysis."""
     truth = json.loads((unit / TRUTH_FILE).read_text())
     return {e["name"]: {k: v for k, v in e.items() if k != "name"} for e in truth["effects"]}
 
 
 def _outcome_line(strut: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -> str:
-    """Return one line: what was hidden, what was named, where it was added, the gap before and after."""
+    """Return a line with the hidden and the named effects, the improved model, and the gap before and after."""
     found = strut["gap"]
     if not found.get("named"):
         return f"{strut['serial']}: {one_line(found)} (hidden: {', '.join(truth)})"

@@ -17,7 +17,7 @@ JudgedAgainFor = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class BatchOptions:
-    """How units are judged, and where the results go."""
+    """Options of a batch: how units are judged, and where the results are written."""
 
     out: Annotated[Path, typer.Option(help="Folder for the results.")]
     spec: SpecName = None

@@ -1,4 +1,4 @@
-"""What a learned bench says: for its model file, for scripts, and in sentences for a person at that bench."""
+"""A learned bench as a section of a model file, as a document for scripts, and in sentences for people."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class Feature:
 
     @property
     def sharp(self) -> bool:
-        """Return whether it is no wider than a resonance."""
+        """Return whether it is as narrow as a resonance."""
         return bool(np.log2(self.f_hi_Hz / self.f_lo_Hz) < SHARP_OCTAVES)
 
 
@@ -114,7 +114,7 @@ def median_gaps(found: Population) -> dict[str, tuple[float, float]]:
 
 
 def bench_lines(found: Population, changed: Sequence[str] = ()) -> list[str]:
-    """Return what a person should know of the bench, a sentence or two a line, with what to do about it."""
+    """Return the findings about the bench, a sentence or two a line, each with its remedy."""
     out = []
     late = latencies(found)
     sure = {c: v for c, v in late.items() if abs(v[0] - v[2]) > v[1] and abs(v[0] - v[2]) > 1.0}
@@ -201,7 +201,7 @@ def changes_since(old: ModelSpec, found: Population) -> list[str]:
 
 
 def bench_panels(bench: LearnedBench) -> list[Panel]:
-    """Return what the bench does to each channel, in percent, with what one more unit may have beside it."""
+    """Return the effect of the bench on each channel, in percent, with the tolerance for one more unit."""
     out = []
     for i, c in enumerate(bench.channels):
         d, wide = 100.0 * bench.factor[:, i], 200.0 * np.hypot(bench.sd[:, i], bench.tolerance[:, i])

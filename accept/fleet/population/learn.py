@@ -1,8 +1,7 @@
-"""What a batch of units has in common: a model learned from them, and each unit judged by what the others foretell.
+"""A model learned from a batch of units, and each unit compared with the prediction of the others.
 
-Every unit is fitted for itself (`unit_fits`). The priors are taken out again and `checks.fitting.hierarchy` makes the
-batch of what is left. A misalignment is each strut's own: the batch says nothing of it, and the model that is learned
-neither.
+Every unit is fitted for itself (`unit_fits`). The priors are taken out again and `checks.fitting.hierarchy` estimates
+the batch from the likelihoods. A misalignment is each strut's own: neither the batch nor the learned model states it.
 """
 
 from collections.abc import Mapping, Sequence

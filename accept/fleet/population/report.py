@@ -79,7 +79,7 @@ def _short(value: float) -> float:
 
 
 def document(found: Population, learned_on: str | None = None, changed: Sequence[str] = ()) -> dict[str, Any]:
-    """Return what a script reads; changed: since an earlier bench."""
+    """Return the population as a document for scripts; changed: differences from an earlier bench."""
     learned = determined_parameters(found.batch, found.prior)
     inside, compared = found.covered
     return {

@@ -1,5 +1,5 @@
-"""Each unit of a batch fitted for itself: with the file's priors and with its misalignment free, so that it does not
-press a shift of the batch into the shape of another, and the latencies of its channels free, which no file knows."""
+"""Each unit of a batch fitted for itself: with the file's priors and with its misalignment free, so that it is not
+mistaken for a shift of the batch, and with free latencies of its channels, which no file states."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -72,8 +72,8 @@ class UnitFit:
 
 @dataclass(frozen=True, eq=False)
 class UnitRatios:
-    """What the fits of units leave, on the frequencies (F,) of all of them: H / H_model - 1 and its noise, the model's
-    |H|, (n, F, C) each; serials (n,)."""
+    """Residuals of the fits of units, on the frequencies (F,) of all of them: H / H_model - 1 and its noise, the
+    model's |H|, (n, F, C) each; serials (n,)."""
 
     f: Array
     channels: tuple[str, ...]
@@ -99,8 +99,8 @@ class UnitRatios:
 
 @dataclass(frozen=True, eq=False)
 class FittedUnits:
-    """Every unit's fit beside the bench that all of them make, and what they leave without it; None where units have
-    too little in common to learn a bench from."""
+    """Every unit's fit beside the bench that all of them make, and their residuals without it; None if units have too
+    little in common to learn a bench from."""
 
     fits: tuple[UnitFit, ...]
     bench: LearnedBench | None
@@ -114,11 +114,11 @@ def with_latencies(model: Model) -> Model:
 
 
 def fit_all(measured: Sequence[Responses], given: OpenedModel, say: Say) -> FittedUnits:
-    """Fit every unit for itself, beside what the bench adds to all of them, which is learned on the way.
+    """Fit every unit by itself together with the common factor of the bench, which is learned on the way.
 
-    First each unit alone, what it cannot explain tolerated band by band; then in turns the bench from what the units
-    leave, and the units beside the bench; at last every unit on all bins. A unit with an effect of its own counts for
-    little in the bench where that shows."""
+    First each unit is fitted alone, with its misfit tolerated band by band; then in turns the bench is learned from the
+    residuals of the units, and the units are fitted on that bench; at last every unit is fitted on all bins. A unit
+    with an effect of its own has little weight in the bands where it shows."""
     models = [_with_modal_damping(as_weighed(given, m.serial, m.payload_kg).model) for m in measured]
     places = [
         _fit_alone(model, r.first) for model, r in zip(models, steps(measured, "units fitted alone"), strict=True)
@@ -186,8 +186,8 @@ def _with_modal_damping(model: Model) -> Model:
 
 
 def _fit_alone(model: Model, data: Dataset) -> Values | None:
-    """Return the values of a unit fitted alone: what a fit leaves in a band of a channel is tolerated there by the next
-    one, so that the bands that the model explains decide. None if no search succeeds."""
+    """Return the values of a unit fitted alone: the next fit tolerates the residual of the last one in each band of a
+    channel, so that the bands that the model explains decide. None if no search succeeds."""
     few, free = data.thinned(FEW_BINS), free_with_offsets(model)
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -268,7 +268,7 @@ def predicted_gaps(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench |
 
 
 def free_with_offsets(model: Model) -> list[Free]:
-    """Return what is fitted of each unit: all that is uncertain, and where its APA sits."""
+    """Return the free parameters of each unit: all that are uncertain, and its misalignment."""
     strut = any(name.startswith("joint.") for name in model.values)
     offsets = [n for n in OFFSETS if strut and n in model.values and n not in model.sds]
     return [

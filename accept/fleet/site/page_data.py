@@ -116,8 +116,8 @@ def _first_attempts(
 
 
 def _moments(frame: pd.DataFrame) -> dict[int, str]:
-    """Return number of a judgement -> where it stands on the axis of time: its day of measurement, and within the day
-    in order of measurement, evenly."""
+    """Return number of a judgement -> its position on the axis of time: its day of measurement, and within the day in
+    order of measurement, evenly."""
     ordered = in_order_of_measurement(frame).drop_duplicates("seq")
     within = ordered.groupby("day").cumcount() / ordered.groupby("day")["seq"].transform("size")
     at = ordered["day"] + pd.to_timedelta(within * DAY_S, unit="s")
@@ -152,7 +152,7 @@ def _certificates(store: Store, out: Path | None, serials: Collection[str]) -> d
 
 
 def _link(path: Path, out: Path | None) -> str:
-    """Return a link from the page's folder, so that both can be moved together; else to where the file is."""
+    """Return a link relative to the page's folder, so that both can be moved together; else an absolute one."""
     try:
         return "./" + quote(Path(os.path.relpath(path, out)).as_posix()) if out else path.as_uri()
     except ValueError:  # another drive

@@ -16,7 +16,7 @@ LIBRARY = "plotly.min.js"
 
 
 def write_site(out: Path, content: Mapping[str, Any]) -> list[Path]:
-    """Write the page into `out` and return its files. Raises FleetError where the extra `site` is not installed."""
+    """Write the page into `out` and return its files. Raises FleetError if the extra `site` is not installed."""
     if find_spec("plotly") is None:
         raise FleetError(f"the page needs plotly: {install('site')}")
     if not content["judgements"]:

@@ -1,4 +1,4 @@
-"""Pictures in a flow of text, beside or below each other, drawn onto the page as vectors where they come to stand."""
+"""Pictures in a flow of text, beside or below each other, drawn onto the page as vectors at their final position."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,7 +12,7 @@ from checks.picture import Panel
 
 
 class FigureRow(Flowable):  # type: ignore[misc]  # reportlab has no types
-    """columns: of the row, where it has more than there are panels; space_above in pt."""
+    """columns: of the row, if it has more columns than panels; space_above in pt."""
 
     def __init__(
         self, panels: Sequence[Panel], height_mm: float, columns: int | None = None, space_above: float = 0.0

@@ -36,6 +36,6 @@ def register() -> None:
 
 
 def fitting_size(text: str, font: str, largest: float, width: float, smallest: float = 4.0) -> float:
-    """Return largest size [pt] at which the text is no wider than `width` [pt]."""
+    """Return the largest size [pt] at which the text is not wider than `width` [pt]."""
     natural = pdfmetrics.stringWidth(text, font, largest)
     return largest if natural <= width else max(smallest, largest * width / natural)

@@ -32,7 +32,8 @@ def limit_bar(finding: Mapping[str, Any], width: float, height: float) -> Drawin
 
 
 def _view(lower: float | None, upper: float | None, value: float | None, U: float) -> tuple[float, float]:
-    """Return what is shown: both limits and half a zone beside them, or around one limit enough to hold the value."""
+    """Return the ends of the axis: both limits and half a zone beside them, or enough around one limit to hold the
+    value."""
     if lower is not None and upper is not None:
         half = (upper - lower) / 2
         return lower - half, upper + half

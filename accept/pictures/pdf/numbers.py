@@ -9,7 +9,7 @@ from checks.rounding import with_U
 
 def value_and_U(value: float | None, U: float | None) -> tuple[str, str]:
     """Return value and U with two significant digits of U, the value to the same place; with an unknown U six digits
-    and "?". A U that is implausibly small is said to be less than the last of four digits."""
+    and "?". An implausibly small U is shown as less than the last of four digits."""
     if value is None:
         return "–", ""
     if U is None or not math.isfinite(U) or U <= 0:
@@ -38,7 +38,7 @@ def _plain(number: float) -> str:
 
 
 def risk(probability: float | None, verdict: str) -> str:
-    """Return the probability of false acceptance in percent, "" for what is not accepted."""
+    """Return the probability of false acceptance in percent, "" if the finding is not accepted."""
     if probability is None:
         return "–"
     if verdict == "fail":

@@ -30,7 +30,7 @@ _BAR = 2.0 * mm
 
 
 def draw_items(area: Area, items: Sequence[Item]) -> list[LegendEntry]:
-    """Draw what a panel holds, zones below curves below words; what a legend has to explain."""
+    """Draw the items of a panel, zones below curves below words, and return the entries of its legend."""
     tinted, nth = [], 0
     for item in sorted(items, key=lambda i: isinstance(i, Span | Mark)):  # as `accept.pictures` counts its colours
         role = getattr(item, "role", "data")

@@ -54,7 +54,7 @@ def drift(
 
 def drift_rate(V: Array, d: Array, bottom: NDArray[np.bool_], reach: float) -> float:
     """Return how far the gauge may drift in one sample [m], as a standard uncertainty: by the first and the last return
-    of V to its start, and their scatter. 0 with fewer than two: settled loops alone tell a drift from remanence."""
+    of V to its start, and their scatter. 0 with fewer than two: only settled loops distinguish drift from remanence."""
     returns = _returns(V, d, bottom, reach)
     if len(returns) < 2:
         return 0.0

@@ -89,7 +89,7 @@ def _pair(values: Iterable[float]) -> tuple[float, float]:
 
 
 def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
-    """Raise NoResult if a record is too short, or if its channels are not what their names say."""
+    """Raise NoResult if a record is too short, or if its channels do not look like their names."""
     for key, record in records.items():
         seconds = record.t.size / record.fs
         if seconds < 0.999 * rules.duration_min_s:

@@ -15,14 +15,12 @@ ELASTIC_FROM = 6  # a free body has six rigid modes; they are not damped
 class ApaBody:
     """Matrices of the APA in its own coordinates, n of them.
 
-    K, M (n, n); C_ratio (n, n) damping per unit of modal damping ratio; C (n, n) viscous damping of its own.
-    bottom, top : (6, n) rows that read the motion ux uy uz rx ry rz of the two interfaces.
-    sensor, actuator : (n,) rows that read the elongation [m] of the sensor stack and of the actuator stacks;
-    by virtual work the same rows spread a pair of forces on them.
-    k_sensor, k_actuator : stiffness across the stacks [N/m], what open-circuit stiffening is a ratio of.
-    height : distance [m] of the two interfaces.
-    modal : the coordinates are free modes of unit modal mass, damped each by itself.
-    """
+    K, M (n, n); C_ratio (n, n) damping per unit of modal damping ratio; C (n, n) viscous damping of its own. bottom,
+    top : (6, n) rows that read the motion ux uy uz rx ry rz of the two interfaces. sensor, actuator : (n,) rows that
+    read the elongation [m] of the sensor stack and of the actuator stacks; by virtual work the same rows spread a pair
+    of forces on them. k_sensor, k_actuator : stiffness across the stacks [N/m], the reference of open-circuit
+    stiffening. height : distance [m] of the two interfaces. modal : the coordinates are free modes of unit modal mass,
+    damped each by itself."""
 
     K: Array
     M: Array

@@ -1,4 +1,4 @@
-"""Geometry and materials of the frame APA: what a drawing would give, SI units throughout."""
+"""Geometry and materials of the frame APA in SI units, as a drawing would state them."""
 
 import math
 from dataclasses import dataclass, fields

@@ -1,4 +1,4 @@
-"""Small rigid motions: what one point of a rigid body does when another point of it moves."""
+"""Small rigid motions: the motion of one point of a rigid body from that of another point."""
 
 import numpy as np
 from numpy.typing import ArrayLike

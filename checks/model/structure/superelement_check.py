@@ -1,4 +1,4 @@
-"""Is a pair of matrices the mass and stiffness of a free body? Refuses what is not, naming the value."""
+"""Check that a pair of matrices is the mass and stiffness of a free body; the error names the value."""
 
 import numpy as np
 from scipy import linalg

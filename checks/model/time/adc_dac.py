@@ -1,4 +1,4 @@
-"""What the bench's converters and sensors make of the truth: steps, ranges, noise."""
+"""The bench's converters and sensors: their steps, ranges and noise."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
-"""What a modelled unit answers in time to volts at the converter: the whole linear path, amplifier, wires, delay.
-
-Two ways, one for each thing that a converter's output may be taken for. Both start from rest.
-"""
+"""The response of a modelled unit in time to volts at the converter: the whole linear path, amplifier, wires, delay.
+Two methods, one for each interpretation of a converter's output. Both start from rest."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -23,8 +23,8 @@ MAX_CREST = 10_000  # iterations: after a few hundred the crest factor stands st
 
 
 class ExcitationError(AcceptError, ValueError):
-    """Error for a signal that must not be played; the text says which value is wrong, or at which time the signal
-    leaves its limits."""
+    """Error for a signal that must not be played; the text names the value that is wrong, or the time at which the
+    signal leaves its limits."""
 
 
 @dataclass(frozen=True)

@@ -32,11 +32,12 @@ class HitsSoFar:
 
     @property
     def words(self) -> str:
-        """Return the last hit, and what is still to be done: `hit 3: double hit (...). 2 good; two more hits`."""
+        """Return the last hit, and the number of hits still needed: `hit 3: double hit (...). 2 good; two more
+        hits`."""
         return self.words_after(len(self.hits) - 1)
 
     def words_after(self, known: int) -> str:
-        """Return the hits after the first `known` ones, and what is still to be done."""
+        """Return the hits after the first `known` ones, and the number of hits still needed."""
         fates = (
             f"good, {hit.force_N:.3g} N" if hit.good else f"{hit.fault} ({hit.detail})" for hit in self.hits[known:]
         )
@@ -51,7 +52,7 @@ def hits_so_far(
 ) -> HitsSoFar:
     """Return the state of a hammer test from its record so far: force (N,) [N], response (N,), sampled at fs [Hz].
 
-    The last hit is judged as bad as soon as it is seen to be, as good once its decay has been recorded."""
+    The last hit is judged as bad as soon as a fault shows, as good once its decay has been recorded."""
     if force.size < 2 or np.ptp(force) == 0.0 or np.ptp(response) == 0.0:
         return HitsSoFar((), False, needed, float("nan"))
     seen = find_impacts(upright(force), fs, rules)

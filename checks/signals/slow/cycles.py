@@ -1,4 +1,4 @@
-"""Periods of slow sines in a drive whose amplitude grows: found in the data, whatever the offset, pauses and ramps."""
+"""Periods of slow sines in a drive whose amplitude grows: found in the data, with any offset, pauses and ramps."""
 
 import math
 from dataclasses import dataclass
