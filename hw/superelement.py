@@ -29,7 +29,11 @@ def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES, names: MatrixNam
 
     Raises ModelError naming the file if it is missing or unreadable, or if the matrices are not those of a free body.
     """
-    K, M, xyz = _mat(path, names) if path.suffix.lower() == ".mat" else _ansys(path)
+    if path.suffix.lower() == ".mat":
+        K, M, xyz = _mat(path, names)
+    else:
+        file_K, file_M, file_nodes = files_of(path)
+        K, M, xyz = _table(file_K), _table(file_M), _interface_nodes(file_nodes)
     return check_superelement(Superelement(K, M, xyz, nodes, name=path.name))
 
 
@@ -112,11 +116,6 @@ def files_of(path: Path) -> list[Path]:
     stem = path.stem.removesuffix("_K").removesuffix("_M")
     tables = [path.with_name(f"{stem}_{which}{path.suffix}") for which in "KM"]
     return [*tables, path.with_name(f"{stem.removesuffix('_mat')}_out_nodes_3D.txt")]
-
-
-def _ansys(path: Path) -> tuple[Array, Array, Array]:
-    K, M, nodes = files_of(path)
-    return _table(K), _table(M), _interface_nodes(nodes)
 
 
 def _table(path: Path) -> Array:

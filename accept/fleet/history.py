@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 
-from accept.fleet.measurements import not_void
 from accept.pictures.labels import label_of
 from checks.picture import Line, Mark, Panel
 
@@ -19,7 +18,8 @@ def changes(frame: pd.DataFrame) -> pd.DataFrame:
     (True, False, or None if an uncertainty is unknown).
     """
     ordered = frame.sort_values(["quantity", "seq"], kind="stable")
-    before = not_void(ordered).groupby("quantity", observed=True)[["value", "U"]].shift().reindex(ordered.index)
+    valid = ordered[ordered["voided"] == ""]
+    before = valid.groupby("quantity", observed=True)[["value", "U"]].shift().reindex(ordered.index)
     change = ordered["value"] - before["value"]
     with np.errstate(divide="ignore", invalid="ignore"):
         en = np.abs(change) / np.hypot(ordered["U"], before["U"])

@@ -178,11 +178,6 @@ def in_order_of_the_store(frame: pd.DataFrame) -> pd.DataFrame:
     return frame if frame["seq"].is_monotonic_increasing else frame.sort_values("seq", kind="stable")
 
 
-def not_void(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of judgements that were not declared void."""
-    return frame[frame["voided"] == ""]
-
-
 def counted(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of judgements that describe the process: neither void nor part of a gauge study."""
     return frame[(frame["voided"] == "") & (frame["study"] == NOT_STATED)]

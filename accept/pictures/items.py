@@ -25,6 +25,7 @@ _BAR_WIDTH_MM = 2.0
 _FEW_POINTS = 60  # above this they are a cloud and drawn small
 LEGEND_GAP, LEGEND_MOST = 0.03, 0.45  # of the axes' height: below a legend; of a legend that room is made for
 _EM_PER_LETTER = 0.66  # of the bold typeface, a little above its mean
+_HALO = [withStroke(linewidth=1.5, foreground="white")]  # words can be read across a curve
 _DASH = {"solid": "-", "dashed": (0, (4, 2)), "points": "none"}
 
 
@@ -139,7 +140,7 @@ def _mark_label(axes: Axes, item: Mark, across: bool) -> None:
         else {"xy": (item.at, 0.97), "xytext": (1.5 if crowded else -1.5, 0), "ha": "left" if crowded else "right"}
         | {"va": "top", "rotation": 90}
     )
-    style: dict[str, Any] = {"fontsize": 5.8, "color": INK, "zorder": 5, "clip_on": True, "path_effects": _halo()}
+    style: dict[str, Any] = {"fontsize": 5.8, "color": INK, "zorder": 5, "clip_on": True, "path_effects": _HALO}
     axes.annotate(pretty(item.label), xycoords=transform, textcoords="offset points", **place, **style)
 
 
@@ -151,7 +152,7 @@ def _text(axes: Axes, item: Text, series: _Series) -> None:
         textcoords="offset points",
         fontsize=5.8,
         color=series.colour(item.role),
-        path_effects=_halo(),
+        path_effects=_HALO,
         zorder=5,
     )
 
@@ -190,11 +191,6 @@ def _colour_bar(axes: Axes, mapped: ScalarMappable, label: str) -> None:
     place.grid(False)
     if label:
         bar.set_label(pretty(label), fontsize=5.8, labelpad=1.5)
-
-
-def _halo() -> list[Any]:
-    """Return the effect that puts white around words, so that they can be read across a curve."""
-    return [withStroke(linewidth=1.5, foreground="white")]
 
 
 def _legend(axes: Axes) -> Legend | None:

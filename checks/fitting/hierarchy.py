@@ -266,21 +266,15 @@ def count_covered(belongings: Sequence[Belonging], level: float = 0.95) -> tuple
     return int(np.sum(np.abs(z) <= stats.norm.ppf(0.5 + level / 2))), int(z.size)
 
 
-@dataclass(frozen=True, eq=False)
-class LearnedShares:
-    """What a batch can tell. left (p,): share of the prior's standard deviation of the mean that is left; 1: nothing
-    was learned. together: pairs that the batch knows better together than one by one, with their correlation."""
-
-    left: Array
-    together: tuple[tuple[int, int, float], ...]
-
-
-def determined_parameters(batch: Batch, prior: Prior, correlated: float = 0.9) -> LearnedShares:
-    """Return the parameters whose means the batch determines, and the pairs that it determines only together: those
-    that correlate beyond `correlated` although their priors do not."""
+def determined_parameters(
+    batch: Batch, prior: Prior, correlated: float = 0.9
+) -> tuple[Array, tuple[tuple[int, int, float], ...]]:
+    """Return the share (p,) of the prior's standard deviation of each mean that the batch leaves (1: nothing was
+    learned), and the pairs that it determines only together, with their correlation: those that correlate beyond
+    `correlated` although their priors do not."""
     sd, before = np.sqrt(np.diag(batch.mean_cov)), prior.mean_sd
     rho = batch.mean_cov / np.outer(sd, sd)
     i, j = np.triu_indices(sd.size, 1)
     tied = np.abs(rho[i, j]) > correlated
     pairs = [(int(a), int(b), float(rho[a, b])) for a, b in zip(i[tied], j[tied], strict=True)]
-    return LearnedShares(sd / before, tuple(sorted(pairs, key=lambda pair: -abs(pair[2]))))
+    return sd / before, tuple(sorted(pairs, key=lambda pair: -abs(pair[2])))

@@ -77,13 +77,14 @@ def offset_of(values: Values) -> Array:
 
 def electrical_of(values: Values) -> Electrical:
     """Return the converters, amplifier and sensor circuit that a model's values describe."""
-    in_ke = (
-        values.get("constants.gs_V_per_N", math.nan) * si(values, "apa.ke_N_per_um") if _reads_force(values) else 0.0
-    )
+    if "constants.gs_V_per_N" in values:  # the sensor stack reads a force
+        gs = values["constants.gs_V_per_N"] * si(values, "apa.ke_N_per_um")
+    else:
+        gs = values["constants.gs_V_per_m"]
     return Electrical(
         gain=values["constants.amplifier_gain"],
         ga=values["constants.ga_N_per_V"],
-        gs=in_ke if _reads_force(values) else values["constants.gs_V_per_m"],
+        gs=gs,
         amplifier_Hz=values.get("amplifier.f_Hz", math.inf),
         highpass_Hz=values["sensor.highpass_Hz"],
         crosstalk=values["sensor.crosstalk_V_per_V"],
@@ -98,10 +99,6 @@ def electrical_of(values: Values) -> Electrical:
             values.get("sensor.charge_highpass_damping_ratio", 0.7),
         ),
     )
-
-
-def _reads_force(values: Values) -> bool:
-    return "constants.gs_V_per_N" in values
 
 
 def _vector(values: Values, pattern: str) -> Array:

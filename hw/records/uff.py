@@ -40,6 +40,11 @@ def _set(f: Array, H: NDArray[np.complex128], node: int, name: str, input_name: 
     start, step = float(f"{f[0]:.6e}"), float(f"{(f[-1] - f[0]) / (f.size - 1):.6e}")
     even = bool(np.abs(start + step * np.arange(f.size) - f).max() <= EVEN * step)
     along, data_type = (ALONG_Z, DISPLACEMENT) if unit == "m" else (SCALAR, UNKNOWN)
+    if even:
+        parts = [f"{part:20.12e}" for part in np.column_stack([H.real, H.imag]).ravel()]
+        values = ["".join(parts[i : i + 4]) for i in range(0, len(parts), 4)]
+    else:
+        values = [f"{x:13.6e}{h.real:20.12e}{h.imag:20.12e}" for x, h in zip(f, H, strict=True)]
     lines = [
         f"{-1:6d}",
         f"{58:6d}{'':74}",
@@ -50,7 +55,7 @@ def _set(f: Array, H: NDArray[np.complex128], node: int, name: str, input_name: 
         _axis(data_type, name, unit),
         _axis(UNKNOWN, input_name, per),
         _axis(UNKNOWN, "NONE", "NONE"),
-        *(_even_lines(H) if even else _uneven_lines(f, H)),
+        *values,
         f"{-1:6d}",
     ]
     return "\n".join(lines) + "\n"
@@ -58,12 +63,3 @@ def _set(f: Array, H: NDArray[np.complex128], node: int, name: str, input_name: 
 
 def _axis(data_type: int, label: str, unit: str) -> str:
     return f"{data_type:10d}{0:5d}{0:5d}{0:5d} {label:20} {unit:20}"
-
-
-def _even_lines(H: NDArray[np.complex128]) -> list[str]:
-    parts = [f"{part:20.12e}" for part in np.column_stack([H.real, H.imag]).ravel()]
-    return ["".join(parts[i : i + 4]) for i in range(0, len(parts), 4)]
-
-
-def _uneven_lines(f: Array, H: NDArray[np.complex128]) -> list[str]:
-    return [f"{x:13.6e}{h.real:20.12e}{h.imag:20.12e}" for x, h in zip(f, H, strict=True)]

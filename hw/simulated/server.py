@@ -107,7 +107,9 @@ class Server:
             case FaultKind.HALF_LINE:
                 self._send(reply[:first])
             case FaultKind.SLOW if fault:
-                self._send_slowly(reply, fault.seconds)
+                for byte in reply:
+                    os.write(self._master, bytes([byte]))
+                    self._calm.wait(fault.seconds)
             case FaultKind.LATE if fault:
                 self._calm.wait(fault.seconds)
                 self._send(reply)
@@ -130,11 +132,6 @@ class Server:
         for byte in data:
             os.write(self._master, bytes([byte]))
             self._stop.wait(self.byte_s)
-
-    def _send_slowly(self, data: bytes, byte_s: float) -> None:
-        for byte in data:
-            os.write(self._master, bytes([byte]))
-            self._calm.wait(byte_s)
 
     def _cut(self, first: bytes, seconds: float) -> None:
         self._send(first)

@@ -26,13 +26,8 @@ NAME = re.compile(r"[a-z][a-z0-9_-]{0,30}")  # stands in file names, tables and 
 _PRODUCTS: dict[str, Product] = {}
 
 
-def _built_in() -> dict[str, Product]:
-    files = (import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__))
-    found: list[Product] = [file.PRODUCT for file in files if hasattr(file, "PRODUCT")]
-    return {product.name: product for product in found}
-
-
-BUILT_IN: Mapping[str, Product] = _built_in()
+_FILES = [import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__)]
+BUILT_IN: Mapping[str, Product] = {file.PRODUCT.name: file.PRODUCT for file in _FILES if hasattr(file, "PRODUCT")}
 
 
 class ProductError(AcceptError, ValueError):

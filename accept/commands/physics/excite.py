@@ -91,7 +91,8 @@ def _notch(shaping: Shaping) -> Notch | None:
     if shaping.notch is not None and shaping.notch_from is not None:
         raise ValueError("give the notch's frequency or a record to find it in, not both")
     if shaping.notch_from is not None:
-        usual = _notch_in_record(shaping.notch_from)
+        record = read(shaping.notch_from, Series("first", "first record", {"t": "s", "Va": "V", "de": "m"}))
+        usual = notch_at_resonance(h1_record(record, "Va", ["de"]), "de")
     elif shaping.notch is not None:
         usual = Notch(shaping.notch, NOTCH_WIDTH * shaping.notch, NOTCH_DEPTH)
     elif shaping.notch_width is not None or shaping.notch_depth is not None:
@@ -100,11 +101,6 @@ def _notch(shaping: Shaping) -> Notch | None:
         return None
     width = usual.width_Hz if shaping.notch_width is None else shaping.notch_width
     return Notch(usual.f0_Hz, width, usual.depth if shaping.notch_depth is None else shaping.notch_depth)
-
-
-def _notch_in_record(path: Path) -> Notch:
-    record = read(path, Series("first", "first record", {"t": "s", "Va": "V", "de": "m"}))
-    return notch_at_resonance(h1_record(record, "Va", ["de"]), "de")
 
 
 @clear_errors

@@ -80,7 +80,7 @@ def _short(value: float) -> float:
 
 def document(found: Population, learned_on: str | None = None, changed: Sequence[str] = ()) -> dict[str, Any]:
     """Return the population as a document for scripts; changed: differences from an earlier bench."""
-    learned = determined_parameters(found.batch, found.prior)
+    shares, together = determined_parameters(found.batch, found.prior)
     inside, compared = found.covered
     return {
         "model": found.given.spec.name,
@@ -89,11 +89,9 @@ def document(found: Population, learned_on: str | None = None, changed: Sequence
         "holds_together": found.holds,
         "units": [_unit(j) for j in found.judged],
         "coverage": {"inside_95": inside, "compared": compared},
-        "parameters": {n: _parameter(found, i, float(learned.left[i])) for i, n in enumerate(found.names)},
-        "not_learned": [n for n, left in zip(found.names, learned.left, strict=True) if left > LEARNED],
-        "not_told_apart": [
-            {"names": [found.names[i], found.names[j]], "correlation": rho} for i, j, rho in learned.together
-        ],
+        "parameters": {n: _parameter(found, i, float(shares[i])) for i, n in enumerate(found.names)},
+        "not_learned": [n for n, left in zip(found.names, shares, strict=True) if left > LEARNED],
+        "not_told_apart": [{"names": [found.names[i], found.names[j]], "correlation": rho} for i, j, rho in together],
         "bench": bench.bench_document(found, learned_on, changed),
         "inputs": {serial: dict(files) for serial, files in found.inputs.items()},
     }
@@ -265,7 +263,7 @@ def _units_table(found: Population) -> list[Flowable]:
 
 def _parameters_table(found: Population) -> list[Flowable]:
     head = ("Parameter", "model file", "batch", "one unit about it", "shift / its u", "left of the prior")
-    left = determined_parameters(found.batch, found.prior).left
+    left, _ = determined_parameters(found.batch, found.prior)
     rows, order = [], _by_shift(found)
     for i in order[:LISTED]:
         p = _parameter(found, i, float(left[i]))
@@ -288,17 +286,15 @@ def _parameters_table(found: Population) -> list[Flowable]:
 
 
 def _untold(found: Population) -> list[Flowable]:
-    learned = determined_parameters(found.batch, found.prior)
+    shares, together = determined_parameters(found.batch, found.prior)
     label = partial(value_label, found.given.model)
-    names = [label(n) for n, left in zip(found.names, learned.left, strict=True) if left > LEARNED]
+    names = [label(n) for n, left in zip(found.names, shares, strict=True) if left > LEARNED]
     story: list[Flowable] = [words("What this batch cannot tell", page_style.HEADING)]
     if names:
         story.append(words(f"Nothing was learned of the mean of {', '.join(names)}.", page_style.SMALL))
-    pairs = [
-        f"{label(found.names[i])} and {label(found.names[j])} ({rho:+.2f})" for i, j, rho in learned.together[:PAIRS]
-    ]
+    pairs = [f"{label(found.names[i])} and {label(found.names[j])} ({rho:+.2f})" for i, j, rho in together[:PAIRS]]
     if pairs:
-        more = "" if len(learned.together) <= PAIRS else f", and {len(learned.together) - PAIRS} pairs more"
+        more = "" if len(together) <= PAIRS else f", and {len(together) - PAIRS} pairs more"
         story.append(words("Told only together (correlation): " + ", ".join(pairs) + more + ".", page_style.SMALL))
     offset = "The misalignment of a strut is its own: it was fitted with each and is not part of the batch."
     return [*story, words(offset, page_style.SMALL)]

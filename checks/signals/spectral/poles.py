@@ -9,7 +9,7 @@ Only the poles are unknowns of the iteration: residues and polynomials are elimi
 Jacobian in the form of [KAUFMAN75]). The model is analytic in its complex unknowns, so complex least squares is all of
 it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,16 +41,8 @@ class Transforms:
     @classmethod
     def of(cls, record: Record, input: str, outputs: Sequence[str]) -> "Transforms":
         """Return the transforms of channels of a record. Raises RecordError if a channel is missing."""
-        columns = {name: record[name] for name in (input, *outputs)}
-        return cls.of_columns(columns, input, record.fs)
-
-    @classmethod
-    def of_columns(cls, columns: Mapping[str, Array], input: str, fs: float) -> "Transforms":
-        """Return the transforms of columns: name -> (N,), the input among them, sampled at fs [Hz]."""
-        X = {name: scipy.fft.rfft(x - np.mean(x)) for name, x in columns.items()}
-        outputs = tuple(name for name in columns if name != input)
-        f = np.arange(X[input].size) * (fs / len(columns[input]))
-        return cls(f, X[input], np.stack([X[name] for name in outputs], axis=1), outputs)
+        U, *Y = (scipy.fft.rfft(record[name] - np.mean(record[name])) for name in (input, *outputs))
+        return cls(np.arange(U.size) * (record.fs / len(record[input])), U, np.stack(Y, axis=1), tuple(outputs))
 
     def window(self, f_lo: float, f_hi: float, *channels: str) -> "PoleWindow":
         """Return the bins of a band and some channels (default: all), scaled for a fit. Raises ValueError if it holds

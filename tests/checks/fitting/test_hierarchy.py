@@ -84,7 +84,7 @@ def test_what_no_unit_tells_stays_as_it_was() -> None:
     assert both @ got.mean_cov @ both < 0.2**2
     assert apart @ got.mean_cov @ apart == pytest.approx(2.0**2, rel=1e-3)
     np.testing.assert_allclose(got.mean, [1.0, 1.0], atol=0.02)
-    (pair,) = determined_parameters(got, prior, correlated=0.9).together
+    _, (pair,) = determined_parameters(got, prior, correlated=0.9)
     assert pair[:2] == (0, 1)
     assert pair[2] < -0.9
 
