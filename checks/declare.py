@@ -34,8 +34,8 @@ class Scalar:
 
 @dataclass(frozen=True)
 class Vector:
-    """Fixed number of values in the unit that the name gives, typed or taken in a stated order. item: what one of them
-    is called; usual: as of a scalar; called: its name in sentences."""
+    """Fixed number of values in the unit that the name gives, typed or taken in a stated order. item: the name of one
+    value; usual: as of a scalar; called: its name in sentences."""
 
     name: str
     label: str

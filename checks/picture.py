@@ -31,7 +31,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Span:
-    """Shaded interval of one axis, e.g. a limit zone or a band that is not trusted."""
+    """Shaded interval of an axis, e.g. a limit zone or a band that is not trusted."""
 
     lo: float
     hi: float

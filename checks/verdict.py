@@ -24,7 +24,7 @@ LARGEST_U = {"guarded": 0.75, "simple": 1.0 / 3.0, "shared": 1.0 / 3.0}
 
 
 class Verdict(StrEnum):
-    """Verdict of one finding."""
+    """Verdict of a finding."""
 
     PASS = "pass"
     CONDITIONAL = "conditional"

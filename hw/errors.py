@@ -17,7 +17,7 @@ class Unplugged(InstrumentError):
 
 
 class NoReply(InstrumentError):
-    """No reply, or only a part of it, came before the deadline."""
+    """No complete reply came before the deadline."""
 
 
 class Garbled(InstrumentError):

@@ -221,8 +221,8 @@ class RigEntry(Strict):
 
 
 class BenchDocument(Strict):
-    """The TOML document. stage: file in which a simulated bench is told what the technician would do by hand. rig: how
-    the real-time rig writes its records. recorders: those that this program controls."""
+    """The TOML document. stage: file that tells a simulated bench what the technician would do by hand. rig: how the
+    real-time rig writes its records. recorders: those that this program controls."""
 
     name: Words
     stage: Words | None = None

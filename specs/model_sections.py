@@ -104,9 +104,9 @@ class ModeScatter(Strict):
 
 
 class ApaOfModes(Apa):
-    """An APA with free elastic modes. mode_stiffness, mode_damping: factors on stiffness and damping of the first of
-    them, by rising frequency, where something is known of this unit or its batch; with a sd of their own or that of
-    the scatter."""
+    """An APA with free elastic modes. mode_stiffness, mode_damping: factors on stiffness and damping of the first
+    modes, by rising frequency, as far as this unit or its batch is known; with a sd of their own or that of the
+    scatter."""
 
     damping_ratio: Number = _number(0.01)
     mode_scatter: ModeScatter | None = None
@@ -187,7 +187,7 @@ class Joints(Strict):
 
 
 class EncoderSection(ModelSection):
-    """Head and ruler as bodies; the ruler is read where the head is unless `ruler_arm` says otherwise; `scale` and the
+    """Head and ruler as bodies; the ruler is read at the head unless `ruler_arm` states another point; `scale` and the
     bracket's mode are off unless named."""
 
     head_mass_kg: Number
@@ -255,7 +255,7 @@ class DelaySection(ModelSection):
 
 
 class Amplifier(ModelSection):
-    """f_Hz: bandwidth of an amplifier of first order; second_order: of one of second order. Without either the
+    """f_Hz: bandwidth of an amplifier of first order; second_order: of an amplifier of second order. Without either the
     amplifier is infinitely fast."""
 
     f_Hz: Number | None = None
@@ -275,7 +275,7 @@ class Sensor(ModelSection):
 
 
 class Tolerance(Strict):
-    """relative: an error of the model too small to matter, in parts of the response. least: where the APA's modes are
+    """relative: an error of the model too small to matter, in parts of the response. least: if the APA's modes are
     uncertain, the tolerance of a fit falls as far as the data bear it, but not below this; up_to_Hz: nothing is
     compared with the model above."""
 
@@ -303,7 +303,7 @@ def _check_unique(names: Sequence[str]) -> None:
 
 
 class FitRecord(Strict):
-    """Where fitted values come from: their names and covariance in the names' units, the unit and its files, and the
+    """The origin of fitted values: their names and covariance in the names' units, the unit and its files, and the
     model that was fitted. G: of every channel after the fit; G_not_fitted: on another realisation; doubt: why the
     values are not to be taken for the unit's."""
 

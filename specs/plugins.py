@@ -1,7 +1,7 @@
 """Plug-ins: objects that other packages declare under an entry point group ([project.entry-points]).
 
 A plug-in that cannot be used is skipped and reported in one line; its name is then refused as unknown, so that no unit
-is judged by half of it. It can add, never replace: a name that the program has stays the program's."""
+is judged by a part of it. It can add, never replace: a name that the program has stays the program's."""
 
 import os
 import sys

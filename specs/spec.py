@@ -14,8 +14,8 @@ from specs.units import unit_of
 
 
 class Limit(Strict):
-    """Bounds of one quantity. rule: `simple` compares the value, `guarded` shrinks the zone by U ([ISO14253-1]),
-    `shared` compares the value but asks for U <= U_max ([JCGM106] 8.2)."""
+    """Bounds of a quantity. rule: `simple` compares the value, `guarded` shrinks the zone by U ([ISO14253-1]), `shared`
+    compares the value but asks for U <= U_max ([JCGM106] 8.2)."""
 
     lower: Finite | None = None
     upper: Finite | None = None
@@ -37,9 +37,9 @@ class Limit(Strict):
 
 
 class StatedU(Strict):
-    """Expanded uncertainty (k = 2) of a value typed without one: absolute in the value's unit, or in percent of it.
-    percent_per_C: how much the quantity changes with temperature, whose distance from reference_C is then part of the
-    budget."""
+    """Expanded uncertainty (k = 2) of a value typed without one: absolute in the value's unit, or in percent of the
+    value. percent_per_C: how much the quantity changes with temperature, whose distance from reference_C is then part
+    of the budget."""
 
     U: Positive | None = None
     U_percent: Positive | None = None
@@ -125,8 +125,8 @@ class LearnedBenchLimits(Strict):
 
 class SpecDocument(Strict):
     """The TOML document of a spec. gap: with it, `accept batch` and `accept report` look for what is missing from the
-    model where a unit's responses do not fit it. learned_bench: with it, a finding by a model whose learned bench is
-    too old, or that has none, is conditional at best."""
+    model if a unit's responses do not fit it. learned_bench: with it, a finding by a model whose learned bench is too
+    old, or that has none, is conditional at best."""
 
     name: Words
     kind: Words

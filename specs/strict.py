@@ -24,7 +24,7 @@ Full = TypeVar("Full", bound="Strict")
 
 
 class SpecError(AcceptError, ValueError):
-    """Every problem of one file, a line each: file, key path, what is wrong."""
+    """Every problem of a file, a line each: file, key path, what is wrong."""
 
     def __init__(self, path: str, problems: list[str]) -> None:
         self.path, self.problems = path, problems

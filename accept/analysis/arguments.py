@@ -26,7 +26,7 @@ WORDS: dict[Any, str] = {
 
 
 class ArgumentError(AcceptError, TypeError):
-    """An argument that a function cannot use; the text says what it takes."""
+    """An argument that a function cannot use; the text states what it takes."""
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:

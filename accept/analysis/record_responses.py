@@ -95,7 +95,7 @@ class MeasuredResponse:
 
     @property
     def ratios(self) -> dict[str, str]:
-        """Return the unit of each channel over that of the input, "" if one of them is not known."""
+        """Return the unit of each channel over that of the input, "" if either is unknown."""
         per = self.units.get(self.frf.input, "")
         return {c: f"{self.units[c]}/{per}" if self.units[c] and per else "" for c in self.frf.channels}
 

@@ -74,7 +74,7 @@ class Person:
         self._ask(f"Connect the amplifier to {NAMES[stacks]} and zero the gauge; Enter starts the drive: ")
 
     def hammer(self, place: str, called: str) -> None:
-        """Ask for Enter before the hits of one record. place: its name; called: in words."""
+        """Ask for Enter before the hits of a record. place: its name; called: in words."""
         del place
         self._ask(f"{called}: take the hammer, Enter, then hit; each hit is judged at once: ")
 

@@ -21,7 +21,7 @@ FOLDER = "readings"
 
 
 class Journal:
-    """An open journal of one run; a context manager. Each line holds a purpose, a reading and its raw bytes."""
+    """An open journal of a run; a context manager. Each line holds a purpose, a reading and its raw bytes."""
 
     def __init__(self, unit_folder: Path, section: str) -> None:
         stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")

@@ -4,4 +4,4 @@ from specs.errors import AcceptError
 
 
 class FleetError(AcceptError, ValueError):
-    """A question that the stored units cannot answer; the text says what is missing."""
+    """A question that the stored units cannot answer; the text states what is missing."""

@@ -87,8 +87,7 @@ def study(frame: pd.DataFrame) -> GaugeStudy:
 def expanded_uncertainty(found: GaugeStudy) -> float:
     """Return U (k = 2) of one measurement by any operator, which a spec may state for typed values.
 
-    Calibration and other systematic parts come on top of it.
-    """
+    Calibration and other systematic contributions add to it."""
     return COVERAGE * found.components["gauge"].sigma
 
 
@@ -120,7 +119,7 @@ def document(found: GaugeStudy, tolerance: float | None, readings: int) -> dict[
 
 
 def bias(frame: pd.DataFrame, reference: float, tolerance: float | None) -> BiasStudy:
-    """Return the study of readings of one part. Raises FleetError."""
+    """Return the study of readings of a single part. Raises FleetError."""
     try:
         return bias_study(frame["value"].to_numpy(dtype=float), reference, tolerance)
     except ValueError as e:

@@ -14,7 +14,7 @@ from accept.store.payloads import GoldenMet, GoldenMissed, Reference, UnitJudged
 
 @dataclass(frozen=True)
 class Checked:
-    """The comparison of one golden unit with its reference. problems: empty if it agrees; measured: whether this bench
+    """The comparison of a golden unit with its reference. problems: empty if it agrees; measured: whether this bench
     judged it since `since`."""
 
     serial: str

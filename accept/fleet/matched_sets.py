@@ -27,7 +27,7 @@ class Pool:
 
 
 def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
-    """Return the accepted units of a kind by their last judgement. Raises FleetError for a quantity that none of them
+    """Return the accepted units of a kind by their last judgement. Raises FleetError for a quantity that no unit
     has."""
     last = latest(frame)
     accepted = last[(last["kind"] == kind) & (last["unit_verdict"] == "accepted")]

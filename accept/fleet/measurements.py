@@ -235,7 +235,7 @@ def day(text: str | None, *, last: bool = False) -> datetime.date | None:
 
 
 def of_quantity(frame: pd.DataFrame, quantity: str) -> pd.DataFrame:
-    """Return the rows of one quantity that have a value. Raises FleetError naming what the store holds instead."""
+    """Return the rows of a quantity that have a value. Raises FleetError naming what the store holds instead."""
     found = frame[frame["quantity"] == quantity]
     if found.empty:
         held = ", ".join(sorted(frame["quantity"].unique())) or "none"

@@ -77,7 +77,7 @@ def trends(
     process.
 
     frame: the whole history; chosen (rows of frame): the rows to show. baselines: group -> its baseline. Raises
-    FleetError if the store holds no value of it or a group mixes units of measure."""
+    FleetError if the store holds no value or a group mixes units of measure."""
     first = first_attempts(of_quantity(frame, quantity))
     if chosen is not None:
         first = first[chosen.reindex(first.index, fill_value=False)]

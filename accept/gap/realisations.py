@@ -55,7 +55,7 @@ def trials_of(
 
 
 def _trial(unit: LoadedUnit, name: str, measured: Responses, tolerance: float) -> ConditionTrial:
-    """Return an experiment of a unit with two realisations, of two records or of the halves of one."""
+    """Return an experiment of a unit with two realisations, of two records or of the halves of a single record."""
     records = records_of(unit.experiment(name))
     refuse_faults(records)
     if "low_repeat" in records:

@@ -56,8 +56,8 @@ class Plan:
 
     @classmethod
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
-        """Return the plan of a model's table. If its modes are uncertain it has more of them, so it is tabulated with
-        real modes, which is close enough. Raises ModelError for a grid that is too small or a model without encoder or
+        """Return the plan of a model's table. A model with uncertain modes has more modes, so it is tabulated with real
+        modes, which is close enough. Raises ModelError for a grid that is too small or a model without encoder or
         joints."""
         check_tabulated(model)
         quick = with_damping(model, "modal") if model.scatters else None

@@ -164,7 +164,8 @@ def write_model(
 
 
 def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: float | None) -> None:
-    """Put one number where its flat name says; a number of a list of three becomes `{ value, sd }` within it."""
+    """Write one number to the place that its flat name states; a number of a list of three becomes `{ value, sd }`
+    within it."""
     if flat not in spec.values and not math.isfinite(value):
         return  # an effect that is off: the file says nothing about it
     *sections, key = flat.split(".")

@@ -8,7 +8,7 @@ FORMATS = ("pdf", "svg", "png")
 
 
 class PictureError(AcceptError, ValueError):
-    """A picture that cannot be drawn or written; the text says which and why."""
+    """A picture that cannot be drawn or written; the text states which and why."""
 
 
 def format_of(path: Path) -> str:

@@ -1,6 +1,6 @@
 """Panels as one HTML page to zoom in, drawn by plotly, which is written into the page: it opens without a network.
 
-Magnitude, phase and residual of one channel share their frequency axis. The page's policy lets only its own two scripts
+Magnitude, phase and residual of a channel share their frequency axis. The page's policy lets only its own two scripts
 run, by their hashes, so no text of a unit can become a script."""
 
 import base64

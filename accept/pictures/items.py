@@ -158,7 +158,7 @@ def _text(axes: Axes, item: Text, series: _Series) -> None:
 
 
 def _heights(axes: Axes, item: Heights, _: _Series) -> None:
-    """Draw numbered dots; the height stands away from the middle of the part, where no other dot is."""
+    """Draw numbered dots; the height is written outside, away from the other dots."""
     dots = axes.scatter(item.x, item.y, c=item.z, cmap=MAP, s=64, edgecolors=INK, linewidths=0.5, zorder=3)
     spread = float(np.ptp(item.z)) if len(item.z) else 0.0
     decimals = max(0, decimals_of(spread)) if np.isfinite(spread) and spread > 0 else 1

@@ -1,4 +1,4 @@
-"""The scale of one axis of a panel: its limits, the position of values along it, and its ticks."""
+"""The scale of an axis of a panel: its limits, the position of values along it, and its ticks."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The house look: matplotlib's settings, all of them."""
+"""The house look: all settings of matplotlib."""
 
 from typing import Any
 

@@ -12,7 +12,7 @@ from accept.units.unit_folder import UNIT_FILE
 @dataclass(frozen=True)
 class SeedApa:
     """One APA of [STB]. heights_um: at the 8 points; published_flatness_um: table 2.1, as printed; k_N_per_um: table
-    3.3, None where it was not measured (APA 3 had gone back to its maker)."""
+    3.3, None if it was not measured (APA 3 had gone back to its maker)."""
 
     number: int
     heights_um: tuple[float, ...]

@@ -34,9 +34,9 @@ END = 1e9  # of the channels that a counter or an analyser gives: they have no c
 
 
 class SimulatedSettings(Strict):
-    """kind, model, seed: of the unit, as `accept simulate unit` has them. stage: file in which the simulated bench is
-    told which stacks are driven and where the hammer hits. bouncing: hits that bounce, counted from 0. pace: seconds
-    that a recorded second takes."""
+    """kind, model, seed: of the unit, as `accept simulate unit` has them. stage: file that tells the simulated bench
+    which stacks are driven and where the hammer hits. bouncing: hits that bounce, counted from 0. pace: seconds that a
+    recorded second takes."""
 
     kind: Literal["apa", "strut"] = "apa"
     model: Words | None = None

@@ -83,7 +83,7 @@ def slow_record(bench: DrivenUnit, name: str, own_width: float = 0.0) -> Columns
 
 
 def axial_Hz(model: Model) -> float:
-    """Return the axial resonance [Hz]: the pole that da shows most in the band where it can be."""
+    """Return the axial resonance [Hz]: the pole within its possible band that da shows most."""
     f, _ = frequency_and_damping(model.poles())
     near = f[(f > AXIAL_HZ[0]) & (f < AXIAL_HZ[1])]
     if near.size == 0:

@@ -27,7 +27,7 @@ APA_PAYLOAD_KG = 5.0  # [STB] 3.1.7; the models have what a strut carries
 
 
 class UnitRequestError(AcceptError, ValueError):
-    """A request that cannot be carried out; the text says which value is wrong and what is possible."""
+    """A request that cannot be carried out; the text names the value that is wrong and what is possible."""
 
 
 @dataclass(frozen=True)

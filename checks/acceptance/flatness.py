@@ -22,7 +22,7 @@ UM = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Zone:
-    """Minimum zone of points: two parallel planes z = slope . (x, y) + offset, `half_width` to either side of it.
+    """Minimum zone of points: two parallel planes z = slope . (x, y) + offset, at `half_width` to either side.
 
     slope (2,), offset and half_width in the units of the points; weights (N,): d(half_width)/dz, the multipliers of the
     linear programme, zero at every point that does not touch the zone.

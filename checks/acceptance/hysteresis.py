@@ -30,7 +30,7 @@ STUCK = 0.1  # of the drive's peak to peak: no actuator stands still over so muc
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """The loop of one amplitude. width : opening at mid-voltage relative to the peak to peak of the response, positive
+    """The loop at one amplitude. width : opening at mid-voltage relative to the peak to peak of the response, positive
     if the response lags; misfit : rms of the residual of the loop's shape, relative to half the peak to peak; drive,
     response : (n,) samples of its period, centred; one_sample : of that period [rad]."""
 
@@ -125,7 +125,7 @@ def _loops(record: Record, channel: str, cycles: list[Cycle]) -> list[Loop]:
 
 
 def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response") -> Loop:
-    """Return the loop of one period, drive and response (n,).
+    """Return the loop of a period, drive and response (n,).
 
     response = centre line (a polynomial of the drive) + drift - opening/2 on the way up, + opening/2 on the way down.
     The opening closes at both ends: cos for a phase shift (an ellipse), cos |cos| for Rayleigh's parabolas, the latter

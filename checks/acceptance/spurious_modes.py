@@ -31,7 +31,7 @@ CHANNELS = {"Track1": "N", "Track2": "rad"}
 
 @dataclass(frozen=True, eq=False)
 class HammerResponse:
-    """Impacts of one record, the FRF of the good ones and its modes."""
+    """Impacts of a record, the FRF of the good ones and its modes."""
 
     key: str
     record: Record
@@ -185,7 +185,7 @@ def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec
 
 
 def _harmonic(name: str, order: int, found: HammerResponse | Reason, first: Mode | Reason, spec: CheckSpec) -> Quantity:
-    """Return the mode nearest to a multiple of the first one, if it is within 5 % of it."""
+    """Return the mode nearest to a multiple of the first one, if they agree within 5 %."""
     label = f"{name}_harmonic_{order}_Hz"
     if isinstance(found, Reason):
         return Quantity.missing(label, found)

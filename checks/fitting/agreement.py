@@ -1,4 +1,4 @@
-"""Where a fitted response contradicts the data, band by band, or the priors of its parameters."""
+"""Contradictions of a fitted response with the data, band by band, or the priors of its parameters."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ BANDS_HZ = (0.0, 60.0, 120.0, 170.0, 240.0, 340.0, 480.0, 700.0, 1000.0, 1400.0,
 
 @dataclass(frozen=True)
 class Contradiction:
-    """The worst band of a channel: G and the chance p of one so large."""
+    """The worst band of a channel: G and the chance p of a G so large."""
 
     channel: str
     f_lo_Hz: float

@@ -31,8 +31,8 @@ Wrap = Callable[[Model], Response]
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """model: with the form of damping that the data ask for; response: of it, what was fitted; fit: of its free
-    parameters, at the finest tolerance that the data bear."""
+    """model: with the form of damping that the data ask for; response: the part of the model that was fitted; fit: of
+    its free parameters, at the finest tolerance that the data bear."""
 
     model: Model
     response: Response

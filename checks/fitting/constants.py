@@ -64,9 +64,9 @@ def fit_constants(
 ) -> dict[str, Constant]:
     """Return ga and gs by weighted least squares on the complex responses, sign included, with their 95 % intervals.
 
-    f (F,) [Hz]; H and variance: channel -> (F,) complex response and the variance of it (total of both parts). ga from
-    de (da if there is no de) within `bands`, default 10..20 Hz; gs from Vs, 400..500 Hz. The scatter counts where
-    it exceeds the stated variance (Birge ratio), and u(ga) enters u(gs). Raises ModelError for an empty band."""
+    f (F,) [Hz]; H and variance: channel -> (F,) complex response and its variance (total of both parts). ga from de (da
+    if there is no de) within `bands`, default 10..20 Hz; gs from Vs, 400..500 Hz. The scatter counts if it exceeds the
+    stated variance (Birge ratio), and u(ga) enters u(gs). Raises ModelError for an empty band."""
     f = frequencies(f)
     limits = {"ga": STATIC_HZ, "gs": GS_BAND_HZ} | dict(bands or {})
     unit, gs_name = _unit_model(model, changes)

@@ -32,10 +32,10 @@ STEP = 2 * HALF + 1  # windows that share no bin
 @dataclass(frozen=True, eq=False)
 class Dataset:
     """f (F,) [Hz]; H (F, C) complex, channels (C,) over Va at the DAC; cov (F, C, C) noise E[e e^H] across channels; nu
-    (F,) complex degrees of freedom of cov; tolerance: relative model error, see `whitener`; by_frequency (F, C): more
-    of it, added in square, if a learned bench states how much units differ; scale (F, C): the response that both are
-    fractions of, the measured one before a model is known; taken_out: errors of the encoder's interpolation that were
-    removed from H.
+    (F,) complex degrees of freedom of cov; tolerance: relative model error, see `whitener`; by_frequency (F, C):
+    further tolerance, added in square, if a learned bench states how much units differ; scale (F, C): the response that
+    both are fractions of, the measured one before a model is known; taken_out: errors of the encoder's interpolation
+    that were removed from H.
 
     Errors of different bins are independent. `dataset_from_records`, `dataset_of` and `simulated` make it.
     """
@@ -164,7 +164,7 @@ def dataset_from_records(
 
 
 def joined(below: Dataset, above: Dataset) -> Dataset:
-    """Join two bands of one response."""
+    """Join two bands of a response."""
     if below.channels != above.channels:
         raise RecordError(f"{below.name}: channels {below.channels} below and {above.channels} above")
     f, H, cov, nu = (np.concatenate([getattr(d, k) for d in (below, above)]) for k in ("f", "H", "cov", "nu"))

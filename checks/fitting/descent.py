@@ -48,8 +48,8 @@ class Residuals(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """x (p,), cost (half the sum of squares). settled: no step leads further down. known: the normal matrix at x, where
-    the search has taken it already."""
+    """x (p,), cost (half the sum of squares). settled: no step leads further down. known: the normal matrix at x, if
+    the search has computed it."""
 
     problem: Residuals
     x: Array

@@ -161,8 +161,8 @@ def coarse_fits(
     coarse_bins: int = COARSE_BINS,
 ) -> list[FitPoint]:
     """Return the ends of searches on few bins with shrinking tolerances, the best first. drawn: start only from draws
-    about the start; close: use only the narrowest tolerance, because the wide ones would lead a start that is nearly
-    right back to where it came from. Raises ModelError as `fit` does."""
+    about the start; close: use only the narrowest tolerance, because the wide ones would lead a nearly right start back
+    to the nominal values. Raises ModelError as `fit` does."""
     sets, free = _sets(datasets), tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")

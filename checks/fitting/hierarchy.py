@@ -69,7 +69,7 @@ class Batch:
 @dataclass(frozen=True, eq=False)
 class Belonging:
     """One unit compared with the batch learned without it. z (p,): the deviation of each parameter, in standard
-    deviations of the prediction; not a number if this unit's data do not depend on it. p_all: chance of all of it
+    deviations of the prediction; not a number if this unit's data do not depend on it. p_all: chance of all deviations
     together, p_worst: of the largest |z| among so many."""
 
     z: Array

@@ -55,7 +55,7 @@ def determined(fit: Fit, effects: Iterable[str]) -> dict[str, Identifiability]:
 @dataclass(frozen=True, eq=False)
 class LikelihoodProfile:
     """values (n,) of a parameter, in its own unit, and fall (n,) of ln L from its maximum with all others fitted again
-    at each; ci95: where it has fallen by 1.92, infinite beyond the values that were tried."""
+    at each; ci95: the values at which it has fallen by 1.92, infinite beyond those that were tried."""
 
     name: str
     values: Array

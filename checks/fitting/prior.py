@@ -1,4 +1,4 @@
-"""Priors of free parameters: of each by itself, or of some of them together."""
+"""Priors of free parameters, independent or joint."""
 
 from collections.abc import Sequence
 

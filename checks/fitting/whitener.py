@@ -1,8 +1,8 @@
 """Residuals made independent and of unit variance, for noise and for a model that is a little wrong.
 
-A tolerance t: the model's response may be wrong by a factor 1 + d(f), |d| about t, in every channel by its own.
-Such an error is smooth over some range of frequencies, so many bins do not average it away. Nothing says over how wide
-a range, so there are three scales, each with the variance t^2 / 2 of an error that lies anywhere within |d| <= t:
+A tolerance t: the model's response may be wrong by a factor 1 + d(f), |d| about t, in every channel by its own. Such an
+error is smooth over some range of frequencies, so many bins do not average it away. The width of that range is unknown,
+so there are three scales, each with the variance t^2 / 2 of an error that lies anywhere within |d| <= t:
 
     wide    4 octaves: gain errors
     middle  half an octave: a mode beyond the band, a static residual
@@ -110,7 +110,7 @@ def _bins_of_one_error(f: Array) -> Array:
 
 def fill_dips(f: Array, size: Array) -> Array:
     """Return the size (F, C) with every dip narrower than a narrow error filled up to its lower shoulder. At a zero
-    large motions cancel: a small part of each of them is a large part of what is left."""
+    large motions cancel, so a small part of each motion is a large part of their sum."""
     below = np.searchsorted(f, f * (1.0 - NARROW))
     above = np.searchsorted(f, f * (1.0 + NARROW), side="right")
     out = size.copy()

@@ -41,8 +41,7 @@ def limits_um(model: Model) -> tuple[float, float]:
 
 
 def grid(model: Model, nx: int = 41, ny: int = 41) -> tuple[Array, Array]:
-    """Return dx (nx,) and dy (ny,) [um] up to the limits of the model. Raises ModelError if there are fewer than 3 of
-    one."""
+    """Return dx (nx,) and dy (ny,) [um] up to the limits of the model. Raises ModelError if either has fewer than 3."""
     if nx < 3 or ny < 3:
         raise ModelError(f"a table of {nx} x {ny}; expected 3 x 3 or more")
     dx, dy = limits_um(model)

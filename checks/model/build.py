@@ -74,8 +74,8 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
 
 def _least_tolerance(spec: ModelSpec) -> float:
     """Return the tolerance that a fit may fall to if the data bear it. On a learned bench it stays that of the file:
-    the error of a learned factor is common to all bins about it, and noise that is counted bin by bin would make a
-    misalignment of it with a U two to seven times too small."""
+    the error of a learned factor is common to all bins about it, and noise that is counted bin by bin would turn it
+    into a misalignment with a U two to seven times too small."""
     if spec.learned_bench is not None:
         return spec.tolerance.relative
     return min(spec.tolerance.least, spec.tolerance.relative)

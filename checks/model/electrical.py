@@ -38,7 +38,7 @@ class Electrical:
 
     def drive(self, f: Array) -> Complex:
         """Return the factor (F,) of delay and amplifier on every output: exp(-s tau) / (1 + s / w), and w^2 / (s^2 + 2
-        z w s + w^2) of one of second order."""
+        z w s + w^2) for an amplifier of second order."""
         factor: Complex = np.exp(-2j * np.pi * f * self.tau) / (1.0 + 1j * f / self.amplifier_Hz)
         corner_Hz, damping_ratio = self.second_order
         if np.isfinite(corner_Hz):

@@ -2,7 +2,7 @@
 joint, a fillet, a batch of ceramic change the frequencies and damping of a shell's modes. So every elastic mode k of
 the free APA has a factor on its stiffness, `apa.mode_stiffness_k`, and one on its damping, `apa.mode_damping_k`. All
 modes that the matrices hold, not only those within the band: below its first resonance the APA answers through the
-compliance of every one of them, and the signs of a misalignment depend on how these compliances cancel ([MARES06])."""
+compliance of all of them, and the signs of a misalignment depend on how these compliances cancel ([MARES06])."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

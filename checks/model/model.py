@@ -67,7 +67,7 @@ class CalibratedParameters:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A model ready to be evaluated. `values` holds every parameter by flat name; calls take changes of them.
+    """A model ready to be evaluated. `values` holds every parameter by flat name; calls take changes.
 
     apa: parameters -> the APA's body; sds: prior standard deviations; joint: the joint prior of some of the uncertain
     parameters; tolerance: relative model error too small to matter; least: the tolerance that remains if the modes of

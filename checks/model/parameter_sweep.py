@@ -41,7 +41,7 @@ class Swept:
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """Responses of one channel for a row of values. names: the parameters that take these values; f (F,) [Hz]."""
+    """Responses of a channel for a row of values. names: the parameters that take these values; f (F,) [Hz]."""
 
     names: tuple[str, ...]
     channel: str

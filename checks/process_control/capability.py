@@ -142,7 +142,7 @@ def _p_of(a: float) -> float:
 
 
 def _percentiles(x: Array, lower: float | None, upper: float | None) -> Percentiles | None:
-    """Return the reference interval by the distribution that fits best, None if none of them fits.
+    """Return the reference interval by the distribution that fits best, None if no distribution fits.
 
     Candidates are those that [ISO22514-2] names for characteristics with a bound at zero.
     """

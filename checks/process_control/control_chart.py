@@ -204,10 +204,9 @@ def _departures(x: Array, kept: NDArray[np.intp], base: Baseline, off: Array) ->
     """Return the shifts from the baseline that the weighted mean shows, each with its most likely start, and the level
     (N,) that they give every value.
 
-    off (K,): distance of the weighted mean from the baseline at x[kept], in units of its limits. A shift lasts until it
-    is back within a third of them. The beginning is the maximum-likelihood one of a step, the values before it counted
-    with the baseline.
-    """
+    off (K,): distance of the weighted mean from the baseline at x[kept], in units of its limits. A shift lasts until
+    the mean is back within a third of its limits. The beginning is the maximum-likelihood one of a step, the values
+    before it counted with the baseline."""
     out: list[Alarm] = []
     level = np.full_like(x, base.mean)
     if base.sigma == 0.0:

@@ -36,7 +36,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class BiasStudy:
-    """Readings of one part. sigma: repeatability; Cg, Cgk: None without a tolerance."""
+    """Study of readings of a part. sigma: repeatability; Cg, Cgk: None without a tolerance."""
 
     n: int
     mean: float

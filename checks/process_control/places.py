@@ -1,9 +1,8 @@
-"""Where a process changed: a shift or drift that shows at one bench, operator or lot and at no other.
+"""The place of a change in a process: a shift or drift that shows at one bench, operator or lot and at no other.
 
-A chart of values of two benches in turn shows a shift of one of them half as large, and late. A change that shows in
-the chart of one place alone, and that the values of the other places contradict, is named with that place, and
-the chart of all is made again without it.
-"""
+A chart of values of two benches in turn shows a shift of one bench half as large, and late. A change that shows in the
+chart of one place alone, and that the values of the other places contradict, is named with that place, and the chart of
+all is made again without it."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace

@@ -1,6 +1,6 @@
 """Outliers of a small fleet: robust scores, and a test with a stated rate of false alarms.
 
-The k farthest from the median are set aside, k from nearly half of the fleet down to 1, and the nearest of them is
+The k farthest from the median are set aside, k from nearly half of the fleet down to 1, and the nearest of the k is
 compared with all others: generalised extreme studentised deviates (Rosner 1983, Technometrics 25), written with the t
 statistic of a new value. So two bad units cannot mask each other, and few units suffice."""
 

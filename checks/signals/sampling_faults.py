@@ -1,10 +1,10 @@
 """Faults of sampling, seen in a record before any model: clipped or held values, lost samples, a clock that jitters.
 
-None of them is a linear effect of the strut or its bench, and each leads to responses that look sound but are noisier,
-or have poles without a resonance. Two tests find them. The part that the drive does not explain, block by block of the
-spectrum and each block over its own power, is even in time for any linear system in noise; a burst in it marks a
-disturbance. And a sample can be predicted from those before it up to the noise; a much larger error marks a cut in the
-series."""
+Such a fault is not a linear effect of the strut or its bench, and each leads to responses that look sound but are
+noisier, or have poles without a resonance. Two tests find them. The part that the drive does not explain, block by
+block of the spectrum and each block over its own power, is even in time for any linear system in noise; a burst in it
+marks a disturbance. And a sample can be predicted from those before it up to the noise; a much larger error marks a cut
+in the series."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -7,7 +7,7 @@ other written with five digits, MATLAB's default.
 
 A copy that was cut or shifted has other samples at those places, but the same turning points. A sketch keeps hashes of
 the ratios of successive swings between them, which gain, offset, sign and place do not change: the 64 smallest of all
-(a bottom-k sketch, [Broder]). Two channels that share a quarter of them are one; of the recorded units and the
+(a bottom-k sketch, [Broder]). Two channels that share a quarter of these hashes are one; of the recorded units and the
 population here no two share more than a tenth. A fifth cut off and noise of 3e-6 of the span are recognised, noise of
 1e-5 in three of four channels, and 3e-5 no more. The same is kept of every second sample, from the first on and from
 the second, so that a copy at half the rate is known, without a filter. Not recognised are a copy that was filtered or
@@ -99,8 +99,8 @@ class Sketch:
         return [key_of(one) for one in found]
 
     def same(self, other: "Sketch") -> bool:
-        """Return whether both are of the same samples, or one channel is a part of the other, or every second sample of
-        it."""
+        """Return whether both are of the same samples, or one channel is a part of the other, or its every second
+        sample."""
         pairs = [(self, (other.swing_set, *other.half_sets)), (other, self.half_sets)]
         same_swings = any(_share(one.swing_set, theirs) for one, sets in pairs for theirs in sets)
         return same_swings or self._same_samples(other)
@@ -133,7 +133,7 @@ class Sketch:
 
     @cached_property
     def decimal_grid(self) -> tuple[Array, NDArray[np.bool_]]:
-        """Return the fifth digit of each value, and whether the value is a whole number of it."""
+        """Return the unit of the fifth digit of each value, and whether the value is a multiple of that unit."""
         with np.errstate(divide="ignore", invalid="ignore"):
             digit = 10.0 ** (np.floor(np.log10(np.abs(self.values))) - DIGITS + 1)
             return digit, np.abs(self.values / digit - np.round(self.values / digit)) <= 0.02
@@ -179,7 +179,7 @@ def _swings(x: Array) -> NDArray[np.uint32]:
     """Return the hashes of three successive ratios of swings between turning points of a channel, the smallest in
     order.
 
-    The width of a turning point is the one that gives most of them; it does not depend on the length, which a cut
+    The width of a turning point is the one that gives most hashes; it does not depend on the length, which a cut
     changes."""
     if not np.isfinite(x).all():
         return np.zeros(0, dtype="<u4")

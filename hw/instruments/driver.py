@@ -41,7 +41,8 @@ class Sampling(Protocol):
     """An instrument that can also follow a moving value."""
 
     def sample(self) -> Reading:
-        """Return a single answer: two answers of a moving value would not agree. A run of them ends with `confirm`."""
+        """Return a single answer, since two answers of a moving value would not agree. A run of answers ends with
+        `confirm`."""
         ...
 
 

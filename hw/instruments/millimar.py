@@ -1,13 +1,11 @@
 """Mahr Millimar C1208, C1216 and C1240: the common part of their protocols: settings, numbers, units, errors, silence.
 
-Known from [MILLIMAR] (pages 58 to 70): the protocols and their commands; that nothing is sent while the
-menu is open or a master measurement runs; that values come as the display shows them.
-Known from a driver: nothing; no driver is known.
-Known from siblings only (C1202, other makers' Opto-RS): error replies `ERRn` and `OV`.
-Assumed, so set in the bench file: line settings; micrometre as `um` on the wire (`micrometre`); digits before and after
-the point where they are known to be fixed (`integer_digits` and `decimals`, both or neither: a lost leading digit shows
-in the first only); the range of the probe (`range_mm`). No question tells the factor of a feature: it must be 1.
-"""
+Known from [MILLIMAR] (pages 58 to 70): the protocols and their commands; that nothing is sent while the menu is open or
+a master measurement runs; that values come as the display shows them. Known from a driver: nothing; no driver is known.
+Known from siblings only (C1202, other makers' Opto-RS): error replies `ERRn` and `OV`. Assumed, so set in the bench
+file: line settings; micrometre as `um` on the wire (`micrometre`); digits before and after the point if they are known
+to be fixed (`integer_digits` and `decimals`, both or neither: a lost leading digit shows in the first only); the range
+of the probe (`range_mm`). The factor of a feature cannot be asked: it must be 1."""
 
 import re
 from typing import Annotated, ClassVar, Literal, TypeVar
@@ -37,9 +35,8 @@ ERRORS = {  # Opto-RS; the C1202 gives 3, 5 and 6 other meanings
 class MillimarSettings(LengthSettings):
     """Settings of a Millimar.
 
-    protocol : as chosen in its menu (PROTOCL). unit : of the display, which the driver sets where the protocol can.
-    integer_digits, decimals : of the display, if they are fixed. micrometre : how the wire spells it.
-    """
+    protocol : as chosen in its menu (PROTOCL). unit : of the display, which the driver sets if the protocol can.
+    integer_digits, decimals : of the display, if they are fixed. micrometre : how the wire spells it."""
 
     protocol: Literal["OPTORSD", "OPTORSS", "M1240"]
     unit: Literal["mm", "in", "um"]

@@ -2,9 +2,8 @@
 
 Known from the documentation of pymeasure: an instrument is made from a VISA name; its settings and values are
 attributes, which ask the instrument when they are read; `id` is its answer to `*IDN?`; `check_errors` empties the queue
-of errors. Nothing is known of the class itself: whether an attribute means what its name says, and which settings it
-makes when it is opened, shows in the commissioning only. Only classes of `pymeasure.instruments` are loaded.
-"""
+of errors. Nothing is known of the class itself: whether an attribute means what its name suggests, and which settings
+it makes when it is opened, shows in the commissioning only. Only classes of `pymeasure.instruments` are loaded."""
 
 import re
 import time
@@ -159,7 +158,7 @@ class Pymeasure:
         return self._guard(path, lambda: reduce(getattr, path.split("."), self._device()))
 
     def _guard(self, what: str, action: Callable[[], Any]) -> Any:
-        """Return the result of the library's code. Raises InstrumentError for every exception of it."""
+        """Return the result of the library's code. Raises InstrumentError for every exception."""
         try:
             with warnings.catch_warnings(action="ignore"):  # of the library, to its own programmers
                 return action()

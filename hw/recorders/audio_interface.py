@@ -31,7 +31,7 @@ SLOW_CHECKS = ("stroke", "hysteresis", "stiffness", "sensor_highpass")
 
 
 class AudioSettings(Strict):
-    """device: its name in the list of `python -m sounddevice`, or a part of it that only it has."""
+    """device: its name in the list of `python -m sounddevice`, or a part that no other name contains."""
 
     device: Words
 

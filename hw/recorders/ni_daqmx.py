@@ -3,9 +3,8 @@
 Known from the documentation of the package nidaqmx: `Task` is a context manager that frees its device; the output waits
 for the input's sample clock if it names it as its source and is started first; `read` returns a list of numbers for one
 channel and a list of lists for several; `samp_clk_rate` tells the rate that the device really takes. Assumed: the
-input's clock is called `/DEVICE/ai/SampleClock`, as on all X and M series and on CompactDAQ (`clock` says otherwise).
-The package needs NI's driver; it is loaded when the first record is taken.
-"""
+input's clock is called `/DEVICE/ai/SampleClock`, as on all X and M series and on CompactDAQ (else `clock` names it).
+The package needs NI's driver; it is loaded when the first record is taken."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack

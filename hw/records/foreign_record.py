@@ -1,9 +1,8 @@
 """Records of other tools, for `accept frf`: units in headers, `;` and decimal commas, structures of Speedgoat, Simulink
 and dSPACE, channels of any name, a sampling time from the command line. The mapping of columns is stated.
 
-`accept frf` takes any of it. A unit is judged from named channels: those of structures are read, too, if the name
-stands for one vector, and units only as the unit's [channels] states them (`hw.records.reader`).
-"""
+`accept frf` takes all of these. A unit is judged from named channels: those of structures are read, too, if the name
+stands for one vector, and units only as the unit's [channels] states them (`hw.records.reader`)."""
 
 import io
 import math
@@ -45,8 +44,8 @@ def foreign_record(
     units: Mapping[str, str],
     mapped_only: bool = False,
 ) -> tuple[Record, str]:
-    """Return the record, and a sentence on how its columns were mapped. channels: name here -> where it stands in the
-    file; units: of the names here; mapped_only: leave out what `channels` does not name.
+    """Return the record, and a sentence on how its columns were mapped. channels: name here -> source in the file;
+    units: of the names here; mapped_only: leave out what `channels` does not name.
 
     Raises RecordError, which lists what the file holds."""
     source = load_bytes(path, DEFAULT_LIMITS)

@@ -41,12 +41,10 @@ def record_of(
     """Return the record of the bytes of a .mat (MATLAB 5 to 7.3), .csv, .uff or .tdms file; the content tells which.
 
     series : the channels to read and their units; the time is the vector "t" [s], or starts at 0 and runs in steps of
-    the scalar that `series.step` names [s] where the file has it. rename : name of a channel here -> in the file, with
-    its gain and unit. What is not a variable of the file itself is looked for in its structures, as Simulink, Speedgoat
-    and dSPACE write them.
-    The arrays of the record are read-only. Raises RecordError, naming the file, the channel, what was found and what
-    was expected, for everything that could make a verdict wrong; nothing is repaired.
-    """
+    the scalar that `series.step` names [s] if the file has it. rename : name of a channel here -> in the file, with its
+    gain and unit. What is not a variable of the file itself is looked for in its structures, as Simulink, Speedgoat and
+    dSPACE write them. The arrays of the record are read-only. Raises RecordError, naming the file, the channel, what
+    was found and what was expected, for everything that could make a verdict wrong; nothing is repaired."""
     with refused(source.file):
         sources = {here: channel_source(there) if isinstance(there, str) else there for here, there in rename.items()}
         found = source.variables()

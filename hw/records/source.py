@@ -23,7 +23,7 @@ USERBLOCK_BYTES = 512  # of text that MATLAB puts before the HDF5 file
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """The bytes of one file. What was hashed is what is parsed, even if the file changes meanwhile."""
+    """The bytes of a file: the hashed bytes are parsed, even if the file changes meanwhile."""
 
     file: str
     suffix: str

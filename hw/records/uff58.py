@@ -28,9 +28,8 @@ FORTRAN_TO_C = bytes.maketrans(b"Dd", b"Ee")
 class UffFunction:
     """Header of one data set 58 and its bytes. `count` values on an even abscissa (start, step) or on a stated one.
 
-    x_unit, unit, per : labels of the abscissa, of the ordinate and of its denominator.
-    layout : dtype of one value in `body`, fields "x" (uneven only), "y0" and "y1" (complex only); text when `is_text`.
-    """
+    x_unit, unit, per : labels of the abscissa, the ordinate and its denominator. layout : dtype of a value in `body`,
+    fields "x" (uneven only), "y0" and "y1" (complex only); text when `is_text`."""
 
     kind: int
     id1: str
@@ -133,7 +132,7 @@ def _dof(node: str, direction: str) -> str:
 
 
 def _body(file: str, raw: bytes, at: int, number: bytes, form: str) -> tuple[np.dtype[np.void], int, int]:
-    """Return the layout of the values that start at `at`, where they end and where the next set may begin."""
+    """Return the layout of the values that start at `at`, their end, and the earliest start of the next set."""
     kind, count, even = int(form[:10]), int(form[10:20]), int(form[20:30]) == 1
     if kind not in (REAL_SINGLE, REAL_DOUBLE, COMPLEX_SINGLE, COMPLEX_DOUBLE) or count < 0:
         raise RecordError(f"{file}: a data set 58 declares {count} values of type {kind}")

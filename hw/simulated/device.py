@@ -34,7 +34,7 @@ class Device(ABC):
 
     @abstractmethod
     def _messages(self) -> list[bytes]:
-        """Return the finished messages in the buffer, taken out of it, without their ends."""
+        """Remove the finished messages from the buffer and return them without their ends."""
 
     @abstractmethod
     def answer(self, message: bytes) -> list[bytes]:

@@ -31,7 +31,7 @@ BUILT_IN: Mapping[str, Product] = {file.PRODUCT.name: file.PRODUCT for file in _
 
 
 class ProductError(AcceptError, ValueError):
-    """A product that is not installed, or lacks what is asked of it."""
+    """A product that is not installed or not usable."""
 
 
 def products() -> Mapping[str, Product]:

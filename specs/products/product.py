@@ -12,7 +12,7 @@ class Product:
     spec: the spec without `--spec`, a built-in name or a TOML file. model: what its responses are explained by without
     `--model`, as built-in name or file; None if it has no model. parts: part in unit.toml -> label, which the workflow
     asks for. checks: checks of the program that its spec may ask for, besides those that name it in their `kinds`.
-    matched_by: quantities by which sets of it are matched, if `accept match` is asked for no other."""
+    matched_by: quantities by which sets are matched, if `accept match` is asked for no other."""
 
     name: str
     title: str

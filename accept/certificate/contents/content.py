@@ -1,4 +1,4 @@
-"""The content of one certificate, and the files inside the PDF that hold it."""
+"""The content of a certificate, and the files inside the PDF that hold it."""
 
 import hashlib
 import json
@@ -49,7 +49,7 @@ def renderer() -> dict[str, str]:
 
 @dataclass(frozen=True, eq=False)
 class CertificateContent:
-    """The content of one certificate. Equal contents give equal bytes.
+    """The content of a certificate. Equal contents give equal bytes.
 
     result : the unit's entry in results.json (`UnitResult.to_json()`). panels : pictures by name.
     files : input files to attach, by their names in the unit folder (`unit.toml` first of all).

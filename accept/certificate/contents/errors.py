@@ -22,8 +22,8 @@ def one_line(text: str, longest: int = 300) -> str:
 
 
 def guarded(what: str, step: Callable[..., T], *arguments: Any, **options: Any) -> T:
-    """Return what the step returns, and raise InvalidCertificate for any exception of it: a parser of hostile bytes can
-    fail in any way, and then the certificate is not valid."""
+    """Return what the step returns, and raise InvalidCertificate for any exception: a parser of hostile bytes can fail
+    in any way, and then the certificate is not valid."""
     try:
         return step(*arguments, **options)
     except InvalidCertificate:

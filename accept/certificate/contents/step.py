@@ -1,4 +1,4 @@
-"""The result of one step of verification."""
+"""The result of a step of verification."""
 
 from dataclasses import dataclass
 

@@ -25,10 +25,9 @@ UNITS = {"m": (1e6, "um"), "F": (1e6, "uF")}
 
 @dataclass(frozen=True)
 class TrialResult:
-    """The result of one trial: the request to the technician, the outcome, and whether it passed. how: "refused",
-    "seen" (the value stayed and the technician saw the change), "absent" (this instrument cannot do it), "not seen",
-    "passed over" (a value although the driver asks for this setting), "wrong", or "read" for a reading without a
-    change."""
+    """The result of a trial: the request to the technician, the outcome, and whether it passed. how: "refused", "seen"
+    (the value stayed and the technician saw the change), "absent" (this instrument cannot do it), "not seen", "passed
+    over" (a value although the driver asks for this setting), "wrong", or "read" for a reading without a change."""
 
     trial: str
     found: str

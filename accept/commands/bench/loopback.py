@@ -36,8 +36,8 @@ _FOCUS = """<script>
 
 
 class Window(AppService):
-    """The program of one window, started without a shell: the library starts a line of text by one, and no quoting
-    holds for both that of POSIX and cmd of Windows."""
+    """The program of a window, started without a shell: the library starts a line of text by one, and no quoting holds
+    for both that of POSIX and cmd of Windows."""
 
     def __init__(self, words: Sequence[str], *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)

@@ -126,7 +126,7 @@ def _visa(named: Sequence[str], library: str) -> list[PlaceSeen]:
 
 
 def _identify(resource: str, library: str) -> PlaceSeen:
-    """Ask a VISA instrument for `*IDN?`, a question that every one of them has and that changes nothing."""
+    """Ask a VISA instrument for `*IDN?`, a question that all of them support and that changes nothing."""
     link = Link(Address(resource), visa_opener(library, ANSWER_S))
     try:
         link.send(IDN.encode("ascii"))

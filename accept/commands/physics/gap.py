@@ -90,7 +90,7 @@ def run(
 
 
 def _units(paths: Sequence[Path]) -> list[UnitFolder]:
-    """Return the units at or below the paths. Raises UnitError, also if two of them have the same serial."""
+    """Return the units at or below the paths. Raises UnitError, also if two units have the same serial."""
     for path in paths:
         if path.is_file() and path.name != UNIT_FILE:
             raise RecordError(f"{path}: {FILE_TOO_LITTLE}")
@@ -106,7 +106,7 @@ def _units(paths: Sequence[Path]) -> list[UnitFolder]:
 
 @dataclass(frozen=True)
 class GapJob:
-    """The gap analysis of one unit, here or in a worker; its files go into `out`."""
+    """The gap analysis of a unit, here or in a worker; its files go into `out`."""
 
     unit: UnitFolder
     out: Path

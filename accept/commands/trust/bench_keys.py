@@ -90,8 +90,8 @@ def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -
 
 
 def _technician_choice(home: Path, operator: str | None) -> str | None:
-    """Return whom to choose if several technicians have a key: the operator named, else the login name if it is one of
-    them."""
+    """Return the technician to choose if several have a key: the operator named, else the login name if it has a
+    key."""
     there = [k.person for k in keys.listing(home) if k.role == TECHNICIAN]
     wanted = operator or operator_name(None)
     return wanted if len(there) > 1 and any(same_person(wanted, one) for one in there) else None

@@ -1,9 +1,8 @@
 """`accept demo`: the main job on built-in data.
 
 The seven APAs of [STB], as typed in, and a simulated strut from its raw records are judged, certified and verified;
-what three struts of its batch have in common is learned, and what is hidden in that strut is named. The exit code says
-whether the demo went as it must.
-"""
+what three struts of its batch have in common is learned, and what is hidden in that strut is named. The exit code
+states whether the demo succeeded."""
 
 import json
 import time

@@ -84,7 +84,7 @@ def latencies(found: Population) -> dict[str, tuple[float, float, float]]:
 
 def features(bench: LearnedBench) -> list[Feature]:
     """Return the bands in which the bench changes a channel, beyond doubt and worth a sentence, the largest first. A
-    band reaches to where a quarter of its largest change is left."""
+    band ends where its change falls to a quarter of the largest."""
     out: list[Feature] = []
     for i, channel in enumerate(bench.channels):
         size, u = np.abs(bench.factor[:, i]), bench.sd[:, i]
@@ -168,7 +168,7 @@ def bench_document(found: Population, learned_on: str | None, changed: Sequence[
 
 
 def percent(part: float) -> str:
-    """Return a part of one in percent, two digits."""
+    """Return a fraction in percent, with two digits."""
     return f"{float(f'{100.0 * part:.2g}'):g} %"
 
 

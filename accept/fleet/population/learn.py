@@ -83,8 +83,8 @@ class Judged:
 @dataclass(frozen=True, eq=False)
 class Population:
     """names (p,): without the offsets; prior, batch: of these. judged: every unit, in the order given; covered: how
-    many parameters of those that belong lie where the others foretell them, of how many. bench: what it adds to every
-    unit without a name."""
+    many parameters of the units that belong lie within the prediction of the others, and how many were compared. bench:
+    what it adds to every unit without a name."""
 
     names: tuple[str, ...]
     given: OpenedModel

@@ -72,7 +72,7 @@ class UnitFit:
 
 @dataclass(frozen=True, eq=False)
 class UnitRatios:
-    """Residuals of the fits of units, on the frequencies (F,) of all of them: H / H_model - 1 and its noise, the
+    """Residuals of the fits of units, on the union (F,) of their frequencies: H / H_model - 1 and its noise, the
     model's |H|, (n, F, C) each; serials (n,)."""
 
     f: Array
@@ -108,7 +108,7 @@ class FittedUnits:
 
 
 def with_latencies(model: Model) -> Model:
-    """Return the model with the latency of each channel uncertain, unless its file says how well it is known."""
+    """Return the model with the latency of each channel uncertain, unless its file states an uncertainty."""
     unknown = {LATENCIES[c]: LATENCY_SD_US for c in model.channels if LATENCIES[c] not in model.sds}
     return replace(model, sds={**model.sds, **unknown})
 

@@ -138,7 +138,7 @@ def _text(area: Area, item: Text, tint: Color, again: bool) -> None:  # noqa: AR
 
 
 def _heights(area: Area, item: Heights, tint: Color, again: bool) -> None:  # noqa: ARG001
-    """Draw numbered dots; the height stands away from the middle of the part, where no other dot is."""
+    """Draw numbered dots; the height is written outside, away from the other dots."""
     canvas, scale = area.canvas, _map_scale(item.z)
     known = item.z[np.abs(item.z) < LARGEST]
     spread = float(np.ptp(known)) if known.size else 0.0

@@ -17,8 +17,7 @@ ALIKE = 1e-7  # of the height: below the step of a converter of 24 bits
 def vet_lag(name: str, drive: str, width: ScalarEstimate, height: float, least_percent: float) -> None:
     """Raise NoResult if a response opens its loop by less than `least_percent` of its height, beyond the scatter.
 
-    width, height: in one unit; the width positive where the response lags.
-    """
+    width, height: in one unit; the width positive if the response lags."""
     percent, u = 100 * width.value / height, 100 * width.u / height
     if percent + 3 * u < least_percent:
         raise NoResult(Cause.LOOP_NARROW, channel=name, reference=drive, percent=percent, least=least_percent)

@@ -88,8 +88,8 @@ def running_mean(x: Array, n: int) -> Array:
 
 
 def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
-    """Return the largest d over the stays of V in the zone at its top. If only noise separates some of them, their mean
-    is taken: the largest of them would be too high."""
+    """Return the largest d over the stays of V in the zone at its top. If only noise separates the highest stays, their
+    mean is taken, because the largest would be too high."""
     tops = stays(zone)
     if not tops:
         raise NoResult(Cause.FEW_SAMPLES, samples=0, where="at the top of the voltage range", needed=MIN_SAMPLES)

@@ -98,7 +98,7 @@ def vs_zero(low: Transforms, near_Hz: float) -> Zero | Reason:
 
 
 def zero_quantity(found: Zero, spec: CheckSpec) -> Quantity:
-    """Return vs_zero_Hz; the note says on which side of the imaginary axis it lies and the coherence there."""
+    """Return vs_zero_Hz; the note states its side of the imaginary axis and the coherence there."""
     instrument = stated_contribution(spec, found.f_Hz, "vs_zero_Hz", "f_Hz")
     note = f"{found.side} (damping {100 * found.damping_ratio:.2g} percent), coherence there {found.coherence:.2f}"
     budget = [

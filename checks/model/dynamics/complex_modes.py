@@ -31,7 +31,7 @@ NO_MASS = 1e-9  # of the largest 1/w^2: round-off of a coordinate without mass
 class Sections:
     """H_c(s) = sum over p of residues[p, c] / (s mu[p] - 1). mu (p,) complex [s] is 1/pole, residues (p, c) in the
     channel's unit per unit of input. Of a conjugate pair only the member with Im mu < 0 (pole in the upper half) is
-    kept; `paired` (p,) says so."""
+    kept; `paired` (p,) marks it."""
 
     mu: Complex
     residues: Complex

@@ -1,12 +1,12 @@
-"""Derivatives of a system's responses by the parameters of its matrices, all parameters at the price of one response.
+"""Derivatives of a system's responses by the parameters of its matrices, all parameters at the cost of a single
+response.
 
 Any damping, by the adjoint method: y = c Z^-1 b with Z = K + s C + s^2 M symmetric, so dy = dc x + y' db - y' dZ x, x =
 Z^-1 b, y = Z^-1 c' ([HG92] 7.2); x and y are sums over the complex modes.
 
 Damping of each mode by itself: the response is a sum of a b / (w^2 + c s + s^2) over real modes P of unit mass, and
 dP_i = sum_j P_j (P_j' (dK - w_i^2 dM) P_i) / (w_i^2 - w_j^2) - P_i (P_i' dM P_i) / 2 ([FK68]) gives the derivative of
-every part of it.
-"""
+every part."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -109,8 +109,8 @@ def derivatives(
     system: System, changes: Sequence[Change], s: Complex, modes: Modes = NO_MODES, kept: Sequence[int] | None = None
 ) -> Complex:
     """Return the derivatives (P + 2 m, S, c) of the responses at s (S,) [rad/s], with damping of any form: by the
-    changes, then by the factors on the modes' stiffness, then by those on their damping; kept: only these of them, in
-    this order.
+    changes, then by the factors on the modes' stiffness, then by those on their damping; kept: indices of the
+    derivatives to return, in this order.
 
     In memory the channels come before the frequencies: what follows runs along frequencies."""
     x, y = _states(system, s)

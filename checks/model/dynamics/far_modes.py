@@ -28,8 +28,8 @@ def is_far(w2: Array, rate: Array, w: Array) -> NDArray[np.bool_]:
 
 
 def sum_sections(A: Array, basis: Basis, swift: NDArray[np.bool_], w: Array) -> Complex:
-    """Return the sums (m, S) at w (S,) [rad/s] of A (m, k, n) times k functions of each of n modes, those of them that
-    are `swift` summed at a few frequencies.
+    """Return the sums (m, S) at w (S,) [rad/s] of A (m, k, n) times k functions of each of n modes; the `swift` modes
+    are summed at a few frequencies.
 
     One real product by whatever is complex in it, real and imaginary parts side by side."""
     rows = _flat(A[..., ~swift])

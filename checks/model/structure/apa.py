@@ -13,7 +13,7 @@ ELASTIC_FROM = 6  # a free body has six rigid modes; they are not damped
 
 @dataclass(frozen=True, eq=False)
 class ApaBody:
-    """Matrices of the APA in its own coordinates, n of them.
+    """Matrices of the APA in its own n coordinates.
 
     K, M (n, n); C_ratio (n, n) damping per unit of modal damping ratio; C (n, n) viscous damping of its own. bottom,
     top : (6, n) rows that read the motion ux uy uz rx ry rz of the two interfaces. sensor, actuator : (n,) rows that

@@ -15,10 +15,9 @@ CERAMIC = Material(E=45.78e9, nu=0.3, rho=7850.0)  # soft PZT along its layers; 
 class SolidBlock:
     """A solid block of the shell between an interface node and the two arms that it holds.
 
-    box : sides of its steel along x, y, z [m], which set mass and inertia; half of them moves with the interface node,
-    half with the arms. center : from the interface node to the box's center [m], towards the arms.
-    neck : width along y and height across it [m] of the elastic steel between interface node and arms.
-    """
+    box : sides of its steel along x, y, z [m], which set mass and inertia; half of the mass moves with the interface
+    node, half with the arms. center : from the interface node to the box's center [m], towards the arms. neck : width
+    along y and height across it [m] of the elastic steel between interface node and arms."""
 
     box: tuple[float, float, float]
     center: float
@@ -39,8 +38,7 @@ class FrameGeometry:
     MIT licence), not measured on a part. They are E of the ceramic, arm_root_z, arm_foot_z, arm_thickness (2),
     arm_width, arm_rise, the end block's box (3) and neck (2), the top box's side along z and the height of its neck.
     They stand for what beams leave out: fillets, the shell's curvature, local compliance under the stacks' faces. The
-    boxes are the least determined, as only their mass and inertia show: do not read a drawing out of them.
-    """
+    boxes are the least determined, as only their mass and inertia show: do not take them for a drawing."""
 
     height: float = 30e-3
     stations: tuple[float, float, float, float, float] = (-32.5e-3, -12.5e-3, -7.5e-3, 12.5e-3, 32.5e-3)

@@ -30,7 +30,7 @@ class Parts:
 class System:
     """M q'' + C q' + K q = force u, y = outputs q. M, C, K (n, n); force (n,); outputs (c, n), one row per channel;
     motions (m, n): rows that read the few motions at which parts are fastened to each other; coordinates (a, n): rows
-    that read those in which all was put together; None: the same ones. parts: where the APA is given by its modes and
+    that read those in which all was put together; None: the same ones. parts: if the APA is given by its modes and
     nothing ties coordinates to each other."""
 
     M: Array

@@ -37,7 +37,7 @@ _DRIVEN = 1e-3  # of the largest power, 30 dB down: below, the hammer drives not
 
 @dataclass(frozen=True, eq=False)
 class ImpactFrf:
-    """FRF over K good impacts. f (M,) [Hz]; F [N], Y [response unit] (K, M) windowed spectra; H (M,) = H1 of them; var
+    """FRF over K good impacts. f (M,) [Hz]; F [N], Y [response unit] (K, M) windowed spectra; H (M,) = their H1; var
     (M,) variance of H (total complex) from the scatter between impacts; added_decay [1/s] the decay rate that the
     exponential window added to every mode (0 without such a window)."""
 
@@ -146,7 +146,7 @@ def analyse_records(
     """Return the averaged FRFs of a hammer test in one or several records.
 
     records: force (N,) [N] and the responses (N,) of each, the same responses in every record, all sampled at fs [Hz].
-    An impact that is bad in one response is set aside for all of them. Raises ValueError as `analyse`."""
+    An impact that is bad in one response is set aside in all. Raises ValueError as `analyse`."""
     rules = rules or ImpactRules()
     for force, responses in records:
         for response in responses:

@@ -19,7 +19,7 @@ def impact_frf(found: HammerTests, channels: Sequence[str], input: str, estimato
     """Return the responses of a hammer test with coherence over the hits and covariance from their scatter.
 
     estimator: "h1", "h2", "hv". Degrees of freedom are those of the hits, K - 1. The exponential window correlates the
-    errors of neighbouring bins as `correlation` says. Raises ValueError if fewer than two impacts are good."""
+    errors of neighbouring bins: see `correlation`. Raises ValueError if fewer than two impacts are good."""
     if not found.frfs:
         raise ValueError(f"{tally(found.all_impacts)}; two are needed, because U comes from what they differ by")
     first, K = found.frfs[0], found.frfs[0].count

@@ -51,7 +51,7 @@ def branches(drive: Array, middle: float, amplitude: float) -> list[Branch]:
 
 
 def branch_at(drive: Array, response: Array, branch: Branch, at: float, reach: float) -> ScalarEstimate:
-    """Return the response of one branch at the drive `at`, by a parabola over the samples within `reach` of it.
+    """Return the response of one branch at the drive `at`, by a parabola over the samples within `reach` of that drive.
 
     Raises ValueError if fewer than `MIN_SAMPLES` samples lie there."""
     v = (drive[branch.samples] - at) / reach

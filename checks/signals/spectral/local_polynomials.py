@@ -41,8 +41,8 @@ class LocalRegression:
 class LocalPolynomialFit:
     """Fits about B bins: H (B, C), its covariance (B, C, C), infinite if H is not determined, coherence (B, C), and of
     the first ones the weights (b, 2 half + 1) of their neighbours' Y in H. own (B,): share of the input's power about
-    each bin that neither a transient nor the other regressors can have, which determines H; 1 over the square root of
-    it is the condition number."""
+    each bin that neither a transient nor the other regressors can have, which determines H; its inverse square root is
+    the condition number."""
 
     H: Complex
     cov: Complex
@@ -69,8 +69,8 @@ class LocalPolynomialFit:
 
 
 def fitted(near: Complex, local: LocalRegression, floor: float) -> LocalPolynomialFit:
-    """Return the fit about every bin: near (1 + C, 2 half + 1, B) has the transforms of input and outputs about each of
-    them.
+    """Return the fit about every bin: near (1 + C, 2 half + 1, B) has the transforms of input and outputs about each
+    bin.
 
     floor : power of the input over a neighbourhood below which it does not determine the response."""
     channels, points, B = len(near) - 1, near.shape[1], near.shape[2]

@@ -37,7 +37,7 @@ def merge(low: Frf, high: Frf, merge_Hz: float | None = None) -> Frf:
     """Return the response low up to merge_Hz [Hz] and high above it, or, without merge_Hz, both weighted by inverse
     variance.
 
-    Grid: both equally spaced by the same step and on the same multiples of it (for lpm of records of different length:
+    Grid: both equally spaced by the same step, on multiples of that step (for lpm of records of different length:
     choose `step` so that the steps agree), and without a gap between them. Same input and channels in the same order.
     The variance of a weighted mean is raised for the weights being estimates ([MEIER53]), its degrees of freedom are
     Welch-Satterthwaite's, of the channel that has the fewest. `correlation` is the longer reaching of the two. Raises
@@ -112,7 +112,7 @@ def _split(low: Frf, high: Frf, f: Array, merge_Hz: float, step: float) -> Array
 
 
 def _inverse_variance(a: _Spread, b: _Spread) -> Array:
-    """Return the (n, C) weight of a; a bin that is unusable in one of them comes whole from the other."""
+    """Return the (n, C) weight of a; a bin that is unusable in one response is taken from the other."""
     only_a, only_b = a.usable & ~b.usable, b.usable & ~a.usable
     va, vb = (np.where(np.isfinite(x.var), x.var, 1.0) for x in (a, b))
     total = va + vb
