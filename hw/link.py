@@ -102,8 +102,8 @@ class Link:
             if 0 <= found <= limit - len(end):
                 return self._take(found + len(end))
             if len(self._pending) >= limit:
-                came = self._take(len(self._pending))
-                raise Garbled(f"{self.settings}: {len(came)} bytes without {end!r}: {came[:40]!r}...")
+                received = self._take(len(self._pending))
+                raise Garbled(f"{self.settings}: {len(received)} bytes without {end!r}: {received[:40]!r}...")
             self._more(deadline, f"ending in {_ENDS.get(end, _text(end))}")
 
     def read_exactly(self, count: int, deadline: Deadline) -> bytes:
@@ -164,8 +164,8 @@ class Link:
 
     def _more(self, deadline: Deadline, expected: str) -> None:
         if deadline.left <= 0:
-            came = self._take(len(self._pending))
-            what = f"only {_text(came)}" if came else "nothing"
+            received = self._take(len(self._pending))
+            what = f"only {_text(received)}" if received else "nothing"
             raise NoReply(f"{self.settings}: {what} came in time, expected a reply {expected}")
         self._look()
 

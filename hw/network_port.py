@@ -57,12 +57,12 @@ class TcpPort:
     def _receive(self, seconds: float) -> None:
         self._socket.settimeout(max(seconds, 1e-4))
         try:
-            came = self._socket.recv(MAX_READ)
+            received = self._socket.recv(MAX_READ)
         except TimeoutError:
             return
-        if not came:
+        if not received:
             raise OSError(errno.EPIPE, "the instrument has closed the connection")
-        self._came += came
+        self._came += received
 
 
 def open_tcp(address: Address) -> TcpPort:

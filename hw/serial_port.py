@@ -137,13 +137,13 @@ class MarkedPort:
     def read(self, size: int = 1, /) -> bytes:
         """Return bytes without marks. Raises DamagedCharacter, OSError."""
         try:
-            came: bytes = self._half + self._port.read(size)
+            received: bytes = self._half + self._port.read(size)
         except TypeError as e:  # so pyserial fails where another thread has closed the port meanwhile
             raise OSError(errno.EBADF, "it was closed while it was read") from e
         self._half = b""
-        if self._doubled is None or MARK not in came:
-            return came
-        return self._unmarked(came)
+        if self._doubled is None or MARK not in received:
+            return received
+        return self._unmarked(received)
 
     def _unmarked(self, came: bytes) -> bytes:
         if not self._doubled:

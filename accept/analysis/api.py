@@ -435,9 +435,9 @@ def simulate_unit(
     if kind not in SIMULATED_MODEL:
         raise UnitRequestError(f"kind = '{kind}': expected one of {', '.join(SIMULATED_MODEL)}")
     model = _open_model(SIMULATED_MODEL[kind]).with_values(dict(values or {}))
-    made = _simulate(UnitRequest(place.name, kind, model, seed=seed))
+    simulated = _simulate(UnitRequest(place.name, kind, model, seed=seed))
     place.mkdir(parents=True)
-    for name, content in made.files.items():
+    for name, content in simulated.files.items():
         (place / name).write_bytes(content)
     return read_unit(place)
 

@@ -87,13 +87,15 @@ def hammer_responses(
     tracks = [(record[input], [record[c] for c in channels]) for record in records]
     try:
         tests = analyse_records(tracks, first.fs, rules, band)
-        said = [f"{r.name}: {fates(found, r.t)}" for r, found in zip(records, tests.impacts, strict=True)]
+        hit_notes = [f"{r.name}: {fates(found, r.t)}" for r, found in zip(records, tests.impacts, strict=True)]
         if not tests.frfs:
-            raise RecordError("; ".join(said) + ": two good hits are needed, because U comes from what they differ by")
+            raise RecordError(
+                "; ".join(hit_notes) + ": two good hits are needed, because U comes from what they differ by"
+            )
         frf = impact_frf(tests, channels, input, estimator)
     except ValueError as e:
         raise RecordError(f"{names}: {e}") from e
-    frf = cut(frf, band[0], band[1], (*said, *frf.notes))
+    frf = cut(frf, band[0], band[1], (*hit_notes, *frf.notes))
     units = {name: first.units.get(name, "") for name in (input, *channels)}
     return ImpactResponse(tuple(records), frf, units, {}, tests, impact_modes(tests, channels, *band))
 

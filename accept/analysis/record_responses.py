@@ -260,8 +260,8 @@ def cut(frf: Frf, f_lo: float, f_hi: float | None, notes: tuple[str, ...] | None
 
 def _response(records: tuple[Record, ...], frf: Frf, wanted: EstimatorSettings) -> MeasuredResponse:
     faults = tuple(_faults(records, wanted.input))
-    said = [str(r if len(records) > 1 else replace(r, file="")) for r in faults]  # the title names a single record
-    frf = replace(frf, notes=(*frf.notes, *said))
+    notes = [str(r if len(records) > 1 else replace(r, file="")) for r in faults]  # the title names a single record
+    frf = replace(frf, notes=(*frf.notes, *notes))
     units = {name: records[0].units.get(name, "") for name in (wanted.input, *frf.channels)}
     poles = {c: r for c in frf.channels if (r := _pole(records, frf, c, wanted))}
     return MeasuredResponse(records, frf, units, poles, faults=faults)

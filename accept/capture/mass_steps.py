@@ -31,13 +31,13 @@ def stiffness(setup: CaptureSetup) -> CaptureResult:
 
 def _ask_mass(setup: CaptureSetup) -> float:
     """Return the mass [kg] that a person states. Raises Implausible if it is not a mass."""
-    said = setup.actions.weigh()
+    typed = setup.actions.weigh()
     try:
-        mass = float(said)
+        mass = float(typed)
     except ValueError:
         mass = float("nan")
     if not 0.0 < mass < float("inf"):
-        raise Implausible(f"the mass is {said!r}, expected a number in kg")
+        raise Implausible(f"the mass is {typed!r}, expected a number in kg")
     return mass
 
 

@@ -95,7 +95,7 @@ class ReadingLoop:
         if not isinstance(instrument, Sampling) or link is None:
             words = "cannot follow what moves; an ids3010 can, or the rig records it (accept hw pickup)"
             raise SettingsError(f"{instrument.name}: {words}")
-        came: list[tuple[float, float]] = []
+        readings: list[tuple[float, float]] = []
         start = synced = link.clock()
         while (now := link.clock() - start) < until_s:
             self._go_on()
@@ -104,12 +104,12 @@ class ReadingLoop:
             when = link.clock()
             self._journal.keep(what, reading, sync=(due := when - synced > SYNC_S))
             synced = when if due else synced
-            if came and (gap := when - start - came[-1][0]) > most_gap_s:
+            if readings and (gap := when - start - readings[-1][0]) > most_gap_s:
                 words = f"at most {most_gap_s:g} s are allowed; is the network or this computer busy?"
                 raise Implausible(f"{what}, {now:.1f} s: {gap:.2g} s went by between two readings, {words}")
-            came.append((when - start, reading.value))
+            readings.append((when - start, reading.value))
         self._journal.sync()
-        return came
+        return readings
 
     def _go_on(self) -> None:
         if self._stopped is not None and self._stopped.is_set():

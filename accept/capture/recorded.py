@@ -119,18 +119,18 @@ def _hits(at: Recording, key: str) -> Record:
     channels = dict(_series_of("spurious_modes", key).channels)
     rate = at.recorder.rate(channels, HAMMER_Hz)
     at.say(f"{record_label(key)}: hit now")
-    told, next_s = 0, 0.0
+    reported, next_s = 0, 0.0
 
     def enough(make: Callable[[], Record]) -> bool:
-        nonlocal told, next_s
+        nonlocal reported, next_s
         began, record = time.monotonic(), make()
         if record.t[-1] < next_s:  # judging a long record takes a while, in which more has come
             return False
         so_far = spurious_modes.progress(record, asked, HITS)
         next_s = float(record.t[-1]) + time.monotonic() - began
-        if len(so_far.hits) > told:
-            at.say(f"{record_label(key)}, {so_far.words_after(told)}")  # two, if judging took longer than a hit
-            told = len(so_far.hits)
+        if len(so_far.hits) > reported:
+            at.say(f"{record_label(key)}, {so_far.words_after(reported)}")  # two, if judging took longer than a hit
+            reported = len(so_far.hits)
         return so_far.more == 0 and not so_far.coming
 
     asked = _with_range(at.asked, at.recorder.range_of("Track1", channels["Track1"]))

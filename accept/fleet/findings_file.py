@@ -147,18 +147,18 @@ def keep_findings(store: Store) -> None:
 
 def _brought_up(store: Store) -> FindingsTable:
     """Return the columns up to the end of the store, and write them if more than a few judgements were added."""
-    made, head = _load(store), store.head()
-    before = len(made.columns["seq"])
-    events = takewhile(lambda e: e.seq <= head.seq, store.events(what=UnitJudged.KIND, after=made.head.seq))
-    if head.seq - made.head.seq > MANY:
+    table, head = _load(store), store.head()
+    before = len(table.columns["seq"])
+    events = takewhile(lambda e: e.seq <= head.seq, store.events(what=UnitJudged.KIND, after=table.head.seq))
+    if head.seq - table.head.seq > MANY:
         with busy("reading the judgements of the store"):
-            made.add(events)
+            table.add(events)
     else:
-        made.add(events)
-    made.head = head
-    if store.sealer is not None and len(made.columns["seq"]) - before > FEW:
-        _write(made, store, store.sealer)
-    return made
+        table.add(events)
+    table.head = head
+    if store.sealer is not None and len(table.columns["seq"]) - before > FEW:
+        _write(table, store, store.sealer)
+    return table
 
 
 def bench_of(result: UnitEntry) -> str:
@@ -247,12 +247,12 @@ def _words(name: str) -> str:
 
 def _load(store: Store) -> FindingsTable:
     """Return the whole file, to append to it; without a row if there is no valid file."""
-    made = FindingsTable()
+    table = FindingsTable()
     read = _read(store, store.sealer, TYPES) if store.sealer is not None else None
     if read is not None:
-        made.head = read[0]
+        table.head = read[0]
         for name, (values, words) in read[1].items():
-            made.columns[name].frombytes(values.astype(TYPES[name]).tobytes())
+            table.columns[name].frombytes(values.astype(TYPES[name]).tobytes())
             if words is not None:
-                made.words[name] = {word: code for code, word in enumerate(words)}
-    return made
+                table.words[name] = {word: code for code, word in enumerate(words)}
+    return table

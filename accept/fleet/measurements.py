@@ -87,11 +87,11 @@ def _frame(
         chosen = found["seq"][0][judgement] > after
     judgement = judgement[chosen]
     found = {**found, **_of_voids(found, void)}
-    made = {
+    typed = {
         name: _typed_column(name, found[name][0][chosen if name in OF_A_FINDING else judgement], found[name][1])
         for name in columns
     }
-    return pd.DataFrame(made, copy=False)
+    return pd.DataFrame(typed, copy=False)
 
 
 def _is_brief(judgement: np.ndarray, days: np.ndarray, verdict: Column) -> np.ndarray:

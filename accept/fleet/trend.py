@@ -103,17 +103,17 @@ def _trend(
         before = rows[(rows["day"] >= since) & (rows["day"] <= until)]
         rows = rows[rows["day"] > until]
     values, why = rows["value"].to_numpy(), []
-    made, cap, rate = None, None, 0.0
+    control, cap, rate = None, None, 0.0
     scale = baseline.stated.scale if baseline is not None else scale_of(values)
     if values.size >= LEAST or (baseline is not None and values.size):
-        made = chart_by_place(
+        control = chart_by_place(
             to_scale(values, scale),
             {column: np.where(rows[column] == NOT_STATED, "", rows[column]).astype(object) for column in PLACES},
             baseline.process if baseline else None,
             nelson_rules,
             _baselines_of_places(before, scale),
         )
-        made = as_measured(made, values, scale)
+        control = as_measured(control, values, scale)
         rate = false_alarm_rate(values.size, baseline.process.n if baseline else None, nelson_rules)
     elif baseline is not None:
         why.append(f"no unit since the baseline ended on {baseline.stated.until}")
@@ -129,8 +129,8 @@ def _trend(
         except ValueError as e:
             why.append(f"no capability: {e}")
     if cap is not None:
-        why += _cautions(cap, made)
-    return Trend(name, quantity, str(units[0]), rows, made, cap, baseline, rate, scale, tuple(why))
+        why += _cautions(cap, control)
+    return Trend(name, quantity, str(units[0]), rows, control, cap, baseline, rate, scale, tuple(why))
 
 
 def _baselines_of_places(before: pd.DataFrame, scale: str) -> dict[Place, Baseline]:
@@ -212,15 +212,24 @@ def set_baseline(store: Store, trend: Trend, by: str, reason: str, who: str) -> 
     if trend.name in stored_baselines(store, trend.quantity, by) and not reason.strip():
         raise FleetError(f"{where}: has a baseline; say why it is revised: --reason")
     try:
-        made = estimate_baseline(to_scale(trend.rows["value"].to_numpy(), trend.scale))
+        process = estimate_baseline(to_scale(trend.rows["value"].to_numpy(), trend.scale))
     except ValueError as e:
         raise FleetError(f"{where}: no baseline: {e}") from e
-    if made.sigma == 0.0:
-        raise FleetError(f"{where}: no baseline: all {made.n} values are {made.mean:g}")
+    if process.sigma == 0.0:
+        raise FleetError(f"{where}: no baseline: all {process.n} values are {process.mean:g}")
     since, until = (f"{trend.rows['day'].iloc[i]:%Y-%m-%d}" for i in (0, -1))
     group = "all" if by == "all" else f"{by}: {trend.name}"
     stated = BaselineSet(
-        trend.quantity, group, since, until, made.mean, made.sigma, made.n, made.left_out, reason.strip(), trend.scale
+        trend.quantity,
+        group,
+        since,
+        until,
+        process.mean,
+        process.sigma,
+        process.n,
+        process.left_out,
+        reason.strip(),
+        trend.scale,
     )
     store.write(stated, who=who)
     return stated
@@ -311,17 +320,17 @@ def panel(trend: Trend) -> Panel:
     x = np.arange(1.0, len(trend.rows) + 1)
     values = trend.rows["value"].to_numpy()
     items: list[Line | Mark] = [Line(x, values, "value", "points", "data")]
-    if (made := trend.chart) is not None:
-        rang = [a.first for a in made.alarms if a.rule == VALUE]
-        begun = [a.first for a in made.alarms if a.rule in (SHIFT, DRIFT)]
+    if (control := trend.chart) is not None:
+        rang = [a.first for a in control.alarms if a.rule == VALUE]
+        begun = [a.first for a in control.alarms if a.rule in (SHIFT, DRIFT)]
         items += [
             Line(x[rang], values[rang], "beyond the limits", "points", "bad"),
-            Line(x, made.weighted, "weighted mean", role="model"),
-            Line(x, made.weighted_lo, role="quiet"),
-            Line(x, made.weighted_hi, "its limits", role="quiet"),
-            Mark(made.baseline.mean, "y", "mean of the baseline", "quiet"),
-            Mark(made.lower, "y", "limits of one value", "bad"),
-            Mark(made.upper, "y", "", "bad"),
+            Line(x, control.weighted, "weighted mean", role="model"),
+            Line(x, control.weighted_lo, role="quiet"),
+            Line(x, control.weighted_hi, "its limits", role="quiet"),
+            Mark(control.baseline.mean, "y", "mean of the baseline", "quiet"),
+            Mark(control.lower, "y", "limits of one value", "bad"),
+            Mark(control.upper, "y", "", "bad"),
             *(Mark(float(x[i]), "x", "a shift begins", "bad") for i in begun),
         ]
     for bound in ("lower", "upper"):

@@ -105,10 +105,10 @@ def panels(made: pd.DataFrame, causes: pd.DataFrame, by: str) -> list[Panel]:
 def _bars(values: np.ndarray, words: list[str], role: str) -> list[Band | Line | Text]:
     """Return a bar each, the first one above, with its words on it."""
     items: list[Band | Line | Text] = []
-    for i, (value, told) in enumerate(zip(values, words, strict=True)):
+    for i, (value, label) in enumerate(zip(values, words, strict=True)):
         row = len(values) - 1.0 - i
         items.append(Band(np.array([0.0, value]), np.full(2, row - 0.35), np.full(2, row + 0.35), role=role))
-        items.append(Text(0.0, row - 0.15, told, "limit"))
+        items.append(Text(0.0, row - 0.15, label, "limit"))
     return items
 
 

@@ -91,8 +91,8 @@ def information(theta: Array, cov: Array, mean: Array, prior_cov: Array) -> tupl
         white = back @ c @ back.T
         left, axes = np.linalg.eigh((white + white.T) / 2)
         left = np.clip(left, np.finfo(float).tiny, None)
-        said = np.where(left < 1.0, 1.0 / left - 1.0, 0.0)
-        precision[i] = back.T @ ((axes * said) @ axes.T) @ back
+        ratio = np.where(left < 1.0, 1.0 / left - 1.0, 0.0)
+        precision[i] = back.T @ ((axes * ratio) @ axes.T) @ back
         moved = np.where(left < 1.0, axes.T @ (back @ (t - mean)) / left, 0.0)
         pull[i] = back.T @ (axes @ moved) + precision[i] @ mean
     return precision, pull
@@ -251,10 +251,10 @@ def compare(precision: Array, pull: Array, batch: Batch) -> Belonging:
     use = values > SAYS * np.max(np.diag(Q))
     d2 = float(np.sum((axes.T @ moved)[use] ** 2 / values[use]))
     share = np.clip(np.diag(Q - V), 0.0, None)
-    said = share > SAYS * np.diag(Q)
-    z = np.where(said, moved / np.sqrt(np.where(said, share, 1.0)), np.nan)
-    worst = float(np.nanmax(np.abs(z))) if said.any() else 0.0
-    count = max(int(said.sum()), 1)
+    informed = share > SAYS * np.diag(Q)
+    z = np.where(informed, moved / np.sqrt(np.where(informed, share, 1.0)), np.nan)
+    worst = float(np.nanmax(np.abs(z))) if informed.any() else 0.0
+    count = max(int(informed.sum()), 1)
     p_worst = -np.expm1(count * np.log1p(-2.0 * stats.norm.sf(worst))) if worst > 0.0 else 1.0
     return Belonging(z, float(stats.chi2.sf(d2, int(use.sum()))) if use.any() else 1.0, float(p_worst))
 

@@ -34,7 +34,7 @@ def chart_by_place(
     places: "bench" -> label (N,) of each value, "" if it is not stated. baselines: those of the places, for values
     after a baseline; without its own, a place is compared with that of all. Raises ValueError as `chart`.
     """
-    made = now = chart(values, baseline, nelson_rules)
+    whole = now = chart(values, baseline, nelson_rules)
     left, level, named = np.array(values, dtype=float), np.zeros(len(values)), list[Alarm]()
     for _ in range(MOST_CHANGES):
         if not any(alarm.lasts for alarm in now.alarms):
@@ -47,7 +47,7 @@ def chart_by_place(
         now = chart(left, baseline, nelson_rules)
     rest = [replace(a, place=_coincident(a, places)) if a.lasts and a.rule != DRIFT else a for a in now.alarms]
     alarms = sorted([*named, *rest], key=lambda a: (a.first, a.rule))
-    return replace(made, level=now.level + level, alarms=tuple(alarms))
+    return replace(whole, level=now.level + level, alarms=tuple(alarms))
 
 
 def _confined_alarms(

@@ -60,8 +60,8 @@ class Heidenhain(LengthInstrument[HeidenhainSettings]):
         words = self._identification(deadline)
         wanted = self.settings.identification
         if wanted is not None and (words is None or _letters(wanted) not in _letters(words)):
-            said = "it refuses to tell its identification" if words is None else f"its identification is {words!r}"
-            raise WrongInstrument(f"{self.name}: {said}, expected {wanted!r} in it; are two instruments swapped?")
+            answer = "it refuses to tell its identification" if words is None else f"its identification is {words!r}"
+            raise WrongInstrument(f"{self.name}: {answer}, expected {wanted!r} in it; are two instruments swapped?")
         return Identity(identification=words or "not told")
 
     def _identification(self, deadline: Deadline) -> str | None:

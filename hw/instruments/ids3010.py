@@ -62,10 +62,10 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
         """Return pass mode, axis and where the axis was reset, if it measures with enough contrast. Raises
         InstrumentRefused, Implausible."""
-        said: dict[str, str] = {}
+        stated: dict[str, str] = {}
         for question in (self._measuring, self._pass_mode, self._contrast, self._reference, self._averaging):
-            said |= question(deadline)
-        return said | {"axis": str(self.settings.axis)}
+            stated |= question(deadline)
+        return stated | {"axis": str(self.settings.axis)}
 
     def _measuring(self, deadline: Deadline) -> Mapping[str, str]:
         if self._call(f"{IDS}.displacement.getMeasurementEnabled", deadline) is not True:
@@ -108,11 +108,11 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         return {"serial": serial}
 
     def _measure(self, deadline: Deadline) -> Reading:
-        said = self._call(f"{IDS}.displacement.getAxisDisplacement", deadline, self.settings.axis)
-        if type(said) not in (int, float):
-            raise Garbled(f"{self.name}: its displacement is {said!r}, expected a number of picometres")
-        raw = str(said).encode("ascii")
-        metres = self.settings.plausible(self.name, raw, float(said) * PICOMETRE)
+        answer = self._call(f"{IDS}.displacement.getAxisDisplacement", deadline, self.settings.axis)
+        if type(answer) not in (int, float):
+            raise Garbled(f"{self.name}: its displacement is {answer!r}, expected a number of picometres")
+        raw = str(answer).encode("ascii")
+        metres = self.settings.plausible(self.name, raw, float(answer) * PICOMETRE)
         return Reading(metres, self.unit, self._now(), (raw,))
 
     def sample(self) -> Reading:
@@ -126,10 +126,10 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
             if not self._in_session:
                 raise NoReply(f"{self.name}: the connection was lost; begin the record again")
             reading = self._measure(deadline)
-            said = next(self._next_question)(deadline)
-            check_unchanged(self.name, self.asked, said)
-            self.asked = {**self.asked, **said}
-            return replace(reading, settings=said)
+            stated = next(self._next_question)(deadline)
+            check_unchanged(self.name, self.asked, stated)
+            self.asked = {**self.asked, **stated}
+            return replace(reading, settings=stated)
 
     def _call(self, method: str, deadline: Deadline, *params: object) -> Any:
         """Return the first value of a method's result. Raises InstrumentRefused for its errors, Garbled if it is not an
@@ -150,12 +150,12 @@ def first_value(who: str, line: bytes, method: str, number: int) -> Any:
     if the line is not an answer to the call."""
     line = line.strip()
     try:
-        said = json.loads(line)
-        if said["id"] != number:
+        reply = json.loads(line)
+        if reply["id"] != number:
             raise Garbled(f"{who}: {line[:80]!r} answers another question than {number}")
-        if "error" in said:
-            raise InstrumentRefused(f"{who}: {method}: {said['error']}")
-        error, *values = said["result"]
+        if "error" in reply:
+            raise InstrumentRefused(f"{who}: {method}: {reply['error']}")
+        error, *values = reply["result"]
     except (ValueError, KeyError, TypeError, RecursionError) as e:
         raise Garbled(f"{who}: {method} was answered {line[:80]!r}, expected a JSON-RPC result") from e
     if type(error) is not int or error != 0 or not values:

@@ -82,9 +82,9 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
         return {"FREQ": (FREQUENCY_KHZ, ".5f"), "VOLT": (self.settings.voltage_V, ".3f")}
 
     def _open(self, deadline: Deadline) -> None:
-        said = self._command("COMU?", deadline, STREAMED)
-        if not re.fullmatch(r"COMU:ON(\.\.)?", said):
-            raise Garbled(f"{self.name}: COMU? gave {said!r}, expected 'COMU:ON..'; is it an LCR-800?")
+        reply = self._command("COMU?", deadline, STREAMED)
+        if not re.fullmatch(r"COMU:ON(\.\.)?", reply):
+            raise Garbled(f"{self.name}: COMU? gave {reply!r}, expected 'COMU:ON..'; is it an LCR-800?")
         self._set("COMU:OVER", deadline, STREAMED)
 
     def _settings_found(self, deadline: Deadline) -> Mapping[str, str]:
@@ -138,10 +138,10 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
 
     def _setting_value(self, header: str, deadline: Deadline, streamed: int = 0) -> str:
         """Return the value of a setting, without the blanks and dots that fill its field."""
-        said = self._command(f"MAIN:{header}?", deadline, streamed)
-        found = re.fullmatch(rf"MAIN:{re.escape(header)}[: ] *(\S+)", said.rstrip())
+        reply = self._command(f"MAIN:{header}?", deadline, streamed)
+        found = re.fullmatch(rf"MAIN:{re.escape(header)}[: ] *(\S+)", reply.rstrip())
         if not found:
-            raise Garbled(f"{self.name}: MAIN:{header}? gave {said!r}, expected MAIN:{header} and its value")
+            raise Garbled(f"{self.name}: MAIN:{header}? gave {reply!r}, expected MAIN:{header} and its value")
         return found[1].rstrip(".")
 
     @property
@@ -168,11 +168,11 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
 
     def _set(self, message: str, deadline: Deadline, streamed: int = 0) -> None:
         """Send a setting; its echo acknowledges it, with blanks as the meter writes them."""
-        said = self._command(message, deadline, streamed)
-        if _header_and_value(said) != _header_and_value(message):
-            if re.search(r"\d,\d", said):
-                raise no_value(self.name, said.encode("ascii"), message)
-            raise InstrumentRefused(f"{self.name}: {message} was answered {said!r}, expected its echo: not set")
+        reply = self._command(message, deadline, streamed)
+        if _header_and_value(reply) != _header_and_value(message):
+            if re.search(r"\d,\d", reply):
+                raise no_value(self.name, reply.encode("ascii"), message)
+            raise InstrumentRefused(f"{self.name}: {message} was answered {reply!r}, expected its echo: not set")
 
     def _command(self, message: str, deadline: Deadline, streamed: int = 0) -> str:
         """Return the reply to a message. streamed: how many results of a meter that triggers itself may stand before

@@ -45,10 +45,10 @@ class MillimarM1240(Millimar[M1240Settings]):
     end: ClassVar[bytes] = END
 
     def _identify(self, deadline: Deadline) -> Identity:
-        said = self._text("I", deadline)
-        found = IDENTITY.fullmatch(said)
+        reply = self._text("I", deadline)
+        found = IDENTITY.fullmatch(reply)
         if not found:
-            raise Garbled(f"{self.name}: I gave {said!r}, expected I,MAHRGMBH,model,version")
+            raise Garbled(f"{self.name}: I gave {reply!r}, expected I,MAHRGMBH,model,version")
         return Identity(found["model"], None, found["version"])
 
     def _read_agreed(self, deadline: Deadline) -> Reading:
@@ -94,12 +94,12 @@ class MillimarM1240(Millimar[M1240Settings]):
             self._say(code.encode("ascii") + END)
             return
         try:
-            said = self._text(code, deadline)
+            reply = self._text(code, deadline)
         except NoReply as e:
             raise NoReply(f"{e}; if it never answers {code}, the bench file needs acknowledged = 'none'") from e
         expected = "" if how == "cr" else code
-        if said.strip() != expected:
+        if reply.strip() != expected:
             raise InstrumentRefused(
-                f"{self.name}: {code} was answered {said!r}, expected {expected!r} (acknowledged = {how!r} in the "
+                f"{self.name}: {code} was answered {reply!r}, expected {expected!r} (acknowledged = {how!r} in the "
                 "bench file): the unit is not known"
             )

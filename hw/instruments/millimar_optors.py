@@ -54,10 +54,10 @@ class MillimarOptors(Millimar[OptorsSettings]):
     def _identify(self, deadline: Deadline) -> Identity:
         if not self._duplex:
             return Identity()
-        said = self._question("ID?", deadline)
-        maker, comma, model = said.partition(",")
+        reply = self._question("ID?", deadline)
+        maker, comma, model = reply.partition(",")
         if maker != "MAHR GMBH" or not comma:
-            raise Garbled(f"{self.name}: ID? gave {said!r}, expected 'MAHR GMBH,' and a model")
+            raise Garbled(f"{self.name}: ID? gave {reply!r}, expected 'MAHR GMBH,' and a model")
         return Identity(model.strip(), self._question("SER?", deadline))
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
@@ -66,20 +66,20 @@ class MillimarOptors(Millimar[OptorsSettings]):
             return self._silence(deadline)
         spelled = self.settings.micrometre if self.settings.unit == "um" else self.settings.unit
         formula = re.sub(r"([+-])", r"\1C", str(self.settings.formula)).lstrip("+")
-        unit, said = self._question("UNI?", deadline), self._question("CHA?", deadline)
+        unit, read_back = self._question("UNI?", deadline), self._question("CHA?", deadline)
         if unit != spelled:
             raise Implausible(f"{self.name}: its unit is {unit!r}, the bench file has {spelled!r}; was it changed?")
-        if said.lstrip("+") != formula:
+        if read_back.lstrip("+") != formula:
             raise Implausible(
-                f"{self.name}: its formula is {said!r}, the bench file has {formula!r}; was it changed at the gauge? "
-                "With two features only FEAT. 1 can be changed"
+                f"{self.name}: its formula is {read_back!r}, the bench file has {formula!r}; was it changed at the "
+                "gauge? With two features only FEAT. 1 can be changed"
             )
-        return {"unit": unit, "formula": said}
+        return {"unit": unit, "formula": read_back}
 
     def _silence(self, deadline: Deadline) -> Mapping[str, str]:
         """Raise if more comes on a line that cannot be asked: one answer too many was late."""
-        if came := self.link.drop_until_quiet(self.settings.quiet_s, deadline).strip(b"\r\n"):
-            raise Garbled(f"{self.name}: {came[:40]!r} came unasked; is it sending by itself, or was DATA pressed?")
+        if unasked := self.link.drop_until_quiet(self.settings.quiet_s, deadline).strip(b"\r\n"):
+            raise Garbled(f"{self.name}: {unasked[:40]!r} came unasked; is it sending by itself, or was DATA pressed?")
         return {}
 
     def _question(self, message: str, deadline: Deadline) -> str:

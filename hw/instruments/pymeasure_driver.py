@@ -79,9 +79,9 @@ class Pymeasure:
     def connect(self) -> Identity:
         """Return the identity that `*IDN?` gives, if the class knows it. Raises InstrumentError."""
         device = self._device()
-        said = self._guard("id", lambda: device.id) if hasattr(type(device), "id") else None
-        parts = [part.strip() for part in said.split(",")] if isinstance(said, str) else []
-        identity = Identity(*parts[1:4]) if len(parts) == 4 else Identity(identification=said)
+        identification = self._guard("id", lambda: device.id) if hasattr(type(device), "id") else None
+        parts = [part.strip() for part in identification.split(",")] if isinstance(identification, str) else []
+        identity = Identity(*parts[1:4]) if len(parts) == 4 else Identity(identification=identification)
         check_identity(self.name, identity, self.model, self.serial)
         self._errors()
         self.asked = self._expected()

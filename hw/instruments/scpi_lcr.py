@@ -198,10 +198,10 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         self._question("*OPC?", deadline)  # it has heard all of it before the line is closed
 
     def _identify(self, deadline: Deadline) -> Identity:
-        said = self._question("*IDN?", deadline)
-        fields = [field.strip() for field in said.split(",")]
+        reply = self._question("*IDN?", deadline)
+        fields = [field.strip() for field in reply.split(",")]
         if len(fields) < 3 or not re.fullmatch(self._profile.models, fields[1]):
-            raise Garbled(f"{self.name}: *IDN? gave {said!r}, expected maker, {self._profile.models}, serial number")
+            raise Garbled(f"{self.name}: *IDN? gave {reply!r}, expected maker, {self._profile.models}, serial number")
         serial = re.sub(r"^SN:?\s*", "", fields[2]).strip()
         return Identity(fields[1], None if serial in ("", "0") else serial, ",".join(fields[3:]) or None)
 
@@ -210,27 +210,27 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         bias is on, a correction is missing or the error queue is not empty, Implausible."""
         found = {}
         for name, setting in self._profile.settings.items():
-            wanted, said = self._wanted(setting), self._question(f"{setting.header}?", deadline)
-            found[name] = said
-            if _same(said, wanted) or ("correction" in name and self.settings.corrections == "allow"):
+            wanted, reply = self._wanted(setting), self._question(f"{setting.header}?", deadline)
+            found[name] = reply
+            if _same(reply, wanted) or ("correction" in name and self.settings.corrections == "allow"):
                 continue
             if "correction" in name or name == "bias":
                 raise InstrumentRefused(
-                    f"{self.name}: {name} is {said!r}, expected {wanted!r}: correct it at the meter"
+                    f"{self.name}: {name} is {reply!r}, expected {wanted!r}: correct it at the meter"
                 )
-            raise Implausible(f"{self.name}: {name} is {said!r}, expected {wanted!r}; was it changed at the meter?")
+            raise Implausible(f"{self.name}: {name} is {reply!r}, expected {wanted!r}; was it changed at the meter?")
         if self._profile.errors:
             self._check_error_queue(deadline)
         return found
 
     def _check_error_queue(self, deadline: Deadline) -> None:
         """Raise InstrumentRefused if the meter could not execute a command, such as -211, trigger ignored."""
-        said = self._question("SYST:ERR?", deadline)
-        number = ERROR.fullmatch(said)
+        reply = self._question("SYST:ERR?", deadline)
+        number = ERROR.fullmatch(reply)
         if number is None:
-            raise Garbled(f"{self.name}: SYST:ERR? gave {said!r}, expected a number and words")
+            raise Garbled(f"{self.name}: SYST:ERR? gave {reply!r}, expected a number and words")
         if int(number[1]) != 0:
-            raise InstrumentRefused(f"{self.name}: the meter reports the error {said}; what it shows is not measured")
+            raise InstrumentRefused(f"{self.name}: the meter reports the error {reply}; what it shows is not measured")
 
     def _wanted(self, setting: MeterSetting) -> str:
         settings = self.settings
@@ -245,8 +245,8 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         return text_of(self.name, self._ask(message.encode("ascii") + END, END, deadline).rstrip(b"\r\n")).strip()
 
     def _measure(self, deadline: Deadline) -> Reading:
-        said = self._question(self._profile.measure, deadline)
-        C, D = parse_measured(self.name, said, self._profile.status)
+        reply = self._question(self._profile.measure, deadline)
+        C, D = parse_measured(self.name, reply, self._profile.status)
         lo, hi = self.settings.range_uF
         if not lo <= C * 1e6 <= hi:
             raise Implausible(
@@ -254,7 +254,7 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
             )
         if not 0.0 <= D <= self.settings.max_D:
             raise Implausible(f"{self.name}: D = {D:g} is outside 0 to {self.settings.max_D:g}")
-        return Reading(C, self.unit, self._now(), (said.encode("ascii"),), {"D": D})
+        return Reading(C, self.unit, self._now(), (reply.encode("ascii"),), {"D": D})
 
 
 def parse_measured(who: str, said: str, status: bool) -> tuple[float, float]:

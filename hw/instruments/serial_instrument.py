@@ -120,8 +120,8 @@ class SerialInstrument(ABC, Generic[S]):
         file names."""
         identity = self._identify(deadline)
         check_identity(self.name, identity, self.model, self.serial)
-        said = {key: value for key, value in asdict(identity).items() if value is not None}
-        return identity, said | dict(self._ask_settings(deadline))
+        stated = {key: value for key, value in asdict(identity).items() if value is not None}
+        return identity, stated | dict(self._ask_settings(deadline))
 
     def _read_agreed(self, deadline: Deadline) -> Reading:
         """Return the mean of as many answers as are needed to rely on it."""

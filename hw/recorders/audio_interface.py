@@ -80,16 +80,16 @@ class AudioInterface:
     ) -> Array:
         audio = self._library()
         columns = [self._number(at.physical) - 1 for _, at in inputs]
-        came = _Queue()
+        queue = _Queue()
         given: dict[str, Any] = {"samplerate": rate_Hz, "device": self._settings.device, "dtype": "float32"}
         try:
             if output is None:
-                stream = audio.InputStream(channels=max(columns) + 1, callback=came.of_input, **given)
+                stream = audio.InputStream(channels=max(columns) + 1, callback=queue.of_input, **given)
             else:
-                duplex = partial(came.of_both, _Played(output, (self._drive or 1) - 1))
+                duplex = partial(queue.of_both, _Played(output, (self._drive or 1) - 1))
                 stream = audio.Stream(channels=(max(columns) + 1, self._drive), callback=duplex, **given)
             with stream:
-                blocks = self._blocks(came, columns, samples, heard)
+                blocks = self._blocks(queue, columns, samples, heard)
         except (ValueError, audio.PortAudioError) as e:
             raise self._refusal(e) from e
         return np.concatenate(blocks, axis=1)[:, :samples]

@@ -210,12 +210,12 @@ class Recorder:
         raw: Array,
         drive: Array | None,
     ) -> Record:
-        rows, made = iter(raw), {}
+        rows, columns = iter(raw), {}
         for name, at in inputs:
             numbers = drive[: raw.shape[1]] if at.physical == DRIVE and drive is not None else next(rows)
             value = at.gain * self._factor(name, channels[name]) * numbers
-            made[name] = integrated(value, rate_Hz, at.integrations) if at.integrations else value
-        return Record(np.arange(raw.shape[1]) / rate_Hz, made, dict(channels), self.name)
+            columns[name] = integrated(value, rate_Hz, at.integrations) if at.integrations else value
+        return Record(np.arange(raw.shape[1]) / rate_Hz, columns, dict(channels), self.name)
 
 
 def vet_rate(name: str, asked_Hz: float, actual_Hz: float) -> None:

@@ -80,8 +80,8 @@ def foreign_record(
     for name, x in data.items():
         vet_channel(source.file, name, units.get(name, ""), x, t)
         x.flags.writeable = False
-    said = ", ".join(f"{n}{'' if n == named[n] else f' from {named[n]!r}'}{_unit(found[named[n]])}" for n in data)
-    words = f"{source.file}: {said}; {length} samples, {clock}, {1 / (t[1] - t[0]):.6g} Hz"
+    mapping = ", ".join(f"{n}{'' if n == named[n] else f' from {named[n]!r}'}{_unit(found[named[n]])}" for n in data)
+    words = f"{source.file}: {mapping}; {length} samples, {clock}, {1 / (t[1] - t[0]):.6g} Hz"
     return Record(t, data, {n: units.get(n, "") for n in data}, source.file, source.sha256), words
 
 
@@ -158,8 +158,8 @@ def _text(source: Source) -> dict[str, Column]:
         table = np.loadtxt(io.StringIO("\n".join(rows)), delimiter=apart, comments=None, ndmin=2)
     except ValueError as e:
         raise RecordError(f"{source.file}: {e}") from e
-    said = units if len(units) == len(heads) else [""] * len(heads)
-    of = {head: parse_header(head)[1] or unit for head, unit in zip(heads, said, strict=True)}
+    stated = units if len(units) == len(heads) else [""] * len(heads)
+    of = {head: parse_header(head)[1] or unit for head, unit in zip(heads, stated, strict=True)}
     return {head: Column(np.ascontiguousarray(table[:, i]), of[head]) for i, head in enumerate(heads)}
 
 

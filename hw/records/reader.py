@@ -70,8 +70,8 @@ def record_of(
             vet_channel(source.file, name, units[name], x, t)
     for x in (t, *channels.values()):
         x.flags.writeable = False
-    said = (f"{source.file}: {', '.join(remarks)}",) if remarks else ()
-    return Record(t, channels, {name: units[name] for name in channels}, source.file, source.sha256, said)
+    notes = (f"{source.file}: {', '.join(remarks)}",) if remarks else ()
+    return Record(t, channels, {name: units[name] for name in channels}, source.file, source.sha256, notes)
 
 
 def _wanted_variables(source: Source, found: Variables, series: Series, sources: Channels) -> Variables:

@@ -130,18 +130,21 @@ def _calibration(given: Mapping[str, Any] | None) -> str:
 def _folder(given: Mapping[str, str]) -> str:
     if not given:
         return ""
-    said = f"the serial was confirmed by {given[CONFIRMED]}" if CONFIRMED in given else "the serial was not confirmed"
-    return f"called {given.get(NAME, '')}, which is another serial; {said}"
+    confirmation = (
+        f"the serial was confirmed by {given[CONFIRMED]}" if CONFIRMED in given else "the serial was not confirmed"
+    )
+    return f"called {given.get(NAME, '')}, which is another serial; {confirmation}"
 
 
 def _one_copy(copy: Mapping[str, Any]) -> str:
     others = ", ".join(f"{w['serial']} {w['sample']}" for w in copy["with"])
     same = f"{copy['sample']} holds the samples of {others}"
-    said = copy.get("resolved")
-    if said is None:
+    decision = copy.get("resolved")
+    if decision is None:
         return f"{same}: without a result until quality assurance decides where it belongs"
-    whose = ", ".join(f"{serial} {sample}" for serial, sample in said["measured"])
-    return f"{same}: measured at {whose}, decided by {said['who']} on {str(said['time'])[:10]}: {said['reason']}"
+    whose = ", ".join(f"{serial} {sample}" for serial, sample in decision["measured"])
+    day = str(decision["time"])[:10]
+    return f"{same}: measured at {whose}, decided by {decision['who']} on {day}: {decision['reason']}"
 
 
 def _bench(provenance: Mapping[str, Any]) -> str:

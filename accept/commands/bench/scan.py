@@ -130,18 +130,18 @@ def _identify(resource: str, library: str) -> PlaceSeen:
     link = Link(Address(resource), visa_opener(library, ANSWER_S))
     try:
         link.send(IDN.encode("ascii"))
-        said = link.read_until(b"\n", link.deadline(2 * ANSWER_S)).strip().decode("ascii", "replace")
+        answer = link.read_until(b"\n", link.deadline(2 * ANSWER_S)).strip().decode("ascii", "replace")
     except InstrumentError as e:
         return PlaceSeen(resource, str(e).partition(": ")[2], "")
     finally:
         link.close()
-    fields = [re.sub(r"[^\w .,/+-]", "", field).strip() for field in said.split(",")]
+    fields = [re.sub(r"[^\w .,/+-]", "", field).strip() for field in answer.split(",")]
     profile = next((n for n, p in PROFILES.items() if len(fields) > 2 and re.fullmatch(p.models, fields[1])), None)
     if profile is None:
-        return PlaceSeen(resource, f"{said!r}: no driver here knows it", "")
+        return PlaceSeen(resource, f"{answer!r}: no driver here knows it", "")
     entry = (
         f'[instruments.lcr]\ndriver = "scpi_lcr"\nmeasures = ["capacitance"]\nmodel = "{fields[1]}"\n'
         f'serial = "{fields[2]}"\nresource = "{resource}"\nsettings = {{ profile = "{profile}" }}\n'
         '# calibration = { certificate = "...", due = 2027-01-01 }\n'
     )
-    return PlaceSeen(resource, f"{said!r}: scpi_lcr", entry)
+    return PlaceSeen(resource, f"{answer!r}: scpi_lcr", entry)

@@ -105,10 +105,10 @@ def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exi
 
 def _failures(frame: pd.DataFrame) -> dict[int, str]:
     """Return the number of a judgement -> what did not pass: value, verdict, limits."""
-    told: dict[int, list[str]] = {}
+    failures: dict[int, list[str]] = {}
     for row in frame[frame["verdict"] != "pass"].to_dict("records"):
-        told.setdefault(int(row["seq"]), []).append(_failure_words(row))
-    return {seq: "; ".join(words) for seq, words in told.items()}
+        failures.setdefault(int(row["seq"]), []).append(_failure_words(row))
+    return {seq: "; ".join(words) for seq, words in failures.items()}
 
 
 def _failure_words(row: Mapping[Hashable, Any]) -> str:
@@ -141,16 +141,16 @@ def first_pass(
     check_plot(plot)
     frame = _stored_rows(columns={*yields.COLUMNS, *({by.value} - yields.PERIODS.keys())})
     asked = is_chosen(frame, choice)
-    made = yields.yields(frame, by.value, asked)
+    table = yields.yields(frame, by.value, asked)
     say_voided(frame[asked])
-    if made.empty:
+    if table.empty:
         raise FleetError("no unit was judged for the first time in this period; re-tests are no first attempts")
-    show(made, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
+    show(table, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
     causes = yields.pareto(frame, asked)
     if len(causes):
         show(causes, "what stopped units at their first attempt", {"share": "{:.1%}"})
     else:
         stdout.print("every unit passed at its first attempt")
-    write(outputs, made)
-    draw(plot, yields.panels(made, causes, by.value), columns=2)
+    write(outputs, table)
+    draw(plot, yields.panels(table, causes, by.value), columns=2)
     return Exit.ACCEPTED

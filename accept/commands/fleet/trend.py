@@ -56,10 +56,10 @@ def trend(
                 say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
         known = trends.stored_baselines(store, quantity, by.value)
     say_voided(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)])
-    made = trends.trends(frame, quantity, by.value, known, _rules(rules), is_chosen(frame, choice))
-    documents = [trends.summary(t, points=outputs.json is not None or outputs.csv is not None) for t in made]
-    show(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{made[0].unit}], first attempts")
-    for each, document in zip(made, documents, strict=True):
+    charts = trends.trends(frame, quantity, by.value, known, _rules(rules), is_chosen(frame, choice))
+    documents = [trends.summary(t, points=outputs.json is not None or outputs.csv is not None) for t in charts]
+    show(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{charts[0].unit}], first attempts")
+    for each, document in zip(charts, documents, strict=True):
         for alarm in document["alarms"]:
             stdout.print(f"{each.name}: {alarm['words']}", soft_wrap=True)
         for words in each.why:
@@ -69,7 +69,7 @@ def trend(
     write_documents(
         outputs, documents, pd.DataFrame([p | {"group": d["group"]} for d in documents for p in d["points"]])
     )
-    draw(plot, [trends.panel(t) for t in made if len(t.rows)], columns=1)
+    draw(plot, [trends.panel(t) for t in charts if len(t.rows)], columns=1)
     return Exit.INCOMPLETE if any(d["alarms"] for d in documents) else Exit.ACCEPTED
 
 

@@ -52,15 +52,15 @@ def run(
 def _print(fitted: FittedModel) -> None:
     fit = fitted.fit
     rows = Table(whole("parameter"), "prior ± U (k = 2)", "fitted ± U (k = 2)", "from the prior")
-    told = [p for p in fit.free if not (is_mode_factor(p.name) and fit.sds[p.name] > HELD * p.sd)]
-    for p in told:
+    shown = [p for p in fit.free if not (is_mode_factor(p.name) and fit.sds[p.name] > HELD * p.sd)]
+    for p in shown:
         away = (fit.at[p.name] - p.prior) / p.sd
         bound = ", at its bound" if p.name in fit.at_bound else ""
         now = with_U(fit.at[p.name], 2 * fit.sds[p.name])
         rows.add_row(p.name, with_U(p.prior, 2 * p.sd), now, f"{away:+.1f} sd{bound}")
     stdout.print(rows)
-    if len(told) < len(fit.free):
-        stdout.print(f"{len(fit.free) - len(told)} factors on modes are not listed: these data do not determine them")
+    if len(shown) < len(fit.free):
+        stdout.print(f"{len(fit.free) - len(shown)} factors on modes are not listed: these data do not determine them")
     gap_rows = Table("channel", "G before", "G after", "G on the repeat")
     for channel, gap in fitted.after.items():
         held = fitted.held_out.get(channel)

@@ -135,9 +135,9 @@ def copies() -> Exit:
         for serial, unit in sorted(fold(store.events()).units.items()):
             for copy in unit.result.copies:
                 others = ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
-                said = copy["resolved"]
-                open_ones += said is None
-                words = "open" if said is None else f"resolved by {said['who']}: {said['reason']}"
+                decision = copy["resolved"]
+                open_ones += decision is None
+                words = "open" if decision is None else f"resolved by {decision['who']}: {decision['reason']}"
                 tell(f"{serial}:{copy['sample']}  same samples as {others}  {words}")
     say(f"{open_ones} open; `accept store resolve SERIAL --measured SERIAL --reason WORDS` decides where one belongs")
     return Exit.INCOMPLETE if open_ones else Exit.ACCEPTED

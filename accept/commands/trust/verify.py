@@ -139,8 +139,8 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     report = verify(
         pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=known, stamping=stamping
     )
-    said = tuple(f"no list of revoked keys was looked at: {beside(path)} is not there" for path in unlisted)
-    return replace(report, details=(*report.details, *said))
+    unlisted_words = tuple(f"no list of revoked keys was looked at: {beside(path)} is not there" for path in unlisted)
+    return replace(report, details=(*report.details, *unlisted_words))
 
 
 def _store_and_lists(lists: Sequence[BenchList] | None) -> Known:

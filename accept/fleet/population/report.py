@@ -191,10 +191,10 @@ def render(found: Population, changed: Sequence[str] = ()) -> bytes:
     """Return the report as a PDF, the bench on its first page; equal answers give equal bytes."""
     register()
     row = FigureRow([picture_of(found)], 80.0)
-    said = lines(found, changed)
+    sentences = lines(found, changed)
     story: list[Flowable] = [
-        *(words(line, page_style.STRONG) for line in said[:1]),
-        *(words(line, page_style.BODY) for line in said[1:] if not line.startswith("  ")),
+        *(words(line, page_style.STRONG) for line in sentences[:1]),
+        *(words(line, page_style.BODY) for line in sentences[1:] if not line.startswith("  ")),
         *_bench_figure(found),
         *_units_table(found),
         KeepTogether(

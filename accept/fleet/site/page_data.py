@@ -131,11 +131,11 @@ def _trends(frame: pd.DataFrame, store: Store, name: str) -> dict[str, list[dict
         if by != "all" and (frame[by] == NOT_STATED).all():
             continue
         try:
-            made = trends(frame, name, by, stored_baselines(store, name, by))
+            charts = trends(frame, name, by, stored_baselines(store, name, by))
         except FleetError:
             continue
         keys = ("group", "n", "limits", "baseline", "alarms", "cautions", "Cpk", "Ppk")
-        found[by] = [{key: each[key] for key in keys} for each in (summary(t, points=False) for t in made)]
+        found[by] = [{key: each[key] for key in keys} for each in (summary(t, points=False) for t in charts)]
     return found
 
 
