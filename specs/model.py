@@ -117,12 +117,12 @@ def builtin_models() -> dict[str, Path]:
 
 def resolve_model(name: str) -> Path:
     """Return file of a model given as a built-in name or a path. Raises SpecError."""
-    known = builtin_models()
-    if name in known:
-        return known[name]
+    builtins = builtin_models()
+    if name in builtins:
+        return builtins[name]
     if name.endswith(".toml"):
         return Path(name)
-    raise SpecError(name, [f"no such model (built-in: {', '.join(known)}; or give a .toml file)"])
+    raise SpecError(name, [f"no such model (built-in: {', '.join(builtins)}; or give a .toml file)"])
 
 
 def load_model(name: str | Path) -> ModelSpec:

@@ -174,13 +174,13 @@ def builtin() -> dict[str, Path]:
 
 def resolve(name: str) -> Path:
     """Return the file of a spec given as a built-in name or a path. Raises SpecError for any other name."""
-    known = builtin()
-    if name in known:
-        return known[name]
+    builtins = builtin()
+    if name in builtins:
+        return builtins[name]
     path = Path(name)
     if path.suffix == ".toml":
         return path
-    raise SpecError(name, [f"no such spec (built-in: {', '.join(known)}; or give a .toml file)"])
+    raise SpecError(name, [f"no such spec (built-in: {', '.join(builtins)}; or give a .toml file)"])
 
 
 def load(name: str | Path) -> Spec:

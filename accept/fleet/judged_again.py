@@ -53,8 +53,8 @@ def judged_again(
     void = voids(store)
     last = (event for event in store.last_of_each(UnitJudged.KIND) if event.seq not in void)
     units = (fold([event]).units[event.subject] for event in last)
-    known = ((unit, specs.get(unit.result.kind)) for unit in steps(units, "units judged again"))
-    asked = ((unit, spec, from_records) for unit, spec in known if spec is not None)
+    with_spec = ((unit, specs.get(unit.result.kind)) for unit in steps(units, "units judged again"))
+    asked = ((unit, spec, from_records) for unit, spec in with_spec if spec is not None)
     if cluster is None:
         yield from map(again, asked)
         return

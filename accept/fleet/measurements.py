@@ -144,8 +144,8 @@ def instrument_checks(store: Store, name: str) -> pd.DataFrame:
     events = [(event, InstrumentChecked.of(event)) for event in store.events(what=InstrumentChecked.KIND)]
     found = [(event, each) for event, each in events if each.instrument == name]
     if not found:
-        known = ", ".join(sorted({each.instrument for _, each in events})) or "none"
-        raise FleetError(f"no comparison of an instrument '{name}' with its reference; there are of: {known}")
+        names = ", ".join(sorted({each.instrument for _, each in events})) or "none"
+        raise FleetError(f"no comparison of an instrument '{name}' with its reference; there are of: {names}")
     rows = [
         {
             **dict.fromkeys(COLUMNS, NOT_STATED),
@@ -240,7 +240,7 @@ def of_quantity(frame: pd.DataFrame, quantity: str) -> pd.DataFrame:
     if found.empty:
         held = ", ".join(sorted(frame["quantity"].unique())) or "none"
         raise FleetError(f"no judged unit has a quantity '{quantity}'; the store holds: {held}")
-    known = found[found["value"].notna()]
-    if known.empty:
+    valid = found[found["value"].notna()]
+    if valid.empty:
         raise FleetError(f"'{quantity}' has no value in any of {found['seq'].nunique()} judgements")
-    return known
+    return valid

@@ -190,12 +190,12 @@ def _place_words(place: Place | None) -> str:
 
 def stored_baselines(store: Store, quantity: str, by: str) -> dict[str, StoredBaseline]:
     """Return group -> the baseline that was set last for a quantity. Raises StoreError."""
-    found = {}
+    by_key = {}
     for event in store.events(what=BaselineSet.KIND):
         stated = BaselineSet.of(event)
         if stated.quantity == quantity:
-            found[stated.group] = StoredBaseline(stated, event.who, event.time)
-    return {name: found[key] for key in found if (name := _group_of(key, by)) is not None}
+            by_key[stated.group] = StoredBaseline(stated, event.who, event.time)
+    return {name: by_key[key] for key in by_key if (name := _group_of(key, by)) is not None}
 
 
 def _group_of(key: str, by: str) -> str | None:

@@ -20,13 +20,13 @@ def common(documents: Sequence[Document]) -> dict[str, Any]:
 
     An effect is of the bench (`common`) if more than half of the units, and at least two, have it with one value, and
     no explained unit lacks it. A unit that is not explained may have it unseen: it is in `undecided`."""
-    seen: dict[str, list[Document]] = defaultdict(list)
+    entries_of: dict[str, list[Document]] = defaultdict(list)
     for document in documents:
         for named in document["named"]:
-            seen[named["effect"]].append({**named, "serial": document["serial"]})
+            entries_of[named["effect"]].append({**named, "serial": document["serial"]})
     shared: list[dict[str, Any]] = []
     single: list[dict[str, Any]] = []
-    for effect, entries in sorted(seen.items()):
+    for effect, entries in sorted(entries_of.items()):
         row = _row(effect, entries, documents)
         (shared if _of_the_bench(row, documents) else single).append(row)
     return {"units": [d["serial"] for d in documents], "common": shared, "single": single}

@@ -89,8 +89,8 @@ def _parameter(effect: str, parameter: str) -> "Parameter":
     """Return the parameter as its effect declares it; for an effect that is not installed here, by its name."""
     from checks.gap.effects import EFFECTS, Parameter  # loads slowly: only when an effect is named
 
-    known = {p.name: p for p in EFFECTS[effect].parameters} if effect in EFFECTS else {}
-    return known.get(parameter) or Parameter(parameter, lo=0.0, hi=0.0, off=0.0, start=0.0, scale=0.0)
+    parameters = {p.name: p for p in EFFECTS[effect].parameters} if effect in EFFECTS else {}
+    return parameters.get(parameter) or Parameter(parameter, lo=0.0, hi=0.0, off=0.0, start=0.0, scale=0.0)
 
 
 def data_words(fit: "Fit") -> str:

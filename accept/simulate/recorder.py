@@ -81,16 +81,16 @@ class SimulatedConverter:
         self._taken += 1
         names = [at.physical for _, at in inputs]
         if set(names) <= set(HAMMER):
-            known = self._hits(rate_Hz, samples)
+            signals = self._hits(rate_Hz, samples)
         elif output is None:
             raise InstrumentRefused(f"{self._name}: {', '.join(names)} stand still without a drive")
         elif set(names) <= set(STROKE):
-            known = self._stroke(output)
+            signals = self._stroke(output)
         else:
-            known = self._driven_record(output, rate_Hz)
-        if unknown := [name for name in names if name not in known]:
+            signals = self._driven_record(output, rate_Hz)
+        if unknown := [name for name in names if name not in signals]:
             raise SettingsError(f"{self._name}: no simulated input is called {', '.join(unknown)}")
-        raw = np.array([known[name] for name in names])
+        raw = np.array([signals[name] for name in names])
         return self._deliver(raw, rate_Hz, heard)
 
     def close(self) -> None:

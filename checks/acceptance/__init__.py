@@ -107,8 +107,8 @@ def check_problem(check: Any) -> str:
         return f"check '{check.name}' reads section '{check.section}', which no check has"
     if not (check.quantities and check.kinds and (check.forms or check.section)):
         return f"check '{check.name}' declares no quantities, kinds or forms"
-    known = {q: own.name for own in CHECKS.values() for q in own.quantities}
-    taken = [f"{q} (of {known[q]})" for q in check.quantities if q in known]
+    owners = {q: own.name for own in CHECKS.values() for q in own.quantities}
+    taken = [f"{q} (of {owners[q]})" for q in check.quantities if q in owners]
     return f"check '{check.name}' measures {', '.join(taken)}: one check per quantity" if taken else ""
 
 

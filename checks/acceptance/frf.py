@@ -215,9 +215,9 @@ def _repeat(records: Mapping[str, Record], near_Hz: float) -> Resonance | None:
 def _refuse_exchanged(modes: Mapping[str, Resonance | Reason]) -> None:
     """Raise NoResult if da shows the bending modes more than de: they turn the encoder, not the payload, so the names
     are exchanged."""
-    seen = [m for m in modes.values() if isinstance(m, Resonance)]
+    resonances = [m for m in modes.values() if isinstance(m, Resonance)]
     de, da = OUTPUTS.index("de"), OUTPUTS.index("da")
-    if seen and all(m.amplitude[da] > m.amplitude[de] for m in seen):
+    if resonances and all(m.amplitude[da] > m.amplitude[de] for m in resonances):
         evidence = "the strut's own modes show on da more than on de"
         raise NoResult(Cause.CHANNELS_EXCHANGED, channel="de", other="da", evidence=evidence)
 

@@ -144,18 +144,18 @@ def _torsion(found: dict[str, HammerResponse | Reason], rules: SpuriousModesSett
     left, top = found["torsion_left"], found["torsion_top"]
     if isinstance(left, Reason):
         return left
-    seen = ", ".join(f"{m.f_Hz:.4g}" for m in left.modes)
+    frequencies = ", ".join(f"{m.f_Hz:.4g}" for m in left.modes)
     if isinstance(top, Reason):
-        return together([top, because(Cause.TORSION_WITHOUT_TOP, modes=seen)])
+        return together([top, because(Cause.TORSION_WITHOUT_TOP, modes=frequencies)])
     if len(left.modes) < 2:
-        return because(Cause.TORSION_ONE_MODE, record=left.key, modes=seen)
+        return because(Cause.TORSION_ONE_MODE, record=left.key, modes=frequencies)
     if not any(abs(m.f_Hz / other.f_Hz - 1) <= SAME_MODE for m in left.modes for other in top.modes):
         others = ", ".join(f"{m.f_Hz:.4g}" for m in top.modes)
-        return because(Cause.TORSION_OTHER_UNIT, record=top.key, others=others, modes=seen)
+        return because(Cause.TORSION_OTHER_UNIT, record=top.key, others=others, modes=frequencies)
     ratios = np.array([_seen_by_top(top.frf, m) / m.peak for m in left.modes])
     gone = [m for m, r in zip(left.modes, ratios, strict=True) if r * rules.torsion_contrast <= ratios.max()]
     if not gone:
-        return because(Cause.TORSION_NO_CONTRAST, record=top.key, modes=seen, needed=rules.torsion_contrast)
+        return because(Cause.TORSION_NO_CONTRAST, record=top.key, modes=frequencies, needed=rules.torsion_contrast)
     return gone[0]
 
 

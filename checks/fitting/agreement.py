@@ -54,12 +54,12 @@ def predict(response: Response, found: Fit, data: Dataset) -> Complex:
 def outside_priors(found: Fit) -> Iterator[Reason]:
     """Yield the contradiction that a parameter lies outside its prior, with the chance corrected for the number of
     parameters."""
-    known = [(p, found.at[p.name]) for p in found.free if np.isfinite(p.sd)]
-    if not known:
+    with_prior = [(p, found.at[p.name]) for p in found.free if np.isfinite(p.sd)]
+    if not with_prior:
         return
-    p, value = max(known, key=lambda pair: abs(pair[1] - pair[0].prior) / pair[0].sd)
+    p, value = max(with_prior, key=lambda pair: abs(pair[1] - pair[0].prior) / pair[0].sd)
     z = (value - p.prior) / p.sd
-    if 2.0 * len(known) * stats.norm.sf(abs(z)) < FALSE_ALARM:
+    if 2.0 * len(with_prior) * stats.norm.sf(abs(z)) < FALSE_ALARM:
         yield because(
             Cause.PRIOR_EXCEEDED,
             parameter=p.name,

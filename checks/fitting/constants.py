@@ -70,11 +70,13 @@ def fit_constants(
     f = frequencies(f)
     limits = {"ga": STATIC_HZ, "gs": GS_BAND_HZ} | dict(bands or {})
     unit, gs_name = _unit_model(model, changes)
-    seen = "de" if "de" in H else "da"
-    ga, u_ga, n_ga = _real_gain(f, H[seen], variance[seen], unit, seen, limits["ga"])
+    channel = "de" if "de" in H else "da"
+    ga, u_ga, n_ga = _real_gain(f, H[channel], variance[channel], unit, channel, limits["ga"])
     both, u_both, n_gs = _real_gain(f, H["Vs"], variance["Vs"], unit, "Vs", limits["gs"])
     u_gs = abs(both / ga) * float(np.hypot(u_both / both, u_ga / ga))
-    moved, moved_both = (_moved_by_parameters(unit, f[_band(f, limits[k])], c) for k, c in (("ga", seen), ("gs", "Vs")))
+    moved, moved_both = (
+        _moved_by_parameters(unit, f[_band(f, limits[k])], c) for k, c in (("ga", channel), ("gs", "Vs"))
+    )
     of_ga, of_gs = float(np.linalg.norm(moved)), float(np.linalg.norm(moved_both - moved))
     return {
         "ga_N_per_V": _constant("ga_N_per_V", ga, u_ga, n_ga, abs(ga) * of_ga),

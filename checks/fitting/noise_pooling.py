@@ -39,8 +39,8 @@ def _power(frf: Frf) -> Array:
     at = np.arange(frf.f.size)
     coherence, var = frf.coherence[at, c], frf.var[at, c]
     ratio = np.abs(frf.H[at, c]) ** 2 * (1.0 - coherence) / np.maximum(coherence, 1e-300)
-    known = (ratio > 0.0) & (var > 0.0) & np.isfinite(var)
-    return np.where(known, ratio / np.where(known, var, 1.0), 1.0)
+    valid = (ratio > 0.0) & (var > 0.0) & np.isfinite(var)
+    return np.where(valid, ratio / np.where(valid, var, 1.0), 1.0)
 
 
 def _is_outlier(noise: Array, nu: Array) -> NDArray[np.bool_]:

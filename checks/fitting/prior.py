@@ -14,10 +14,10 @@ def prior_rows(free: Sequence[Free], joint: JointPrior | None = None) -> Array:
     """Return the matrix W (p, p): W (values - priors) is standard normal before any data; a row of zeros for a
     parameter without a prior."""
     W = np.diag([1.0 / p.sd for p in free])
-    known = [] if joint is None else [i for i, p in enumerate(free) if p.name in joint.names and np.isfinite(p.sd)]
-    if joint is None or not known:
+    joint_rows = [] if joint is None else [i for i, p in enumerate(free) if p.name in joint.names and np.isfinite(p.sd)]
+    if joint is None or not joint_rows:
         return W
-    at = [joint.names.index(free[i].name) for i in known]
+    at = [joint.names.index(free[i].name) for i in joint_rows]
     L = linalg.cholesky(joint.covariance[np.ix_(at, at)], lower=True)
-    W[np.ix_(known, known)] = linalg.solve_triangular(L, np.eye(len(at)), lower=True)
+    W[np.ix_(joint_rows, joint_rows)] = linalg.solve_triangular(L, np.eye(len(at)), lower=True)
     return W

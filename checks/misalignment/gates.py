@@ -125,9 +125,9 @@ def _stiffness_off_prior(found: MisalignmentEstimate) -> Iterator[Reason]:
     if not at.size:
         return
     slope = _compliance_slope(apa, found.fit, [free[i].name for i in at])
-    known = [i for i, p in enumerate(free) if np.isfinite(p.sd)]
-    W = prior_rows(free, found.fit.joint)[np.ix_(known, known)]
-    prior = np.linalg.inv(W.T @ W)[np.ix_(*[np.searchsorted(known, at)] * 2)]
+    with_prior = [i for i, p in enumerate(free) if np.isfinite(p.sd)]
+    W = prior_rows(free, found.fit.joint)[np.ix_(with_prior, with_prior)]
+    prior = np.linalg.inv(W.T @ W)[np.ix_(*[np.searchsorted(with_prior, at)] * 2)]
     off = float(slope @ (found.fit.values[at] - np.array([free[i].prior for i in at])))
     room = float(slope @ (prior - found.fit.cov[np.ix_(at, at)]) @ slope)
     if 2.0 * stats.norm.sf(abs(off) / np.sqrt(max(room, 1e-300))) < FALSE_ALARM:

@@ -17,8 +17,8 @@ def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
     """Return the magnitude and phase of the ratio, and the map. Without a result the panels show no number and there is
     no map."""
     data = found.data.select(("de", "da")).band(SHOWN_FROM, np.inf)
-    known = ratio_noise(data) < 1.0
-    f, R = data.f[known], data.H[known, 0] / data.H[known, 1]
+    precise = ratio_noise(data) < 1.0
+    f, R = data.f[precise], data.H[precise, 0] / data.H[precise, 1]
     H = Driven(found.model).frf(f, found.fit.at, data.channels)
     own = {n: v for n, v in found.fit.at.items() if n in found.model.values}
     straight = found.model.frf(f, {**own, DX: 0.0, DY: 0.0}, data.channels)

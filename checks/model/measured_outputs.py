@@ -57,14 +57,14 @@ def output_gains(
     # A channel lies in one piece, as in the derivatives that are multiplied by it.
     gain, with_rest, with_own_rest, alone = np.zeros((4, len(wanted), f.size), dtype=complex).swapaxes(1, 2)
     for i, channel in enumerate(wanted):
-        seen = factor(v, channel, f) * channel_path(f, v, channel)
+        path = factor(v, channel, f) * channel_path(f, v, channel)
         if learned is not None:
-            seen = seen * learned.at(f, channel)
+            path = path * learned.at(f, channel)
         if channel == "Vs":
-            gain[:, i] = per_volt * (e.gs * seen) * e.sensor(f)
-            alone[:, i] = drive * (e.coupling(f) * e.gain * seen)
+            gain[:, i] = per_volt * (e.gs * path) * e.sensor(f)
+            alone[:, i] = drive * (e.coupling(f) * e.gain * path)
         else:
-            gain[:, i] = per_volt * seen if channel == "da" else per_volt * seen * _encoder_factor(f, v)
+            gain[:, i] = per_volt * path if channel == "da" else per_volt * path * _encoder_factor(f, v)
             if v["bench.mode_ratio"] != 0.0:
                 mode = suspension(f, 1.0, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"])
                 with_rest[:, i] = gain[:, i] * mode

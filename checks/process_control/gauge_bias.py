@@ -97,9 +97,9 @@ def linearity_study(references: Array, values: Array) -> LinearityStudy:
     at, x = np.asarray(references, dtype=float), np.asarray(values, dtype=float)
     if at.shape != x.shape or at.ndim != 1 or not (np.isfinite(at).all() and np.isfinite(x).all()):
         raise ValueError(f"{x.size} values of {at.size} references, expected as many, all finite")
-    known, counts = np.unique(at, return_counts=True)
-    if known.size < 3 or counts.min() < 2:
-        raise ValueError(f"{known.size} references, expected 3 or more, each with 2 or more readings")
+    levels, counts = np.unique(at, return_counts=True)
+    if levels.size < 3 or counts.min() < 2:
+        raise ValueError(f"{levels.size} references, expected 3 or more, each with 2 or more readings")
     bias, n = x - at, x.size
     off = at - at.mean()
     slope = float(off @ bias / (off @ off))
@@ -113,8 +113,8 @@ def linearity_study(references: Array, values: Array) -> LinearityStudy:
         intercept=_estimate(intercept, sigma * math.sqrt(1.0 / n + at.mean() ** 2 / float(off @ off)), n - 2),
         sigma=sigma,
         r_squared=1.0 - rest / total if total > 0.0 else 0.0,
-        references=tuple(map(float, known)),
-        biases=tuple(_mean_bias(bias[at == one]) for one in known),
+        references=tuple(map(float, levels)),
+        biases=tuple(_mean_bias(bias[at == one]) for one in levels),
     )
 
 

@@ -51,11 +51,11 @@ def scores(x: Array, u: Array | None = None, chance: float = CHANCE, only_high: 
         raise ValueError(f"{x.size} value(s); {MIN_UNITS} or more are needed to call one odd")
     if not (np.isfinite(x).all() and np.isfinite(u).all() and (u >= 0).all()):
         raise ValueError("values and uncertainties must be finite numbers")
-    known = np.hypot(u, _grid(x) / math.sqrt(12))
+    uncertainty = np.hypot(u, _grid(x) / math.sqrt(12))
     median, scale = float(np.median(x)), robust_scale(x)
-    total = np.hypot(scale, known)
+    total = np.hypot(scale, uncertainty)
     score = (x - median) / np.where(total > 0, total, 1.0)
-    p = _probabilities(x, known, median, only_high)
+    p = _probabilities(x, uncertainty, median, only_high)
     return Scores(median, scale, score, p, p < chance)
 
 

@@ -162,16 +162,16 @@ def mismatches(columns: Mapping[str, Array], expected: Mapping[str, ExpectedSign
     """Return a reason for each channel that does not look like its name, and one for each pair that fits if
     exchanged."""
     names = [n for n in expected if n in columns]
-    seen = {n: (float(np.max(np.abs(x - np.median(x)))), finest_step(x)) for n in names for x in (columns[n],)}
-    wrong = [n for n in names if not _fits(seen[n], expected[n])]
+    looks = {n: (float(np.max(np.abs(x - np.median(x)))), finest_step(x)) for n in names for x in (columns[n],)}
+    wrong = [n for n in names if not _fits(looks[n], expected[n])]
     reasons: list[Reason] = []
     paired: set[str] = set()
     for a, b in combinations(wrong, 2):
-        if not paired & {a, b} and _fits(seen[a], expected[b]) and _fits(seen[b], expected[a]):
+        if not paired & {a, b} and _fits(looks[a], expected[b]) and _fits(looks[b], expected[a]):
             paired |= {a, b}
             evidence = f"{a} looks like {b} and {b} like {a}"
             reasons.append(because(Cause.CHANNELS_EXCHANGED, channel=a, other=b, evidence=evidence))
-    return (*reasons, *(_size_reason(n, seen[n], expected[n]) for n in wrong if n not in paired))
+    return (*reasons, *(_size_reason(n, looks[n], expected[n]) for n in wrong if n not in paired))
 
 
 def _size_and_step(x: Array) -> tuple[float, float | None]:

@@ -75,12 +75,12 @@ def sampling_faults(record: Record, drive: str = "Va", outputs: Sequence[str] = 
     examined, because standing still is not a fault of the sampling.
 
     Each record is examined once, since several checks use the same one."""
-    known = _KNOWN.setdefault(record, {})
+    cached = _KNOWN.setdefault(record, {})
     there = tuple(c for c in outputs if c in record.channels and not _stands_still(c, record[c]))
     key = " ".join((drive, *there))
-    if key not in known:
-        known[key] = _faults(record, drive, there) if drive in record.channels else ()
-    return known[key]
+    if key not in cached:
+        cached[key] = _faults(record, drive, there) if drive in record.channels else ()
+    return cached[key]
 
 
 def _stands_still(channel: str, x: Array) -> bool:

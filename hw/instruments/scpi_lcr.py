@@ -270,9 +270,9 @@ def parse_measured(who: str, said: str, status: bool) -> tuple[float, float]:
     return C, D
 
 
-def _same(said: str, wanted: str) -> bool:
+def _same(stated: str, wanted: str) -> bool:
     """Compare field by field, as numbers if both are numbers."""
-    one, other = ([field.strip().upper() for field in words.split(",")] for words in (said, wanted))
+    one, other = ([field.strip().upper() for field in words.split(",")] for words in (stated, wanted))
     if len(one) != len(other):
         return False
     numbers = [NUMBER.fullmatch(a) and NUMBER.fullmatch(b) for a, b in zip(one, other, strict=True)]

@@ -81,14 +81,14 @@ class OptorsDevice(MillimarDevice):
         return number + self.shown_unit
 
     def _question(self, message: bytes) -> bytes | None:
-        known = {
+        answers = {
             b"ID?": f"MAHR GMBH,{self.model} ",
             b"VER?": "1.02 ",
             b"UNI?": f"{self.shown_unit} ",
             b"SER?": self.serial,
             b"CHA?": FORMULAS[self.formula],
         }
-        return known[message].encode("ascii") if message in known else None
+        return answers[message].encode("ascii") if message in answers else None
 
     def _set(self, message: str) -> bool:
         if message in UNITS:

@@ -96,17 +96,17 @@ class Sources:
     def capacitance(self) -> float | None:
         """Return the capacitance between the leads [F]."""
         leads = self._stage.read().leads
-        known = {"sensor": self._world.sensor_F, "actuator": self._world.actuator_F}
-        if leads not in known:
+        capacitances = {"sensor": self._world.sensor_F, "actuator": self._world.actuator_F}
+        if leads not in capacitances:
             return None
-        return known[leads] * (1.0 + self._rng.gauss(0.0, self._world.capacitance_noise))
+        return capacitances[leads] * (1.0 + self._rng.gauss(0.0, self._world.capacitance_noise))
 
     def displacement(self) -> float | None:
         """Return the displacement of the gauge on the APA [m]."""
         stage = self._stage.read()
-        known = {"one_stack": self._world.one_stack_m, "two_stacks": self._world.two_stacks_m}
-        if stage.stacks not in known:
+        strokes = {"one_stack": self._world.one_stack_m, "two_stacks": self._world.two_stacks_m}
+        if stage.stacks not in strokes:
             return None
         if stage.stacks != self._stacks:  # another group of stacks starts from rest
-            self._stacks, self._play = stage.stacks, Play(known[stage.stacks])
+            self._stacks, self._play = stage.stacks, Play(strokes[stage.stacks])
         return self._play.at(stage.V) + self._rng.gauss(0.0, self._world.displacement_noise_m)

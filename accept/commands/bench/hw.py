@@ -227,9 +227,9 @@ def measure(
     operator: Measurer = None,
 ) -> Exit:
     """Measure a section of a unit with its instrument."""
-    known = list(dict.fromkeys([*RECIPES, *RECORDED]))
-    if section not in known:
-        say(f"accept: '{section}' is not measured by an instrument here (known: {', '.join(known)})")
+    sections = list(dict.fromkeys([*RECIPES, *RECORDED]))
+    if section not in sections:
+        say(f"accept: '{section}' is not measured by an instrument here (known: {', '.join(sections)})")
         return Exit.BAD_INPUT
     file = load_bench(bench_path(bench))
     try:

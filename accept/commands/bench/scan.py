@@ -47,14 +47,14 @@ def scan(
     on_visa = [name for name in resource or () if name not in on_network]
     ports = sorted(comports(), key=lambda p: p.device)
     listened = (_listen(port.device, port.description or "") for port in ports)
-    seen = [*listened, *map(_device, on_network), *_visa(on_visa, library)]
-    for one in seen:
+    places = [*listened, *map(_device, on_network), *_visa(on_visa, library)]
+    for one in places:
         say(f"{one.place}: {one.found}")
-    if not seen:
+    if not places:
         say("no serial port and no VISA instrument was found")
-    if not wants_text(json, PlacesSeen(tuple(seen))):
+    if not wants_text(json, PlacesSeen(tuple(places))):
         return Exit.ACCEPTED
-    entries = [one.entry for one in seen if one.entry]
+    entries = [one.entry for one in places if one.entry]
     tell("# Proposed by `accept hw scan`: name it, and say of each serial port what stands there.", 'name = "bench 1"')
     tell("", *(line for entry in entries for line in entry.splitlines()))
     return Exit.ACCEPTED

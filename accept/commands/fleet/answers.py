@@ -112,9 +112,11 @@ def show(frame: pd.DataFrame, title: str, formats: Mapping[str, str] | None = No
     for name, column in zip(names, table.columns, strict=True):
         column.no_wrap = name in WHOLE
         column.min_width = max(map(len, str(column.header).split()), default=1)  # no word of a title is cut
-    given = formats or {}
+    format_of = formats or {}
     for row in frame.itertuples(index=False):
-        table.add_row(*(Text(_label_words(n, _cell_text(v, given.get(n)))) for n, v in zip(names, row, strict=True)))
+        table.add_row(
+            *(Text(_label_words(n, _cell_text(v, format_of.get(n)))) for n, v in zip(names, row, strict=True))
+        )
     stdout.print(table)
 
 

@@ -69,8 +69,8 @@ def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
     """Return a frame with value and U as texts, "-" if one is missing."""
 
     def both(value: float, U: float) -> tuple[str, str]:
-        known = not isnan(U) and U > 0.0
-        return "-" if isnan(value) else rounded(value, U if known else None), rounded_U(U) if known else "-"
+        has_U = not isnan(U) and U > 0.0
+        return "-" if isnan(value) else rounded(value, U if has_U else None), rounded_U(U) if has_U else "-"
 
     pairs = [both(value, U) for value, U in zip(frame["value"], frame["U"], strict=True)]
     return frame.assign(value=[value for value, _ in pairs], U=[U for _, U in pairs])

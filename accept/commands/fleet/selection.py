@@ -101,7 +101,7 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
     if units.left_out:
         say(f"left out, a value is missing: {', '.join(units.left_out)}")
     if not found.proven:
-        known = f"no choice can cost less than {found.bound:.3g}" if found.bound > 0 else "how much better is not known"
-        say(f"stopped after the time limit: a better choice may exist; {known}")
+        bound = f"no choice can cost less than {found.bound:.3g}" if found.bound > 0 else "how much better is not known"
+        say(f"stopped after the time limit: a better choice may exist; {bound}")
     write(outputs, frame)
     return Exit.ACCEPTED if found.proven else Exit.INCOMPLETE

@@ -54,9 +54,9 @@ def trend(
             for of in trends.trends(frame, quantity, by.value, chosen=is_chosen(frame, _within(baseline, choice))):
                 stated = trends.set_baseline(store, of, by.value, reason, operator_name(operator))
                 say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
-        known = trends.stored_baselines(store, quantity, by.value)
+        baselines = trends.stored_baselines(store, quantity, by.value)
     say_voided(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)])
-    charts = trends.trends(frame, quantity, by.value, known, _rules(rules), is_chosen(frame, choice))
+    charts = trends.trends(frame, quantity, by.value, baselines, _rules(rules), is_chosen(frame, choice))
     documents = [trends.summary(t, points=outputs.json is not None or outputs.csv is not None) for t in charts]
     show(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{charts[0].unit}], first attempts")
     for each, document in zip(charts, documents, strict=True):

@@ -76,8 +76,8 @@ def run(
     options = VerifyOptions(trust or [], records, required, spec, demo, tsa_trust or [], log or [])
     unknown = [word for word in options.require if word not in REQUIREMENTS and not word.startswith(SERIAL)]
     if unknown:
-        known = ", ".join((*REQUIREMENTS, f"{SERIAL}SERIAL"))
-        raise RequirementError(f"--require {unknown[0]}: expected one or more of {known}")
+        choices = ", ".join((*REQUIREMENTS, f"{SERIAL}SERIAL"))
+        raise RequirementError(f"--require {unknown[0]}: expected one or more of {choices}")
     wanted_spec = load(options.spec).sha256 if options.spec else None
     with busy(f"{certificate.name}: judging again"):
         report = verify_here(read_certificate(certificate), options)
@@ -134,10 +134,10 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     unlisted = [path for path in paths if not options.demo and not beside(path).is_file()]
     revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]
     judge = rejudge_demo if options.demo else rejudge
-    known = None if options.demo else _store_and_lists(trusted_lists(options.lists, trust) if options.lists else None)
+    lookup = None if options.demo else _store_and_lists(trusted_lists(options.lists, trust) if options.lists else None)
     stamping = [keys.certificate_of(path) for path in options.stamping] or keys.stamping_roots(place)
     report = verify(
-        pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=known, stamping=stamping
+        pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=lookup, stamping=stamping
     )
     unlisted_words = tuple(f"no list of revoked keys was looked at: {beside(path)} is not there" for path in unlisted)
     return replace(report, details=(*report.details, *unlisted_words))

@@ -142,12 +142,12 @@ def copy(
 
     if file.exists():
         raise SpecError(str(file), ["is there already; name a file that is not"])
-    known = builtin()
-    if name not in known:
-        raise SpecError(name, [f"no such built-in spec (there are {', '.join(known)})"])
-    document = tomlkit.parse(known[name].read_text("utf-8"))
+    builtins = builtin()
+    if name not in builtins:
+        raise SpecError(name, [f"no such built-in spec (there are {', '.join(builtins)})"])
+    document = tomlkit.parse(builtins[name].read_text("utf-8"))
     # With another name than the built-in spec has, so that it is not taken for it.
-    own = file.stem if file.stem not in known else f"{file.stem}-copy"
+    own = file.stem if file.stem not in builtins else f"{file.stem}-copy"
     document["name"] = own
     write_atomic(file, tomlkit.dumps(document).encode("utf-8"))
     stdout.print(f"{file}: spec '{own}', a copy of '{name}' ({load(name).sha256[:12]}); change its limits there")

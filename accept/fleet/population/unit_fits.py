@@ -138,8 +138,8 @@ def fit_all(measured: Sequence[Responses], given: OpenedModel, say: Say) -> Fitt
     fits = []
     for model, r, at in last:
         fit = _last_fit(model, r, at, bench)
-        known = ", ".join(f"{c} {G:.3g}" for c, G in fit.G.items())
-        say(f"{fit.serial}: G {known}" if known else f"{fit.serial}: no values of the model come near its responses")
+        gaps = ", ".join(f"{c} {G:.3g}" for c, G in fit.G.items())
+        say(f"{fit.serial}: G {gaps}" if gaps else f"{fit.serial}: no values of the model come near its responses")
         fits.append(fit)
     if bench is not None and left is not None:
         ratios = left
@@ -254,9 +254,9 @@ def predicted_gaps(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench |
     """Return G of a unit with a bench and a prior that were learned without it, fitted to its own data and judged on
     records that were not fitted. Empty if no values of the model come near them."""
     model, r = replace(fit.model, learned=bench), fit.measured.on_bench(bench)
-    known = {} if prior is None else {n: (v, prior.sds[n]) for n, v in prior.values.items()}
+    priors = {} if prior is None else {n: (v, prior.sds[n]) for n, v in prior.values.items()}
     free = [
-        replace(p, prior=known[p.name][0], sd=known[p.name][1]) if p.name in known else p
+        replace(p, prior=priors[p.name][0], sd=priors[p.name][1]) if p.name in priors else p
         for p in free_with_offsets(model)
     ]
     try:

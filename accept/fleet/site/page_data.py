@@ -170,8 +170,8 @@ def _row(finding: Finding, first: bool) -> list[Any]:
 def _digits(value: float | None, U: float | None) -> tuple[str, str]:
     if value is None:
         return "-", "-"
-    known = U is not None and U > 0.0
-    return rounded(value, U if known else None), rounded_U(U) if U is not None and known else "-"
+    has_U = U is not None and U > 0.0
+    return rounded(value, U if has_U else None), rounded_U(U) if U is not None and has_U else "-"
 
 
 def _gap(answer: Mapping[str, Any] | None) -> dict[str, Any] | None:

@@ -140,8 +140,8 @@ def _text(area: Area, item: Text, tint: Color, again: bool) -> None:  # noqa: AR
 def _heights(area: Area, item: Heights, tint: Color, again: bool) -> None:  # noqa: ARG001
     """Draw numbered dots; the height is written outside, away from the other dots."""
     canvas, scale = area.canvas, _map_scale(item.z)
-    known = item.z[np.abs(item.z) < LARGEST]
-    spread = float(np.ptp(known)) if known.size else 0.0
+    valid = item.z[np.abs(item.z) < LARGEST]
+    spread = float(np.ptp(valid)) if valid.size else 0.0
     decimals = max(0, 1 - math.floor(math.log10(spread))) if spread > 0 else 1
     canvas.setStrokeColor(HexColor(INK))
     canvas.setLineWidth(0.5)
@@ -196,10 +196,10 @@ def _shades(level: Array) -> Array:
     """Return (..., 3) colours 0..255 of levels 0..1; white if a level is missing."""
     steps = np.array([[int(step[k : k + 2], 16) for k in (1, 3, 5)] for step in MAP_STEPS], float)
     places = np.linspace(0.0, 1.0, len(steps))
-    known = np.isfinite(level)
-    safe = np.where(known, level, 0.0)
+    finite = np.isfinite(level)
+    safe = np.where(finite, level, 0.0)
     found = np.stack([np.interp(safe, places, steps[:, k]) for k in range(3)], axis=-1)
-    return np.asarray(np.where(known[..., None], np.rint(found), 255.0))
+    return np.asarray(np.where(finite[..., None], np.rint(found), 255.0))
 
 
 def _colour_bar(area: Area, scale: Scale, label: str) -> None:

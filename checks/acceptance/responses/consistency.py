@@ -57,8 +57,8 @@ def check_against_gain(resonance: Quantity, frf: Frf, rules: ResponseSettings) -
     low = frf.band(*STATIC_HZ)
     lo, hi = rules.gain_um_per_V
     for c in ("de", "da"):
-        known = low.usable
-        gain = float(np.median(np.abs(low.H[known, low.index(c)]))) / UM if known.any() else np.nan
+        usable = low.usable
+        gain = float(np.median(np.abs(low.H[usable, low.index(c)]))) / UM if usable.any() else np.nan
         if not lo <= gain <= hi:
             return resonance.doubted(Cause.WRONG_GAIN, channel=c, gain=gain, lo=lo, hi=hi)
     return resonance

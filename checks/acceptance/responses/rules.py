@@ -157,8 +157,8 @@ def vet_signs(frf: Frf, rules: ResponseSettings) -> None:
     for c in frf.channels:
         wanted = rules.polarity[c]
         H, var = low.H[:, low.index(c)], low.var[:, low.index(c)]
-        known = np.isfinite(var) & (np.abs(H) ** 2 > 25.0 * var)
-        if wanted and known.any() and np.sign(np.sum(H[known].real)) == -wanted:
+        significant = np.isfinite(var) & (np.abs(H) ** 2 > 25.0 * var)
+        if wanted and significant.any() and np.sign(np.sum(H[significant].real)) == -wanted:
             way = {1: "with", -1: "against"}
             found, expected = way[-wanted], way[wanted]
             reversed_.append(
@@ -173,10 +173,10 @@ def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
     or scale adds percents only."""
     low = frf.band(*STATIC_HZ)
     de, da = (np.abs(low.H[:, low.index(c)]) for c in ("de", "da"))
-    known = low.usable & (da > 0)
-    if not known.any():
+    usable = low.usable & (da > 0)
+    if not usable.any():
         return
-    ratio = float(np.median(de[known] / da[known]))
+    ratio = float(np.median(de[usable] / da[usable]))
     if abs(ratio - 1) > rules.scale_within:
         raise NoResult(Cause.CHANNEL_SCALE, channel="de", other="da", ratio=ratio, within=rules.scale_within)
 
@@ -184,8 +184,8 @@ def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
 def vet_delays(frf: Frf, fs: float, rules: ResponseSettings) -> list[ChannelDelay]:
     """Return the delays of the channels behind the input. Raises NoResult if a channel comes before its cause or far
     too late, or if channels were stored with an offset between them."""
-    seen = [d for d in (delay(frf, c, fs, *DELAY_HZ) for c in frf.channels) if d.seen]
-    for d in seen:
+    delays = [d for d in (delay(frf, c, fs, *DELAY_HZ) for c in frf.channels) if d.seen]
+    for d in delays:
         if d.samples < -0.5 - 3 * d.sd or d.samples > rules.delay_samples_max + 3 * d.sd:
             raise NoResult(
                 Cause.CHANNEL_DELAYED,
@@ -195,9 +195,9 @@ def vet_delays(frf: Frf, fs: float, rules: ResponseSettings) -> list[ChannelDela
                 samples=d.samples,
                 most=rules.delay_samples_max,
             )
-    if not seen:
-        return seen
-    first, last = min(seen, key=lambda d: d.samples), max(seen, key=lambda d: d.samples)
+    if not delays:
+        return delays
+    first, last = min(delays, key=lambda d: d.samples), max(delays, key=lambda d: d.samples)
     apart, sd = last.samples - first.samples, float(np.hypot(first.sd, last.sd))
     if apart > rules.offset_samples_max + 3 * sd:
         raise NoResult(
@@ -208,7 +208,7 @@ def vet_delays(frf: Frf, fs: float, rules: ResponseSettings) -> list[ChannelDela
             samples=apart,
             most=rules.offset_samples_max,
         )
-    return seen
+    return delays
 
 
 def vet_coherence(frf: Frf, excused: Mapping[str, list[tuple[float, float]]], rules: ResponseSettings) -> None:

@@ -30,10 +30,10 @@ class Converters:
     def read(self, channel: str, y: Array, rng: np.random.Generator) -> Array:
         """Return a channel (N,) as the converter stores it. An encoder starts counting at zero, a voltage ends at the
         range."""
-        seen = y + self.noise.get(channel, 0.0) * rng.standard_normal(y.size)
+        noisy = y + self.noise.get(channel, 0.0) * rng.standard_normal(y.size)
         if self.ideal:
-            return seen
-        return in_steps(seen, STEPS[channel]) if channel in STEPS else in_volts(seen)
+            return noisy
+        return in_steps(noisy, STEPS[channel]) if channel in STEPS else in_volts(noisy)
 
 
 def in_volts(V: Array) -> Array:

@@ -112,13 +112,13 @@ def paths(model: Model, changes: Values = PRIOR_ONLY) -> dict[str, Fractions]:
         if ratio := values[f"bench.support_mode_ratio_{channel}"]:
             support = oscillator(values["bench.support_mode_Hz"], values["bench.support_mode_damping_ratio"])
             own = motion.plus(support.scaled(ratio * motion.static()))
-        seen = _sensor(own, values) if channel == "Vs" else own.plus(mode) if mode else own
-        seen = _encoder_fractions(seen, values) if channel == "de" else seen
+        measured = _sensor(own, values) if channel == "Vs" else own.plus(mode) if mode else own
+        measured = _encoder_fractions(measured, values) if channel == "de" else measured
         if (own_element := element_of(values, channel)) is not None:
-            seen = reduce(Fractions.times, map(pair, own_element.poles, own_element.zeros), seen).scaled(
+            measured = reduce(Fractions.times, map(pair, own_element.poles, own_element.zeros), measured).scaled(
                 own_element.gain
             )
-        out[channel] = reduce(Fractions.times, _filters(values, channel), seen)
+        out[channel] = reduce(Fractions.times, _filters(values, channel), measured)
     return out
 
 

@@ -55,8 +55,8 @@ def hits_so_far(
     The last hit is judged as bad as soon as a fault shows, as good once its decay has been recorded."""
     if force.size < 2 or np.ptp(force) == 0.0 or np.ptp(response) == 0.0:
         return HitsSoFar((), False, needed, float("nan"))
-    seen = find_impacts(upright(force), fs, rules)
-    if not seen:
+    impacts = find_impacts(upright(force), fs, rules)
+    if not impacts:
         return HitsSoFar((), False, needed, float("nan"))
     test = analyse(force, response, fs, rules, band_Hz)
     last = test.impacts[-1]

@@ -63,11 +63,11 @@ def _magnitude(
 def _phase(
     title: str, f: Array, H: Complex, r: Array, model: Complex | None, marks: tuple[Mark, ...], p: float
 ) -> Panel:
-    known = ~(r >= np.abs(H))
-    x, angle = f[known], np.degrees(np.angle(H[known]))
+    has_phase = ~(r >= np.abs(H))
+    x, angle = f[has_phase], np.degrees(np.angle(H[has_phase]))
     items: list[Item] = [Line(x, angle, "measured", "points", "data")]
     if np.isfinite(r).any():
-        spread = np.degrees(np.arcsin(r[known] / np.abs(H[known])))
+        spread = np.degrees(np.arcsin(r[has_phase] / np.abs(H[has_phase])))
         items.append(Line(x, angle - spread, f"{100 * p:g} % region", "points", "quiet"))
         items.append(Line(x, angle + spread, "", "points", "quiet"))
     if model is not None:
