@@ -107,7 +107,7 @@ class Player(Person):
         time.sleep(max(0.0, begins + self._settle_s - self._clock()))
 
 
-class Staged:
+class StagedOperator:
     """The operator of a simulated bench, who writes into its stage file."""
 
     sets_each_voltage = False

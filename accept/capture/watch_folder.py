@@ -28,7 +28,7 @@ class FileState:
     since: float
 
 
-class Watched:
+class WatchedFolder:
     """A folder that is looked at again and again. stable_s: how long a file must not change. Files that are there at
     the first look are old: they are not offered unless `old_too`, and are listed in `not_offered`."""
 

@@ -9,7 +9,7 @@ import pandas as pd
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import latest
 from checks.arrays import Array
-from checks.process_control.matching import Matched, ideal_replacement, match
+from checks.process_control.matching import MatchedSets, ideal_replacement, match
 
 COLUMNS = ("seq", "serial", "kind", "unit_verdict", "quantity", "value", "U", "unit")  # what a pool is made of
 
@@ -53,7 +53,7 @@ def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
     return Pool(tuple(map(str, whole.index)), tuple(by), units, whole.to_numpy(dtype=float), U, left)
 
 
-def choose(units: Pool, size: int, sets: int) -> Matched:
+def choose(units: Pool, size: int, sets: int) -> MatchedSets:
     """Return sets of `size`, the best first. Raises FleetError if there are too few units."""
     try:
         return match(units.values, units.U, size, sets)

@@ -26,7 +26,7 @@ _OWN = frozenset(module.name for module in iter_modules(__path__) if not module.
 
 
 @dataclass(frozen=True)
-class Guarded:
+class GuardedMeasurement:
     """The measurement of another package's check: its outcome is checked before it is judged."""
 
     check: Check
@@ -75,7 +75,7 @@ class Checks(Mapping[str, Check]):
 
     def add(self, more: Mapping[str, Check]) -> None:
         """Add checks of other packages under names that are not taken."""
-        self._loaded |= {name: replace(check, measure=Guarded(check)) for name, check in more.items()}
+        self._loaded |= {name: replace(check, measure=GuardedMeasurement(check)) for name, check in more.items()}
 
     def remove(self, names: Iterable[str]) -> None:
         """Remove checks that were added."""

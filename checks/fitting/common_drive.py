@@ -33,7 +33,7 @@ DRIVE = (  # bounds: a tenth to ten times the gain, a drive that lasts to 1 kHz,
 
 
 @dataclass(frozen=True, eq=False)
-class Driven:
+class DrivenModel:
     """A `Response`: the model's parameters and those of `DRIVE`, by name."""
 
     model: Model

@@ -18,7 +18,7 @@ from checks.cause import Cause, NoResult, Reason, because
 from checks.errors import ModelError
 from checks.fitting.agreement import contradiction
 from checks.fitting.calibrate import Calibration, refine, with_damping, with_likelier_damping
-from checks.fitting.common_drive import BESIDE_DA, DRIVE, OF_ONE_CHANNEL, SKEW_OF_DE, Driven, mechanics
+from checks.fitting.common_drive import BESIDE_DA, DRIVE, OF_ONE_CHANNEL, SKEW_OF_DE, DrivenModel, mechanics
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT, Fit, FitPoint, coarse_fits, finish, free_of
@@ -167,7 +167,7 @@ def _best_fit(
         if not found:
             return None
         alike = [c for c in found if c.fit.cost - found[0].fit.cost < BEYOND_DOUBT]
-        refits = [refine(c, Driven, second) for c in alike]
+        refits = [refine(c, DrivenModel, second) for c in alike]
     best = min(refits, key=lambda c: (c.fit.datasets[0].tolerance, c.fit.cost))
     result = MisalignmentEstimate(
         dx=_along(model, best.fit, DX),
@@ -222,7 +222,7 @@ def _coarse_fits(
     for each in free:
         try:
             found += coarse_fits(
-                Driven(model), data, each, joint=model.joint, starts=1 + draws, seed=draws, close=close
+                DrivenModel(model), data, each, joint=model.joint, starts=1 + draws, seed=draws, close=close
             )
         except ValueError:  # ModelError and LinAlgError are such
             continue
@@ -231,11 +231,11 @@ def _coarse_fits(
 
 def _finish_all(model: Model, data: Dataset, points: Sequence[FitPoint]) -> list[Calibration]:
     """Return the fits that searches lead to, without those that come to values with which the assembly falls over."""
-    response, found = Driven(model), []
+    response, found = DrivenModel(model), []
     for point in points:
         try:
             fitted = Calibration(model, response, finish(response, data, point, joint=model.joint))
-            found.append(with_likelier_damping(fitted, Driven))
+            found.append(with_likelier_damping(fitted, DrivenModel))
         except ValueError:  # as in `_coarse_fits`
             continue
     return found

@@ -10,7 +10,7 @@ from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.cause import Cause, Reason, because
 from checks.fitting.agreement import all_priors, contradiction, outside_priors
-from checks.fitting.common_drive import Driven
+from checks.fitting.common_drive import DrivenModel
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.fitting.prior import prior_rows
@@ -106,7 +106,7 @@ def _is_opposed(one: Complex, other: Complex) -> bool:
 
 def _misfit(found: MisalignmentEstimate) -> Iterator[Reason]:
     """Yield the worst band of a channel that noise, tolerance and the uncertainty of the fit do not explain."""
-    worst = contradiction(Driven(found.model), found.fit, found.repeat)
+    worst = contradiction(DrivenModel(found.model), found.fit, found.repeat)
     if worst is not None:
         what = "data that were not fitted" if found.repeat is not None else "the fitted data"
         chance = f"p = {worst.p:.1g}" if worst.p > 0.0 else "p below 1e-300"

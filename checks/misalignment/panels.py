@@ -3,7 +3,7 @@
 import numpy as np
 
 from checks.arrays import Array
-from checks.fitting.common_drive import Driven
+from checks.fitting.common_drive import DrivenModel
 from checks.misalignment.estimate_types import DX, DY, MisalignmentEstimate
 from checks.misalignment.gates import ratio_noise
 from checks.picture import Image, Line, Mark, Panel, PanelKind
@@ -19,7 +19,7 @@ def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
     data = found.data.select(("de", "da")).band(SHOWN_FROM, np.inf)
     precise = ratio_noise(data) < 1.0
     f, R = data.f[precise], data.H[precise, 0] / data.H[precise, 1]
-    H = Driven(found.model).frf(f, found.fit.at, data.channels)
+    H = DrivenModel(found.model).frf(f, found.fit.at, data.channels)
     own = {n: v for n, v in found.fit.at.items() if n in found.model.values}
     straight = found.model.frf(f, {**own, DX: 0.0, DY: 0.0}, data.channels)
     # the measured curve comes last, on top of the others

@@ -46,7 +46,7 @@ from checks.model.parameters import (
 )
 from checks.model.parts import bench_of, encoder_of, joints_of, offset_of
 from checks.model.structure.apa import ApaBody
-from checks.model.structure.assemble import Fastened, assemble, fasten
+from checks.model.structure.assemble import FastenedParts, assemble, fasten
 from checks.model.structure.matrix_builder import System
 
 F_MAX = 5000.0  # [Hz] half of the bench's sampling rate; the reduction is made for 2 kHz, beyond 4 kHz peaks drift
@@ -300,7 +300,7 @@ def _assemble_at(model: Model, v: Values) -> System:
     return assemble(apa, v.get("apa.damping_ratio", 0.0), _fasten_at(model, apa, v))
 
 
-def _fasten_at(model: Model, apa: ApaBody, v: Values) -> Fastened:
+def _fasten_at(model: Model, apa: ApaBody, v: Values) -> FastenedParts:
     stiffening = v["apa.sensor_stiffening"] * apa.k_sensor, v["apa.actuator_stiffening"] * apa.k_actuator
     return fasten(joints_of(v), encoder_of(v), bench_of(v, model.held), offset_of(v), stiffening)
 

@@ -30,7 +30,7 @@ class Roots:
 
 
 @dataclass(frozen=True, eq=False)
-class Swept:
+class SweepRow:
     """The response at one value: poles, zeros, H (F,) at the sweep's frequencies."""
 
     value: float
@@ -46,7 +46,7 @@ class Sweep:
     names: tuple[str, ...]
     channel: str
     f: Array
-    rows: tuple[Swept, ...]
+    rows: tuple[SweepRow, ...]
 
 
 def sweep(model: Model, names: Iterable[str], values: Sequence[float], channel: str, f: Array) -> Sweep:
@@ -60,7 +60,7 @@ def sweep(model: Model, names: Iterable[str], values: Sequence[float], channel: 
         changes = dict.fromkeys(names, value)
         poles = _roots(model.poles(changes), f[-1])
         zeros = _roots(model.zeros(channel, changes), f[-1])
-        rows.append(Swept(value, poles, zeros, model.frf(f, changes, (channel,))[:, 0]))
+        rows.append(SweepRow(value, poles, zeros, model.frf(f, changes, (channel,))[:, 0]))
     return Sweep(names, channel, f, tuple(rows))
 
 

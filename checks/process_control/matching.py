@@ -17,7 +17,7 @@ TIME_LIMIT_S = 60.0  # a person waits so long; what is then not proven best is s
 
 
 @dataclass(frozen=True)
-class Matched:
+class MatchedSets:
     """sets: indices of the units of each; cost: of each set, width over U summed over quantities; proven: whether no
     better choice exists, else the time was up and bound is the least cost that could still exist."""
 
@@ -27,7 +27,7 @@ class Matched:
     bound: float
 
 
-def match(values: Array, U: Array, size: int, sets: int = 1, time_limit_s: float = TIME_LIMIT_S) -> Matched:
+def match(values: Array, U: Array, size: int, sets: int = 1, time_limit_s: float = TIME_LIMIT_S) -> MatchedSets:
     """Return the disjoint sets of `size` units with the least sum of costs. values (N, Q); U (Q,) positive.
 
     Raises ValueError if there are too few units, a value is not finite, or U is not positive.
@@ -42,7 +42,7 @@ def match(values: Array, U: Array, size: int, sets: int = 1, time_limit_s: float
     answer = _solve(scaled, size, sets, time_limit_s)
     members = [tuple(int(i) for i in np.flatnonzero(row)) for row in answer[0]]
     chosen = tuple(sorted(members, key=lambda s: cost(scaled, s)))
-    return Matched(chosen, tuple(cost(scaled, s) for s in chosen), answer[1], answer[2])
+    return MatchedSets(chosen, tuple(cost(scaled, s) for s in chosen), answer[1], answer[2])
 
 
 def cost(scaled: Array, members: Sequence[int]) -> float:

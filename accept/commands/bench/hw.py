@@ -18,10 +18,10 @@ from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import BenchListing, InstrumentAsked, InstrumentListed, InstrumentsAsked
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.capture.operator_actions import OperatorActions, Person, Player, Staged
+from accept.capture.operator_actions import OperatorActions, Person, Player, StagedOperator
 from accept.capture.recipes import RECIPES
 from accept.capture.recorded import RECORDED
-from accept.capture.watch_folder import STABLE_S, Watched, declared_file, pick_up
+from accept.capture.watch_folder import STABLE_S, WatchedFolder, declared_file, pick_up
 from accept.commands.options import JsonAnswer
 from accept.store import open_store
 from accept.units import toml_edit
@@ -269,7 +269,7 @@ def _serving(bench: BenchFile, section: str) -> BenchInstrument | BenchRecorder:
 
 def _actions(bench: BenchFile, dwell_s: float | None) -> OperatorActions:
     if bench.stage is not None:
-        return Staged(Path(bench.stage))
+        return StagedOperator(Path(bench.stage))
     return Person(ask_at_terminal) if dwell_s is None else Player(ask_at_terminal, dwell_s, 0.7 * dwell_s)
 
 
@@ -299,7 +299,7 @@ def pickup(
         watched, unit, records = Path(rig.folder if rig else ""), place, list(rig.records if rig else ())
     for record in records:
         declared_file(unit, record.section, record.name)
-    watch, until = Watched(watched, STABLE_S, old), time.monotonic() + wait
+    watch, until = WatchedFolder(watched, STABLE_S, old), time.monotonic() + wait
     say(f"waiting for {len(records)} record{'s' * (len(records) > 1)} in {watched}, at most {wait:g} s")
     if watch.not_offered:
         more = "" if len(watch.not_offered) <= NAMED else f" and {len(watch.not_offered) - NAMED} more"
@@ -327,7 +327,7 @@ def pickup(
     return Exit.BAD_INPUT if len(left) == len(records) else Exit.INCOMPLETE
 
 
-def _arriving(watch: Watched, until: float) -> Iterator[Path]:
+def _arriving(watch: WatchedFolder, until: float) -> Iterator[Path]:
     while time.monotonic() < until:
         yield from watch.stable()
         time.sleep(LOOK_S)

@@ -32,7 +32,7 @@ AT = 4  # bytes of a reply before it is cut
 
 
 @dataclass(frozen=True)
-class Struck:
+class InjectedFault:
     """A fault of an instrument, or the instrument that it is exchanged with."""
 
     name: str
@@ -41,7 +41,7 @@ class Struck:
     other: str = ""
 
     @classmethod
-    def of(cls, words: str) -> "Struck":
+    def of(cls, words: str) -> "InjectedFault":
         """Parse `gauge:menu_open`, `lcr:half_line:3` (after three replies), `gauge:swapped:probe`. Raises
         UnitRequestError."""
         name, _, rest = words.partition(":")
@@ -81,7 +81,7 @@ def run(
 ) -> Exit:
     """Simulate instruments on pseudo-terminals. Prints the ports and a ready bench.toml, runs until stopped."""
     try:
-        struck = [Struck.of(words) for words in fault or ()]
+        struck = [InjectedFault.of(words) for words in fault or ()]
     except UnitRequestError as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT

@@ -24,7 +24,7 @@ from checks.declare import Series
 from checks.signals.drive import excitation as ex
 from checks.signals.drive.excitation import Excitation, Rig
 from checks.signals.drive.excitation_panels import panels
-from checks.signals.drive.shapes import AmplitudeShape, Both, Flat, LowPass, Notch, notch_at_resonance
+from checks.signals.drive.shapes import AmplitudeShape, Flat, LowPass, Notch, ShapeProduct, notch_at_resonance
 from checks.signals.spectral.frf import h1_record
 from hw.records import read
 from hw.records.writers import csv_bytes, mat_bytes
@@ -84,7 +84,7 @@ def shape_of(shaping: Shaping) -> AmplitudeShape:
     cannot be used."""
     low_pass = None if shaping.low_pass is None else LowPass(shaping.low_pass)
     parts: list[AmplitudeShape] = [p for p in (_notch(shaping), low_pass) if p is not None]
-    return Both(*parts) if len(parts) == 2 else (parts[0] if parts else Flat())
+    return ShapeProduct(*parts) if len(parts) == 2 else (parts[0] if parts else Flat())
 
 
 def _notch(shaping: Shaping) -> Notch | None:

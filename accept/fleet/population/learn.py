@@ -64,7 +64,7 @@ class NothingLearned(AcceptError, ValueError):
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class BatchMember:
     """A unit against the batch that the others make. G_left_out: with the values that follow from the others' batch and
     its own data; G_before: without the bench and with the latencies of the file; worst: the parameter that lies
     farthest off, and by how many standard deviations."""
@@ -91,7 +91,7 @@ class Population:
     damping: str
     prior: Prior
     batch: Batch
-    judged: tuple[Judged, ...]
+    judged: tuple[BatchMember, ...]
     covered: tuple[int, int]
     inputs: Mapping[str, Mapping[str, str]]
     bench: LearnedBench | None = None
@@ -246,12 +246,14 @@ def _batches(precision: Array, pull: Array, prior: Prior, belongs: Array) -> lis
     return [next(left) if ok else whole for ok in belongs]
 
 
-def _judge(fit: UnitFit, names: Sequence[str], one: Belonging, belongs: bool, G_left_out: Gs, weight: float) -> Judged:
+def _judge(
+    fit: UnitFit, names: Sequence[str], one: Belonging, belongs: bool, G_left_out: Gs, weight: float
+) -> BatchMember:
     z = np.where(np.isfinite(one.z), np.abs(one.z), -1.0)
     k = int(np.argmax(z))
     worst = (names[k], float(one.z[k])) if z[k] >= 0 else None
     reason = _reason(fit, one, worst, belongs)
-    return Judged(fit.serial, belongs, reason, fit.G, G_left_out, fit.G_before, one, worst, weight)
+    return BatchMember(fit.serial, belongs, reason, fit.G, G_left_out, fit.G_before, one, worst, weight)
 
 
 def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belongs: bool) -> str | None:

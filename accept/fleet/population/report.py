@@ -21,7 +21,7 @@ from reportlab.platypus import (
 )
 
 from accept.fleet.population import bench
-from accept.fleet.population.learn import Judged, Population
+from accept.fleet.population.learn import BatchMember, Population
 from accept.models.model_file import write_model
 from accept.models.value_labels import value_label
 from accept.pictures.pdf import page_style
@@ -97,7 +97,7 @@ def document(found: Population, learned_on: str | None = None, changed: Sequence
     }
 
 
-def _unit(j: Judged) -> dict[str, Any]:
+def _unit(j: BatchMember) -> dict[str, Any]:
     worst = None if j.worst is None else {"name": j.worst[0], "z": j.worst[1]}
     return {
         "serial": j.serial,

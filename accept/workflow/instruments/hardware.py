@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from accept.capture.operator_actions import Staged
+from accept.capture.operator_actions import StagedOperator
 from accept.capture.recipes import GROUPS, POINTS_MM, RECIPES
 from accept.capture.recorded import RECORDED
 from accept.workflow.instruments.port import InstrumentPort, NoInstruments
@@ -117,7 +117,7 @@ class BenchInstruments(NoInstruments):
         self._entries = {name: e for name, e in bench.instruments.items() if e.driver not in BY_HAND}
         self._drivers = {name: open_instrument(name, entry, _no_operator) for name, entry in self._entries.items()}
         self._mutexes = {name: threading.Lock() for name in self._entries}
-        self._hands = Staged(Path(bench.stage)) if bench.stage else None
+        self._hands = StagedOperator(Path(bench.stage)) if bench.stage else None
 
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
         """Return the first instrument that measures this check, if the check's value is a reading: a value that is
@@ -142,7 +142,7 @@ class BenchInstruments(NoInstruments):
         return BenchInstrument(found, self._drivers[found], self._entries[found], mutex=self._mutexes[found])
 
     @property
-    def staged(self) -> Staged | None:
+    def staged(self) -> StagedOperator | None:
         """Return the operator of a simulated bench; None at a real one, where a person acts."""
         return self._hands
 

@@ -20,7 +20,7 @@ from checks.model.dynamics.complex_modes import Sections, eigen
 from checks.model.dynamics.far_modes import is_far, product, sum_sections
 from checks.model.dynamics.real_modes import real_modes
 from checks.model.dynamics.receptances import receptances
-from checks.model.structure.assemble import Fastened
+from checks.model.structure.assemble import FastenedParts
 from checks.model.structure.matrix_builder import System
 
 ROUNDING = 1e-15  # of the largest entry of the matrix: smaller differences are rounding
@@ -67,13 +67,13 @@ def change_of_system(above: System, below: System, h: float) -> Change:
     return _change(above, below, _slope(above.force, below.force, h), h, (m, 0))
 
 
-def change_of_fastened(above: Fastened, below: Fastened, h: float, size: int) -> Change:
+def change_of_fastened(above: FastenedParts, below: FastenedParts, h: float, size: int) -> Change:
     """Return the same if only the parts fastened to the APA differ. size: number of coordinates of the system."""
     return _change(above, below, np.zeros(len(above.K)), h, (0, size))
 
 
 def _change(
-    above: System | Fastened, below: System | Fastened, force: Array, h: float, beside: tuple[int, int]
+    above: System | FastenedParts, below: System | FastenedParts, force: Array, h: float, beside: tuple[int, int]
 ) -> Change:
     """Return the change of a system from that of its matrices; beside: how much of what is reached lies before and
     behind what both read."""

@@ -35,7 +35,7 @@ PAYLOAD, SENSOR, ACTUATOR = np.eye(MOTIONS)[AT_PAYLOAD:]
 
 
 @dataclass(frozen=True, eq=False)
-class Fastened:
+class FastenedParts:
     """All that is fastened to an APA: M, C, K (15, 15), outputs (c, 15), one row per channel, and ties (r, 15), rows
     that must stay zero, in terms of the fifteen motions."""
 
@@ -53,7 +53,7 @@ def fasten(
     bench: Bench,
     offset: Array,
     stack_stiffening: tuple[float, float] = (0.0, 0.0),
-) -> Fastened:
+) -> FastenedParts:
     """Return the strut assembled on its bench. joints: bottom and top; None: the APA is clamped to the granite and to
     the payload, and the bench's own encoder reads the payload. encoder: None: no encoder fixed to the strut, no de.
     offset (3,) [m] of the APA from the joints' axis, the same at both ends. stack_stiffening [N/m]: what open circuits
@@ -86,10 +86,10 @@ def fasten(
         outputs["de"] = PAYLOAD
     channels = tuple(name for name in ("Vs", "de", "da") if name in outputs)
     M, C, K, ties = b.matrices()
-    return Fastened(M, C, K, np.array([outputs[c] for c in channels]), channels, ties)
+    return FastenedParts(M, C, K, np.array([outputs[c] for c in channels]), channels, ties)
 
 
-def assemble(apa: ApaBody, damping_ratio: float, fastened: Fastened) -> System:
+def assemble(apa: ApaBody, damping_ratio: float, fastened: FastenedParts) -> System:
     """Return the system from a force pair of 1 N on the actuator stacks to the elongation of the sensor stack, the
     encoder's reading and the payload's z [m]: channels Vs, de, da. Its last coordinate is the payload's z, unless ties
     leave fewer coordinates, which keep every rigid direction rigid."""

@@ -75,7 +75,7 @@ class LowPass:
 
 
 @dataclass(frozen=True)
-class Both:
+class ShapeProduct:
     """One shape times another."""
 
     one: AmplitudeShape

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.cli.main import app
-from accept.commands.bench.simulate_bench import Struck
+from accept.commands.bench.simulate_bench import InjectedFault
 from accept.simulate.bench_truth import world_of
 from hw.errors import SettingsError
 from hw.instruments import DRIVERS, open_instrument
@@ -164,7 +164,7 @@ def test_simulate_bench_as_a_program_of_its_own(tmp_path):
     ],
 )
 def test_a_fault_to_practise_with(bench, fault, words):
-    Struck.of(fault).strike(bench.servers)
+    InjectedFault.of(fault).strike(bench.servers)
     done = run("hw", "test", fault.split(":")[0], "--bench", bench.bench_file)
     assert done.exit_code == 5, done.output
     assert words in done.output

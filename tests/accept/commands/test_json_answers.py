@@ -12,7 +12,7 @@ from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.cli.lazy_group import Command, Group
 from accept.cli.main import COMMANDS, app
-from accept.fleet.golden_check import Checked
+from accept.fleet.golden_check import GoldenCheck
 from accept.store import open_store
 from accept.store.formats import DOCUMENTS
 from checks.gap.effects import EFFECTS
@@ -46,7 +46,7 @@ LISTED = {
     for name, kind in DOCUMENTS.items()
     if kind.__module__ == listings.__name__
 }
-GOLDENS = [Checked("APA-01", "accepted", True, ("sensor_uF is off",)), Checked("APA-02", "accepted", False, ())]
+GOLDENS = [GoldenCheck("APA-01", "accepted", True, ("sensor_uF is off",)), GoldenCheck("APA-02", "accepted", False, ())]
 # Commands that print an answer and have no document: they write files, talk to a person, or their text is the format.
 WITHOUT = {
     "demo", "batch", "report", "countersign", "run", "gap", "excite sweep", "excite noise", "excite sine",

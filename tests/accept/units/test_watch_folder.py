@@ -6,7 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from accept.capture.watch_folder import Watched, pick_up
+from accept.capture.watch_folder import WatchedFolder, pick_up
 from accept.store import open_store
 from accept.units.unit_folder import UnitError
 from checks.errors import RecordError
@@ -28,7 +28,7 @@ def stroke_bytes(top=100e-6):
 
 def test_a_file_is_offered_once_when_it_stops_changing(tmp_path):
     clock = Clock()
-    watch = Watched(tmp_path, stable_s=2.0, clock=clock)
+    watch = WatchedFolder(tmp_path, stable_s=2.0, clock=clock)
     path, content = tmp_path / "a.mat", stroke_bytes()
     path.write_bytes(content[:1000])
     assert watch.stable() == []
@@ -50,7 +50,7 @@ def test_a_file_is_offered_once_when_it_stops_changing(tmp_path):
 def test_old_files_and_other_files_are_not_offered(tmp_path):
     clock = Clock()
     (tmp_path / "old.mat").write_bytes(b"x")
-    watch, both = Watched(tmp_path, 1.0, clock=clock), Watched(tmp_path, 1.0, old_too=True, clock=clock)
+    watch, both = WatchedFolder(tmp_path, 1.0, clock=clock), WatchedFolder(tmp_path, 1.0, old_too=True, clock=clock)
     for name in ("notes.txt", ".new.mat", "a.mat"):
         (tmp_path / name).write_bytes(b"x")
     watch.stable(), both.stable()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from accept.base.home import home
-from accept.capture.operator_actions import Staged
+from accept.capture.operator_actions import StagedOperator
 from accept.capture.reading_loop import CaptureStopped
 from accept.commands.bench.simulate_bench import recorder_entry
 from accept.judging.judge_unit import load_spec
@@ -45,7 +45,7 @@ class Work:
         self.store = open_store()
         self.session = Session(self.store, home(), load_spec(spec), "Ann", "APA-51", bench)
         self.session.begin({})
-        self.instruments, self.actions = BenchInstruments(bench), Staged(folder / "stage.json")
+        self.instruments, self.actions = BenchInstruments(bench), StagedOperator(folder / "stage.json")
         self.said: list[str] = []
 
     def measure(self, step: str, stopped: threading.Event | None = None) -> dict[str, tuple[Verdict, float]]:

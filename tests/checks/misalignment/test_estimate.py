@@ -18,7 +18,7 @@ from accept.units import unit_folder
 from checks.acceptance.misalignment import CHECK
 from checks.cause import Cause
 from checks.errors import ModelError
-from checks.fitting.common_drive import DELAY, FALL, GAIN, Driven
+from checks.fitting.common_drive import DELAY, FALL, GAIN, DrivenModel
 from checks.fitting.dataset import Dataset
 from checks.misalignment.estimate import estimate
 from checks.misalignment.estimate_types import MisalignmentEstimate
@@ -174,7 +174,7 @@ def test_real_modes_are_the_with_modal_damping_system(builtin: Model) -> None:
 
 def test_the_drives_derivatives(builtin: Model) -> None:
     f, at = np.array([20.0, 150.0, 600.0]), {GAIN: 0.1, FALL: 0.05, DELAY: 30.0, "joint.kz_N_per_um": 80.0}
-    response = Driven(builtin)
+    response = DrivenModel(builtin)
     J = response.jacobian(f, tuple(at), at, CHANNELS)
     for i, name in enumerate(at):
         h = 1e-4 * max(abs(at[name]), 1.0)

@@ -17,7 +17,7 @@ from checks.signals.drive import multisine as ms
 from checks.signals.drive.excitation import ExcitationError, Rig
 from checks.signals.drive.excitation_panels import panels
 from checks.signals.drive.ramps import fade, ramp, trapezoid
-from checks.signals.drive.shapes import Both, Flat, LowPass, Notch, notch_at_resonance
+from checks.signals.drive.shapes import Flat, LowPass, Notch, ShapeProduct, notch_at_resonance
 from checks.signals.spectral.frf import h1
 from hw.records import read, write_mat
 
@@ -148,7 +148,7 @@ def test_notch_closed_form():
     # |f0^2 - f^2| = width f where numerator and denominator differ by the depth alone.
     f = 5.0 + np.sqrt(25.0 + 95.0**2)
     assert notch.gain(np.array([f]))[0] == pytest.approx(np.sqrt((1 + 0.01) / 2), rel=1e-12)
-    assert Both(notch, LowPass(95.0)).gain(np.array([95.0]))[0] == pytest.approx(0.1 / np.sqrt(2))
+    assert ShapeProduct(notch, LowPass(95.0)).gain(np.array([95.0]))[0] == pytest.approx(0.1 / np.sqrt(2))
 
 
 def test_notch_found_in_a_first_record_flattens_the_response():

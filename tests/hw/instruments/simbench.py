@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from accept.capture.operator_actions import Staged
+from accept.capture.operator_actions import StagedOperator
 from accept.capture.setup import CaptureResult
 from accept.store import open_store
 from accept.units import toml_edit
@@ -35,7 +35,7 @@ def measure(section: str, unit: Path, bench: BenchFile, say=lambda words: None) 
     assert bench.stage is not None
     with open_store() as store:
         instrument = BenchInstrument(name, open_instrument(name, entry, nobody), entry)
-        return measure_folder(unit, section, instrument, Staged(Path(bench.stage)), store, "T", say)
+        return measure_folder(unit, section, instrument, StagedOperator(Path(bench.stage)), store, "T", say)
 
 
 def new_unit(folder: Path, serial: str = "APA-01") -> Path:
