@@ -174,10 +174,6 @@ def mismatches(columns: Mapping[str, Array], expected: Mapping[str, ExpectedSign
     return (*reasons, *(_size_reason(n, looks[n], expected[n]) for n in wrong if n not in paired))
 
 
-def _size_and_step(x: Array) -> tuple[float, float | None]:
-    return float(np.max(np.abs(x - np.median(x)))), finest_step(x)
-
-
 def _fits(look: tuple[float, float | None], expected: ExpectedSignal) -> bool:
     size, step = look
     same_step = expected.step is None or step is None or abs(step / expected.step - 1) < 0.05
