@@ -130,7 +130,18 @@ def _trend(
             why.append(f"no capability: {e}")
     if cap is not None:
         why += _cautions(cap, control)
-    return Trend(name, quantity, str(units[0]), rows, control, cap, baseline, rate, scale, tuple(why))
+    return Trend(
+        name=name,
+        quantity=quantity,
+        unit=str(units[0]),
+        rows=rows,
+        chart=control,
+        capability=cap,
+        baseline=baseline,
+        false_alarms=rate,
+        scale=scale,
+        why=tuple(why),
+    )
 
 
 def _baselines_of_places(before: pd.DataFrame, scale: str) -> dict[Place, Baseline]:

@@ -106,7 +106,7 @@ def deflection_of(record: Record) -> Deflection:
     # A load that comes down within 50 ms has no one moment: anywhere in its passage is as good.
     on, away = (replace(s, u_t=math.hypot(s.u_t, _step_duration(t, de, s) / math.sqrt(12.0))) for s in steps)
     u_moment, windowed = creep.u_moment((0.5, -0.5), (on, away)), _windowed_deflection(t, de, steps)
-    return Deflection(mean, u_moment, windowed, (on, away), creep, t, de)
+    return Deflection(value=mean, u_moment=u_moment, windowed=windowed, steps=(on, away), creep=creep, t=t, de=de)
 
 
 def _two_steps(t: Array, steps: list[SignalStep]) -> tuple[SignalStep, SignalStep]:

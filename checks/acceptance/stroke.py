@@ -151,7 +151,16 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
     pair = loops.last_pair(found)
     apart = (pair[1].stop - pair[0].start) / 2 if pair and settled else 0.0  # samples between the middles of branches
     within = apart * ends.drift_rate(V, d, bottom, reach)
-    return Stroke(stroke, short * stroke.value / wanted.span, drift, width, within, settled, V, d - start.value)
+    return Stroke(
+        stroke=stroke,
+        short=short * stroke.value / wanted.span,
+        drift=drift,
+        width=width,
+        drift_in_loop=within,
+        settled=settled,
+        V=V,
+        d=d - start.value,
+    )
 
 
 def _check_range(V: Array, wanted: Range) -> float:

@@ -70,50 +70,50 @@ def _static_over_stroke(known: Known) -> float:
 
 
 PAYLOAD = Relation(
-    "Stiffness by resonance and payload, over that by the added mass",
-    "k_resonance_N_per_um",
-    "k_closed_N_per_um",
-    ("frf", "stiffness"),
-    0.9,
-    1.15,
-    "what moves of the unit itself adds 1 percent to the payload, creep takes 1 to 2 percent a decade of time off the "
-    "stiffness, a large load a few more ([STB] 3.1.7, 3.2.1)",
+    title="Stiffness by resonance and payload, over that by the added mass",
+    one="k_resonance_N_per_um",
+    other="k_closed_N_per_um",
+    sections=("frf", "stiffness"),
+    lo=0.9,
+    hi=1.15,
+    why="what moves of the unit itself adds 1 percent to the payload, creep takes 1 to 2 percent a decade of time off "
+    "the stiffness, a large load a few more ([STB] 3.1.7, 3.2.1)",
 )
 
 RELATIONS = (
     Relation(
-        "Capacitance by the high-pass corner, over the LCR meter's",
-        "sensor_capacitance_implied_uF",
-        "sensor_uF",
-        ("sensor_highpass", "capacitance"),
-        0.85,
-        1.35,
-        "[STB] 2.2, 3.1.9: 4.9 to 5.1 uF at 1 kHz, about 5 at the corner of 0.4 Hz; the permittivity of soft PZT grows "
-        "by a few percent a decade towards low frequencies, and with the voltage ([DAMJANOVIC98])",
+        title="Capacitance by the high-pass corner, over the LCR meter's",
+        one="sensor_capacitance_implied_uF",
+        other="sensor_uF",
+        sections=("sensor_highpass", "capacitance"),
+        lo=0.85,
+        hi=1.35,
+        why="[STB] 2.2, 3.1.9: 4.9 to 5.1 uF at 1 kHz, about 5 at the corner of 0.4 Hz; the permittivity of soft PZT "
+        "grows by a few percent a decade towards low frequencies, and with the voltage ([DAMJANOVIC98])",
         spared=("actuator_uF",),
     ),
     Relation(
-        "Static gain of the frequency response, over the slope of the largest loop",
-        "gain_de_um_per_V",
-        "hysteresis_gain_um_per_V",
-        ("frf", "hysteresis"),
-        0.55,
-        1.2,
-        "small signals move less than large ones, by up to a third ([STB] 4.2; Rayleigh's law, [BERTOTTI98])",
-        _static,
-        ("axial_resonance_Hz",),
+        title="Static gain of the frequency response, over the slope of the largest loop",
+        one="gain_de_um_per_V",
+        other="hysteresis_gain_um_per_V",
+        sections=("frf", "hysteresis"),
+        lo=0.55,
+        hi=1.2,
+        why="small signals move less than large ones, by up to a third ([STB] 4.2; Rayleigh's law, [BERTOTTI98])",
+        scale=_static,
+        needs=("axial_resonance_Hz",),
     ),
     Relation(
-        "Static gain of the frequency response, over that of the whole stroke",
-        "gain_de_um_per_V",
-        "stroke_um",
-        ("frf", "stroke"),
-        0.55,
-        1.15,
-        "two of three stacks behind an amplifier of 20: 28.6 um per V by the stroke, 17.5 to 26.7 by small signals "
+        title="Static gain of the frequency response, over that of the whole stroke",
+        one="gain_de_um_per_V",
+        other="stroke_um",
+        sections=("frf", "stroke"),
+        lo=0.55,
+        hi=1.15,
+        why="two of three stacks behind an amplifier of 20: 28.6 um per V by the stroke, 17.5 to 26.7 by small signals "
         "([STB] 2.3, 4.2)",
-        _static_over_stroke,
-        ("axial_resonance_Hz",),
+        scale=_static_over_stroke,
+        needs=("axial_resonance_Hz",),
     ),
     PAYLOAD,
 )

@@ -111,15 +111,15 @@ def _universal(source: Source, input: str) -> ResponseFile:
     reference = references.pop()
     called = input or reference
     return ResponseFile(
-        source.file,
-        source.sha256,
-        f,
-        np.stack([np.asarray(uff58.ordinate(source.file, each), complex) for each in found], axis=1),
-        tuple(names),
-        called,
-        {called: found[0].per, **{name: each.unit for name, each in zip(names, found, strict=True)}},
-        coherence,
-        np.full(coherence.shape, np.nan),
+        file=source.file,
+        sha256=source.sha256,
+        f=f,
+        H=np.stack([np.asarray(uff58.ordinate(source.file, each), complex) for each in found], axis=1),
+        channels=tuple(names),
+        input=called,
+        units={called: found[0].per, **{name: each.unit for name, each in zip(names, found, strict=True)}},
+        coherence=coherence,
+        var=np.full(coherence.shape, np.nan),
         said=f"{len(found)} responses to {reference}",
     )
 
@@ -144,17 +144,17 @@ def _own_json(source: Source) -> ResponseFile:
     H = np.stack([np.array(one["H"][c]["re"]) + 1j * np.array(one["H"][c]["im"]) for c in names], axis=1)
     averages = float(np.min(one["nu"])) + 1.0
     return ResponseFile(
-        source.file,
-        source.sha256,
-        np.array(one["f_Hz"], float),
-        H,
-        names,
-        one["input"],
-        one["units"],
-        table("coherence"),
-        table("var"),
-        averages,
-        f"{', '.join(one['files'])}, {one['estimator']}",
+        file=source.file,
+        sha256=source.sha256,
+        f=np.array(one["f_Hz"], float),
+        H=H,
+        channels=names,
+        input=one["input"],
+        units=one["units"],
+        coherence=table("coherence"),
+        var=table("var"),
+        averages=averages,
+        said=f"{', '.join(one['files'])}, {one['estimator']}",
     )
 
 
@@ -188,15 +188,15 @@ def _table(source: Source, input: str, there: Mapping[str, str]) -> ResponseFile
             raise RecordError(f"{source.file}: the columns of {n} state two units")
     units, per = _halves(source.file, ratios)
     return ResponseFile(
-        source.file,
-        source.sha256,
-        f,
-        column("re") + 1j * column("im"),
-        tuple(names),
-        input,
-        {input: per, **units},
-        column("coherence"),
-        column("var"),
+        file=source.file,
+        sha256=source.sha256,
+        f=f,
+        H=column("re") + 1j * column("im"),
+        channels=tuple(names),
+        input=input,
+        units={input: per, **units},
+        coherence=column("coherence"),
+        var=column("var"),
         said=f"{', '.join(names)} from columns of real and imaginary parts",
     )
 
@@ -258,15 +258,15 @@ def _matlab(source: Source, input: str, there: Mapping[str, str]) -> ResponseFil
             coherence[:, i] = beside.real
     names = tuple(_last(n) for n in wanted)
     return ResponseFile(
-        source.file,
-        source.sha256,
-        f,
-        np.stack([np.asarray(H, complex) for H in wanted.values()], axis=1),
-        names,
-        input,
-        dict.fromkeys((input, *names), ""),
-        coherence,
-        np.full(coherence.shape, np.nan),
+        file=source.file,
+        sha256=source.sha256,
+        f=f,
+        H=np.stack([np.asarray(H, complex) for H in wanted.values()], axis=1),
+        channels=names,
+        input=input,
+        units=dict.fromkeys((input, *names), ""),
+        coherence=coherence,
+        var=np.full(coherence.shape, np.nan),
         said=f"{', '.join(wanted)} over {axis or 'the first column'}",
     )
 
@@ -290,17 +290,17 @@ def _frd(source: Source, own: Mapping[str, NDArray[Any]], input: str) -> Respons
 
     averages = own.get("Averages")
     return ResponseFile(
-        source.file,
-        source.sha256,
-        f,
-        H.T,
-        tuple(outputs),
-        called,
-        {called: _text(own.get("InputUnit"))[0], **units},
-        table("Coherence"),
-        table("Variance"),
-        None if averages is None else float(np.ravel(averages)[0]),
-        "the fields of an frd object",
+        file=source.file,
+        sha256=source.sha256,
+        f=f,
+        H=H.T,
+        channels=tuple(outputs),
+        input=called,
+        units={called: _text(own.get("InputUnit"))[0], **units},
+        coherence=table("Coherence"),
+        var=table("Variance"),
+        averages=None if averages is None else float(np.ravel(averages)[0]),
+        said="the fields of an frd object",
     )
 
 

@@ -73,7 +73,15 @@ def run(
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
     check_answer(json)
     required = [word.strip() for word in require.split(",") if word.strip()]
-    options = VerifyOptions(trust or [], records, required, spec, demo, tsa_trust or [], log or [])
+    options = VerifyOptions(
+        trust=trust or [],
+        records=records,
+        require=required,
+        spec=spec,
+        demo=demo,
+        stamping=tsa_trust or [],
+        lists=log or [],
+    )
     unknown = [word for word in options.require if word not in REQUIREMENTS and not word.startswith(SERIAL)]
     if unknown:
         choices = ", ".join((*REQUIREMENTS, f"{SERIAL}SERIAL"))

@@ -253,7 +253,17 @@ def _judge(
     k = int(np.argmax(z))
     worst = (names[k], float(one.z[k])) if z[k] >= 0 else None
     reason = _reason(fit, one, worst, belongs)
-    return BatchMember(fit.serial, belongs, reason, fit.G, G_left_out, fit.G_before, one, worst, weight)
+    return BatchMember(
+        serial=fit.serial,
+        belongs=belongs,
+        reason=reason,
+        G=fit.G,
+        G_left_out=G_left_out,
+        G_before=fit.G_before,
+        belonging=one,
+        worst=worst,
+        weight=weight,
+    )
 
 
 def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belongs: bool) -> str | None:

@@ -232,7 +232,17 @@ def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench
     same in all units of a batch, so it does not average as their noise does."""
     free = free_with_offsets(model)
     prior, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
-    nothing = UnitFit(r.serial, r, model, tuple(p.name for p in free), prior, np.diag(sds**2), {}, False, {})
+    nothing = UnitFit(
+        serial=r.serial,
+        measured=r,
+        model=model,
+        names=tuple(p.name for p in free),
+        theta=prior,
+        cov=np.diag(sds**2),
+        G={},
+        converged=False,
+        G_before={},
+    )
     if at is None:
         return nothing
     on_bench, own = r.on_bench(bench), replace(model, learned=bench)
@@ -247,7 +257,17 @@ def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench
     except (ModelError, np.linalg.LinAlgError):
         return nothing
     fit = found.fit
-    return UnitFit(r.serial, r, found.model, fit.names, fit.values, fit.cov, G, fit.converged, before)
+    return UnitFit(
+        serial=r.serial,
+        measured=r,
+        model=found.model,
+        names=fit.names,
+        theta=fit.values,
+        cov=fit.cov,
+        G=G,
+        converged=fit.converged,
+        G_before=before,
+    )
 
 
 def predicted_gaps(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench | None) -> Gs:
