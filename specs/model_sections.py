@@ -41,7 +41,7 @@ class NodesSection(Strict):
 
 
 class MatrixNames(Strict):
-    """What the matrices are called in a .mat file."""
+    """The names of the matrices in a .mat file."""
 
     K: Words = "K"
     M: Words = "M"
@@ -340,8 +340,8 @@ class BenchOfChannel(Strict):
 
 
 class LearnedBenchRecord(Strict):
-    """What the bench adds to every unit alike without a name, learned from units. units: their serials; apart: those
-    that did not count; learned_on: the day, in ISO 8601."""
+    """The unexplained factor of the bench on every unit, learned from units. units: their serials; apart: those that
+    did not count; learned_on: the day, in ISO 8601."""
 
     f_Hz: Annotated[list[Positive], Field(min_length=2)]
     channels: dict[Literal["Vs", "de", "da"], BenchOfChannel]

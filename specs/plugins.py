@@ -56,9 +56,8 @@ def plugins(group: str, problem: Callable[[Any], str], taken: Collection[str]) -
 
 
 def listed(package: str) -> list[str]:
-    """Return the modules of a package and of the rooms in it by their full names, in the order of the alphabet.
-
-    What the program brings is found by listing its folder, what other packages bring by their entry points."""
+    """Return the modules of a package and of the rooms in it by their full names, in alphabetical order. The program's
+    own objects are found by listing its folder, what other packages bring by their entry points."""
     found = walk_packages(import_module(package).__path__, f"{package}.")
     return sorted(module.name for module in found if not module.ispkg)
 

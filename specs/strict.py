@@ -62,7 +62,7 @@ def parse_as(full: type[Full], document: type[Strict], raw: bytes, name: str, **
 
 
 def toml_of(raw: bytes) -> dict[str, Any]:
-    """Return what the bytes of a TOML file hold. Raises ValueError with the reason if they are no TOML."""
+    """Parse the bytes of a TOML file. Raises ValueError with the reason if they are no TOML."""
     check_toml_bounds(raw)
     try:
         return tomllib.loads(raw.decode("utf-8-sig"))  # editors on Windows put a mark in front
@@ -86,7 +86,7 @@ def check_toml_bounds(raw: bytes) -> None:
 
 
 def problem_line(problem: Mapping[str, Any]) -> str:
-    """Return one problem of a document in words: key path, what is wrong, what was found."""
+    """Return a problem of a document in words: key path, fault, and the value."""
     key = ".".join(str(k) for k in problem["loc"]) or "top level"
     words = problem["msg"].removeprefix("Value error, ")
     shown = problem.get("input")

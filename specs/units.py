@@ -71,8 +71,7 @@ class UnitMismatch(ValueError):
 
 
 def factor(given: str, wanted: str) -> float:
-    """Return what a number in `given` is multiplied with to be in `wanted`, both as written: `factor("nF", "uF")` is
-    1e-3.
+    """Return the factor that converts a number in `given` to `wanted`, both as written: `factor("nF", "uF")` is 1e-3.
 
     Raises UnitMismatch naming both.
     """

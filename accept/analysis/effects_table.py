@@ -11,7 +11,7 @@ HEAD = "| effect | parameters | what it does |\n|---|---|---|\n"
 
 
 def table() -> str:
-    """Return a row for each effect of the program: name, parameters, what it does to the model."""
+    """Return a row for each effect of the program: name, parameters, and its influence on the model."""
     brought = {plugin.name for plugin in plugins.USED}
     rows = [
         f"| `{e.name}` | {', '.join(f'`{p.name}`' for p in e.parameters)} | {e.does or e.title} |\n"

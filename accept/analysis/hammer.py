@@ -108,7 +108,7 @@ def U_of(mode: Mode) -> tuple[float, float]:
 
 
 def hammer_json(response: ImpactResponse) -> dict[str, Any]:
-    """Return what the JSON of a response has for a hammer test.
+    """Return the additional keys in the JSON of a response to a hammer.
 
     {"impacts": [{"file", "time_s", "force_N", "good", "fault", "detail"}], "added_decay_per_s", "modes": [{"channel",
     "f_Hz", "U_Hz", "damping_ratio", "U_damping"}]}."""

@@ -33,9 +33,9 @@ MAX_POINTS = 1_000_000  # a response at each takes a few hundred bytes
 
 @dataclass(frozen=True, eq=False)
 class FittedModel:
-    """A fit with what it began from. before, after: G of the model at its file's tolerance, about the model itself;
-    held_out: G of the fitted model on the second realisation, empty without one. doubt: why the fitted values must not
-    be used although the responses may agree, or None."""
+    """A fit and its start. before, after: G of the model at its file's tolerance, about the model itself; held_out: G
+    of the fitted model on the second realisation, empty without one. doubt: why the fitted values must not be used
+    although the responses may agree, or None."""
 
     base: OpenedModel
     start: Model

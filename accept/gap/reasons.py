@@ -1,5 +1,5 @@
-"""Why a candidate was named and another was not, from what the search tried; and what the fit did to the model's own
-values, compared with its file."""
+"""Reasons why one candidate was named and another was not; and the shift of the model's own values, compared with its
+file."""
 
 import math
 from collections.abc import Iterator

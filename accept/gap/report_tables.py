@@ -63,7 +63,7 @@ def _before_note(result: Result) -> str:
 
 
 def _steps(result: Result) -> PageTable:
-    """Return G by channel after each named effect, if there are several; the last row is what is left."""
+    """Return G by channel after each named effect, if there are several; the last row is the remaining gap."""
     steps = result.steps if len(result.steps) > TWO else ()
     channels = list(result.gap_before.channels)
     rows = tuple(

@@ -24,7 +24,7 @@ DEFAULT_MERGE_HZ = _SHARED.default if isinstance(_SHARED, Scalar) else None
 @dataclass(frozen=True, eq=False)
 class Responses:
     """first: to fit; second: another realisation of the same, to judge with, or None. payload_kg: as stated in the
-    folder. records: by input name; inputs: file name -> sha256 of what was read."""
+    folder. records: by input name; inputs: file name -> sha256."""
 
     serial: str
     kind: str

@@ -1,4 +1,4 @@
-"""What the gap workflow found, on a terminal: at most 24 lines of 80 columns, the gap itself never cut."""
+"""The result of the gap workflow on a terminal: at most 24 lines of 80 columns, the gap itself never cut."""
 
 import textwrap
 from collections.abc import Iterator
@@ -41,8 +41,8 @@ def summary(serial: str, r: Result) -> list[str]:
 
 
 def _rivals(r: Result) -> list[str]:
-    """Return the best of what was tried, each with its gain and why it was not named, if something is missing and
-    nothing was named."""
+    """Return the best candidates, each with its gain and why it was not named, if an effect is missing and none was
+    named."""
     if r.named or r.verdict == NO_MISSING:
         return []
     best = [f"{words}: {gain}, {why}" for words, gain, _, why in list(candidates(r))[:RIVALS]]

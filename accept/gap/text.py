@@ -1,4 +1,4 @@
-"""What the gap workflow found, in words for gap.pdf, the certificate and tables."""
+"""The result of the gap workflow in words, for gap.pdf, the certificate and tables."""
 
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any

@@ -103,7 +103,7 @@ def effects_of(spec: ModelSpec) -> list[tuple[str, dict[str, float]]]:
 
 
 def elements_of(spec: ModelSpec) -> list[Element]:
-    """Return what the file adds without a name, one element for a channel. Raises ModelError."""
+    """Return the unidentified elements of the file, one for a channel. Raises ModelError."""
     found: dict[str, Element] = {}
     for entry in (e for e in spec.effects if e.name == UNIDENTIFIED):
         one = element(entry.parameters, f"{spec.name}: effect '{UNIDENTIFIED}'")

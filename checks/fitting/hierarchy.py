@@ -130,7 +130,7 @@ def learn(precision: Array, pull: Array, prior: Prior) -> Batch:
 class _Sizes:
     """The scatters and the biases while they are learned, (p,) each, in units of the prior's scatter.
 
-    A variance is the mean of what was stated, worth `strength` values, and of the squares that were found: the mean of
+    A variance is the mean of the stated one, worth `strength` values, and of the squares that were found: the mean of
     its posterior under a scaled inverse chi-square prior whose mean is the stated one."""
 
     def __init__(self, prior: Prior) -> None:

@@ -1,4 +1,4 @@
-"""What the converters see of the strut's motion: constants, electronics, the bench's own mode, the encoder's optics."""
+"""The converters' view of the strut's motion: constants, electronics, the bench's own mode, the encoder's optics."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -146,8 +146,8 @@ def depends_on(name: str, mattering: Mapping[str, float], tied: bool) -> tuple[t
 
 @lru_cache(maxsize=4096)
 def is_of_body(name: str) -> bool:
-    """Return whether a mechanical parameter changes the matrices of the APA itself, and not only what is fastened to
-    it."""
+    """Return whether a mechanical parameter changes the matrices of the APA itself, and not only those of the parts
+    fastened to it."""
     return name.startswith("apa.") and last(name) not in _OFFSET and not last(name).endswith("_stiffening")
 
 

@@ -99,7 +99,8 @@ def _is_contradicted(alarm: Alarm, x: Array, others: NDArray[np.intp], sigma: fl
 
 
 def _coincident(alarm: Alarm, places: Mapping[str, Labels]) -> Place | None:
-    """Return what the values of a shift have in common and others do not: the lot that began and ended with it."""
+    """Return the place that the values of a shift have in common and others do not: the lot that began and ended with
+    it."""
     for column, labels in places.items():
         within = labels[alarm.first : alarm.last + 1]
         names, counts = np.unique(within.astype(str), return_counts=True)

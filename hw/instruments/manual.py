@@ -32,7 +32,7 @@ class ManualSettings(Strict):
 
 
 class Manual:
-    """Readings that a person types. ask : shows words, returns what was typed."""
+    """Readings that a person types. ask : shows a question and returns the typed answer."""
 
     reminders: tuple[str, ...] = ()
     link = None

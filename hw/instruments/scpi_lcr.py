@@ -37,8 +37,8 @@ ERROR = re.compile(r'([+-]?\d+),"?.*')  # an entry of the error queue
 
 @dataclass(frozen=True)
 class MeterSetting:
-    """A setting: `header` and `wanted` set it, `header` and ? ask for it. sets: False for what is only asked. wanted
-    may hold {volt}, {average}, {cable}, {level_control}."""
+    """A setting: `header` and `wanted` set it, `header` and ? ask for it. sets: False for a setting that is only asked.
+    wanted may hold {volt}, {average}, {cable}, {level_control}."""
 
     header: str
     wanted: str

@@ -99,7 +99,7 @@ class Recorder:
         return self._converter.slow
 
     def connect(self) -> Identity:
-        """Return what the device states of itself. Raises InstrumentError, WrongInstrument if it is another one than
+        """Return the identity that the device states. Raises InstrumentError, WrongInstrument if it is another one than
         the bench file names."""
         identity = self._converter.identify()
         check_identity(self.name, identity, self.entry.model, self.entry.serial)

@@ -12,8 +12,8 @@ from hw.link import Link, Place
 
 
 class ReplayPort:
-    """A port that expects what was sent, in its order, and returns what was read after it. entries: [time, way, text]
-    of `Traffic.to_json`. Raises AssertionError in `write` for other bytes."""
+    """A port that expects the bytes that were sent, in their order, and returns the answers to them. entries: [time,
+    way, text] of `Traffic.to_json`. Raises AssertionError in `write` for other bytes."""
 
     def __init__(self, entries: Iterable[Sequence[float | str]]) -> None:
         traffic = ((str(way), str(text).encode("latin-1")) for _, way, text in entries if way in ("sent", "read"))

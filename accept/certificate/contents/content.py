@@ -84,7 +84,8 @@ class CertificateContent:
 
     @cached_property
     def unit_file(self) -> dict[str, Any]:
-        """Return what the attached unit.toml holds, {} if it is not attached. Raises ValueError if it is not TOML."""
+        """Return the content of the attached unit.toml, {} if it is not attached. Raises ValueError if it is not
+        TOML."""
         return toml_of(self.files[UNIT_FILE]) if UNIT_FILE in self.files else {}
 
     @property
@@ -148,7 +149,7 @@ def content_of(
     held: Mapping[str, bytes] = _NOTHING,
     provenance: Mapping[str, Any] | None = None,
 ) -> CertificateContent:
-    """Return what the certificate of a judged unit in its folder states; reads only the inputs that fit into
+    """Return the content of the certificate of a judged unit in its folder; reads only the inputs that fit into
     `size_limit` bytes, small ones first.
 
     held : files that were read already, by name. Raises ContentError if an input is gone or is not the one judged.

@@ -41,8 +41,8 @@ class Missing:
 
 
 def missing(laboratory: Laboratory | None, spec: Spec, unit: UnitFolder | None = None) -> list[Missing]:
-    """Return what the certificates of a spec would lack, by clause. unit: a folder whose own statements are counted;
-    without it, only what its customer could state instead of the laboratory is."""
+    """Return the statements that the certificates of a spec would lack, by clause. unit: a folder whose own statements
+    are counted; without it, only what its customer could state instead of the laboratory is."""
     found = [
         Missing(clause, what, f"{FILE}, {key}")
         for key, (clause, what) in OF_LABORATORY.items()

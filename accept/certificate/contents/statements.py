@@ -1,4 +1,4 @@
-"""The sentences that page and `accept verify` show beside the result, made from what the certificate states."""
+"""The sentences that page and `accept verify` show beside the result, from the content of the certificate."""
 
 import math
 import tomllib

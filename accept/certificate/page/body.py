@@ -114,7 +114,7 @@ def budgets(contents: CertificateContent) -> list[Flowable]:
 
 
 def remarks(contents: CertificateContent) -> list[Flowable]:
-    """Return the sections that were not judged, the notes, and what the certificate does not claim."""
+    """Return the sections that were not judged, the notes, and the limits of the certificate's claim."""
     story: list[Flowable] = []
     left_out, notes = contents.result.get("not_judged") or [], contents.result.get("notes") or []
     if left_out:

@@ -52,7 +52,7 @@ def bench_path(given: Path | None) -> Path:
 
 
 def ask_at_terminal(words: str) -> str:
-    """Return what a person types. Raises SettingsError without a terminal, at which a question could be asked."""
+    """Return the answer of a person. Raises SettingsError without a terminal, at which a question could be asked."""
     if not sys.stdin.isatty():
         raise SettingsError(f"no terminal for a question: {words.rstrip(': ')}")
     return input(words)

@@ -34,7 +34,7 @@ def run(
 
 
 def _transcripts(source: str, instrument: str | None) -> Iterator[tuple[str, list[Entry]]]:
-    """Yield (what it belongs to, entries) of a commissioning record or of all events of a unit."""
+    """Yield (title, entries) of each transcript in a commissioning record or in all events of a unit."""
     if Path(source).is_file():
         record = json.loads(read_bounded(Path(source), MAX_BYTES))["record"]
         if instrument in (None, record["instrument"]):

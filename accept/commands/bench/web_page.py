@@ -1,4 +1,5 @@
-"""What the page of `accept run --web` has beside the terminal: keys that a glove hits, and photos that are dropped."""
+"""Additions to the page of `accept run --web` beside the terminal: keys that a glove hits, and photos that are
+dropped."""
 
 UPLOAD = "/photo"  # takes a dropped or pasted file, answers with its path
 

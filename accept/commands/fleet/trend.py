@@ -112,7 +112,7 @@ def _row(document: Mapping[str, Any]) -> dict[str, object]:
 
 
 def _basis(each: trends.Trend, base: Baseline) -> str:
-    """Return what the chart compares with, and how often it rings without a reason."""
+    """Return the reference of the chart, and the rate of its false alarms."""
     left_out = f", {base.left_out} gross left out" if base.left_out else ""
     stated = each.baseline.stated if each.baseline else None
     of = f"the baseline {stated.since} to {stated.until}" if stated else "the values themselves"

@@ -22,7 +22,7 @@ _DEMO_PASSPHRASE = "no secret"  # the demo's authority says so, and only `accept
 
 
 def terminal_prompt(words: str) -> str | None:
-    """Return what the person types, None without a terminal to ask at."""
+    """Return the typed answer, None without a terminal."""
     return getpass.getpass(words) if sys.stdin.isatty() else None
 
 

@@ -1,7 +1,7 @@
 """`accept demo`: the main job on built-in data.
 
-The seven APAs of [STB], as typed in, and a simulated strut from its raw records are judged, certified and verified;
-what three struts of its batch have in common is learned, and what is hidden in that strut is named. The exit code
+The seven APAs of [STB], as typed in, and a simulated strut from its raw records are judged, certified and verified; a
+model is learned from three struts of its batch, and the hidden effect of the judged strut is named. The exit code
 states whether the demo succeeded."""
 
 import json

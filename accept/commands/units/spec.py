@@ -1,4 +1,4 @@
-"""`accept spec`. What the checks declare is loaded when it is needed, since it takes longer than all the rest."""
+"""`accept spec`. The checks' declarations are loaded when they are needed, since it takes longer than all the rest."""
 
 from pathlib import Path
 from typing import Annotated

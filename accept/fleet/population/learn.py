@@ -84,7 +84,7 @@ class BatchMember:
 class Population:
     """names (p,): without the offsets; prior, batch: of these. judged: every unit, in the order given; covered: how
     many parameters of the units that belong lie within the prediction of the others, and how many were compared. bench:
-    what it adds to every unit without a name."""
+    the unexplained factor that it puts on every unit."""
 
     names: tuple[str, ...]
     given: OpenedModel

@@ -146,7 +146,7 @@ def lines(found: Population, changed: Sequence[str] = ()) -> list[str]:
 
 
 def shifts(found: Population, most: int = 8) -> list[str]:
-    """Return what the batch has learned, largest shift first."""
+    """Return the learned parameters, largest shift first."""
     order = _by_shift(found)[:most]
     return [
         with_unit(

@@ -1,4 +1,4 @@
-"""What the page shows, as one JSON document: judgements, their findings, trends and gap answers."""
+"""The data of the page as one JSON document: judgements, their findings, trends and gap answers."""
 
 import json
 import os

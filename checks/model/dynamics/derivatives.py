@@ -75,8 +75,8 @@ def change_of_fastened(above: FastenedParts, below: FastenedParts, h: float, siz
 def _change(
     above: System | FastenedParts, below: System | FastenedParts, force: Array, h: float, beside: tuple[int, int]
 ) -> Change:
-    """Return the change of a system from that of its matrices; beside: how much of what is reached lies before and
-    behind what both read."""
+    """Return the change of a system from that of its matrices; beside: numbers of the reached coordinates before and
+    behind those that both read."""
     M, C, K = (_block(_slope(getattr(above, key), getattr(below, key), h), beside[0]) for key in "MCK")
     return Change(M, C, K, np.pad(force, beside), np.pad(_slope(above.outputs, below.outputs, h), ((0, 0), beside)))
 
@@ -87,7 +87,8 @@ def _slope(above: Array, below: Array, h: float) -> Array:
 
 
 def _block(D: Array, first: int) -> SymmetricBlock | None:
-    """Return the nonzero rows and columns of D, or None; first: index of D's first row among what is reached."""
+    """Return the nonzero rows and columns of D, or None; first: index of D's first row among the reached
+    coordinates."""
     rows = np.flatnonzero(D.any(axis=0))
     return SymmetricBlock(first + rows, D[np.ix_(rows, rows)]) if rows.size else None
 

@@ -9,7 +9,7 @@ from checks.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """A system as its parts: an APA by its free modes, and what is fastened to it at a few motions.
+    """A system as its parts: an APA by its free modes, and the bodies fastened to it at a few motions.
 
     w2 [rad2/s2], rate [rad/s] (k,) of the free modes, whose amplitudes are the system's coordinates but for the last;
     motions (m, n): rows that read the motions; M, C, K (m, m), drive (m,), outputs (c, m) in terms of the motions.

@@ -57,7 +57,8 @@ def window_correlation(frf: ImpactFrf) -> tuple[float, ...]:
 
 
 def window_note(frf: ImpactFrf) -> tuple[str, ...]:
-    """Return what the exponential window added to every mode of this response, nothing without a window."""
+    """Return a note on the decay that the exponential window added to every mode of this response, nothing without a
+    window."""
     if frf.added_decay == 0.0:
         return ()
     return (
