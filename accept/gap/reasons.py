@@ -9,7 +9,7 @@ from accept.gap.text import chance, words_of
 from checks.gap.decision.result import EXPLAINED, Result, Tried
 from checks.rounding import fixed
 
-SHOWN = 8  # of each: what follows says less
+SHOWN = 8  # of each: the others add little
 ALIKE = 3.0  # in ln L: less does not distinguish two explanations
 POOR = 1e-3  # probability of the rest below which an explanation leaves something over
 NOTHING_MORE = "not named: the additional effect gains nothing"

@@ -118,7 +118,7 @@ class UnitRequest:
 
     @property
     def before(self) -> Fractions | None:
-        """Return the factor on the drive before the model."""
+        """Return the filter that the drive passes before the model."""
         paths = [path(values) for name, values in self.effects if (path := effect_named(name).path) is not None]
         return reduce(Fractions.times, paths) if paths else None
 
