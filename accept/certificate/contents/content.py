@@ -44,7 +44,9 @@ class ContentError(AcceptError, ValueError):
 
 def renderer() -> dict[str, str]:
     """Return name -> version of the programs that decide the bytes of a drawn page."""
-    return {name: metadata.version(name) for name in ("pillow", "reportlab")} | {"zlib": zlib.ZLIB_RUNTIME_VERSION}
+    return {name: metadata.version(name) for name in ("pillow", "pypdf", "reportlab")} | {
+        "zlib": zlib.ZLIB_RUNTIME_VERSION
+    }
 
 
 @dataclass(frozen=True, eq=False)

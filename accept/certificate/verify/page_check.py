@@ -7,6 +7,7 @@ from collections import Counter
 from pyhanko.pdf_utils.generic import DictionaryObject
 from pyhanko.pdf_utils.reader import PdfFileReader
 from pyhanko.sign.fields import enumerate_sig_fields
+from pypdf import PdfReader
 
 from accept.base import version
 from accept.certificate.contents import content as certificate_content
@@ -18,7 +19,6 @@ from accept.certificate.page.fixed_parts import TECHNICIAN
 
 VERDICT_WORDS = re.compile(r"\b(ACCEPTED|REJECTED|CONDITIONAL|INCOMPLETE|HELD|PASS|FAIL|NO RESULT|DEMO)\b")
 _SHOWN = 3  # words that are missing on a page: enough to see where it differs
-_FORMERLY = "pypdf"  # put the parts together in earlier programs; this one does it itself, the same to the byte
 _CATALOG = {"/Perms", "/Metadata", "/Extensions", "/Version", "/DSS"}  # what signing changes of it
 
 
@@ -30,8 +30,7 @@ def check_page(signed: bytes, contents: CertificateContent) -> Step:
     """
     _only_signed(signed)
     drawn = render(contents)
-    stated = {name: of for name, of in contents.drawn_with.items() if name != _FORMERLY}
-    same_libraries = stated == certificate_content.renderer()
+    same_libraries = dict(contents.drawn_with) == certificate_content.renderer()
     if signed.startswith(drawn) and not same_libraries:
         return Step("the page is as these libraries draw it, but it states others that drew it", complete=False)
     if signed.startswith(drawn):
@@ -77,6 +76,4 @@ def _text_differences(signed: bytes, drawn: bytes, contents: CertificateContent)
 
 
 def _text(pdf: bytes) -> str:
-    from pypdf import PdfReader  # loads slowly: only for a page of another version
-
     return "\n".join(page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages)

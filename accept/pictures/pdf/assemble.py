@@ -1,56 +1,80 @@
 """Puts the parts of a certificate together: pages, attachments, empty signature fields."""
 
 import hashlib
+import io
 import zlib
 from collections.abc import Mapping
+from typing import Any
 
-from accept.pictures.pdf.pdf_objects import PdfObjects, array, decimal, dictionary, text
+from pypdf import PdfReader, PdfWriter
+from pypdf.generic import (
+    ArrayObject,
+    BooleanObject,
+    ByteStringObject,
+    DictionaryObject,
+    FloatObject,
+    IndirectObject,
+    NameObject,
+    NumberObject,
+    PdfObject,
+    StreamObject,
+    TextStringObject,
+)
 
 _SAMPLE = 100_000  # bytes that tell whether the rest can be compressed
-_PRINTED = b"4"  # annotation flag: print it
-_SIGNED_FILE = b"3"  # SigFlags: there are signatures, only append to this file
+_PRINTED = 4  # annotation flag: print it
+_SIGNED_FILE = 3  # SigFlags: there are signatures, only append to this file
 
 
 def assemble(
-    pages: bytes,
+    text: bytes,
     attachments: Mapping[str, bytes],
     fields: Mapping[str, tuple[float, float, float, float]],
     title: str,
 ) -> bytes:
-    """Return one PDF of all parts. The same parts give the same bytes: no date, no random identifier.
+    """Return one PDF of all parts. The same parts give the same bytes: no date, no random identifier."""
+    writer = PdfWriter(clone_from=PdfReader(io.BytesIO(text)))
+    _attach(writer, attachments)
+    _add_fields(writer, fields)
+    writer.pdf_header = "%PDF-1.7"  # reportlab writes 1.3, which knows no signatures of this kind
+    writer.metadata = {"/Title": title, "/Producer": "accept", "/Creator": "accept"}
+    writer.root_object[NameObject("/Lang")] = TextStringObject("en")
+    writer.root_object[NameObject("/ViewerPreferences")] = _dictionary({"/DisplayDocTitle": BooleanObject(True)})
+    out = io.BytesIO()
+    writer.write(out)
+    return out.getvalue()
 
-    pages: a file that reportlab wrote."""
-    file = PdfObjects(pages)
-    _attach(file, attachments)
-    _add_fields(file, fields)
-    file.root[b"/Lang"] = text("en")
-    file.root[b"/ViewerPreferences"] = dictionary({b"/DisplayDocTitle": b"true"})
-    return file.written({b"/Title": text(title), b"/Producer": text("accept"), b"/Creator": text("accept")})
 
-
-def _attach(file: PdfObjects, attachments: Mapping[str, bytes]) -> None:
+def _attach(writer: PdfWriter, attachments: Mapping[str, bytes]) -> None:
     """Embed files, also listed as associated with the document ([ISO32000-2] 14.13)."""
-    embedded = {name: _embedded(file, name, content) for name, content in sorted(attachments.items())}
-    names = array(part for name, reference in embedded.items() for part in (text(name), reference))
-    file.root[b"/Names"] = file.add({b"/EmbeddedFiles": dictionary({b"/Names": names})})
-    file.root[b"/AF"] = array(embedded.values())
+    names, associated = ArrayObject(), ArrayObject()
+    for name, content in sorted(attachments.items()):
+        reference = _indirect(writer, _file(writer, name, content))
+        names.extend([TextStringObject(name), reference])
+        associated.append(reference)
+    tree = _dictionary({"/EmbeddedFiles": _dictionary({"/Names": names})})
+    writer.root_object[NameObject("/Names")] = _indirect(writer, tree)
+    writer.root_object[NameObject("/AF")] = associated
 
 
-def _embedded(file: PdfObjects, name: str, content: bytes) -> bytes:
-    """Embed one file, and return the reference to it."""
+def _file(writer: PdfWriter, name: str, content: bytes) -> DictionaryObject:
+    stream = StreamObject()
     packed = zlib.compress(content, 6) if _shrinks(content) else content
     smaller = len(packed) < len(content)
-    digest = hashlib.md5(content, usedforsecurity=False).hexdigest()  # the format asks for MD5; nothing relies on it
-    size = dictionary({b"/Size": b"%d" % len(content), b"/CheckSum": b"<%s>" % digest.encode()})
-    how = {b"/Filter": b"/FlateDecode"} if smaller else {}
-    stream = file.add(how | {b"/Type": b"/EmbeddedFile", b"/Params": size}, packed if smaller else content)
-    return file.add(
+    stream.set_data(packed if smaller else content)
+    if smaller:
+        stream[NameObject("/Filter")] = NameObject("/FlateDecode")
+    digest = hashlib.md5(content, usedforsecurity=False).digest()  # the format asks for MD5; nothing relies on it
+    size = {"/Size": NumberObject(len(content)), "/CheckSum": ByteStringObject(digest)}
+    stream.update({NameObject("/Type"): NameObject("/EmbeddedFile"), NameObject("/Params"): _dictionary(size)})
+    reference = _indirect(writer, stream)
+    return _dictionary(
         {
-            b"/Type": b"/Filespec",
-            b"/F": text(name),
-            b"/UF": text(name),
-            b"/EF": dictionary({b"/F": stream, b"/UF": stream}),
-            b"/AFRelationship": b"/Data",
+            "/Type": NameObject("/Filespec"),
+            "/F": TextStringObject(name),
+            "/UF": TextStringObject(name),
+            "/EF": _dictionary({"/F": reference, "/UF": reference}),
+            "/AFRelationship": NameObject("/Data"),
         }
     )
 
@@ -62,24 +86,31 @@ def _shrinks(content: bytes) -> bool:
     return len(content) <= _SAMPLE or len(zlib.compress(sample, 1)) < 0.95 * len(sample)
 
 
-def _add_fields(file: PdfObjects, fields: Mapping[str, tuple[float, float, float, float]]) -> None:
+def _add_fields(writer: PdfWriter, fields: Mapping[str, tuple[float, float, float, float]]) -> None:
     """Add empty, visible signature fields on the first page."""
-    page = file.first_page
-    widgets = array(
-        [
-            file.add(
-                {
-                    b"/Type": b"/Annot",
-                    b"/Subtype": b"/Widget",
-                    b"/FT": b"/Sig",
-                    b"/T": text(name),
-                    b"/Rect": array(decimal(round(v, 3)) for v in rectangle),
-                    b"/F": _PRINTED,
-                    b"/P": page,
-                }
-            )
-            for name, rectangle in fields.items()
-        ]
-    )
-    file.entries(page)[b"/Annots"] = widgets
-    file.root[b"/AcroForm"] = file.add({b"/Fields": widgets, b"/SigFlags": _SIGNED_FILE})
+    page = writer.pages[0]
+    widgets = ArrayObject()
+    for name, rectangle in fields.items():
+        widget = _dictionary(
+            {
+                "/Type": NameObject("/Annot"),
+                "/Subtype": NameObject("/Widget"),
+                "/FT": NameObject("/Sig"),
+                "/T": TextStringObject(name),
+                "/Rect": ArrayObject([FloatObject(f"{v:.3f}") for v in rectangle]),
+                "/F": NumberObject(_PRINTED),
+                "/P": page.indirect_reference,
+            }
+        )
+        widgets.append(_indirect(writer, widget))
+    page[NameObject("/Annots")] = ArrayObject(widgets)
+    form = _dictionary({"/Fields": widgets, "/SigFlags": NumberObject(_SIGNED_FILE)})
+    writer.root_object[NameObject("/AcroForm")] = _indirect(writer, form)
+
+
+def _indirect(writer: PdfWriter, what: PdfObject) -> IndirectObject:
+    return writer._add_object(what)  # noqa: SLF001 - pypdf has no public name for it
+
+
+def _dictionary(entries: Mapping[str, Any]) -> DictionaryObject:
+    return DictionaryObject({NameObject(key): value for key, value in entries.items()})

@@ -24,7 +24,6 @@ from accept.certificate.trust.keys import QA, TECHNICIAN
 from accept.certificate.trust.provenance import signed_text
 from accept.certificate.verify import attachments as contents
 from accept.certificate.verify.attachments import unpack
-from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.result_diff import differences, is_said_otherwise, is_within_U
 from accept.certificate.verify.verification import Validity, Verification, verify
 from accept.judging.result import UnitResult
@@ -130,16 +129,6 @@ def test_a_page_of_another_version_is_told(bench: Bench, tmp_path: Path) -> None
     assert "page not compared" in report.reason
     assert "its text says the same" in report.reason
     refused(bench.check(sign(page_over(old, good), bench.technician, WHEN)), "does not show 'ACCEPTED'")
-
-
-@pytest.mark.parametrize(("more", "valid"), [({"pypdf": "7.1.0"}, True), ({"pypdf": "7.1.0", "pillow": "1"}, False)])
-def test_libraries_of_earlier_programs_that_change_no_byte(
-    bench: Bench, tmp_path: Path, more: Mapping[str, str], valid: bool
-) -> None:
-    """pypdf put the parts together; the page that it gave is still drawn to the byte."""
-    made = certificate_contents(tmp_path)
-    made = replace(made, drawn_with=dict(made.drawn_with) | more)
-    assert check_page(sign(render(made), bench.technician, WHEN), made).complete is valid
 
 
 def test_a_result_that_comes_out_differently_is_reported(bench: Bench) -> None:
