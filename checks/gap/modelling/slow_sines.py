@@ -20,6 +20,7 @@ from checks.acceptance.hysteresis import Loop, loop_of
 from checks.arrays import Array
 from checks.cause import NoResult
 from checks.gap.modelling.thresholds import Thresholds
+from checks.model.learned_bench import LearnedBench
 from checks.record import Record
 from checks.signals.slow.cycles import last_cycles
 from checks.signals.slow.loops import ScalarEstimate
@@ -80,8 +81,9 @@ class Slow:
         return abs(self.bends.value) > max(table.bend, 6.0 * self.bends.u)
 
 
-def slow_record(record: Record, channel: str = "de") -> Slow | None:
-    """Analyse the record of slow sines (channels Va and `channel`); None if it holds too few loops."""
+def slow_record(record: Record, channel: str = "de", bench: LearnedBench | None = None) -> Slow | None:
+    """Analyse the record of slow sines (channels Va and `channel`); None if it holds too few loops. bench: whose lag at
+    their frequency opens every loop alike, and is none of the unit's."""
     cycles = last_cycles(record["Va"])
     if len(cycles) < MANY:
         return None
@@ -95,13 +97,23 @@ def slow_record(record: Record, channel: str = "de") -> Slow | None:
     constant, grows, cov = _shares(a / a.max(), w, u)
     f_Hz = record.fs / float(np.median([c.stop - c.start for c in cycles]))
     sd = np.sqrt(np.diag(cov))
+    of_bench = _opened_by(bench, f_Hz, channel)
     return Slow(
         ScalarEstimate(float(grows), float(sd[1])),
-        ScalarEstimate(float(constant), float(sd[0])),
+        ScalarEstimate(float(constant) - of_bench.value, float(np.hypot(sd[0], of_bench.u))),
         loops,
         _bend(loops),
         f_Hz,
     )
+
+
+def _opened_by(bench: LearnedBench | None, f_Hz: float, channel: str) -> ScalarEstimate:
+    """Return the opening of a loop, relative to its height, by what a learned bench does to a channel."""
+    if bench is None:
+        return ScalarEstimate(0.0, 0.0)
+    f = np.array([f_Hz])
+    factor = np.broadcast_to(bench.at(f, channel), 1)[0]
+    return ScalarEstimate(-float(np.sin(np.angle(factor))), float(bench.tolerance_at(f, (channel,))[0, 0]))
 
 
 def rayleigh(width: float, x: Array) -> tuple[Array, Array]:

@@ -99,7 +99,7 @@ def prepare(inputs: Inputs, table: Thresholds) -> Problem:
     unit."""
     check_same_unit(inputs.A, inputs.B)
     early, A, B = _find_faults(inputs)
-    slow = None if inputs.slow is None else slow_record(inputs.slow)
+    slow = None if inputs.slow is None else slow_record(inputs.slow, bench=inputs.model.learned)
     problem = Problem(inputs, A, B, early, slow, {}, table)
     if slow is None:
         return problem
