@@ -63,7 +63,11 @@ class MillimarOptors(Millimar[OptorsSettings]):
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
         """Return unit and formula; `CHA-1-2` reads back as `-C1-C2`, where a leading + may be missing (assumed)."""
         if not self._duplex:
-            return self._silence(deadline)
+            if unasked := self.link.drop_until_quiet(self.settings.quiet_s, deadline).strip(b"\r\n"):
+                # One answer too many was late.
+                words = "is it sending by itself, or was DATA pressed?"
+                raise Garbled(f"{self.name}: {unasked[:40]!r} came unasked; {words}")
+            return {}
         spelled = self.settings.micrometre if self.settings.unit == "um" else self.settings.unit
         formula = re.sub(r"([+-])", r"\1C", str(self.settings.formula)).lstrip("+")
         unit, read_back = self._question("UNI?", deadline), self._question("CHA?", deadline)
@@ -75,12 +79,6 @@ class MillimarOptors(Millimar[OptorsSettings]):
                 "gauge? With two features only FEAT. 1 can be changed"
             )
         return {"unit": unit, "formula": read_back}
-
-    def _silence(self, deadline: Deadline) -> Mapping[str, str]:
-        """Raise if more comes on a line that cannot be asked: one answer too many was late."""
-        if unasked := self.link.drop_until_quiet(self.settings.quiet_s, deadline).strip(b"\r\n"):
-            raise Garbled(f"{self.name}: {unasked[:40]!r} came unasked; is it sending by itself, or was DATA pressed?")
-        return {}
 
     def _question(self, message: str, deadline: Deadline) -> str:
         """Return the reply to `ID?` and its like, without blanks. Raises InstrumentError."""

@@ -58,17 +58,14 @@ class Fractions:
         ticks = int(np.ceil(late * fs - 1e-9))
         since = ticks / fs - late  # a reading at tick n is taken this long after tick n - ticks, as the path sees it
         y = self.direct * u
-        for p, r in self._significant_terms():
+        share = np.abs(self.residues / self.poles)
+        kept = share > STILL * max(float(share.max(initial=0.0)), abs(self.direct))
+        for p, r in zip(self.poles[kept], self.residues[kept], strict=True):  # the others add nothing that shows
             from scipy.signal import lfilter  # loads slowly: only when wanted
 
             x = lfilter([0.0, np.expm1(p / fs) / p], [1.0, -np.exp(p / fs)], u.astype(complex))
             y += (r * (np.exp(p * since) * x + np.expm1(p * since) / p * u)).real
         return np.concatenate([np.zeros(min(ticks, u.size)), y[: u.size - min(ticks, u.size)]])
-
-    def _significant_terms(self) -> list[tuple[complex, complex]]:
-        share = np.abs(self.residues / self.poles)
-        kept = share > STILL * max(float(share.max(initial=0.0)), abs(self.direct))
-        return list(zip(self.poles[kept], self.residues[kept], strict=True))
 
     def parts(self) -> tuple[Complex, Complex]:
         """Return the poles and residues, (P,) each."""
