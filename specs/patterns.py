@@ -22,34 +22,34 @@ def pattern_problem(pattern: str) -> str | None:
         tree = parser.parse(pattern)
     except (re.error, RecursionError, OverflowError) as e:
         return f"is not a regular expression: {e}"
-    counted = [0]
-    if words := _problem(tree, repeated=False, counted=counted):
+    counts: list[int] = []
+    if words := _problem(tree, repeated=False, counts=counts):
         return words
-    if counted[0] > MOST_REPEATS:
-        return f"has {counted[0]} repeats of variable length; at most {MOST_REPEATS} are matched in little time"
+    if sum(counts) > MOST_REPEATS:
+        return f"has {sum(counts)} repeats of variable length; at most {MOST_REPEATS} are matched in little time"
     return None
 
 
-def _problem(tree: Any, repeated: bool, counted: list[int]) -> str | None:
-    """Return what is wrong with a part of a pattern. counted: its repeats of variable length."""
+def _problem(tree: Any, repeated: bool, counts: list[int]) -> str | None:
+    """Return what is wrong with a part of a pattern; its repeats of variable length are added to `counts`."""
     for code, argument in tree:
         if code in _REPEATS:
             least, most, inner = argument
             variable = least != most and most > 1
             if repeated and least != most:
                 return "has a repeat inside a repeat, which may take for ever to match"
-            counted[0] += variable
-            found = _problem(inner, repeated or most > 1, counted)
+            counts.append(variable)
+            found = _problem(inner, repeated or most > 1, counts)
         elif code is op.BRANCH:
             if repeated:
                 return "has alternatives inside a repeat, which may take for ever to match"
-            found = next((f for part in argument[1] if (f := _problem(part, repeated, counted))), None)
+            found = next((f for part in argument[1] if (f := _problem(part, repeated, counts))), None)
         elif code in (op.GROUPREF, op.GROUPREF_EXISTS, op.ASSERT, op.ASSERT_NOT):
             return "refers to what it has matched or looks ahead, which may take for ever to match"
         elif code is op.SUBPATTERN:
-            found = _problem(argument[-1], repeated, counted)
+            found = _problem(argument[-1], repeated, counts)
         else:
-            found = _problem(argument, repeated, counted) if code is getattr(op, "ATOMIC_GROUP", None) else None
+            found = _problem(argument, repeated, counts) if code is getattr(op, "ATOMIC_GROUP", None) else None
         if found:
             return found
     return None

@@ -89,8 +89,9 @@ def problem_line(problem: Mapping[str, Any]) -> str:
     """Return a problem of a document in words: key path, fault, and the value."""
     key = ".".join(str(k) for k in problem["loc"]) or "top level"
     words = problem["msg"].removeprefix("Value error, ")
-    shown = problem.get("input")
-    got = "" if isinstance(shown, dict) or problem["type"] == "value_error" else f" (got {shown!r})"
+    value = problem.get("input")
+    # A validator of this program ("value_error") names the value itself.
+    got = "" if isinstance(value, dict) or problem["type"] == "value_error" else f" (got {value!r})"
     if problem["type"] == "extra_forbidden":
         words, got = "unknown key", ""
     elif problem["type"] == "missing":

@@ -78,10 +78,10 @@ def factor(given: str, wanted: str) -> float:
     given, wanted = (SAME.get(unit, unit) for unit in (given.strip(), wanted))
     if given.lower().replace("µ", "u").replace("μ", "u") == wanted.lower():
         return 1.0
-    mine, theirs = _parts(given), _parts(wanted)
-    if mine is None or theirs is None or mine[1] != theirs[1]:
+    source, target = _parts(given), _parts(wanted)  # scale and base units of each
+    if source is None or target is None or source[1] != target[1]:
         raise UnitMismatch(f"{given} does not fit here; use {wanted}")
-    return mine[0] / theirs[0]
+    return source[0] / target[0]
 
 
 def _parts(unit: str) -> tuple[float, tuple[str, ...]] | None:

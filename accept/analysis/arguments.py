@@ -37,10 +37,10 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         if not hints:
             hints.update(get_type_hints(function))
-        given = signature(function).bind(*args, **kwargs)
-        for name, value in given.arguments.items():
+        bound = signature(function).bind(*args, **kwargs)
+        for name, value in bound.arguments.items():
             kind = signature(function).parameters[name].kind
-            for each in value if kind is Parameter.VAR_POSITIONAL else (value,):
+            for each in value if kind is Parameter.VAR_POSITIONAL else (value,):  # of `*records` every one
                 check_argument(function.__name__, name, each, hints.get(name, Any))
         return function(*args, **kwargs)
 

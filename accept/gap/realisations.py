@@ -29,15 +29,15 @@ def realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Datase
 
 
 def gain_notes(A: Dataset, B: Dataset) -> tuple[str, ...]:
-    """Return a note on channels that are larger or smaller in the second realisation by one factor at all frequencies,
-    as a gain that drifts from record to record makes them."""
+    """Return a note on channels whose gain differs between the realisations, as a drifting gain makes it: by a real
+    factor at all frequencies, estimated by weighted least squares, beyond noise and `DRIFT`."""
     if A.H.shape != B.H.shape:
         return ()
     weight = 1.0 / (A.noise + B.noise)
     power = np.sum(weight * np.abs(A.H) ** 2, axis=0)
-    off = np.sum(weight * (A.H.conj() * (B.H - A.H)).real, axis=0) / power
-    sure = np.abs(off) > np.maximum(DRIFT, SURE / np.sqrt(power))
-    parts = [f"{c} {100 * x:+.1f} %" for c, x, there in zip(A.channels, off, sure, strict=True) if there]
+    change = np.sum(weight * (A.H.conj() * (B.H - A.H)).real, axis=0) / power
+    significant = np.abs(change) > np.maximum(DRIFT, SURE / np.sqrt(power))
+    parts = [f"{c} {100 * x:+.1f} %" for c, x, told in zip(A.channels, change, significant, strict=True) if told]
     return (f"gain of the second realisation over the first: {', '.join(parts)}",) if parts else ()
 
 

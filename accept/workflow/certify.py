@@ -6,7 +6,7 @@ from pathlib import Path
 from accept.batch.job import drawn
 from accept.certificate.certify import sign_into
 from accept.certificate.contents.content import content_of
-from accept.certificate.contents.disposition import decided
+from accept.certificate.contents.disposition import parse_disposition
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import authority, keys
@@ -63,7 +63,7 @@ def countersign_unit(session: Session, passphrase: str, choice: str = "", reason
     before = verify_file(path, [credential.ca], records=session.folder, known=check_store, revoked=gone)
     if not before.valid:
         raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
-    disposition = decided(session.serial, before.verdict, choice, reason)
+    disposition = parse_disposition(session.serial, before.verdict, choice, reason)
     sign_into(
         path,
         read_certificate(path),

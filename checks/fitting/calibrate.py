@@ -60,8 +60,8 @@ def calibrate(
     wrap: makes the fitted response from the model; unseen: another realisation, to judge a tolerance by. Raises
     ModelError as `fit` does."""
     free = free_of(model) if free is None else free
-    quick = with_damping(model, "modal") if model.scatters else None
-    first = quick or model
+    # With modal damping, if the model can have it, derivatives take half the time; `refine` asks the data for the form.
+    first = (with_damping(model, "modal") if model.scatters else None) or model
     found = Calibration(first, wrap(first), fit(wrap(first), datasets, free, joint=model.joint, starts=starts))
     return refine(found, wrap, unseen)
 

@@ -251,17 +251,17 @@ def _changes(x: Array, kept: NDArray[np.intp], base: Baseline) -> tuple[list[Ala
     edges = [0, *places, kept.size]
     means = [float(x[kept[i:k]].mean()) for i, k in pairwise(edges)]
     level = np.repeat(means, np.diff([0, *kept[places], x.size]))
-    out, within = [], [0]  # parts of the chart whose level may come back: the one before each shift that goes on
+    alarms, levels = [], [0]  # parts whose level may come back: the one before each shift that lasts
     for part in range(1, len(means)):
-        if (back := _same_level(part, within[:-1], means, edges, base)) is not None:
-            del within[within.index(back) + 1 :]
+        if (back := _same_level(part, levels[:-1], means, edges, base)) is not None:
+            del levels[levels.index(back) + 1 :]
             continue
         before, first, end = edges[part - 1 : part + 2]
         size = means[part] - means[part - 1]
         U = 2.0 * base.sigma * float(np.sqrt(1.0 / (end - first) + 1.0 / (first - before)))
-        out.append(Alarm(SHIFT, int(kept[first]), int(kept[end - 1]), _direction(size), size, U))
-        within.append(part)
-    return out, level
+        alarms.append(Alarm(SHIFT, int(kept[first]), int(kept[end - 1]), _direction(size), size, U))
+        levels.append(part)
+    return alarms, level
 
 
 def _same_level(part: int, earlier: list[int], means: list[float], edges: list[int], base: Baseline) -> int | None:

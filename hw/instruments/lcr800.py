@@ -110,7 +110,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
             self._set(f"MAIN:{header}:{choice}", deadline, STREAMED if header == "TRIG" else 0)
         for header, (value, form) in self._numbers.items():
             self._set(f"MAIN:{header} {value:{form}}", deadline)
-        if self.settings.reopen_after_voltage:
+        if self.settings.reopen_after_voltage:  # as one driver does; not known to be needed
             self._set("COMU:OFF.", deadline)
             self._open(deadline)
 

@@ -72,7 +72,7 @@ class SerialInstrument(ABC, Generic[S]):
                 self._start(deadline)
             _, before = self._state(deadline)  # nothing is measured by another instrument, or with a bias on
             reading = self._read_agreed(deadline)
-            _, after = self._state(deadline)  # it was all that time what it was before
+            _, after = self._state(deadline)  # a change during the measurement shows in one of the two
             check_unchanged(self.name, before, after)
             settings = {**after, **reading.settings}
             check_unchanged(self.name, self.asked, settings)

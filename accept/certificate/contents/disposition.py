@@ -37,7 +37,7 @@ class Disposition:
         return {"choice": self.choice, "reason": self.reason}
 
 
-def decided(serial: str, verdict: str, choice: str, reason: str) -> Disposition | None:
+def parse_disposition(serial: str, verdict: str, choice: str, reason: str) -> Disposition | None:
     """Return the disposition of a unit with this verdict, None for an accepted unit, which needs no disposition. Raises
     DispositionError."""
     choice, reason = choice.strip().lower(), " ".join(reason.split())

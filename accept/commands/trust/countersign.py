@@ -9,7 +9,7 @@ from accept.base.console import clear_errors, say
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.certify import sign_into
-from accept.certificate.contents.disposition import decided
+from accept.certificate.contents.disposition import parse_disposition
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA
 from accept.certificate.verify.rejudge import read_certificate
@@ -40,7 +40,7 @@ def run(
     if not before.valid:
         say(f"not countersigned: {before.reason}")
         return Exit.INCOMPLETE if before.outcome is Validity.SIGNED else Exit.REJECTED
-    decision = decided(before.serial, before.verdict, disposition, because)
+    decision = parse_disposition(before.serial, before.verdict, disposition, because)
     passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE)
     credential = keys.stamping(keys.unlock(home(), QA, passphrase), tsa, home())
     with open_store() as store:

@@ -14,7 +14,7 @@ from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import EventList, EventListed, StoreChecked
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate.contents.disposition import DispositionError, decided
+from accept.certificate.contents.disposition import DispositionError, parse_disposition
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.trust import keys
 from accept.certificate.trust.published_list import publish
@@ -186,14 +186,14 @@ def dispose(
     passphrase_file: QaPassphrase = None,
 ) -> Exit:
     """Decide about a nonconformance that holds a unit. Quality assurance signs the decision with its key."""
-    decided_so = decided(serial, UnitVerdict.CONDITIONAL, disposition, because)
-    if decided_so is None:
+    stated = parse_disposition(serial, UnitVerdict.CONDITIONAL, disposition, because)
+    if stated is None:
         raise DispositionError(f"{serial} needs no disposition")
     signer = decision_signer(passphrase_file)
     with open_store() as store:
-        held = decide(store, serial, Decision(decided_so.choice, decided_so.reason), signer)
-    for words in held:
-        stdout.print(f"{serial}: {words}: {decided_so} ({signer.person})")
+        decided = decide(store, serial, Decision(stated.choice, stated.reason), signer)
+    for nonconformance in decided:
+        stdout.print(f"{serial}: {nonconformance}: {stated} ({signer.person})")
     say("judge the unit again: accept batch, or accept report")
     return Exit.ACCEPTED
 

@@ -8,7 +8,7 @@ import pytest
 from pypdf import PdfReader
 from typer.testing import CliRunner, Result
 
-from accept.certificate.contents.disposition import LONGEST, Disposition, DispositionError, decided
+from accept.certificate.contents.disposition import LONGEST, Disposition, DispositionError, parse_disposition
 from accept.certificate.signature import stamp
 from accept.cli.main import app
 from accept.store import open_store
@@ -66,15 +66,15 @@ def test_a_disposition_that_was_changed_does_not_verify(rejected: Path) -> None:
 
 
 def test_an_accepted_unit_needs_none() -> None:
-    assert decided("A", "accepted", "", "") is None
+    assert parse_disposition("A", "accepted", "", "") is None
     with pytest.raises(DispositionError, match="needs no disposition"):
-        decided("A", "accepted", "scrap", "")
+        parse_disposition("A", "accepted", "scrap", "")
 
 
 @pytest.mark.parametrize("reason", ["", " \t", "x" * (LONGEST + 1), "a\x1b[2J"])
 def test_a_reason_is_one_printable_line(reason: str) -> None:
     with pytest.raises(DispositionError, match="reason of a disposition"):
-        decided("A", "rejected", "rework", reason)
+        parse_disposition("A", "rejected", "rework", reason)
 
 
 def test_the_box_of_the_countersignature_shows_it() -> None:
@@ -87,6 +87,6 @@ def test_the_box_of_the_countersignature_shows_it() -> None:
 
 
 def test_what_is_typed_is_taken_as_it_is_meant() -> None:
-    found = decided("A", "conditional", " Use-As-Is ", " within  the customer's\nlimits ")
+    found = parse_disposition("A", "conditional", " Use-As-Is ", " within  the customer's\nlimits ")
     assert found == Disposition("use-as-is", "within the customer's limits")
     assert json.dumps(found.to_json())
