@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from accept.capture.recipes import voltages
-from accept.capture.watch_folder import Watched, pick_up
+from accept.capture.watch_folder import WatchedFolder, pick_up
 from accept.judging import judge_unit
 from accept.judging.calibration import statement
 from accept.judging.result import UnitResult
@@ -62,7 +62,7 @@ def from_the_rig(truth: Path, rig: Path, folder: Path) -> None:
     entered as they are."""
     rig.mkdir()
     now = [0.0]
-    watch = Watched(rig, clock=lambda: now[0])
+    watch = WatchedFolder(rig, clock=lambda: now[0])
     with open_store() as store:
         for section, entries in tomllib.loads((truth / "unit.toml").read_text()).items():
             if not isinstance(entries, dict) or section in (*MEASURED, "parts", "channels"):
