@@ -14,6 +14,7 @@ from accept.gap.text import one_line
 COLUMNS = [
     "serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule", "verdict",
     "p_false_accept", "required", "reason", "gap", "attempt", "time", "operator",
+    "simulated",
 ]  # fmt: skip
 JUNIT_HEAD = b"<?xml version='1.0' encoding='utf-8'?>\n<testsuites name=\"accept\">\n"
 JUNIT_END = b"</testsuites>\n"
@@ -30,6 +31,7 @@ def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refus
 def findings(entry: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return one row per finding of a unit's entry, by columns `COLUMNS`; unit and judgement are in each row."""
     known = {"serial": entry["serial"], "kind": entry["kind"], "unit_verdict": entry["verdict"], **judgement}
+    known["simulated"] = bool(entry.get("simulated"))
     gap = {"gap": one_line(entry["gap"])} if "gap" in entry else {}
     return [known | gap | finding for finding in entry["findings"]]
 
@@ -91,6 +93,9 @@ def _suite(unit: dict[str, Any]) -> ET.Element:
     errors = sum(f["verdict"] == "no_result" for f in findings)
     counts = {"tests": len(findings), "failures": failures, "errors": errors}
     suite = ET.Element("testsuite", {"name": unit["serial"]} | {k: str(v) for k, v in counts.items()})
+    if unit.get("simulated"):
+        properties = ET.SubElement(suite, "properties")
+        ET.SubElement(properties, "property", name="simulated", value="true")
     for finding in findings:
         case = ET.SubElement(suite, "testcase", classname=finding["check"], name=finding["quantity"])
         if finding["verdict"] != "pass":

@@ -207,7 +207,7 @@ class Pipeline:
                 number = str((job.provenance or {}).get("number", ""))
                 sign_into(
                     job.certificate, page, self.credential, store, result.serial, self.operator, result.spec,
-                    number=number,
+                    number=number, simulated=result.simulated,
                 )  # fmt: skip
         return StoredJudgement(result, seq, tuple(self.weaken_others(unit.serial, result.copies)))
 

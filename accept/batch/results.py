@@ -131,7 +131,11 @@ def _findings(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
 
     frame = pd.DataFrame(rows, columns=outputs.COLUMNS)
 
-    kinds = {name: pa.float64() for name in NUMBERS} | {"required": pa.bool_()} | _kinds_of_judgement()
+    kinds = (
+        {name: pa.float64() for name in NUMBERS}
+        | dict.fromkeys(("required", "simulated"), pa.bool_())
+        | _kinds_of_judgement()
+    )
     schema = pa.schema([(name, kinds.get(name, pa.string())) for name in outputs.COLUMNS])
     return pa.Table.from_pandas(frame.assign(time=frame["time"].map(_instant)), schema=schema, preserve_index=False)
 

@@ -39,7 +39,8 @@ def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | 
         cells = [Text(column.get(unit["serial"], "")) for column in extra.values()]
         cells += [_cell(found.get(q)) for q in shown]
         word = signs.unit_word(unit["verdict"], unit.get("nonconformances") or ())
-        table.add_row(unit["serial"], *cells, Text(word, style=signs.UNITS[word].bold))
+        simulated = ", simulated" if unit.get("simulated") else ""
+        table.add_row(unit["serial"], *cells, Text.assemble((word, signs.UNITS[word].bold), simulated))
     return table
 
 
@@ -89,6 +90,12 @@ def _sentences(finding: dict[str, Any]) -> list[str]:
 def actions(units: list[dict[str, Any]]) -> list[str]:
     """Return a line for each unit at whose bench something needs correction."""
     return [f"{unit['serial']}: what to do: {unit['action']}" for unit in units if "action" in unit]
+
+
+def simulated(units: list[dict[str, Any]]) -> list[str]:
+    """Return a line that names the units which no instrument measured, none if all were measured."""
+    serials = [unit["serial"] for unit in units if unit.get("simulated")]
+    return [f"{signs.SIMULATED}: {', '.join(serials)}: no verdict about a real unit"] if serials else []
 
 
 def explanations(units: list[dict[str, Any]]) -> list[str]:

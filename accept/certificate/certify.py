@@ -21,14 +21,16 @@ def sign_into(
     spec: str = "",
     disposition: Disposition | None = None,
     number: str = "",
+    simulated: bool = False,
 ) -> Event:
     """Sign a document in the credential's role, write it to `path`, and store that it was signed, with the disposition
-    of a unit that was not accepted and the number of the certificate, if it has one.
+    of a unit that was not accepted and the number of the certificate, if it has one. simulated: no instrument measured
+    the unit, which the box of the signature says.
 
     Raises SigningRefused, OSError, StoreError."""
     from accept.certificate.signature.signing import sign  # loads pyhanko: only when wanted
 
-    signed = sign(document, credential, datetime.now(UTC), disposition=disposition)
+    signed = sign(document, credential, datetime.now(UTC), disposition=disposition, simulated=simulated)
     write_atomic(path, signed)
     signer = Signer(credential.key, credential.certificate) if disposition and credential.key is not None else None
     return events.signed(

@@ -142,6 +142,7 @@ def judge_unit(
         origin=unit.origin,
         environment=unit.environment,
         provided=unit.provided,
+        simulated=unit.simulated,
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
     return without_bench_errors(result) if bench_errors else result

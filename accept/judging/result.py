@@ -33,7 +33,7 @@ class UnitResult:
     part_doubts : doubts about its parts (`accept.judging.parts`); in the JSON only if any exists.
     gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only if that was asked for.
     measured : section -> day of measuring; origin, environment, provided : as its folder states them; in the JSON only
-    then.
+    then. simulated : no instrument measured it, as its folder states; in the JSON only then.
     """
 
     serial: str
@@ -60,6 +60,7 @@ class UnitResult:
     origin: Mapping[str, str] = field(default_factory=dict)
     environment: Mapping[str, Measured] = field(default_factory=dict)
     provided: Mapping[str, str] = field(default_factory=dict)
+    simulated: bool = False
 
     @property
     def spec(self) -> str:
@@ -78,7 +79,8 @@ class UnitResult:
 
     def __repr__(self) -> str:
         """Return a line for the unit and one for each finding: what a notebook shows."""
-        lines = [f"{self.serial} ({self.kind}): {self.word} by spec {self.spec_name}"]
+        simulated = f", {signs.SIMULATED}" if self.simulated else ""
+        lines = [f"{self.serial} ({self.kind}): {self.word} by spec {self.spec_name}{simulated}"]
         for f in self.findings:
             value = "" if f.value is None else f" {with_U(f.value, f.U) if f.U else rounded(f.value, None)}"
             why = "" if f.reason is None else f", {f.reason}"
@@ -111,6 +113,7 @@ class UnitResult:
             origin=dict(self.origin),
             environment=dict(self.environment),
             provided=dict(self.provided),
+            simulated=self.simulated,
         )
 
     def to_json(self) -> dict[str, Any]:

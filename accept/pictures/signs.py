@@ -67,6 +67,9 @@ GAP = {
 }
 
 
+SIMULATED = "SIMULATED - NOT A MEASUREMENT"  # of a unit of a training or a simulation, beside its verdict
+
+
 def unit_word(verdict: str, nonconformances: Collection[str]) -> str:
     """Return the verdict of a unit as people read it, a key of `UNITS`: one that is held is called so everywhere."""
     return "held" if nonconformances and verdict == "conditional" else str(verdict)

@@ -118,7 +118,7 @@ def _files(request: UnitRequest, records: Mapping[str, Columns], fault: UnitFaul
 
 
 def _document(request: UnitRequest, sections: Mapping[str, Any]) -> dict[str, Any]:
-    document: dict[str, Any] = {"serial": request.serial, "kind": request.kind}
+    document: dict[str, Any] = {"serial": request.serial, "kind": request.kind, "simulated": True}
     if request.kind == "strut":
         document["parts"] = {"apa": f"APA-{request.serial}", **PARTS, "encoder": "ENC-1"}
     return document | dict(sections)

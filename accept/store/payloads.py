@@ -338,6 +338,7 @@ class AttemptStarted(Payload, what="attempt_started"):
     channels: Annotated[
         Mapping[str, Any], only_if(bool), "channel -> its name in the laboratory's records, or where and in which unit"
     ] = field(default_factory=dict)
+    simulated: Annotated[bool, only_if(bool), "no instrument measures the unit"] = False
 
 
 @dataclass(frozen=True)

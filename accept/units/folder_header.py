@@ -25,6 +25,14 @@ def string(data: Mapping[str, Any], key: str, problems: list[str]) -> str:
     return str(data[key])
 
 
+def simulated(data: Mapping[str, Any], problems: list[str]) -> bool:
+    """Return whether the unit was simulated, by a training, `accept simulate` or simulated instruments."""
+    found = data.get("simulated", False)
+    if not isinstance(found, bool):
+        problems.append(f"simulated = {found!r}: expected true or false")
+    return found is not False  # fail closed: what cannot be read is no measurement
+
+
 def strings(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str, str]:
     """Return a section of texts."""
     table = _section(data, key, problems)

@@ -44,7 +44,7 @@ class UnitFolder:
     experiments: its responses under other conditions; sizes: of its files [bytes] as the machine sees them that hands
     it to another one (`accept.units.shared_folder`); origin, environment: `folder_header.ORIGIN`, `.ENVIRONMENT`;
     provided: section -> who provided its values, if not the laboratory; pictures: check -> files printed on the
-    certificate."""
+    certificate; simulated: no instrument measured it."""
 
     path: Path
     serial: str
@@ -61,6 +61,7 @@ class UnitFolder:
     environment: Mapping[str, Measured] = field(default_factory=dict)
     provided: Mapping[str, str] = field(default_factory=dict)
     pictures: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    simulated: bool = False
 
     @property
     def files(self) -> list[str]:
@@ -134,6 +135,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     environment = folder_header.environment(data, problems)
     provided = folder_header.provided(data, problems)
     pictures = folder_header.pictures(data, problems)
+    simulated = folder_header.simulated(data, problems)
     experiments = experiments_of(data, problems)
     sections = {}
     for name, content in data.items():
@@ -151,6 +153,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     return UnitFolder(
         folder, serial, kind, text, parts, channels, sections, measured, notes, experiments,
         origin=origin, environment=environment, provided=provided, pictures=pictures,
+        simulated=simulated,
     )  # fmt: skip
 
 

@@ -48,7 +48,10 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     path = session.home / "certificates" / certificate_name(session.serial, number)
     _keep_older(path)
     own = str(stated.get("number", ""))
-    sign_into(path, page, credential, session.store, session.serial, credential.person, result.spec, number=own)
+    sign_into(
+        path, page, credential, session.store, session.serial, credential.person, result.spec,
+        number=own, simulated=result.simulated,
+    )  # fmt: skip
     return _verified(session, path, credential)
 
 
@@ -60,7 +63,9 @@ def countersign_unit(session: Session, passphrase: str, choice: str = "", reason
     path = Path(session.attempt.certificate)
     credential = _unlocked(session, QA, passphrase)
     gone = keys.revoked(session.home)
-    before = verify_file(path, [credential.ca], records=session.folder, known=check_store, revoked=gone)
+    before = verify_file(
+        path, [credential.ca], records=session.folder, known=check_store, revoked=gone, training=session.training
+    )
     if not before.valid:
         raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
     disposition = parse_disposition(session.serial, before.verdict, choice, reason)
@@ -73,6 +78,7 @@ def countersign_unit(session: Session, passphrase: str, choice: str = "", reason
         credential.person,
         session.spec_name,
         disposition,
+        simulated=before.simulated,
     )
     return _verified(session, path, credential)
 
@@ -122,4 +128,4 @@ def _keep_older(path: Path) -> None:
 
 def _verified(session: Session, path: Path, credential: Credential) -> Verification:
     session.refresh()
-    return verify_file(path, [credential.ca], records=session.folder, known=check_store)
+    return verify_file(path, [credential.ca], records=session.folder, known=check_store, training=session.training)

@@ -81,15 +81,23 @@ class Session:
     """A unit that is open at the bench; holds its lock until `close`."""
 
     def __init__(
-        self, store: Store, home: Path, spec: Spec, operator: str, serial: str, stated: BenchFile | None = None
+        self,
+        store: Store,
+        home: Path,
+        spec: Spec,
+        operator: str,
+        serial: str,
+        stated: BenchFile | None = None,
+        training: bool = False,
     ) -> None:
-        """Open a unit. stated: the bench file whose calibrations stand behind the findings, None without one.
+        """Open a unit. stated: the bench file whose calibrations stand behind the findings, None without one. training:
+        the unit is simulated, and signed with keys that are of no bench.
 
         Raises EntryError if the serial is not valid, UnitBusy, StoreError, OSError."""
         if problem := serial_problem(serial, spec):
             raise EntryError(f"serial '{serial}': {problem}")
         self.store, self.home, self.spec, self.operator, self.serial = store, home, spec, operator, serial
-        self.steps, self.stated = steps_of(spec), stated
+        self.steps, self.stated, self.training = steps_of(spec), stated, training
         self.spec_name = f"{spec.name}@{spec.sha256}"
         self._mutex = threading.RLock()
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
@@ -181,11 +189,15 @@ class Session:
             self._panels[key] = panel_cache.load(self.folder, *key)
         return self._panels.get(key, {})
 
-    def begin(self, parts: Mapping[str, str], reason: str = "", channels: Channels = NO_CHANNELS) -> Event:
-        """Start the next attempt; earlier ones stay as they are. channels: their names in the lab's records."""
+    def begin(
+        self, parts: Mapping[str, str], reason: str = "", channels: Channels = NO_CHANNELS, simulated: bool = False
+    ) -> Event:
+        """Start the next attempt; earlier ones stay as they are. channels: their names in the lab's records.
+        simulated: no instrument measures the unit."""
         number = len(self.run.attempts) + 1
         written = {name: source.to_toml() for name, source in channels.items()}
-        return self.append(AttemptStarted(number, self.spec.kind, dict(parts), reason, written))
+        simulated = simulated or self.training
+        return self.append(AttemptStarted(number, self.spec.kind, dict(parts), reason, written, simulated))
 
     def resume(self) -> Event:
         """Note that the present attempt is taken up again. Raises EntryError if it is one of another kind."""
@@ -516,7 +528,8 @@ class Session:
         """Return the present attempt, with `unit.toml` in its folder as the state has it."""
         with self._mutex:
             attempt = self.attempt
-            attach.write_document(self.folder, section.document(self.serial, attempt, self.steps))
+            document = section.document(self.serial, attempt, self.steps, attempt.simulated or self.training)
+            attach.write_document(self.folder, document)
             return attempt
 
 

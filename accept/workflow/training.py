@@ -155,6 +155,10 @@ class TrainingBench(Workbench):
             number += 1
         return serial
 
+    def session(self, serial: str, kind: str, operator: str) -> Session:
+        """Open a unit that the bench simulates. Raises EntryError, UnitBusy, StoreError, OSError."""
+        return Session(self.store, self.home, self.specs[kind], operator, serial, self.stated, training=True)
+
     def at_unit(self, begun: Begun) -> Workbench:
         """Return the bench with the records and the instruments of a unit. Raises OSError, UnitRequestError,
         ModelError."""

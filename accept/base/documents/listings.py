@@ -375,3 +375,4 @@ class VerificationDocument(Document):
     countersigned: bool
     signatures: tuple[SignatureVerified, ...]
     details: Annotated[tuple[str, ...], "a line for each thing that was checked"]
+    simulated: Annotated[bool, "no instrument measured the unit: it is no acceptance of a real one"] = False

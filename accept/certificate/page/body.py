@@ -1,6 +1,7 @@
 """The flowing content of a certificate's pages: identity, findings, pictures, information, unjudged sections."""
 
 import io
+import re
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
@@ -20,16 +21,18 @@ from accept.certificate.page.clauses import (
     rule_words,
 )
 from accept.judging.advice import stored_advice
-from accept.pictures.labels import label_of
+from accept.pictures.labels import check_label, label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
 from accept.pictures.pdf.page_style import words
 from accept.units import folder_header
+from checks.acceptance import CHECKS
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
 _JPEG = b"\xff\xd8"  # how such a file begins
 _PICTURE = (110 * mm, 75 * mm)  # the most that one takes of the page
 _FINDING_WIDTHS = [w * mm for w in (36, 36, 30, 30, 13, 16, 21)]
+_HEADS = 2  # rows of the table of findings above the first one
 _INFORMATION_WIDTHS = [w * mm for w in (34, 44, 40, 64)]
 
 
@@ -57,16 +60,21 @@ def identity(contents: CertificateContent) -> list[Flowable]:
 
 def findings(contents: CertificateContent) -> list[Flowable]:
     """Return the table of findings; the reason of a finding is printed below its row, on the same page, with what to
-    do; a reason or an advice that several findings share is printed once."""
+    do; a reason or an advice that several findings share is printed once. The heading is a row of the table: it stays
+    with the first finding, and the table begins where there is room for that one."""
     head = ("Quantity", "Value ± U (k = 2)", "Limits", "Position", "Rule", "P(false)", "Verdict")
     right = (1, 2, 5)
     cells: list[list[Any]] = [
-        [words(h, page_style.TABLE_HEAD_NUMBER if n in right else page_style.TABLE_HEAD) for n, h in enumerate(head)]
+        [words("Findings", page_style.HEADING), *[""] * 6],
+        [words(h, page_style.TABLE_HEAD_NUMBER if n in right else page_style.TABLE_HEAD) for n, h in enumerate(head)],
     ]
     style: list[tuple[Any, ...]] = [
         ("VALIGN", (0, 0), (-1, -1), "MIDDLE"),
-        ("LINEBELOW", (0, 0), (-1, 0), 0.8, page_style.INK_COLOUR),
+        ("LINEBELOW", (0, 1), (-1, 1), 0.8, page_style.INK_COLOUR),
         *padding(1.3, left=2),
+        ("SPAN", (0, 0), (-1, 0)),
+        ("TOPPADDING", (0, 0), (-1, 0), page_style.HEADING.spaceBefore),
+        ("LEFTPADDING", (0, 0), (-1, 0), 0),
         ("RIGHTPADDING", (2, 0), (2, -1), 9),
         ("RIGHTPADDING", (5, 0), (5, -1), 6),
     ]
@@ -77,12 +85,13 @@ def findings(contents: CertificateContent) -> list[Flowable]:
         remark = _remark(finding, told)
         if remark:
             cells.append([[words(line, page_style.SMALL) for line in remark], *[""] * 6])
-            style += [("SPAN", (0, first + 1), (-1, first + 1)), ("NOSPLIT", (0, first), (-1, first + 1))]
-            style += [("TOPPADDING", (0, first + 1), (-1, first + 1), 0)]
+            style += [("SPAN", (0, first + 1), (-1, first + 1)), ("TOPPADDING", (0, first + 1), (-1, first + 1), 0)]
+        together = 0 if first == _HEADS else first  # the heads stay with the first finding
+        style.append(("NOSPLIT", (0, together), (-1, len(cells) - 1)))
         style.append(("LINEBELOW", (0, len(cells) - 1), (-1, len(cells) - 1), 0.4, page_style.PALE_COLOUR))
-    table = Table(cells, colWidths=_FINDING_WIDTHS, repeatRows=1)
+    table = Table(cells, colWidths=_FINDING_WIDTHS, repeatRows=(1,))
     table.setStyle(TableStyle(style))
-    return [words("Findings", page_style.HEADING), table, words(rule_words(contents.result), page_style.SMALL)]
+    return [table, words(rule_words(contents.result), page_style.SMALL)]
 
 
 def information(contents: CertificateContent) -> list[Flowable]:
@@ -116,7 +125,9 @@ def budgets(contents: CertificateContent) -> list[Flowable]:
 def remarks(contents: CertificateContent) -> list[Flowable]:
     """Return the sections that were not judged, the notes, and the limits of the certificate's claim."""
     story: list[Flowable] = []
-    left_out, notes = contents.result.get("not_judged") or [], contents.result.get("notes") or []
+    left_out, notes = (
+        [_of_check(str(line)) for line in contents.result.get(key) or []] for key in ("not_judged", "notes")
+    )
     if left_out:
         story += [words("Not judged by this spec", page_style.HEADING), words("; ".join(left_out), page_style.SMALL)]
     if notes:
@@ -130,8 +141,8 @@ def pictures(contents: CertificateContent) -> list[Flowable]:
     named = [(step, name) for step, names in chosen.items() for name in names]
     story: list[Flowable] = []
     for step, name in named:
-        digest = contents.inputs.get(name, "")
-        caption = words(f"{step}: {name}, SHA-256 {digest or 'not known: the file is missing'}", page_style.SMALL)
+        digest = contents.inputs.get(name) or "not known: the file is missing"
+        caption = words(f"{check_label(step)}: {name}, SHA-256 {digest}", page_style.SMALL)
         shown = _picture(contents.files.get(name, b""))
         absent = words("The picture is not attached to this certificate, or is no JPEG file.", page_style.SMALL)
         story.append(KeepTogether([Spacer(1, 5), absent if shown is None else shown, caption]))
@@ -159,7 +170,7 @@ def _finding_row(finding: Mapping[str, Any]) -> list[Any]:
     shown = f"{value} ± {U}" if U else value
     name = f"<b>{escape(label_of(finding['quantity']), quote=False)}</b>"
     optional = "" if finding.get("required", True) else ", not required"
-    below = f"<font size='5.8' color='#777777'>{escape(finding['check'] + optional, quote=False)}</font>"
+    below = f"<font size='5.8' color='#777777'>{escape(check_label(finding['check']) + optional, quote=False)}</font>"
     unit_text = "" if unit == "1" else f" {unit}"
     return [
         Paragraph(f"{name}<br/>{below}", page_style.BODY),
@@ -195,7 +206,7 @@ def _information_row(row: Mapping[str, Any]) -> list[Any]:
     unit_text = "" if row["unit"] == "1" or row["value"] is None else f" {row['unit']}"
     shown = (f"{value} ± {U}" if U else value) + unit_text
     remark = "; ".join(part for part in (row.get("reason"), row.get("note")) if part)
-    texts = (row["check"], label_of(row["quantity"]), shown, _shorten(remark))
+    texts = (check_label(row["check"]), label_of(row["quantity"]), shown, _shorten(remark))
     return [words(text, page_style.SMALL) for text in texts]
 
 
@@ -210,7 +221,15 @@ def instruments_words(contents: CertificateContent) -> str:
         who = " ".join(str(word) for word in (row["model"], row["serial"]) if word) or str(row["name"])
         used[row["check"]] = f"{used[row['check']]}, {who}" if row["check"] in used else who
     by_spec = " (named by the spec)" if used else ""
-    return _pairs_text({check: f"{words}{by_spec}" for check, words in contents.instruments.items()} | used)
+    named = {check: f"{words}{by_spec}" for check, words in contents.instruments.items()} | used
+    return _pairs_text({check_label(check): words for check, words in named.items()})
+
+
+def _of_check(line: str) -> str:
+    """Return a line that begins with the name of a check, with its label instead."""
+    name = re.match(r"\w+", line)
+    known = name is not None and name[0] in CHECKS
+    return f"{check_label(name[0])}{line[name.end() :]}" if name is not None and known else line
 
 
 def _pairs_text(entries: Mapping[str, str]) -> str:

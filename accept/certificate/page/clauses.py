@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.certificate.contents.content import CertificateContent
+from accept.pictures.labels import check_label
 from checks.acceptance import CHECKS
 
 RULES = {
@@ -25,7 +26,7 @@ def days_words(result: Mapping[str, Any]) -> str:
         return ""
     span = days[0] if len(days) == 1 else f"{days[0]} to {days[-1]}"
     missing = {f["check"] for f in result["findings"] if f["value"] is not None} - set(result["measured"])
-    return f"{span}; no day is stated for {', '.join(sorted(missing))}" if missing else span
+    return f"{span}; no day is stated for {', '.join(map(check_label, sorted(missing)))}" if missing else span
 
 
 def item_words(result: Mapping[str, Any]) -> str:
@@ -41,7 +42,7 @@ def entered_words(contents: CertificateContent) -> str:
         section = sections.get(CHECKS[check].reads if check in CHECKS else check, {})
         texts = [text for value in section.values() for text in (value if isinstance(value, list) else [value])]
         if section and not any(text in contents.inputs for text in texts if isinstance(text, str)):
-            entered.append(check)
+            entered.append(check_label(check))
     return f"values of {', '.join(entered)} were entered without a recording" if entered else ""
 
 
@@ -49,7 +50,7 @@ def provided_words(result: Mapping[str, Any]) -> str:
     """Return which values the customer or an external provider provided, "" if none are (7.8.2.1 p, 7.8.2.2)."""
     by: dict[str, list[str]] = {}
     for check, who in sorted((result.get("provided") or {}).items()):
-        by.setdefault(who, []).append(check)
+        by.setdefault(who, []).append(check_label(check))
     parts = [
         f"{', '.join(checks)} by the customer, who answers for what it provided"
         if who == CUSTOMER

@@ -10,6 +10,7 @@ from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
 
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.page import body, fixed_parts
+from accept.pictures import signs
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
 from accept.pictures.pdf.figure_row import FigureRow
@@ -106,3 +107,8 @@ def _height(flowables: Sequence[Flowable]) -> float:
     """Return an upper bound of the height of the text [pt]: neighbours share some of the space between them."""
     height: float = sum(f.wrap(page_style.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
     return height
+
+
+def _title(contents: CertificateContent) -> str:
+    title = signs.SIMULATED if fixed_parts.is_simulated(contents) else "Acceptance certificate"
+    return f"{title} {contents.serial}: {contents.result['verdict']}"

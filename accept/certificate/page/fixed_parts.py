@@ -1,5 +1,6 @@
 """The parts at fixed places of a certificate's pages: head, verdict, signature boxes, code, footer."""
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 from itertools import groupby
@@ -33,23 +34,32 @@ def field_rectangles() -> dict[str, tuple[float, float, float, float]]:
 
 def code_text(contents: CertificateContent) -> str:
     """Return the text of the square code: enough to find the record and to recognise it."""
-    return f"ACCEPT serial={contents.serial} record-sha256={contents.record_sha256}"
+    simulated = " simulated" if is_simulated(contents) else ""
+    return f"ACCEPT serial={contents.serial} record-sha256={contents.record_sha256}{simulated}"
+
+
+def is_simulated(contents: CertificateContent) -> bool:
+    """Return whether no instrument measured the unit; then every page says so."""
+    return bool(contents.result.get("simulated"))
 
 
 def first_page(canvas: Canvas, contents: CertificateContent) -> None:
     """Draw the fixed parts of the first page: title, verdict, signature boxes, code."""
+    _across(canvas, contents)
     _title(canvas, contents)
-    _verdict(canvas, contents.result)
+    _verdict(canvas, contents)
     _boxes(canvas)
     _code(canvas, contents)
 
 
 def later_page(canvas: Canvas, contents: CertificateContent) -> None:
     """Draw the head of every other page."""
+    _across(canvas, contents)
     sign = page_style.UNIT_SIGNS[_word(contents.result)]
     canvas.setFont(BOLD, 8)
     canvas.setFillColor(page_style.INK_COLOUR)
     line = f"{contents.serial}   {sign.mark} {sign.word}"
+    line += f"   {signs.SIMULATED}" if is_simulated(contents) else ""
     canvas.setFont(BOLD, fitting_size(line, BOLD, 8, page_style.INNER))
     canvas.drawString(page_style.MARGIN, _TOP - 8, line)
     _rule(canvas, _TOP - page_style.RUNNING_HEAD + 9)
@@ -73,12 +83,27 @@ def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) 
     canvas.drawRightString(page_style.WIDTH - page_style.MARGIN, y, right)
 
 
+def _across(canvas: Canvas, contents: CertificateContent) -> None:
+    """Draw across the page, below everything else, that the unit was simulated."""
+    if not is_simulated(contents):
+        return
+    canvas.saveState()
+    canvas.setFillColor(page_style.PALE_COLOUR)
+    canvas.translate(page_style.WIDTH / 2, page_style.HEIGHT / 2)
+    canvas.rotate(math.degrees(math.atan2(page_style.HEIGHT, page_style.WIDTH)))
+    diagonal = math.hypot(page_style.WIDTH, page_style.HEIGHT)
+    canvas.setFont(BOLD, fitting_size(signs.SIMULATED, BOLD, 60, 0.8 * diagonal))
+    canvas.drawCentredString(0, -20, signs.SIMULATED)
+    canvas.restoreState()
+
+
 def _title(canvas: Canvas, contents: CertificateContent) -> None:
     width = page_style.INNER - 96 * mm
     canvas.setFillColor(page_style.GREY_COLOUR)
     canvas.setFont(BOLD, 8)
     demo = contents.provenance.get("demo")
-    title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if demo else "ACCEPTANCE CERTIFICATE"
+    title = signs.SIMULATED if is_simulated(contents) else "ACCEPTANCE CERTIFICATE"
+    title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if demo else title
     number = contents.provenance.get("number")
     title = f"{title} {number}" if number else title
     canvas.setFont(BOLD, fitting_size(title, BOLD, 8, width))
@@ -120,27 +145,30 @@ def _word(result: Mapping[str, Any]) -> str:
     return signs.unit_word(result["verdict"], result.get("nonconformances", ()))
 
 
-def _verdict(canvas: Canvas, result: Mapping[str, Any]) -> None:
-    """Draw the verdict, legible across a room: in a filled box, or in an empty one before there is a verdict."""
-    word, verdict = _word(result), str(result["verdict"])
+def _verdict(canvas: Canvas, contents: CertificateContent) -> None:
+    """Draw the verdict, legible across a room: in a filled box, or in an empty one without a verdict of a real unit."""
+    word, verdict = _word(contents.result), str(contents.result["verdict"])
     sign = page_style.UNIT_SIGNS[word]
     width, height = 92 * mm, 26 * mm
     left, bottom = page_style.WIDTH - page_style.MARGIN - width, _TOP - height
-    canvas.setFillColor(sign.fill)
-    canvas.setStrokeColor(sign.ink if sign.fill == page_style.WHITE else sign.fill)
+    empty = is_simulated(contents) or sign.fill == page_style.WHITE
+    ink = page_style.INK_COLOUR if is_simulated(contents) else sign.ink
+    canvas.setFillColor(page_style.WHITE if empty else sign.fill)
+    canvas.setStrokeColor(ink if empty else sign.fill)
     canvas.setLineWidth(2)
     canvas.roundRect(left, bottom, width, height, 3 * mm, stroke=1, fill=1)
-    canvas.setFillColor(sign.ink)
+    canvas.setFillColor(ink)
     canvas.setFont(BOLD, 44)
     canvas.drawCentredString(left + 13 * mm, bottom + height / 2 - 15, sign.mark)
     room = width - 26 * mm
     size = fitting_size(sign.word, BOLD, 40, room)
     canvas.setFont(BOLD, size)
     canvas.drawCentredString(left + 22 * mm + room / 2, bottom + height / 2 - 0.36 * size, sign.word)
-    if word != verdict:  # the verdict of results.json
-        canvas.setFont(BOLD, 8)
-        below = f"{verdict.upper()} UNTIL QUALITY ASSURANCE DECIDES"
-        canvas.drawCentredString(left + 22 * mm + room / 2, bottom + 4 * mm, below)
+    below = [f"{verdict.upper()} UNTIL QUALITY ASSURANCE DECIDES"] if word != verdict else []  # as results.json has it
+    below += [signs.SIMULATED] if is_simulated(contents) else []
+    for nth, line in enumerate(reversed(below)):
+        canvas.setFont(BOLD, fitting_size(line, BOLD, 8, room))
+        canvas.drawCentredString(left + 22 * mm + room / 2, bottom + 2.5 * mm + 9 * nth, line)
 
 
 def _boxes(canvas: Canvas) -> None:

@@ -63,6 +63,7 @@ def sign(
     signer: Signer | None = None,
     stamping: TimeStamper | None = None,
     disposition: Disposition | None = None,
+    simulated: bool = False,
 ) -> bytes:
     """Return the document with one more signature; the bytes before it stay as they are.
 
@@ -71,6 +72,7 @@ def sign(
         (docs/explanation/signing.md).
     stamping : asked for a trusted timestamp in place of the credential's authority.
     disposition : of a unit that was not accepted, decided in the countersignature.
+    simulated : no instrument measured the unit; the box of the signature says so.
     Raises SigningRefused: the key is not valid then, out of order (technician, then qa), signed already, no
     certificate, or no timestamp although one is required.
     """
@@ -86,7 +88,9 @@ def sign(
         kept = asyncio.run(revocation_data(asked, credential.tsa_roots)) if asked else RevocationData()
         moment = when.replace(microsecond=0)
         out = io.BytesIO()
-        asyncio.run(_append(out, pdf, credential, moment, signer or _signer(credential), asked, kept, disposition))
+        asyncio.run(
+            _append(out, pdf, credential, moment, signer or _signer(credential), asked, kept, disposition, simulated)
+        )
         return out.getvalue()
     except (TimestampRequestError, OSError) as e:
         raise SigningRefused(f"no timestamp from {credential.tsa or 'the authority'}: {e}; nothing was signed") from e
@@ -114,6 +118,7 @@ async def _append(
     stamping: TimeStamper | None,
     kept: RevocationData,
     disposition: Disposition | None,
+    simulated: bool,
 ) -> None:
     """Write the document with one more signature to `out`. Nothing large is returned: asyncio writes the result of a
     finished task out as text when it gives the signal of Ctrl-C back."""
@@ -123,7 +128,7 @@ async def _append(
         _metadata(credential, disposition),
         signer=by,
         timestamper=stamping,
-        stamp_style=stamp.style(credential, when, (right - left, top - bottom), disposition),
+        stamp_style=stamp.style(credential, when, (right - left, top - bottom), disposition, simulated),
     )
     writer = IncrementalPdfFileWriter(io.BytesIO(pdf))
     kept.write(writer)

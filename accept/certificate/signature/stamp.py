@@ -19,6 +19,7 @@ from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 
 _WORDS = {"technician": "Signed: measured and judged", "qa": "Countersigned: reviewed"}
+_SIMULATED_WORDS = {"technician": "Signed: simulated, not measured", "qa": "Countersigned: a simulation"}
 
 
 class _Page(PdfContent):
@@ -37,12 +38,17 @@ class _Page(PdfContent):
 
 
 def style(
-    credential: Credential, when: datetime, size: tuple[float, float], disposition: Disposition | None = None
+    credential: Credential,
+    when: datetime,
+    size: tuple[float, float],
+    disposition: Disposition | None = None,
+    simulated: bool = False,
 ) -> StaticStampStyle:
-    """Return the appearance of a signature for pyhanko, as large as its box [pt]."""
+    """Return the appearance of a signature for pyhanko, as large as its box [pt]. simulated: below a unit that no
+    instrument measured."""
     return StaticStampStyle(
         border_width=0,
-        background=_Page(_draw(credential, when, size, disposition)),
+        background=_Page(_draw(credential, when, size, disposition, simulated)),
         background_opacity=1.0,
         background_layout=layout.SimpleBoxLayoutRule(
             x_align=layout.AxisAlignment.ALIGN_MIN,
@@ -52,7 +58,13 @@ def style(
     )
 
 
-def _draw(credential: Credential, when: datetime, size: tuple[float, float], disposition: Disposition | None) -> bytes:
+def _draw(
+    credential: Credential,
+    when: datetime,
+    size: tuple[float, float],
+    disposition: Disposition | None,
+    simulated: bool,
+) -> bytes:
     register()
     buffer = io.BytesIO()
     canvas = Canvas(buffer, pagesize=size, invariant=1)
@@ -63,9 +75,10 @@ def _draw(credential: Credential, when: datetime, size: tuple[float, float], dis
     canvas.rect(0.4, 0.4, width - 0.8, height - 0.8, stroke=1, fill=1)
     decided = () if disposition is None else _decided(disposition, width - 14)
     name_size, time_size = (12.0, 8.0) if disposition is None else (9.0, 6.8)
+    meaning = (_SIMULATED_WORDS if simulated else _WORDS)[credential.role]
     lines = (
         (credential.person, BOLD, name_size, page_style.INK_COLOUR),
-        (f"{BOXES[credential.role]} · {_WORDS[credential.role]}", REGULAR, 6.8, page_style.INK_COLOUR),
+        (f"{BOXES[credential.role]} · {meaning}", REGULAR, 6.8, page_style.INK_COLOUR),
         *((line, font, 6.8, page_style.INK_COLOUR) for line, font in decided),
         (f"{when.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC", REGULAR, time_size, page_style.INK_COLOUR),
         (

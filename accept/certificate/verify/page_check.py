@@ -15,9 +15,9 @@ from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.page.document import render
-from accept.certificate.page.fixed_parts import TECHNICIAN
+from accept.certificate.page.fixed_parts import TECHNICIAN, is_simulated
 
-VERDICT_WORDS = re.compile(r"\b(ACCEPTED|REJECTED|CONDITIONAL|INCOMPLETE|HELD|PASS|FAIL|NO RESULT|DEMO)\b")
+VERDICT_WORDS = re.compile(r"\b(ACCEPTED|REJECTED|CONDITIONAL|INCOMPLETE|HELD|PASS|FAIL|NO RESULT|DEMO|SIMULATED)\b")
 _SHOWN = 3  # words that are missing on a page: enough to see where it differs
 _CATALOG = {"/Perms", "/Metadata", "/Extensions", "/Version", "/DSS"}  # what signing changes of it
 
@@ -65,7 +65,8 @@ def _text_differences(signed: bytes, drawn: bytes, contents: CertificateContent)
     """Return the words of either text that the other lacks. Raises InvalidCertificate if the page shows another serial
     or another verdict."""
     there, here = _text(signed), _text(drawn)
-    for word in (contents.serial, str(contents.result["verdict"]).upper()):
+    simulated = ("SIMULATED",) if is_simulated(contents) else ()
+    for word in (contents.serial, str(contents.result["verdict"]).upper(), *simulated):
         if word not in there:
             raise InvalidCertificate(f"the page does not show '{word}', which the attached data say")
     verdicts = set(VERDICT_WORDS.findall(there)) - set(VERDICT_WORDS.findall(here))

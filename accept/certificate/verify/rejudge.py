@@ -72,11 +72,12 @@ def verify_file(
     records: Path | None = None,
     known: Known | None = None,
     revoked: Sequence[Revoked] = (),
+    training: bool = False,
 ) -> Verification:
     """Return the verification of a certificate file, which includes judging it again. Raises OSError if it cannot be
     read."""
-    judge = rejudge_demo if demo else rejudge
-    return verify(read_certificate(path), trust, judge, demo=demo, records=records, known=known, revoked=revoked)
+    judge, pdf = rejudge_demo if demo else rejudge, read_certificate(path)
+    return verify(pdf, trust, judge, demo=demo, training=training, records=records, known=known, revoked=revoked)
 
 
 def read_certificate(path: Path) -> bytes:

@@ -50,7 +50,7 @@ class Verification:
 
     spec_sha256, head: of the spec that it was judged by, and where the bench's store stood. demo: made by a demo.
     approved: quality assurance signed the spec with its model files, or it comes with the program. current: no later
-    attempt is known, None if neither a store nor a list was asked.
+    attempt is known, None if neither a store nor a list was asked. simulated: of no real unit.
     """
 
     outcome: Validity
@@ -64,6 +64,7 @@ class Verification:
     demo: bool = False
     approved: bool = False
     current: bool | None = None
+    simulated: bool = False
 
     @property
     def valid(self) -> bool:
@@ -82,6 +83,7 @@ def verify(
     now: datetime | None = None,
     *,
     demo: bool = False,
+    training: bool = False,
     records: Path | None = None,
     revoked: Sequence[Revoked] = (),
     known: Known | None = None,
@@ -91,14 +93,15 @@ def verify(
 
     trust : CA certificates, the only ones trusted. rejudge : judges the attached unit again (None: it is not).
     now : time of verifying; a signature from the future does not hold. demo : trust authorities of demonstrations, and
-    only them. records : folder with the records that were too large to attach. revoked : what the trusted authorities
-    revoked. known : comparison with a bench's own store. stamping : trusted roots of time stamping authorities. Never
+    only them. training : a simulated unit can be plainly valid, as in a demonstration; else it never is.
+    records : folder with the records that were too large to attach. revoked : what the trusted authorities revoked.
+    known : comparison with a bench's own store. stamping : trusted roots of time stamping authorities. Never
     raises on any bytes, and takes no longer than `accept.base.watchdog` allows for judging one unit.
     """
     limit = judging_s()
     try:
         with time_limit(limit):
-            return _verify(pdf, trust, rejudge, now, demo, records, revoked, known, stamping)
+            return _verify(pdf, trust, rejudge, now, demo, training, records, revoked, known, stamping)
     except TimeLimitExceeded:
         return Verification(Validity.NOT_VALID, f"it could not be verified within {limit:g} s", demo=demo)
 
@@ -109,6 +112,7 @@ def _verify(
     rejudge: Rejudge | None,
     now: datetime | None,
     demo: bool,
+    training: bool,
     records: Path | None,
     revoked: Sequence[Revoked],
     known: Known | None,
@@ -143,6 +147,10 @@ def _verify(
         ]
         looked_up = {field for step in steps for field in step.looked_up}
         unit = guarded(UNIT_FILE, attachments.unit_of, contents)
+        # of the attached folder: a result that another program made may not say it
+        simulated = unit.simulated or bool(contents.result.get("simulated"))
+        if simulated:
+            steps.append(Step(_SIMULATED, complete=demo or training))
         if not demo:
             steps.append(guarded("the words", words_on_trust, contents, unit, looked_up))
             steps.append(taken_on_trust(contents, looked_up))
@@ -162,7 +170,11 @@ def _verify(
         demo,
         approved=spec_step.complete and not spec_step.remark,
         current=_current(steps),
+        simulated=simulated,
     )
+
+
+_SIMULATED = f"{signs.SIMULATED}: unit.toml says that the unit was simulated, so it is no acceptance of a real one"
 
 
 def _current(steps: Sequence[Step]) -> bool | None:

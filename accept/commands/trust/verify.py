@@ -26,6 +26,7 @@ from accept.certificate.verify.verification import Known, Validity, Verification
 from accept.commands.options import JsonAnswer, LargeRecords
 from accept.commands.trust.bench_keys import DEMO
 from accept.judging.result import UnitResult
+from accept.pictures import signs
 from specs.errors import AcceptError
 from specs.spec import load
 
@@ -94,6 +95,7 @@ def run(
     missing = _unmet_requirements(report, options.require, wanted_spec)
     words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
+    head += f"{signs.SIMULATED}: " if report.simulated else ""
     tail = f" - BUT NOT AS REQUIRED: {'; '.join(missing)}" if missing else ""
     if wants_text(json, _document(report, missing)):
         stdout.print(f"{head}{words[report.outcome]}: {report.reason}{tail}", soft_wrap=True)
@@ -105,7 +107,7 @@ def _document(report: Verification, missing: Sequence[str]) -> VerificationDocum
     return VerificationDocument(
         report.outcome.name.lower(), report.reason, tuple(missing), report.serial, str(report.verdict),
         report.spec_sha256, report.demo, report.approved, report.current, report.countersigned, tuple(signatures),
-        tuple(report.details),
+        tuple(report.details), report.simulated,
     )  # fmt: skip
 
 
@@ -116,6 +118,8 @@ def _unmet_requirements(report: Verification, require: Sequence[str], spec_sha25
     missing = []
     if "accepted" in require and report.verdict != "accepted":
         missing.append(f"the unit is {report.verdict}, not accepted")
+    if "accepted" in require and report.simulated:
+        missing.append("the unit was simulated, so no real one is accepted")
     if "countersigned" in require and not report.countersigned:
         missing.append("it is not countersigned")
     if "approved" in require and not report.approved:

@@ -12,7 +12,7 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import judge_batch
 from accept.batch.judge_batch import BatchRequest
-from accept.batch.table import actions, explanations, reasons, units_table
+from accept.batch.table import actions, explanations, reasons, simulated, units_table
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.options import BatchOptions
 from accept.judging.judge_unit import default_specs, load_spec
@@ -59,8 +59,9 @@ def run(
         report = judge_batch.run(request, store, say)
     if report.units:
         stdout.print(units_table(report.units))
-        for line in (*actions(report.units), *reasons(report.units), *explanations(report.units)):
-            tell(line)
+        for lines in (simulated, actions, reasons, explanations):
+            for line in lines(report.units):
+                tell(line)
     else:  # too many for a table, or none
         for verdict, count in sorted(report.verdicts.items()):
             tell(f"{count} {verdict}")

@@ -19,7 +19,7 @@ from accept.base.home import home
 from accept.base.progress import steps
 from accept.batch import executors, judge_batch
 from accept.batch.judge_batch import CERTIFICATES, BatchRequest
-from accept.batch.table import reasons, units_table
+from accept.batch.table import reasons, simulated, units_table
 from accept.certificate.verify.rejudge import is_valid_demo, ready
 from accept.commands.options import Operator
 from accept.commands.trust.bench_keys import DEMO, demo_credential
@@ -65,7 +65,7 @@ def run(
     published = {apa.serial: f"{apa.published_flatness_um:g}" for apa in published_units.SEED_APAS}
     stdout.print(units_table(apas, {"published\nflatness um": published}))
     stdout.print(units_table(struts))
-    tell(*reasons(report.units))
+    tell(*simulated(report.units), *reasons(report.units))
     say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / CERTIFICATES}")
     say(f"results: {out / 'results.json'}, results.csv, junit.xml ({time.monotonic() - began:.1f} s)")
     truth = _hidden_effects(units[-1])

@@ -16,6 +16,7 @@ from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions
 from accept.gap.text import one_line
+from accept.pictures import signs
 from accept.store import open_store
 from accept.units import unit_folder
 from specs.bench import load_bench
@@ -58,5 +59,6 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
         say(line)
     if result.gap is not None:
         say(f"{result.serial}: {one_line(result.gap)}")
-    say(f"{result.serial}: {result.word}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
+    word = f"{result.word}, {signs.SIMULATED}" if result.simulated else result.word
+    say(f"{result.serial}: {word}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
     return of_verdicts([str(result.verdict)])

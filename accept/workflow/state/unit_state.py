@@ -145,6 +145,7 @@ class Attempt:
     signatures: tuple[Signature, ...] = ()
     gap: tuple[int, Mapping[str, Any]] | None = None
     channels: Mapping[str, Any] = field(default_factory=dict)
+    simulated: bool = False  # no instrument measures the unit
 
     @property
     def verdict(self) -> str | None:
@@ -202,6 +203,7 @@ def _started(event: Event, started: AttemptStarted) -> Attempt:
         reason=started.reason,
         spec=event.spec,
         channels=started.channels,
+        simulated=started.simulated,
     )
 
 

@@ -112,15 +112,17 @@ def _scalar(one: Repeated | None) -> Any:
     return one.value if one.U is None else {"value": one.value, "U": one.U}
 
 
-def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep]) -> dict[str, Any]:
-    """Return the whole `unit.toml` of an attempt: values and files, the days on which they were measured, the notes."""
+def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep], simulated: bool = False) -> dict[str, Any]:
+    """Return the whole `unit.toml` of an attempt: values and files, the days on which they were measured, the notes.
+    simulated: no instrument measured it."""
     states = {step.check.reads: (step, attempt.step(step.name)) for step in steps if not step.derived}
     sections = {name: section(step, state) for name, (step, state) in states.items()}
     days = {name: date.fromisoformat(state.day) for name, (_, state) in states.items() if sections[name] and state.day}
     notes = {step.name: note_lines(attempt.step(step.name)) for step in steps}
     if len({entry.who for step in steps for entry in attempt.step(step.name).entries}) > 1:  # a certificate names one
         notes = {name: [*_measured_by(attempt.step(name)), *lines] for name, lines in notes.items()}
-    head: dict[str, Any] = {"serial": serial, "kind": attempt.kind, "parts": dict(attempt.parts), "measured": days}
+    head: dict[str, Any] = {"serial": serial, "kind": attempt.kind, "simulated": simulated}
+    head |= {"parts": dict(attempt.parts), "measured": days}
     head["channels"] = dict(attempt.channels)
     head["notes"] = {name: lines for name, lines in notes.items() if lines}
     pictures = {s.name: [each for note in attempt.step(s.name).notes for each in note.pictures] for s in steps}

@@ -30,7 +30,8 @@ from tests.accept.units.units import DATA, GOOD, make_unit
 from tests.shared.demo_run import DemoRun
 
 COLUMNS = ["serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule",
-           "verdict", "p_false_accept", "required", "reason", "gap", "attempt", "time", "operator"]  # fmt: skip
+           "verdict", "p_false_accept", "required", "reason", "gap", "attempt", "time", "operator",
+           "simulated"]  # fmt: skip
 recorded = pytest.mark.needs_data
 
 

@@ -14,13 +14,23 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from pypdf import PdfReader
+from reportlab.lib.units import mm
+from reportlab.pdfbase import pdfmetrics
 
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import CertificateContent, ContentError, content_of
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import code_text, field_rectangles, summary
+from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging.reservations import Reservations
+from accept.pictures import signs
+from accept.pictures.labels import label_of
+from accept.pictures.pdf import page_style
+from accept.pictures.pdf.fonts import BOLD
 from accept.pictures.pdf.limit_bar import _view
 from accept.pictures.pdf.numbers import limits, risk, value_and_U
+from accept.units import unit_folder
+from checks.acceptance import CHECKS
 from checks.quantity import Quantity
 from checks.verdict import judge
 from specs.spec import Limit
@@ -34,6 +44,7 @@ from tests.accept.certificate.certificate_help import (
     result,
     spec,
 )
+from tests.accept.units.units import GOOD, make_unit
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +90,7 @@ def test_one_page_that_says_all(made: CertificateContent, pdf: bytes) -> None:
         *("APA-03", "APA300ML, basic measurements", "REJECTED", "page 1 of 1", "M. Keller"),
         *("1.7200 ± 0.0086 µF", "4.4 … 5.5 µF", "181.7 ± 1.8 µm", "≥ 304 µm", "guarded", "simple", "FAIL"),
         "1.72 µF is below the lower limit 4.4 µF",
-        *("231 ± 44 µrad", "frf (low.mat, high.mat)", "two stacks 121.6 µm", "LCR-819, 1 kHz"),
+        *("231 ± 44 µrad", "Responses (low.mat, high.mat)", "two stacks 121.6 µm", "LCR-819, 1 kHz"),
         *(made.spec_sha256, made.record_sha256[:32], made.record_sha256[32:], "countersignature open"),
     ):
         assert expected in text, expected
@@ -213,6 +224,47 @@ def test_no_glyph_leaves_the_page(made: CertificateContent) -> None:
         page.extract_text(visitor_text=see)
     assert len(places) > 150
     assert all(20 < x < 575 and 20 < y < 822 for x, y in places)  # margins of 39 pt less a line's height
+
+
+def held(tmp_path: Path) -> CertificateContent:
+    """An APA of many findings, which one crack holds, each with its reason; by the spec of all checks."""
+    text = GOOD + '[notes]\nflatness = ["NONCONFORMANCE: flexure cracked near the foot, seen under the lens (Ben)"]\n'
+    unit, by = unit_folder.read(make_unit(tmp_path / "A-2", "A-2", text)), load_spec("apa")
+    judged = Reservations().with_notes(unit.notes).apply(judge_unit(unit, by))
+    return content_of(judged, by, unit.path, "Ann")
+
+
+def test_findings_begin_on_the_first_page_of_a_held_unit(tmp_path: Path) -> None:
+    """Its table is longer than what is left of that page; it must not leave the page empty."""
+    made = held(tmp_path)
+    assert made.result["nonconformances"]
+    pages = words(render(made))
+    assert len(pages) > 1
+    label = label_of(made.result["findings"][0]["quantity"])
+    assert label in pages[0].partition("Value ± U (k = 2)")[2]
+
+
+def test_the_words_in_the_box_of_the_verdict_are_inside_it(made: CertificateContent) -> None:
+    """Of a unit that is held and simulated too."""
+    more = {"simulated": True, "verdict": "conditional", "nonconformances": ["stroke: cracked (Ben)"]}
+    right = page_style.WIDTH - page_style.MARGIN
+    ends: dict[str, tuple[float, float]] = {}
+
+    def see(text: str, cm: list[float], tm: list[float], font: Any, size: float) -> None:
+        line, left = text.strip(), tm[4] * cm[0] + cm[4]
+        if line in (signs.SIMULATED, "CONDITIONAL UNTIL QUALITY ASSURANCE DECIDES") and left > page_style.WIDTH / 2:
+            ends[line] = left, left + pdfmetrics.stringWidth(line, BOLD, size)
+
+    PdfReader(io.BytesIO(render(replace(made, result=dict(made.result) | more)))).pages[0].extract_text(
+        visitor_text=see
+    )
+    assert len(ends) == 2
+    assert all(right - 70 * mm < start and end < right - 2 * mm for start, end in ends.values()), ends
+
+
+def test_no_internal_name_of_a_check_stands_on_a_page(tmp_path: Path) -> None:
+    text = " ".join(words(render(held(tmp_path))))
+    assert not [name for name in CHECKS if "_" in name and name in text]
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 13])

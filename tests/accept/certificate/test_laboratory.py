@@ -211,7 +211,7 @@ def test_the_instruments_on_the_page_are_those_of_the_bench(bench, tmp_path):
     accept("report", folder, "--spec", "apa-basic", "--out", pdf, "--bench", tmp_path / "bench.toml")
     contents = attachments.read(read_certificate(pdf))
     words = instruments_words(contents)
-    assert "capacitance: LCR-819 E9123456" in words
+    assert "Capacitance: LCR-819 E9123456" in words
     assert contents.instruments["capacitance"] not in words
     assert f"{contents.instruments['stroke']} (named by the spec)" in words
     assert any("GW-2026-7 of Calibration Ltd" in note for note in contents.result["notes"])
