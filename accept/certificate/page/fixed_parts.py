@@ -88,11 +88,11 @@ def _across(canvas: Canvas, contents: CertificateContent) -> None:
     if not is_simulated(contents):
         return
     canvas.saveState()
-    canvas.setFillColor(page_style.PALE_COLOUR)
-    canvas.translate(page_style.WIDTH / 2, page_style.HEIGHT / 2)
+    canvas.setFillColor(page_style.ACROSS)
+    canvas.translate(page_style.WIDTH / 2, 0.47 * page_style.HEIGHT)
     canvas.rotate(math.degrees(math.atan2(page_style.HEIGHT, page_style.WIDTH)))
     diagonal = math.hypot(page_style.WIDTH, page_style.HEIGHT)
-    canvas.setFont(BOLD, fitting_size(signs.SIMULATED, BOLD, 60, 0.8 * diagonal))
+    canvas.setFont(BOLD, fitting_size(signs.SIMULATED, BOLD, 60, 0.7 * diagonal))
     canvas.drawCentredString(0, -20, signs.SIMULATED)
     canvas.restoreState()
 
