@@ -19,10 +19,12 @@ from checks.gap.decision.resolve_by_experiments import FinalExplanation, resolve
 from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Nameless, Result, StepShown, Tried
 from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
 from checks.gap.decision.verdict import (
+    forms_of_drive_lag,
     imitable,
     indistinguishable,
     lags_alike,
     lags_of_bench,
+    losses_of_bench,
     named_effects,
     verdict_of,
 )
@@ -51,6 +53,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     full, good = decision.full, accepted(decision.claims)
     rivals = decision.rivals if result.steps else choose_experiments(decision.rivals, good, result, full, search.A)
     named = named_effects(good, decision.fit, problem.early, problem.in_slow)
+    rivals = (*rivals, *losses_of_bench(full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     rivals = (*rivals, *lags_of_bench(full))
     experiments = check_by_experiments(
@@ -181,6 +184,7 @@ def _with_rivals(decision: FinalExplanation, result: SearchResult) -> FinalExpla
     if result.steps:
         full = replace(full, unseen=with_disagreement(full.unseen, _residual(full)))
     rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good), *lags_alike(full, good))
+    rivals += forms_of_drive_lag(full, good)
     return replace(decision, rivals=rivals)
 
 

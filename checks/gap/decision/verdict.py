@@ -18,13 +18,16 @@ from checks.gap.decision.result import (
 )
 from checks.gap.effects import EFFECTS, effect_named
 from checks.gap.modelling.effect import Effect, SlowFinding
-from checks.gap.modelling.experiment import sharpest
+from checks.gap.modelling.experiment import Experiment, sharpest
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import is_path
 from checks.gap.preparation.record_faults import RecordFault
 from checks.gap.search.bench_paths import SAME_LAG_US
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
+from checks.model.channel_paths import CHANNELS
+
+OF_BENCH = "losses of the bench"
 
 
 def named_effects(
@@ -87,6 +90,28 @@ def lags_alike(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...
         if any_lag_explains(full, effect):
             out.append(Ambiguous(tuple(alike), effect.experiment.value))
     return tuple(out)
+
+
+def forms_of_drive_lag(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
+    """Return the named lags of the drive whose form a bench that was not learned makes up: beside another lag, two of
+    them or one of second order are as well another lag of first order behind the bench's own."""
+    lags = [e for e in full.response.effects if e.lags]
+    in_drive = [e for e in lags if len(e.channels) == len(CHANNELS)]
+    if full.response.model.learned is not None or len(lags) < 2 or sum(len(e.parameters) for e in in_drive) < 2:
+        return ()
+    if not any(c.effect in in_drive for c in claims):
+        return ()
+    alike = (e for e in EFFECTS.values() if e.lags and len(e.channels) == len(CHANNELS))
+    return (Ambiguous(tuple(sorted(e.name for e in alike)), Experiment.DUMMY.value),)
+
+
+def losses_of_bench(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
+    """Return the named effects that multiply all channels alike where a bench that was not learned has paths of its
+    own: losses of its amplifier or its converters do the same, to the slow sines as well."""
+    if not any(is_path(m) for m in full.response.members):
+        return ()
+    alike = [c.effect for c in claims if c.effect.factor and len(c.effect.channels) == len(CHANNELS)]
+    return tuple(Ambiguous((e.name, OF_BENCH), Experiment.DUMMY.value) for e in alike if not e.lags)
 
 
 def lags_of_bench(full: Candidate) -> tuple[Ambiguous, ...]:

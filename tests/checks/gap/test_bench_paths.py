@@ -12,6 +12,7 @@ import pytest
 
 from checks.arrays import Complex
 from checks.gap import workflow
+from checks.gap.decision.verdict import OF_BENCH
 from checks.gap.effects import EFFECTS
 from checks.gap.workflow import Inputs, run
 from checks.model.learned_bench import LearnedBench
@@ -132,3 +133,25 @@ def test_a_learned_bench_has_its_paths_already(monkeypatch: pytest.MonkeyPatch) 
     given = on_a_bench(inputs(4))
     with pytest.raises(SearchBegun):
         run(replace(given, model=replace(given.model, learned=NOTHING_LEARNED)), quiet)
+
+
+def test_creep_of_the_strut_and_losses_of_the_bench_are_one() -> None:
+    """Red before: a sound strut on a bench whose gain falls with log f was called creeping."""
+    given = on_a_bench(inputs(4))
+    loss = (1j * F[:, None] / 100.0) ** -0.008  # 1 % of magnitude a factor of 3.5, 0.7 degrees
+    lossy = replace(given, A=replace(given.A, H=given.A.H * loss), B=replace(given.B, H=given.B.H * loss))
+    found = run(lossy, quiet)
+    assert "creep" not in {n.effect for n in found.named}
+    assert all(OF_BENCH in a.effects for a in found.ambiguous if "creep" in a.effects)
+
+
+def test_a_lag_of_the_drive_beside_others_has_no_form() -> None:
+    """Corners of 3.2 and 4.8 kHz are an amplifier of second order with a damping ratio of 1.02, or one of first order on
+    a bench with a filter; beside a latency of Vs it is the bench's. Red before: an amplifier of second order."""
+    s = 2j * np.pi * F[:, None]
+    slow = np.exp(-1e-6 * s * [26.0, 0.0, 0.0]) / ((1.0 + s / (2 * np.pi * 3200.0)) * (1.0 + s / (2 * np.pi * 4800.0)))
+    given = inputs(3)
+    found = run(replace(given, A=replace(given.A, H=given.A.H * slow), B=replace(given.B, H=given.B.H * slow)), quiet)
+    in_drive = {"amplifier_bandwidth", "amplifier_second_order", "loop_delay"}
+    assert not {n.effect for n in found.named} & in_drive
+    assert any(in_drive <= set(a.effects) for a in found.ambiguous)
