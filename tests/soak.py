@@ -230,6 +230,7 @@ HEAVY: Mapping[str, Heavy] = {
             "test_what_is_typed_after_a_question_corrects_the_value_that_was_asked_about",
             "test_escape_closes_the_nearest_thing",
             "test_two_lines_of_a_scanner_land_in_their_two_fields",
+            "test_a_burst_from_the_list_of_units_through_two_steps_loses_no_key",
         ],
         "entries of any speed, a slip of the point",
     ),
@@ -542,10 +543,12 @@ HEAVY: Mapping[str, Heavy] = {
         ["checks/gap"],
         [
             "test_one_effect_is_named_exactly[misalignment-values0]",
+            "test_one_effect_is_named_exactly[misalignment-values1]",
             "test_one_effect_is_named_exactly[payload_mass-values2]",
             "test_an_effect_is_named_beside_a_guide_that_gives_way[misalignment-values0]",
+            "test_lags_that_have_names_keep_them",
         ],
-        "a large misalignment, a scale of the encoder, a payload beside a guide that gives way",
+        "a scale of the encoder, a payload beside a guide that gives way; lags by name in test_lags.py",
     ),
     "tests/checks/gap/test_screen.py": Heavy(
         ["checks/gap"],
@@ -564,8 +567,35 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/checks/signals/test_hammer.py": Heavy(
         ["checks/signals"],
-        ["test_intervals_cover_when_the_place_of_the_hit_varies"],
-        "intervals at the stated rate of 3 and of 6 hits",
+        ["test_intervals_cover_when_the_place_of_the_hit_varies", "test_intervals_cover_at_the_stated_rate[3]"],
+        "intervals at the stated rate of 6 hits",
+    ),
+    "tests/checks/misalignment/test_estimate.py": Heavy(
+        ["checks/misalignment", "checks/fitting"],
+        [
+            "test_recorded_with_the_right_model[S-02]",
+            "test_recorded_with_the_right_model[S-03]",
+            "test_recorded_with_the_right_model[S-06]",
+            "test_recorded_with_the_built_in_model[S-05]",
+            "test_recorded_with_the_built_in_model[S-06]",
+        ],
+        "two recorded struts with the right model, one of them with the built-in one as well",
+    ),
+    "tests/checks/misalignment/test_estimate_wrong.py": Heavy(
+        ["checks/misalignment", "checks/fitting"],
+        [
+            "test_a_wrong_payload[5.0-builtin by itself]",
+            "test_a_wrong_payload[6.4-builtin by itself]",
+            "test_a_wrong_payload[10.0-builtin by itself]",
+            "test_a_wrong_payload[5.0-finite elements by the frame]",
+            "test_a_wrong_payload[6.4-finite elements by the frame]",
+        ],
+        "payloads that are wrong by little, with both models, and one that is wrong by much",
+    ),
+    "tests/checks/misalignment/test_table.py": Heavy(
+        ["checks/misalignment", "accept/models"],
+        ["test_two_processes_give_the_same_table"],
+        "a table whose building was killed and goes on",
     ),
     "tests/checks/misalignment/test_believable.py": Heavy(
         ["checks/misalignment", "checks/fitting"],

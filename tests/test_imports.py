@@ -67,17 +67,25 @@ def test_verifying_loads_no_analysis() -> None:
     assert done.stdout == "[]\n", done.stderr
 
 
-def test_judging_and_verifying_load_no_scipy_signal() -> None:
-    """It takes as long to load as an APA to judge; `checks.signals.recursion` has what checks need of it. Pictures of a
-    drive and simulated records load it when they are made."""
-    late = {"checks/signals/drive/excitation_panels.py", "checks/model/time/partial_fractions.py"}
+# Packages that take as long to load as a unit to judge or a page to draw, and the files that load them when they are
+# called: pictures of a drive, simulated records, charts of many units, the text of a page that another version drew.
+LATE = {
+    "scipy.signal": {"checks/signals/drive/excitation_panels.py", "checks/model/time/partial_fractions.py"},
+    "scipy.ndimage": {"checks/process_control/scale.py", "checks/process_control/control_chart.py"},
+    "pypdf": {"accept/certificate/verify/page_check.py"},
+}
+
+
+@pytest.mark.parametrize("package", LATE)
+def test_judging_and_verifying_do_without_it(package: str) -> None:
+    """`checks.signals.recursion` has what checks need of scipy, `accept.pictures.pdf` writes the certificate."""
     sources = (
         p
-        for room in ("checks", "accept/judging", "accept/units", "accept/certificate")
+        for room in ("checks", "accept/judging", "accept/units", "accept/certificate", "accept/pictures")
         for p in (ROOT / room).rglob("*.py")
     )
-    users = {p.relative_to(ROOT).as_posix() for p in sources if "scipy.signal import" in p.read_text(encoding="utf-8")}
-    assert users == late
+    users = {p.relative_to(ROOT).as_posix() for p in sources if f"{package} import" in p.read_text(encoding="utf-8")}
+    assert users == LATE[package]
 
 
 def lint(folder: Path) -> subprocess.CompletedProcess[str]:

@@ -39,7 +39,7 @@ from tests.accept.tui.tui_help import (
     HEIGHTS,
     NARROW,
     begin,
-    fill_basic,
+    fill_values,
     loader,
     press,
     running,
@@ -310,7 +310,7 @@ async def test_f2_at_the_only_record_offers_files_in_its_place(records: Path):
 async def test_the_mark_of_a_step_follows_the_judgement_of_the_whole_unit():
     async with running() as pilot:
         await begin(pilot)
-        await fill_basic(pilot)
+        await fill_values(pilot)
         await press(pilot, "f9")
         session = pilot.app.session
         assert session.status(session.step("stiffness")) is Status.PASS
@@ -330,7 +330,7 @@ async def test_the_mark_of_a_step_follows_the_judgement_of_the_whole_unit():
 async def test_a_certificate_from_before_a_nonconformance_is_called_void():
     async with running() as pilot:
         await begin(pilot)
-        await fill_basic(pilot)
+        await fill_values(pilot)
         await press(pilot, "f9")
         await sign_first(pilot)
         assert pilot.app.session.attempt.certificate is not None
@@ -385,7 +385,7 @@ async def test_the_same_step_of_the_next_unit_that_lacks_it_also_from_the_queue_
 async def test_a_unit_that_is_held_is_called_so_wherever_it_is_named():
     async with running() as pilot:
         await begin(pilot)
-        await fill_basic(pilot)
+        await fill_values(pilot)
         pilot.app.session.note("stiffness", "flexure cracked", nonconformance=True)
         await press(pilot, "f9")
         table = pilot.app.screen.query_one("#findings", DataTable)
@@ -444,7 +444,7 @@ async def test_a_serial_that_a_scanner_sends_in_one_burst_goes_to_its_unit():
 async def test_the_list_of_steps_says_held_where_the_summary_does():
     async with running() as pilot:
         await begin(pilot)
-        await fill_basic(pilot)
+        await fill_values(pilot)
         pilot.app.session.note("stiffness", "flexure cracked", nonconformance=True)
         await press(pilot, "f9")
         table = pilot.app.screen.query_one("#findings", DataTable)
@@ -457,7 +457,7 @@ async def test_the_list_of_steps_says_held_where_the_summary_does():
 async def test_a_contradiction_of_the_whole_unit_is_marked_after_a_restart_too():
     async with running() as pilot:
         await begin(pilot)
-        await fill_basic(pilot)
+        await fill_values(pilot)
         await press(pilot, "f9")
         session = pilot.app.session
         judged = session.attempt.judged

@@ -19,7 +19,7 @@ from tests.accept.tui.tui_help import (
     APART,
     HEIGHTS,
     begin,
-    fill_basic,
+    fill_values,
     loader,
     press,
     running,
@@ -135,7 +135,7 @@ async def test_one_passphrase_for_a_shift_and_one_unit_after_the_other_to_sign()
     async with running() as pilot:
         for serial in ("APA-01", "APA-02"):
             await begin(pilot, serial)
-            await fill_basic(pilot)
+            await fill_values(pilot)
             await press(pilot, "escape")
         await press(pilot, "f2")
         await open_list(pilot, "To sign")
@@ -181,7 +181,7 @@ async def test_a_passphrase_typed_while_the_unit_is_evaluated_is_not_lost_nor_sh
     monkeypatch.setattr(Session, "judge", slowly)
     async with running() as pilot:
         await begin(pilot)
-        await fill_basic(pilot)
+        await fill_values(pilot)
         await pilot.press("f9", "f2", *"correct", "space", *"horse", "enter")  # at once, as a hand does it
         assert "horse" not in pilot.app.export_screenshot()
         go_on.set()

@@ -18,6 +18,7 @@ from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
 from accept.workflow.bench import Workbench, open_bench
 from accept.workflow.worker.process import WorkerProcess
+from checks.declare import Measured
 
 SHOWN_WITHIN_S = 30.0  # on a crowded machine
 SETTLED_WITHIN_S = 240.0  # far beyond any work that a step begins, on a busy machine too
@@ -124,6 +125,23 @@ async def fill_basic(pilot: Pilot[None]) -> None:
         for line in lines:
             await type_line(pilot, line)
         await press(pilot, "escape")
+
+
+async def fill_values(pilot: Pilot[None]) -> None:
+    """The same values without the keys, for tests of what comes after them."""
+    session = pilot.app.session
+    values = (
+        *(("flatness", "z_um", n, float(z)) for n, z in enumerate(HEIGHTS.split())),
+        ("capacitance", "sensor_uF", None, 4.99),
+        ("capacitance", "actuator_uF", None, 9.85),
+        ("stroke", "stroke_um", None, 365.5),
+        ("stiffness", "k_N_per_um", None, 1.75),
+    )
+    for step, name, index, value in values:
+        session.take(step, session.step(step).check.inputs[name], Measured(value), index=index)
+    for step in dict.fromkeys(step for step, *_ in values):
+        session.judge_step(step)
+    await settled(pilot)
 
 
 async def sign_first(pilot: Pilot[None]) -> None:
