@@ -67,21 +67,20 @@ def test_verifying_loads_no_analysis() -> None:
     assert done.stdout == "[]\n", done.stderr
 
 
-# Packages that take as long to load as a unit to judge or a page to draw, and the files that load them when they are
-# called: pictures of a drive, simulated records, charts of many units, the text of a page that another version drew.
+# Packages that load slowly, and the files that load them when they are called: pictures of a drive, simulated records,
+# charts of many units.
 LATE = {
     "scipy.signal": {"checks/signals/drive/excitation_panels.py", "checks/model/time/partial_fractions.py"},
     "scipy.ndimage": {"checks/process_control/scale.py", "checks/process_control/control_chart.py"},
-    "pypdf": {"accept/certificate/verify/page_check.py"},
 }
 
 
 @pytest.mark.parametrize("package", LATE)
 def test_judging_and_verifying_do_without_it(package: str) -> None:
-    """`checks.signals.recursion` has what checks need of scipy, `accept.pictures.pdf` writes the certificate."""
+    """One takes as long to load as an APA to judge; `checks.signals.recursion` has what checks need of them."""
     sources = (
         p
-        for room in ("checks", "accept/judging", "accept/units", "accept/certificate", "accept/pictures")
+        for room in ("checks", "accept/judging", "accept/units", "accept/certificate")
         for p in (ROOT / room).rglob("*.py")
     )
     users = {p.relative_to(ROOT).as_posix() for p in sources if f"{package} import" in p.read_text(encoding="utf-8")}
