@@ -97,7 +97,7 @@ class Scanning(Working[T]):
         if self.asks_passphrase and text != unknown and not await self.bench_app.is_serial(text):
             self._unknown = text
             self.say("No unit of that serial was begun here. Scan it again: begin it. A passphrase: F2 first", "bad")
-        elif text and is_value(text) and not await self.bench_app.is_serial(text):
+        elif text and not self.asks_passphrase and is_value(text) and not await self.bench_app.is_serial(text):
             await self._take_number(text)
         elif why := await self.bench_app.scanned(text or confirmed, self.bench_app.queue):
             self.say(why, "bad")

@@ -74,8 +74,10 @@ class StepScreen(StepForm):
         elif text := field.input.value.strip():
             if not await self._is_other_unit(field, text):
                 self._give(field, field.input.value, repeat=False)
-        elif field.proposed is not None or field.damaged:
-            self._give(field, self._proposals[field.place.declared.name].name, repeat=False)
+        elif (
+            file := field.proposed or (self._proposals.get(field.place.declared.name) if field.damaged else None)
+        ) is not None:
+            self._give(field, file.name, repeat=False)
         elif self._dispensable(field):
             await self._finish()
         else:
