@@ -71,7 +71,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         self._look()
 
     def _look(self) -> None:
-        self.hold(self._bench.known, self._show, "looking into the store")
+        self.hold(self._bench.known, self._show, "")  # no clock: what was said stays at the foot
 
     def _show(self, units: list[KnownUnit]) -> None:
         self._units, self._queues = units, queues(units, self._bench.specs)
