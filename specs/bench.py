@@ -235,6 +235,11 @@ class BenchDocument(Strict):
         """Return instruments and recorders by name: everything that is calibrated."""
         return {**self.instruments, **self.recorders}
 
+    @property
+    def simulated(self) -> bool:
+        """Return whether it is a simulated bench: what its instruments read is no measurement."""
+        return self.stage is not None or any(entry.driver == SIMULATED for entry in self.recorders.values())
+
     @model_validator(mode="after")
     def _names_once(self) -> "BenchDocument":
         if not self.equipment:

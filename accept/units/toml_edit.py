@@ -28,9 +28,9 @@ def begin(folder: Path, serial: str, kind: str) -> None:
     _write(folder, tomlkit.dumps({"serial": serial, "kind": kind}))
 
 
-def enter(folder: Path, section: str, entries: Mapping[str, Any]) -> None:
+def enter(folder: Path, section: str, entries: Mapping[str, Any], simulated: bool = False) -> None:
     """Put entries into a section, and today (UTC) as the day on which it was measured. Entries there of another way of
-    giving the data go; the file they name stays.
+    giving the data go; the file they name stays. simulated: of simulated instruments, as the unit then is too.
 
     Raises UnitError when the result would not be a unit.
     """
@@ -40,6 +40,8 @@ def enter(folder: Path, section: str, entries: Mapping[str, Any]) -> None:
         del table[other]
     for name, value in entries.items():
         table[name] = _item(value)
+    if simulated:
+        document["simulated"] = True
     document.setdefault("measured", tomlkit.table())[section] = datetime.now(UTC).date()
     _write(folder, tomlkit.dumps(document))
 

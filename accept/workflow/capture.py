@@ -134,14 +134,15 @@ def measure_folder(
     store: Store,
     operator: str,
     say: Say = lambda _: None,
+    simulated: bool = False,
 ) -> CaptureResult:
     """Measure a section of a unit that has its `unit.toml`, in the attempt that the workflow goes on with, and enter it
-    into the folder. Raises as `capture`, UnitError, UnitBusy."""
+    into the folder. simulated: so is the instrument. Raises as `capture`, UnitError, UnitBusy, EntryError."""
     unit = unit_folder.read(folder)
-    session = Session(store, home(), default_spec(unit.kind), operator, unit.serial)
+    session = Session(store, home(), default_spec(unit.kind), operator, unit.serial, simulated=simulated)
     try:
         if session.run.attempt is None:
-            session.begin(unit.parts, channels=unit.channels)
+            session.begin(unit.parts, channels=unit.channels, simulated=unit.simulated)
         else:
             session.resume()
         captured = capture(
@@ -152,7 +153,7 @@ def measure_folder(
         instrument.close()
     for file in captured.files.values():
         write_atomic(folder / file.name, file.content)
-    toml_edit.enter(folder, step, captured.to_toml())
+    toml_edit.enter(folder, step, captured.to_toml(), simulated)
     return captured
 
 

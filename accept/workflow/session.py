@@ -89,15 +89,17 @@ class Session:
         serial: str,
         stated: BenchFile | None = None,
         training: bool = False,
+        simulated: bool = False,
     ) -> None:
         """Open a unit. stated: the bench file whose calibrations stand behind the findings, None without one. training:
-        the unit is simulated, and signed with keys that are of no bench.
+        the unit is simulated, and signed with keys that are of no bench. simulated: so are its instruments.
 
         Raises EntryError if the serial is not valid, UnitBusy, StoreError, OSError."""
         if problem := serial_problem(serial, spec):
             raise EntryError(f"serial '{serial}': {problem}")
         self.store, self.home, self.spec, self.operator, self.serial = store, home, spec, operator, serial
         self.steps, self.stated, self.training = steps_of(spec), stated, training
+        self.simulates = training or simulated or (stated is not None and stated.simulated)
         self.spec_name = f"{spec.name}@{spec.sha256}"
         self._mutex = threading.RLock()
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
@@ -196,11 +198,14 @@ class Session:
         simulated: no instrument measures the unit."""
         number = len(self.run.attempts) + 1
         written = {name: source.to_toml() for name, source in channels.items()}
-        simulated = simulated or self.training
+        simulated = simulated or self.simulates
         return self.append(AttemptStarted(number, self.spec.kind, dict(parts), reason, written, simulated))
 
     def resume(self) -> Event:
-        """Note that the present attempt is taken up again. Raises EntryError if it is one of another kind."""
+        """Note that the present attempt is taken up again. Raises EntryError if it is one of another kind, or if it is
+        measured and the instruments are simulated."""
+        if self.simulates and not (self.training or self.attempt.simulated):
+            raise EntryError(f"{self.serial} is being measured: simulated instruments need an attempt of their own")
         if self.attempt.kind != self.spec.kind:
             raise EntryError(
                 f"{self.serial} is of kind {self.attempt.kind}, spec {self.spec.name} judges kind {self.spec.kind}"
@@ -528,7 +533,7 @@ class Session:
         """Return the present attempt, with `unit.toml` in its folder as the state has it."""
         with self._mutex:
             attempt = self.attempt
-            document = section.document(self.serial, attempt, self.steps, attempt.simulated or self.training)
+            document = section.document(self.serial, attempt, self.steps, attempt.simulated or self.simulates)
             attach.write_document(self.folder, document)
             return attempt
 

@@ -61,7 +61,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
 def findings(contents: CertificateContent) -> list[Flowable]:
     """Return the table of findings; the reason of a finding is printed below its row, on the same page, with what to
     do; a reason or an advice that several findings share is printed once. The heading is a row of the table: it stays
-    with the first finding, and the table begins where there is room for that one."""
+    with the first finding, and the table begins on the page where both fit."""
     head = ("Quantity", "Value ± U (k = 2)", "Limits", "Position", "Rule", "P(false)", "Verdict")
     right = (1, 2, 5)
     cells: list[list[Any]] = [

@@ -242,7 +242,9 @@ def measure(
     actions = _actions(file, dwell)
     try:
         with open_store() as store:
-            captured = measure_folder(unit, section, instrument, actions, store, operator_name(operator), say)
+            captured = measure_folder(
+                unit, section, instrument, actions, store, operator_name(operator), say, simulated=file.simulated
+            )
     except InstrumentError as e:
         say(f"accept: {e}")
         return Exit.INSTRUMENT

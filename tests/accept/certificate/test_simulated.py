@@ -19,12 +19,14 @@ from accept.judging.judge_unit import load_spec
 from accept.pictures import signs
 from accept.simulate.faults import KINDS
 from accept.store import open_store
-from accept.units import unit_folder
+from accept.units import toml_edit, unit_folder
 from accept.units.unit_folder import UnitError
 from accept.workflow import certify
 from accept.workflow.bench import Begun, Workbench
+from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.session import Session
 from accept.workflow.training import open_training
+from specs.bench import load_bench
 from tests.accept.units.units import GOOD, make_unit
 from tests.accept.workflow.test_workflow import fill
 
@@ -203,3 +205,40 @@ def test_the_workflow_keeps_the_mark_of_a_folder(tmp_path: Path) -> None:
         assert not any(step.entries for step in session.attempt.steps.values())
         session.close()
         bench.close()
+
+
+SIMULATED_BENCH = """
+name = "a simulated bench"
+stage = "stage.json"
+[instruments.lcr]
+driver = "offline"
+measures = ["capacitance"]
+"""
+
+
+def test_what_simulated_instruments_read_has_the_mark(tmp_path: Path) -> None:
+    """At the real bench too; and they go into no attempt that is measured."""
+    (tmp_path / "bench.toml").write_text(SIMULATED_BENCH)
+    file, spec = load_bench(tmp_path / "bench.toml"), load_spec("apa-basic")
+    assert file.simulated
+    with open_store() as store:
+        bench = Workbench(store, home(), {"apa": spec}, stated=file)
+        session, _ = bench.open_unit(Begun("A-5", "apa", "Ann"))
+        assert session.judge().simulated
+        session.close()
+        plain = Workbench(store, home(), {"apa": spec})
+        session, _ = plain.open_unit(Begun("A-5", "apa", "Ann"))
+        assert session.judge().simulated  # once read by them, the attempt stays theirs
+        session.close()
+        plain.open_unit(Begun("A-6", "apa", "Ann"))[0].close()
+        with pytest.raises(EntryError):
+            bench.open_unit(Begun("A-6", "apa", "Ann"))
+        bench.close()
+
+
+def test_a_section_that_simulated_instruments_measured_marks_its_folder(tmp_path: Path) -> None:
+    make_unit(tmp_path / "A-7", "A-7")
+    toml_edit.enter(tmp_path / "A-7", "capacitance", {"sensor_uF": 5.0})
+    assert not unit_folder.read(tmp_path / "A-7").simulated
+    toml_edit.enter(tmp_path / "A-7", "capacitance", {"sensor_uF": 5.0}, simulated=True)
+    assert unit_folder.read(tmp_path / "A-7").simulated

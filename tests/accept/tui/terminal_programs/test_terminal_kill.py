@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from accept.base.exit_codes import Exit
 from accept.base.version import code_sha256
 from accept.certificate.trust import keys
 from accept.judging.judge_unit import load_spec
@@ -125,7 +126,7 @@ def work(ann: Technician) -> None:
     ann.at.wait_for(r"F2: sign this result|Signed\. F3")
     if attempt is None or attempt.certificate is None:
         sign(ann)
-    ann.at.wait_for(r"✓ verified|Signed\. F3")
+    ann.at.wait_for(r"✓ verified|◐ signed|Signed\. F3")
 
 
 def sign(ann: Technician) -> None:
@@ -171,7 +172,7 @@ def test_a_run_that_is_killed_again_and_again_loses_nothing(seed: int, bench_hom
         if (attempt := attempt_of_store()) is None or attempt.certificate is None:
             finish(tmp_path, run, bench_home, events)
     said = subprocess.run([*ACCEPT, "verify", bench_home / "certificates" / f"{SERIAL}.pdf"], capture_output=True)
-    assert said.returncode == 0, said.stdout + said.stderr
+    assert said.returncode == Exit.INCOMPLETE, said.stdout + said.stderr  # the instruments are simulated
     attempt = attempt_of_store()
     assert attempt is not None
     assert {name: len(attempt.step(name).entries) for name in ENTRIES if name in SPEC.checks} == {
