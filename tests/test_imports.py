@@ -77,7 +77,7 @@ LATE = {
 
 @pytest.mark.parametrize("package", LATE)
 def test_judging_and_verifying_do_without_it(package: str) -> None:
-    """One takes as long to load as an APA to judge; `checks.signals.recursion` has what checks need of them."""
+    """One takes as long to load as an APA to judge; `checks.signals.spectral.recursion` has what is needed of them."""
     sources = (
         p
         for room in ("checks", "accept/judging", "accept/units", "accept/certificate")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from checks.arrays import Array
-from checks.signals.recursion import recursion, second_order
+from checks.signals.spectral.recursion import recursion, second_order
 
 # Of the high-pass: far below a part's modes, and high enough that a sensor's slow noise does not hide its rest.
 CORNER_Hz, DAMPING = 30.0, 0.7

@@ -82,8 +82,8 @@ class Slow:
 
 
 def slow_record(record: Record, channel: str = "de", bench: LearnedBench | None = None) -> Slow | None:
-    """Analyse the record of slow sines (channels Va and `channel`); None if it holds too few loops. bench: whose lag at
-    their frequency opens every loop alike, and is none of the unit's."""
+    """Analyse the record of slow sines (channels Va and `channel`); None if it holds too few loops. bench: its lag at
+    their frequency opens every loop alike, and is taken off."""
     cycles = last_cycles(record["Va"])
     if len(cycles) < MANY:
         return None

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array
-from checks.signals.recursion import peaks
+from checks.signals.spectral.recursion import peaks
 
 DOUBLE, OVERLOAD, CLOSE = "double hit", "overload", "too close"
 LEVEL, MOVING, COHERENCE = "off level", "already moving", "low coherence"

@@ -26,7 +26,7 @@ from checks.signals.impact.local_rational import (
     solve_pole,
     weighted_inverse,
 )
-from checks.signals.recursion import peaks
+from checks.signals.spectral.recursion import peaks
 
 _ORDER = 2  # of the local polynomial
 _PROMINENCE = 0.3  # in log10: 6 dB

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array
-from checks.signals.recursion import recursion, smooth_lowpass
 from checks.signals.slow.loops import ScalarEstimate
 from checks.signals.slow.regression import least_squares
+from checks.signals.spectral.recursion import recursion, smooth_lowpass
 
 PER_TOP = 20  # samples kept per period of the highest frequency used
 MIN_SAMPLES = 200  # one second at the 200 Hz that such records have

@@ -17,7 +17,7 @@ import scipy.fft
 
 from checks.arrays import Array, Complex
 from checks.record import Record
-from checks.signals.recursion import moving_mean
+from checks.signals.spectral.recursion import moving_mean
 
 ROUNDS = 2  # noise from the residual, fit again
 NOISE_BINS = 41  # the noise is taken to be even over this many

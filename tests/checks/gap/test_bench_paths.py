@@ -146,8 +146,8 @@ def test_creep_of_the_strut_and_losses_of_the_bench_are_one() -> None:
 
 
 def test_a_lag_of_the_drive_beside_others_has_no_form() -> None:
-    """Corners of 3.2 and 4.8 kHz are an amplifier of second order with a damping ratio of 1.02, or one of first order on
-    a bench with a filter; beside a latency of Vs it is the bench's. Red before: an amplifier of second order."""
+    """Corners of 3.2 and 4.8 kHz are an amplifier of second order with a damping ratio of 1.02, or one of first order
+    on a bench with a filter. Red before: an amplifier of second order."""
     s = 2j * np.pi * F[:, None]
     slow = np.exp(-1e-6 * s * [26.0, 0.0, 0.0]) / ((1.0 + s / (2 * np.pi * 3200.0)) * (1.0 + s / (2 * np.pi * 4800.0)))
     given = inputs(3)

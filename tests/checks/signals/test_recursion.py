@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import ndimage, signal
 
-from checks.signals.recursion import moving_mean, peaks, recursion, smooth_lowpass
+from checks.signals.spectral.recursion import moving_mean, peaks, recursion, smooth_lowpass
 
 
 @pytest.mark.parametrize(
