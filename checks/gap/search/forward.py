@@ -132,6 +132,9 @@ def has_needless_effect(c: Candidate) -> bool:
 
 
 def _finish(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> SearchResult:
+    """Return the result of a search that found adequate candidates: the best of them without the members that it does
+    not need, with effects in the place of unmodelled modes if these do as well, and with the form of damping that the
+    data ask for; the others are its rivals."""
     best = search.prune(_prefer_named(adequate))
     if named := [c for c in search.swap_members(best) if c.adequate]:
         adequate = [*adequate, *named]
