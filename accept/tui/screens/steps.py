@@ -21,6 +21,7 @@ from accept.tui.screens.notes import ask_note, note_saved, note_words
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import findings_text
+from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import GAP, GAP_TITLE, HELD, StepList, held_words, listed
 from accept.tui.widgets.step_words import head, setup, standing
@@ -63,7 +64,7 @@ class Steps(Scanning[bool]):
             yield StepList(self.session, live=True)
             with VerticalScroll(id="pane", can_focus=False):
                 yield Static("", id="head", markup=False)
-                yield Static("", id="card", markup=False)
+                yield Hanging(id="card")
         yield Label("", id="status")
         yield KeyRow()
 
@@ -105,9 +106,8 @@ class Steps(Scanning[bool]):
         self.query_one("#head", Static).update(heading)
         text = held_words(self.session.nonconformances)
         text.append("\n\n" if text else "")
-        self.query_one("#card", Static).update(
-            text.append_text(_gap_card(self.session) if step is None else card(self.session, step))
-        )
+        text.append_text(_gap_card(self.session) if step is None else card(self.session, step))
+        self.query_one("#card", Hanging).hang(text)
 
     def _stand_at_next(self) -> None:
         step = self.session.next_step()

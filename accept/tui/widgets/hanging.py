@@ -10,17 +10,17 @@ class Hung:
     """A text, each line of which is folded under its indent."""
 
     def __init__(self, text: Text) -> None:
-        self._text = text
+        self.text = text
 
     @property
     def plain(self) -> str:
-        return self._text.plain
+        return self.text.plain
 
     def __str__(self) -> str:
         return self.plain
 
     def __rich_console__(self, _: Console, __: ConsoleOptions) -> RenderResult:
-        for line in self._text.split("\n", allow_blank=True):
+        for line in self.text.split("\n", allow_blank=True):
             indent = len(line.plain) - len(line.plain.lstrip())
             yield Padding(line[indent:], (0, 0, 0, indent))
 

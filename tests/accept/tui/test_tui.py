@@ -17,6 +17,7 @@ from accept.store import Store, StoreError, open_store
 from accept.tui.screens.ask import Question
 from accept.tui.screens.start import Given
 from accept.tui.widgets.fields import Field
+from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.step_list import HELD, StepList
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import fold_run
@@ -187,7 +188,7 @@ async def test_a_nonconformance_is_red_and_first_wherever_one_decides():
         await press(pilot, "ctrl+u")
         for line in ("y", "", ""):
             await type_line(pilot, line)
-        card = pilot.app.screen.query_one("#card", Static).content
+        card = pilot.app.screen.query_one("#card", Hanging).render().text
         assert card.plain.startswith("HELD: nonconformance: stiffness: flexure cracked (Ann)")
         assert "flexure cracked" in reds(card)
         steps = pilot.app.screen.query_one(StepList)

@@ -2,12 +2,14 @@
 the present field wants; typing ahead loses nothing and goes nowhere else."""
 
 import os
+import re
 import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.text import Text
 from textual.events import Key
 from textual.widgets import DataTable, Static
 from textual.widgets._footer import FooterKey
@@ -18,6 +20,7 @@ from accept.judging.judge_unit import load_spec
 from accept.pictures.labels import label_of
 from accept.store import open_store
 from accept.store.payloads import NotedFile, StepNoted, without_hashes
+from accept.tui.screens import steps as steps_screen
 from accept.tui.screens.step_form import field_of
 from accept.tui.screens.units import _COLUMNS
 from accept.tui.widgets.fields import Field
@@ -485,6 +488,16 @@ async def test_after_no_result_the_foot_says_first_what_to_put_right(records: Pa
         assert session.status(session.step("frf")) is Status.NO_RESULT
         assert words(pilot, "#status").startswith("✗ No result → ")
         assert "Enter: keep 350 Hz" in words(pilot, "#status")
+
+
+async def test_long_lines_beside_the_list_of_steps_go_on_below_their_first_letter(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(steps_screen, "card", lambda *_: Text("    " + "reason " * 20))
+    async with running() as pilot:
+        await begin(pilot)
+        card = pilot.app.screen.query_one("#card")
+        lines = [card.render_line(y).text for y in range(card.size.height)]
+    assert len(lines) > 1
+    assert all(re.match(" {4}[a-z]", line) for line in lines), lines
 
 
 async def test_a_required_value_that_is_left_out_is_called_required():
