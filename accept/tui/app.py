@@ -55,9 +55,11 @@ class BenchApp(InOrder):
         self.bench: Workbench | None = None
         self.queue: Queue | None = None  # what is done at one unit after the other
         self.shift = SigningShift()
-        self.ansi_theme_dark, self.ansi_theme_light = theme.ANSI_DARK, theme.ANSI_LIGHT
+        self._of_16 = self.console.color_system == "standard"
+        self.ansi_theme_dark = theme.ANSI_DARK_16 if self._of_16 else theme.ANSI_DARK
+        self.ansi_theme_light = theme.ANSI_LIGHT_16 if self._of_16 else theme.ANSI_LIGHT
         for one in theme.THEMES:
-            self.register_theme(one)
+            self.register_theme(theme.of_16(one) if self._of_16 else one)
         self.theme = theme.asked_for()
 
     def get_line_filters(self) -> Sequence[LineFilter]:
@@ -82,7 +84,7 @@ class BenchApp(InOrder):
         self.theme = theme.LIGHT if self.theme == theme.DARK else theme.DARK
 
     def on_mount(self) -> None:
-        self.set_class(self.no_color or self.console.color_system == "standard", "-few-colours")
+        self.set_class(self.no_color or self._of_16, "-few-colours")
         self.show_start()
 
     def _handle_exception(self, error: Exception) -> None:

@@ -5,6 +5,7 @@ has a contrast of 4.5 to its background or more.
 """
 
 import os
+from dataclasses import replace
 
 from rich.segment import Segment
 from rich.style import Style
@@ -82,6 +83,20 @@ ANSI_LIGHT = TerminalTheme(
     _rgb("#1c2430", "#a83a00", "#00694c", "#8a5300", "#0060a8", "#7a3e92", "#00657f", "#1c2430"),
     _rgb("#6a7788", "#a83a00", "#00694c", "#8a5300", "#0060a8", "#7a3e92", "#00657f", "#1c2430"),
 )
+
+
+# A terminal of 16 colours takes the nearest of them, which for ours are greys: there these stand for them, themselves
+# among the 16 (bright on dark, full on light).
+_16_ON_DARK = "#000000", "#ff5555", "#55ff55", "#ffff55", "#5555ff", "#ff55ff", "#55ffff", "#ffffff"
+_16_ON_LIGHT = "#000000", "#aa0000", "#00aa00", "#aa5500", "#0000aa", "#aa00aa", "#00aaaa", "#000000"
+ANSI_DARK_16 = TerminalTheme((0, 0, 0), (255, 255, 255), _rgb(*_16_ON_DARK))
+ANSI_LIGHT_16 = TerminalTheme((255, 255, 255), (0, 0, 0), _rgb(*_16_ON_LIGHT))
+
+
+def of_16(one: Theme) -> Theme:
+    """Return a theme with good, bad and doubtful in colours that a terminal of 16 colours has."""
+    _, red, green, yellow, *_ = _16_ON_DARK if one.dark else _16_ON_LIGHT
+    return replace(one, success=green, error=red, warning=yellow)
 
 
 def asked_for() -> str:

@@ -1,6 +1,8 @@
 """Both palettes can be read: contrast as WCAG 2 defines it, 4.5 for text; F12 changes from one to the other."""
 
 import pytest
+from rich.color import Color, ColorSystem
+from rich.console import Console
 from rich.segment import Segment
 from rich.style import Style
 from textual.color import Color as TextualColor
@@ -11,6 +13,7 @@ from accept.tui.screens.start import Given
 from accept.tui.widgets.step_list import StepList
 from tests.accept.tui.tui_help import loader, press, running
 
+RED, GREEN, YELLOW, BRIGHT = 1, 2, 3, 8  # numbers among the 16 colours; what is added to them for the bright ones
 TEXT = 4.5  # WCAG 2.2, 1.4.3
 ANSI = {theme.DARK: theme.ANSI_DARK, theme.LIGHT: theme.ANSI_LIGHT}
 
@@ -56,6 +59,19 @@ def test_a_cell_without_a_style_has_no_colour_either():
     assert (plain.text, blank.text) == ("a", " ")
     triplet = plain.style.color.get_truecolor()
     assert triplet.red == triplet.green == triplet.blue
+
+
+@pytest.mark.parametrize("name", [theme.DARK, theme.LIGHT])
+async def test_good_bad_and_doubtful_are_told_apart_in_16_colours(monkeypatch: pytest.MonkeyPatch, name: str):
+    """Good is a green of the 16, bad a red, doubtful a yellow, drawn as such a terminal draws them."""
+    monkeypatch.setattr(Console, "_detect_color_system", lambda _: ColorSystem.STANDARD)
+    monkeypatch.setenv("ACCEPT_THEME", name.removeprefix("accept-"))
+    async with running(loader(), given=Given("Ann")) as pilot:
+        themed, ansi = pilot.app.current_theme, pilot.app.ansi_theme
+    drawn = [Style.parse(style).color.get_truecolor(ansi) for style in ("green", "bold red", "yellow")]
+    for three in (drawn, [rgb(colour) for colour in (themed.success, themed.error, themed.warning)]):
+        numbers = [Color.from_rgb(*of).downgrade(ColorSystem.STANDARD).number % BRIGHT for of in three]
+        assert numbers == [GREEN, RED, YELLOW]
 
 
 async def test_lines_and_the_row_under_the_cursor_are_seen_without_colour(monkeypatch: pytest.MonkeyPatch):
