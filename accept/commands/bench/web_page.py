@@ -3,12 +3,13 @@ dropped."""
 
 UPLOAD = "/photo"  # takes a dropped or pasted file, answers with its path
 
-_KEYS = (
+_KEYS = (  # what stands on it, the key of the browser, its code; ^: with Ctrl
     ("Esc", "Escape", 27),
     ("↑", "ArrowUp", 38),
     ("↓", "ArrowDown", 40),
     ("Tab", "Tab", 9),
-    *((f"F{n}", f"F{n}", 111 + n) for n in range(1, 11)),
+    *((f"F{n}", f"F{n}", 111 + n) for n in (*range(1, 11), 12)),
+    *((f"^{letter}", letter, ord(letter.upper())) for letter in "zrl"),
     ("Enter", "Enter", 13),
 )
 _STYLE = """<style>
@@ -24,8 +25,8 @@ body { margin: 0; }
 """
 _SCRIPT = """<script>
 const line = () => document.querySelector("textarea.xterm-helper-textarea");
-function press(key, code) {
-  const event = new KeyboardEvent("keydown", { key, code: key, bubbles: true, cancelable: true });
+function press(key, code, ctrlKey) {
+  const event = new KeyboardEvent("keydown", { key, code: key, ctrlKey, bubbles: true, cancelable: true });
   Object.defineProperty(event, "keyCode", { get: () => code });
   Object.defineProperty(event, "which", { get: () => code });
   line()?.focus();
@@ -34,7 +35,7 @@ function press(key, code) {
 document.querySelectorAll("#touch button").forEach((button) => {
   button.addEventListener("pointerdown", (event) => {
     event.preventDefault();  // the terminal keeps the focus
-    press(button.dataset.key, Number(button.dataset.code));
+    press(button.dataset.key, Number(button.dataset.code), button.textContent.startsWith("^"));
   });
 });
 async function take(files, event) {

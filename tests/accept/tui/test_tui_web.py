@@ -1,6 +1,9 @@
 """The workflow in a browser: on this machine only, and only for its own page."""
 
 import asyncio
+import importlib
+import pkgutil
+import re
 import socket
 import sys
 from pathlib import Path
@@ -56,6 +59,28 @@ async def test_a_window_is_started_without_a_shell(tmp_path: Path, monkeypatch):
 
 def test_the_command_of_a_window_is_words():
     assert web.command(["it's here"])[-2:] == ["run", "it's here"]
+
+
+def test_every_key_that_a_screen_names_can_be_touched():
+    """Those of the row of keys, and of the app; and what forgets an open key. Left and Backspace have none."""
+    from textual.screen import Screen
+
+    from accept.commands.bench.web_page import additions
+    from accept.tui import screens
+    from accept.tui.app import BenchApp
+
+    names = [one.name for one in pkgutil.iter_modules(screens.__path__)]
+    modules = [importlib.import_module(f"{screens.__name__}.{name}") for name in names]
+    found = {kind for module in modules for kind in vars(module).values() if isinstance(kind, type)}
+    bound = [one for kind in found if issubclass(kind, Screen) for one in vars(kind).get("BINDINGS", ())]
+    named = {one.key.split(",")[0] for one in bound if one.show} - {"left", "backspace"} | {"ctrl+l"}
+    named |= {one.key for one in BenchApp.BINDINGS if one.key.startswith("f")}
+    codes = {"escape": 27, "enter": 13, "tab": 9, **{f"f{n}": 111 + n for n in range(1, 13)}}
+    codes |= {f"ctrl+{letter}": ord(letter.upper()) for letter in "abcdefghijklmnopqrstuvwxyz"}
+    touched = dict(re.findall(r'data-code="(\d+)">([^<]+)<', additions()))
+    assert {"ctrl+z", "ctrl+r", "f5", "f12"} <= named
+    assert not {key for key in named if str(codes[key]) not in touched}
+    assert not {key for key in named if touched[str(codes[key])].startswith("^") is not key.startswith("ctrl+")}
 
 
 async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: Path):

@@ -144,6 +144,12 @@ def test_keys_that_a_glove_hits_a_dropped_photo_and_plots_at_full_resolution(add
         at.wait_for("Note saved")
         (kept,) = (tmp_path / "home").rglob("notes/a_crack.png")
         assert kept.read_bytes() == bytes([137, 80, 78, 71])
+        touch("z")
+        at.wait_for("Undone: ")
+        dark = page.screenshot()
+        touch("F12")
+        at.wait_for("Undone: ")  # all is drawn again, in other colours
+        assert page.screenshot() != dark
         touch("Enter")
         at.wait_for("Height 1")
         at.line("0 1 2 1 0 1 2 1")
