@@ -60,6 +60,10 @@ def channels(data: Mapping[str, Any], problems: list[str]) -> Channels:
         return {}
 
 
+MEASURED_BY = "measured by "  # how the first line of a check begins if several persons measured the unit
+BETWEEN = " and "  # names in it
+
+
 def notes(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
     """Return lines of `[notes]`, by check."""
     return _by_check(data, "notes", _are_texts, "a check and a list of texts", problems)

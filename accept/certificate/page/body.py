@@ -17,6 +17,7 @@ from accept.certificate.page.clauses import (
     entered_words,
     environment_words,
     item_words,
+    operator_words,
     provided_words,
     rule_words,
 )
@@ -42,7 +43,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
     attached = sum(name in contents.files for name in contents.inputs)
     rows = [
         *statements(contents).items(),
-        ("Operator", contents.operator or "not named"),
+        ("Operator", operator_words(contents)),
         ("Instruments", instruments_words(contents) or "none named by the spec"),
         ("Parts", _pairs_text(parts)),
         ("Item", item_words(contents.result)),

@@ -6,6 +6,7 @@ from typing import Any
 
 from accept.certificate.contents.content import CertificateContent
 from accept.pictures.labels import check_label
+from accept.units.folder_header import BETWEEN, MEASURED_BY
 from checks.acceptance import CHECKS
 
 RULES = {
@@ -17,6 +18,15 @@ COVERAGE = "U is the expanded uncertainty with k = 2, a coverage of about 95 % f
 SCOPE = "The results relate only to the item tested. This certificate may be copied as a whole only."
 CUSTOMER = "customer"  # in [provided] of unit.toml
 _ENVIRONMENT = {"temperature_C": ("temperature", "°C"), "humidity_percent": ("relative humidity", "%")}
+
+
+def operator_words(contents: CertificateContent) -> str:
+    """Return who signs and, if several persons measured the unit, who they are: the notes name them step by step."""
+    signs = contents.operator or "not named"
+    first = [lines[0] for lines in contents.unit_file.get("notes", {}).values() if lines]
+    names = [line.removeprefix(MEASURED_BY).split(BETWEEN) for line in first if line.startswith(MEASURED_BY)]
+    people = dict.fromkeys(name for some in names for name in some)
+    return f"{signs} (signs); measured by {', '.join(people)}: see Notes" if len(people) > 1 else signs
 
 
 def days_words(result: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ from statistics import fmean, stdev
 from typing import Any
 
 from accept.judging.nonconformance import MARK
+from accept.units.folder_header import BETWEEN, MEASURED_BY
 from accept.workflow.state.unit_state import Attempt, EnteredValue, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from checks.acceptance import CHECKS
@@ -132,7 +133,7 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep], simul
 
 def _measured_by(state: StepState) -> list[str]:
     people = dict.fromkeys(entry.who for entry in state.entries)
-    return [f"measured by {' and '.join(people)}"] if people else []
+    return [MEASURED_BY + BETWEEN.join(people)] if people else []
 
 
 def value_words(name: str, index: int | None, value: float, unit: str) -> str:

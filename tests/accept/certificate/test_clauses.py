@@ -1,6 +1,22 @@
 """What a report must state beside its results: as far as the unit's folder states it, and nothing invented."""
 
-from accept.certificate.page.clauses import COVERAGE, SCOPE, days_words, environment_words, item_words, rule_words
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from accept.certificate.page.clauses import (
+    COVERAGE,
+    SCOPE,
+    days_words,
+    environment_words,
+    item_words,
+    operator_words,
+    rule_words,
+)
+from accept.units.unit_folder import UNIT_FILE
+from tests.accept.certificate.certificate_help import certificate_contents
 
 
 def finding(check: str, rule: str = "guarded", value: float | None = 1.0) -> dict[str, object]:
@@ -12,7 +28,7 @@ def test_days_are_a_span_and_checks_without_a_day_are_named():
         "measured": {"flatness": "2026-10-20", "capacitance": "2026-10-13"},
         "findings": [finding("flatness"), finding("capacitance"), finding("stroke"), finding("frf", value=None)],
     }
-    assert days_words(result) == "2026-10-13 to 2026-10-20; no day is stated for stroke"
+    assert days_words(result) == "2026-10-13 to 2026-10-20; no day is stated for Stroke"
     assert days_words({"findings": [finding("flatness")]}) == ""
 
 
@@ -24,6 +40,25 @@ def test_item_and_environment_are_what_is_stated():
     assert item_words(result) == "customer Lab, lot W40"  # as in an attachment, whatever the order in unit.toml
     assert environment_words(result) == "temperature 21.5 ± 0.5 °C, relative humidity 45 %"
     assert item_words({}) == environment_words({}) == ""
+
+
+@pytest.mark.parametrize(
+    ("notes", "who"),
+    [
+        ("", set()),
+        ('flatness = ["seen under the microscope (Ben)"]', set()),
+        ('flatness = ["measured by hand (Anna)"]', set()),
+        ('flatness = ["measured by Ben", "a scratch (Ben)"]\ncapacitance = ["measured by Anna and Cem"]',
+         {"Ben", "Anna", "Cem"}),
+    ],
+)  # fmt: skip
+def test_the_operator_signs_and_is_not_said_to_have_measured_what_others_did(tmp_path: Path, notes: str, who: set[str]):
+    contents = replace(certificate_contents(tmp_path), operator="Anna")
+    unit = f"{contents.files[UNIT_FILE].decode()}\n[notes]\n{notes}\n".encode()
+    words = operator_words(replace(contents, files={**contents.files, UNIT_FILE: unit}))
+    assert words.startswith("Anna")
+    assert set(re.findall(r"[A-Z][a-z]+(?=[,:])", words)) == who
+    assert ("(signs)" in words) is bool(who)
 
 
 def test_every_rule_of_a_finding_is_in_words_once():
