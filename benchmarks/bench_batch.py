@@ -76,7 +76,7 @@ def read_all(folders: list[Path]) -> None:
 
 
 def judge(folders: list[Path], out: Path, credential: keys.Credential | None) -> None:
-    """A whole batch."""
+    """Judge a whole batch."""
     specs = {"apa": load_spec("apa"), "strut": load_spec("strut-basic")}
     request = BatchRequest(folders, out, specs, "bench", credential, WORKERS)
     with open_store(f"sqlite:///{out.with_suffix('.sqlite')}") as store:

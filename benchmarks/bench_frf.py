@@ -50,7 +50,7 @@ def scipy_way(u: np.ndarray, y: dict[str, np.ndarray]) -> None:
 
 
 def chunks(seconds: int) -> Iterator[list[np.ndarray]]:
-    """A record, one second at a time."""
+    """Yield a record, one second at a time."""
     rng = np.random.default_rng(1)
     for _ in range(seconds):
         yield list(rng.standard_normal((1 + OUTPUTS, int(FS))))

@@ -35,7 +35,7 @@ def seconds(work: Callable[[], object], runs: int) -> float:
 
 
 def first_order(system: System) -> control.StateSpace:
-    """The same states for python-control: positions and velocities."""
+    """Return the same states for python-control: positions and velocities."""
     n = len(system.K)
     inverse = np.linalg.inv(system.M)
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ system.K, -inverse @ system.C]])

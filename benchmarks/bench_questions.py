@@ -67,7 +67,7 @@ def fill(store: Store, units: int) -> None:
 
 
 def event(n: int, units: int, z: np.ndarray, study: str = "") -> NewEvent:
-    """A judged APA, its findings as results.json has them."""
+    """Return a judged APA, its findings as results.json has them."""
     day = f"2026-{1 + 12 * n // units:02d}-{1 + (336 * n // units) % 28:02d}"
     findings = []
     for (name, (check, mean, sigma, lower, upper)), off in zip(QUANTITIES.items(), z.tolist(), strict=True):

@@ -48,7 +48,7 @@ def first_paint_s() -> float:
 
 
 async def key_answers_s(count: int = 30) -> list[float]:
-    """Times from a key to its letter in the line, while the FRF of a strut is judged over and over."""
+    """Return the times from a key to its letter in the line, while the FRF of a strut is judged over and over."""
     async with running(loader("strut", DATA / "units" / "S-01")) as pilot:
         await type_line(pilot, "S-01")
         while type(pilot.app.screen).__name__ == "StartScreen":

@@ -253,7 +253,7 @@ def with_moved_paths(text: bytes, old: Path, new: Path) -> bytes:
 
 
 def _relative_path(folder: Path, file: Path) -> str:
-    """Return the path of a file relative to a folder; absolute if there is none (another drive)."""
+    """Return the path of a file relative to a folder, absolute if it is on another drive."""
     try:
         return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
     except ValueError:
