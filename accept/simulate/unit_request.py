@@ -140,12 +140,12 @@ class UnitRequest:
                 raise UnitRequestError(f"effect '{name}' says nothing about how it is simulated in time")
 
 
-def drawn(model: Model, seed: int) -> Model:
-    """Return the model with every uncertain parameter drawn from its prior, at most two standard deviations away and
-    within its bounds."""
+def drawn(model: Model, seed: int, most: float = 2.0) -> Model:
+    """Return the model with every uncertain parameter drawn from its prior, at most so many standard deviations away
+    and within its bounds."""
     rng = np.random.default_rng([seed, zlib.crc32(b"parameters")])
     c = model.calibrated
-    away = np.clip(rng.standard_normal(len(c.names)), -2.0, 2.0)
+    away = np.clip(rng.standard_normal(len(c.names)), -most, most)
     values = c.values + away * c.sds
     return model.with_values(
         {

@@ -201,7 +201,9 @@ def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, st
     rng = random.Random(seed)
     possible = [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
     fault = rng.choice(possible)
-    model = on_bench(drawn(open_model(SIMULATED_MODEL[kind]), seed), kind)
+    # What has nothing hidden must pass: at two standard deviations of everything some struts miss a limit by a hertz.
+    most = 1.0 if fault is None else 2.0
+    model = on_bench(drawn(open_model(SIMULATED_MODEL[kind]), seed, most), kind)
     request = UnitRequest(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
     return request, hidden_words(fault, kind)
 

@@ -108,7 +108,7 @@ import numpy as np
 from dataclasses import replace
 from checks.gap.workflow import run
 from tests.checks.gap.shared.gap_cases import inputs
-case = inputs(5)
+case = inputs(5, without=("channel_lowpass_de",))  # the name that the library has for the same filter
 def filtered(d):
     slow = np.ones(d.H.shape, dtype=complex)
     slow[:, d.channels.index("de")] = 1 / (1 + 1j * d.f / 1500.0)

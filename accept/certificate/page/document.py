@@ -54,8 +54,7 @@ def render(contents: CertificateContent) -> bytes:
     height = _row_height(_height(above), _height(below), len(rows))
     figures = [FigureRow(row, height, columns, _SPACE_ABOVE) for row in rows]
     text = _build(contents, [*above, *figures, *below, *shown])
-    title = f"Acceptance certificate {contents.serial}: {contents.result['verdict']}"
-    return assemble(text, contents.attachments(), fixed_parts.field_rectangles(), title)
+    return assemble(text, contents.attachments(), fixed_parts.field_rectangles(), _title(contents))
 
 
 def _build(contents: CertificateContent, flowables: list[Flowable]) -> bytes:

@@ -168,8 +168,8 @@ def test_what_others_provided_is_stated_and_verified(bench, tmp_path):
     accept("report", folder, "--spec", "apa-basic", "--out", pdf)
     words = provided_words(attachments.read(read_certificate(pdf)).result)
     assert words == (
-        "capacitance by the customer, who answers for what it provided; "
-        "stroke by Measuring Ltd, D-K-00000, an external provider"
+        "Capacitance by the customer, who answers for what it provided; "
+        "Stroke by Measuring Ltd, D-K-00000, an external provider"
     )
     assert accept("verify", pdf).exit_code == 0
 

@@ -3,6 +3,7 @@ was hidden, and what was put right."""
 
 import os
 import time
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -217,12 +218,13 @@ def test_what_is_said_first_about_every_fault_is_the_right_action(kind: str, fau
 
 @pytest.mark.parametrize("kind", ["apa", "strut"])
 def test_nothing_is_to_be_done_about_a_unit_without_a_fault(kind: str, tmp_path: Path) -> None:
-    drawn, _ = training_request(kind, "T-1", 1)
-    request = UnitRequest("T-1", kind, drawn.model, 1, fault=None, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
-    folder = write(simulate(request), tmp_path / "T-1")
-    result = judge_unit(unit_folder.read(folder), default_spec(kind))
-    assert {str(f.verdict) for f in result.findings} == {"pass"}
-    assert first_advice(result.findings) is None
+    """Red before: one of them had its torsion a hertz above the limit, and was said to pass."""
+    requests = (training_request(kind, f"T-{seed}", seed)[0] for seed in range(200))
+    for request in islice((r for r in requests if r.fault is None), 2):
+        folder = write(simulate(request), tmp_path / request.serial)
+        result = judge_unit(unit_folder.read(folder), default_spec(kind))
+        assert {str(f.verdict) for f in result.findings} == {"pass"}
+        assert first_advice(result.findings) is None
 
 
 def test_every_fault_of_the_simulator_has_its_right_action() -> None:

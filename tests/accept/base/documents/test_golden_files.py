@@ -26,6 +26,7 @@ from accept.store.payloads import (
     InstrumentChecked,
     NonconformanceDecided,
     Payload,
+    RecordRefused,
     UnitJudged,
     UnitRefused,
     payload_of,
@@ -62,6 +63,7 @@ def test_every_event_is_written_again_as_it_was(store: Store) -> None:
         BenchStated,
         GoldenMet,
         GoldenRetired,
+        RecordRefused,
         InstrumentChecked,
         NonconformanceDecided,
     }  # which that store has none of

@@ -149,7 +149,7 @@ def test_swapped_roles_are_refused(bench: Bench) -> None:
 def appended(pdf: bytes, credential: Credential, when: datetime) -> bytes:
     """Return the document with one more signature, whatever the rules of signing say of it."""
     out = io.BytesIO()
-    asyncio.run(_append(out, pdf, credential, when, _signer(credential), None, RevocationData(), None))
+    asyncio.run(_append(out, pdf, credential, when, _signer(credential), None, RevocationData(), None, False))
     return out.getvalue()
 
 
