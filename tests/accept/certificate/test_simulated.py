@@ -204,6 +204,7 @@ def test_the_workflow_keeps_the_mark_of_a_folder(tmp_path: Path) -> None:
         assert "simulated" in problems[0]
         assert not any(step.entries for step in session.attempt.steps.values())
         session.close()
+        plain.close()
         bench.close()
 
 
@@ -233,6 +234,7 @@ def test_what_simulated_instruments_read_has_the_mark(tmp_path: Path) -> None:
         plain.open_unit(Begun("A-6", "apa", "Ann"))[0].close()
         with pytest.raises(EntryError):
             bench.open_unit(Begun("A-6", "apa", "Ann"))
+        plain.close()
         bench.close()
 
 
