@@ -198,7 +198,7 @@ class _Batch:
             self.doubted += pipeline.weaken_others(unit.serial, known.reservations.copies)
             self._note_parts(unit.serial, unit.parts, known.reservations.part_doubts)
             word = signs.unit_word(before.verdict, known.reservations.nonconformances)
-            self.say(f"{unit.serial}: unchanged, {word}{_simulated(unit)}")
+            self.say(f"{unit.serial}: unchanged, {signs.marked(word, unit.simulated)}")
             return None
         return pipeline.prepare(unit, known, certificate, self._place(unit))
 
@@ -221,7 +221,7 @@ class _Batch:
         self.roster.keep(outcome.result)
         self.doubted += settled.weakened
         self._note_parts(result.serial, result.parts, result.part_doubts)
-        self.say(f"{prefix}{result.serial}: {result.word}{_simulated(result)}{_why(result)}")
+        self.say(f"{prefix}{result.serial}: {signs.marked(result.word, result.simulated)}{_why(result)}")
 
     def settle_doubted_again(self) -> None:
         """Settle again the units of this run that share a recording with a later one, or whose part was judged or built
@@ -277,10 +277,6 @@ class _Batch:
         self.pipeline.refuse(path, reason)
         self.report.refused.append({"path": as_utf8(str(path)), "reason": reason})
         self.say(f"{prefix}refused: {reason}")
-
-
-def _simulated(unit: UnitFolder | UnitResult) -> str:
-    return f", {signs.SIMULATED}" if unit.simulated else ""
 
 
 def _why(result: UnitResult) -> str:

@@ -79,8 +79,8 @@ class UnitResult:
 
     def __repr__(self) -> str:
         """Return a line for the unit and one for each finding: what a notebook shows."""
-        simulated = f", {signs.SIMULATED}" if self.simulated else ""
-        lines = [f"{self.serial} ({self.kind}): {self.word} by spec {self.spec_name}{simulated}"]
+        by_spec = signs.marked(f"{self.word} by spec {self.spec_name}", self.simulated)
+        lines = [f"{self.serial} ({self.kind}): {by_spec}"]
         for f in self.findings:
             value = "" if f.value is None else f" {with_U(f.value, f.U) if f.U else rounded(f.value, None)}"
             why = "" if f.reason is None else f", {f.reason}"

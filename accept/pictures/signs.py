@@ -70,6 +70,11 @@ GAP = {
 SIMULATED = "SIMULATED - NOT A MEASUREMENT"  # of a unit of a training or a simulation, beside its verdict
 
 
+def marked(word: str, simulated: bool) -> str:
+    """Return the word of a verdict, with the mark of a unit that no instrument measured."""
+    return f"{word}, {SIMULATED}" if simulated else word
+
+
 def unit_word(verdict: str, nonconformances: Collection[str]) -> str:
     """Return the verdict of a unit as people read it, a key of `UNITS`: one that is held is called so everywhere."""
     return "held" if nonconformances and verdict == "conditional" else str(verdict)

@@ -400,7 +400,7 @@ class RecordRefused(Payload, what="record_refused"):
     form: str
     input: str
     file: str
-    origin: Annotated[str, "where it is"]
+    origin: Annotated[str, "the path of the file"]
     written: Annotated[float, "when the file was written [s since 1970]"]
     cause: Reason
     action: Annotated[str, "what to do about it"]

@@ -13,7 +13,7 @@ from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Pro
 from checks.gap.search.bench_paths import in_words, on_bench, with_bench_paths, without_lags
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Effort, Say, Search
-from checks.gap.search.forward import SearchResult, explain, explain_beside, has_needless_effect
+from checks.gap.search.forward import SearchResult, explain, explain_beside
 
 NEARLY = 10.0  # G up to which one more effect may be what is left of an explanation
 NEARLY_ON_BENCH = 3.0  # the same on a bench of its own, whose guide leaves more than one effect could explain
@@ -63,15 +63,15 @@ def _explain(problem: Problem, search: Search, base: Candidate) -> Result:
     found = explain(search, base, 1, problem.table.beam)
     if not found.best.adequate and found.best.worst_G < problem.table.G:  # chance alone says that it is not all
         found = _search_deeper(search, found)
-    if found.is_named and not has_needless_effect(found.best):
+    if found.is_final:
         return build_result(problem, search, found, whole)
     beside = explain_beside(search, found)
-    if beside.is_named and not has_needless_effect(beside.best):
+    if beside.is_final:
         return build_result(problem, search, beside, whole)
     if beside.steps and not found.is_one_mode:
         if beside.best.worst_G < NEARLY:
             deeper = found.continued_by(explain(search, beside.best, 1, 1))
-            if deeper.is_named and not has_needless_effect(deeper.best):
+            if deeper.is_final:
                 return build_result(problem, search, deeper, whole)
         partial = build_result(problem, search, beside, whole)
         if partial.verdict != UNEXPLAINED:

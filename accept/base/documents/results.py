@@ -84,9 +84,7 @@ class UnitEntry(Document):
     provided: Annotated[
         Mapping[str, str], _filled, "who provided the values of a section, `customer` or an external provider"
     ] = field(default_factory=dict)
-    simulated: Annotated[bool, _filled, "true: no instrument measured it, its verdict is none about a real unit"] = (
-        False
-    )
+    simulated: Annotated[bool, _filled, "true: no instrument measured it, so the verdict is about no real unit"] = False
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Verification by anyone who holds the bench's CA certificate. A certificate that is not proven valid is invalid."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -14,6 +14,7 @@ from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
 from accept.certificate.contents.statements import NOT_STATED, statements
 from accept.certificate.contents.step import Step
+from accept.certificate.page.fixed_parts import is_simulated
 from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA
@@ -29,7 +30,7 @@ from accept.certificate.verify.stated_check import check_copies, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
 from accept.judging.result import UnitResult
 from accept.pictures import signs
-from accept.units.unit_folder import UNIT_FILE
+from accept.units.unit_folder import UNIT_FILE, UnitFolder
 from checks.verdict import UnitVerdict
 
 Known = Callable[[bytes, CertificateContent, datetime, UnitResult | None], Sequence[Step]]
@@ -145,15 +146,11 @@ def _verify(
             spec_step := guarded("the spec", check_spec, contents, roots, revoked),
             *([] if known is None else guarded("the store", known, signed, contents, signatures[0].when, again)),
         ]
-        looked_up = {field for step in steps for field in step.looked_up}
         unit = guarded(UNIT_FILE, attachments.unit_of, contents)
         # of the attached folder: a result that another program made may not say it
-        simulated = unit.simulated or bool(contents.result.get("simulated"))
-        if simulated:
-            steps.append(Step(_SIMULATED, complete=demo or training))
-        if not demo:
-            steps.append(guarded("the words", words_on_trust, contents, unit, looked_up))
-            steps.append(taken_on_trust(contents, looked_up))
+        simulated = unit.simulated or is_simulated(contents)
+        steps += [Step(_SIMULATED, complete=demo or training)] if simulated else []
+        steps += [] if demo else _on_trust(contents, unit, {field for step in steps for field in step.looked_up})
         details += [one_line(step.words) for step in steps if step.words]
     except InvalidCertificate as e:
         return Verification(Validity.NOT_VALID, str(e), details=tuple(details), demo=demo)
@@ -172,6 +169,12 @@ def _verify(
         current=_current(steps),
         simulated=simulated,
     )
+
+
+def _on_trust(contents: CertificateContent, unit: UnitFolder, looked_up: Set[str]) -> list[Step]:
+    """Return the steps on words and statements that nothing confirms. looked_up: fields that were."""
+    words = guarded("the words", words_on_trust, contents, unit, looked_up)
+    return [words, taken_on_trust(contents, looked_up)]
 
 
 _SIMULATED = f"{signs.SIMULATED}: unit.toml says that the unit was simulated, so it is no acceptance of a real one"

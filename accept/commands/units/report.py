@@ -59,6 +59,6 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
         say(line)
     if result.gap is not None:
         say(f"{result.serial}: {one_line(result.gap)}")
-    word = f"{result.word}, {signs.SIMULATED}" if result.simulated else result.word
+    word = signs.marked(result.word, result.simulated)
     say(f"{result.serial}: {word}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
     return of_verdicts([str(result.verdict)])

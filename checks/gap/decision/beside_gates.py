@@ -98,8 +98,7 @@ class BesideEvidence(NameEvidence):
         """Return the residual of the explanation where the effect acts."""
         fitted, data = self.fitted, self.fitted.unseen
         less = fitted.response.without(self.effect.name)
-        at = {p.name: fitted.at.get(p.name, p.begin) for p in less.free()}
-        bare = data.H - less.frf(data.f, at, data.channels)
+        bare = data.H - less.frf(data.f, less.own_values(fitted.at), data.channels)
         change, before, after = left_by_cell(data, bare - fitted.residual), left_by_cell(data, bare), fitted.Q
         acts = change > ACTS
         if not acts.any():

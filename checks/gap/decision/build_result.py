@@ -28,7 +28,6 @@ from checks.gap.decision.verdict import (
     named_effects,
     verdict_of,
 )
-from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.unmodelled_modes import is_path
 from checks.gap.preparation.inputs import Problem
 from checks.gap.search.candidate import Candidate
@@ -139,7 +138,7 @@ def _left_before(whole: Candidate, result: SearchResult, full: Candidate, B: Dat
     calibration without the effects has followed what it cannot explain, and shows it everywhere."""
     if not (result.best.response.counted and full.adequate):
         return whole.seen
-    return at_known(result.base.response, B, _values(result.base.response, full))
+    return at_known(result.base.response, B, result.base.response.own_values(full.at))
 
 
 def _judge(problem: Problem, search: Search, result: SearchResult, left_out: Sequence[str]) -> FinalExplanation:
@@ -170,8 +169,8 @@ def _withdraw(
     without = [
         whole,
         replace(base, at=given, unseen=B),
-        replace(base, at=_values(base.response, full), unseen=B),
-        replace(base, response=bare, at=_values(bare, full), unseen=B),
+        replace(base, at=base.response.own_values(full.at), unseen=B),
+        replace(base, response=bare, at=bare.own_values(full.at), unseen=B),
     ]
     claims, before, after = withdraw_harmful(without, replace(full, unseen=B), decision.claims)
     return replace(decision, claims=claims), before, after
@@ -186,11 +185,6 @@ def _with_rivals(decision: FinalExplanation, result: SearchResult) -> FinalExpla
     rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good), *lags_alike(full, good))
     rivals += forms_of_drive_lag(full, good)
     return replace(decision, rivals=rivals)
-
-
-def _values(response: Augmented, full: Candidate) -> dict[str, float]:
-    """Return the free parameters of a response, at the values of the whole explanation."""
-    return {q.name: full.at.get(q.name, q.begin) for q in response.free()}
 
 
 def _tried(result: SearchResult, claims: Sequence[Claim], failures: Mapping[str, str]) -> tuple[Tried, ...]:
@@ -235,8 +229,8 @@ def steps_of(after: Candidate) -> tuple[StepShown, ...]:
 
 
 def _channel_G(c: Candidate) -> dict[str, float]:
-    at = {q.name: c.at.get(q.name, q.begin) for q in c.response.free()}
-    return {channel: gap.G for channel, gap in gaps_of(replace(c, at=at)).channels.items()}
+    c = replace(c, at=c.response.own_values(c.at))
+    return {channel: gap.G for channel, gap in gaps_of(c).channels.items()}
 
 
 def _ended(search: Search, verdict: str) -> tuple[str, ...]:

@@ -57,7 +57,7 @@ def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
         if m.name not in names:
             response = response.without(m.name)
             kept_at |= _stood_for(m, full)
-    return replace(full, response=response, at={q.name: kept_at.get(q.name, q.begin) for q in response.free()})
+    return replace(full, response=response, at=response.own_values(kept_at))
 
 
 def _stood_for(member: Member, full: Candidate) -> dict[str, float]:

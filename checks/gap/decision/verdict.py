@@ -86,23 +86,26 @@ def lags_alike(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...
     """Return the named lags whose form the band does not show, with the others of their channels."""
     out = []
     for effect in (c.effect for c in claims):
-        alike = sorted(e.name for e in EFFECTS.values() if e.lags and e.channels == effect.channels)
         if any_lag_explains(full, effect):
-            out.append(Ambiguous(tuple(alike), effect.experiment.value))
+            out.append(Ambiguous(_lags_on(effect.channels), effect.experiment.value))
     return tuple(out)
+
+
+def _lags_on(channels: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the lags of exactly these channels."""
+    return tuple(sorted(e.name for e in EFFECTS.values() if e.lags and set(e.channels) == set(channels)))
 
 
 def forms_of_drive_lag(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
     """Return the named lags of the drive whose form a bench that was not learned makes up: beside another lag, two of
     them or one of second order are as well another lag of first order behind the bench's own."""
     lags = [e for e in full.response.effects if e.lags]
-    in_drive = [e for e in lags if len(e.channels) == len(CHANNELS)]
+    in_drive = [e for e in lags if set(e.channels) == set(CHANNELS)]
     if full.response.model.learned is not None or len(lags) < 2 or sum(len(e.parameters) for e in in_drive) < 2:
         return ()
     if not any(c.effect in in_drive for c in claims):
         return ()
-    alike = (e for e in EFFECTS.values() if e.lags and len(e.channels) == len(CHANNELS))
-    return (Ambiguous(tuple(sorted(e.name for e in alike)), Experiment.DUMMY.value),)
+    return (Ambiguous(_lags_on(CHANNELS), Experiment.DUMMY.value),)
 
 
 def losses_of_bench(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
@@ -110,8 +113,8 @@ def losses_of_bench(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous
     own: losses of its amplifier or its converters do the same, to the slow sines as well."""
     if not any(is_path(m) for m in full.response.members):
         return ()
-    alike = [c.effect for c in claims if c.effect.factor and len(c.effect.channels) == len(CHANNELS)]
-    return tuple(Ambiguous((e.name, OF_BENCH), Experiment.DUMMY.value) for e in alike if not e.lags)
+    alike = [e for e in (c.effect for c in claims) if e.factor and not e.lags and set(e.channels) == set(CHANNELS)]
+    return tuple(Ambiguous((e.name, OF_BENCH), Experiment.DUMMY.value) for e in alike)
 
 
 def lags_of_bench(full: Candidate) -> tuple[Ambiguous, ...]:

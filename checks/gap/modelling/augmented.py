@@ -84,6 +84,10 @@ class Augmented:
                 )
         return [*base, *added]
 
+    def own_values(self, at: Values) -> dict[str, float]:
+        """Return the values of the fitted parameters, of those that are not given where they begin."""
+        return {p.name: at.get(p.name, p.begin) for p in self.free()}
+
     def of(self, values: Values, member: str) -> dict[str, float]:
         """Return the values of one member, by its own parameter names."""
         prefix = f"{member}."

@@ -31,10 +31,16 @@ class SearchResult:
         return self.best.adequate and not self.best.response.unmodelled_modes
 
     @property
+    def is_final(self) -> bool:
+        """Return whether the explanation is complete, and named effects of which it needs each."""
+        return self.is_named and not has_needless_effect(self.best)
+
+    @property
     def is_one_mode(self) -> bool:
         """Return whether one unmodelled mode explains everything: what an effect explains beside a gap that remains is
         then a part of what the mode does, as its static gain looks like a scale."""
-        return self.best.adequate and len(self.best.response.counted) == 1 and not self.best.response.effects
+        response = self.best.response
+        return self.best.adequate and len(response.unmodelled_modes) == 1 and not response.effects
 
     def rival_of_names(self, names: frozenset[str]) -> Candidate | None:
         """Return the rival explanation of exactly these members, None if none of them was fitted."""
@@ -120,8 +126,7 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
 def is_within_tolerance(c: Candidate, effect: Effect) -> bool:
     """Return whether all channels agree without an effect of a candidate, everything else at the same values."""
     less = c.response.without(effect.name)
-    at = {p.name: c.at.get(p.name, p.begin) for p in less.free()}
-    return replace(c, response=less, at=at).worst_G < c.table.G
+    return replace(c, response=less, at=less.own_values(c.at)).worst_G < c.table.G
 
 
 def has_needless_effect(c: Candidate) -> bool:

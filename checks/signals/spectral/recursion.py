@@ -16,8 +16,7 @@ _EXTENSION = 15  # samples that the record is continued by at each end, turned a
 
 def recursion(b: Sequence[complex], a: Sequence[complex], x: _Series) -> _Series:
     """Return y (N,) of a[0] y[n] + a[1] y[n - 1] + ... = b[0] x[n] + b[1] x[n - 1] + ... from rest; a[0] is 1. The
-    samples
-    of y solve a triangular band matrix ([OPPENHEIM10] 6.1). Complex coefficients need a complex x."""
+    samples of y solve a triangular band matrix ([OPPENHEIM10] 6.1). Complex coefficients need a complex x."""
     band = np.empty((len(a), x.size), dtype=x.dtype, order="F")
     band[:] = np.asarray(a, dtype=x.dtype)[:, None]
     moving = np.convolve(x, np.asarray(b, dtype=x.dtype))[: x.size]

@@ -148,8 +148,8 @@ def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
     order, w = fitted.order, _as_without(fitted, without)
     smaller, larger = (float(np.sum(np.abs(eliminate(w, basis(w, q, order))[-1]) ** 2)) for q in (without, fitted.q))
     C, B = len(w.channels), w.f.size
-    # In real numbers: a pole adds itself and a residue of response and of transient in each channel; what is left are
-    # the bins less the coefficients of both in each channel, less all poles.
+    # In real numbers: a pole adds itself and a residue of response and of transient in each channel; left are the bins
+    # less the coefficients of both in each channel, less all poles.
     added = 4 * C + 2
     freedom = 2 * C * (B - 2 * (fitted.q.size + order + 1)) - 2 * fitted.q.size
     ratio = (smaller - larger) / added / (larger / freedom)
