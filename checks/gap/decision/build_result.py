@@ -28,6 +28,7 @@ from checks.gap.decision.verdict import (
     named_effects,
     verdict_of,
 )
+from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import is_path
 from checks.gap.preparation.inputs import Problem
 from checks.gap.search.candidate import Candidate
@@ -48,7 +49,11 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     table, base, slow, channels = problem.table, result.base, problem.slow, search.A.channels
     left_out = [c for c in problem.A.channels if c not in channels]
     search.say("fitting all bins")
-    decision, shown_before, after = _decide(problem, search, result, whole, left_out)
+    judged = _judge(problem, search, result, left_out)
+    if not result.steps and (weak := _too_weak(judged.claims, table)):
+        result = _without(search, result, weak)
+        judged = _judge(problem, search, result, left_out)
+    decision, shown_before, after = _decide(problem, search, result, whole, judged)
     full, good = decision.full, accepted(decision.claims)
     rivals = decision.rivals if result.steps else choose_experiments(decision.rivals, good, result, full, search.A)
     named = named_effects(good, decision.fit, problem.early, problem.in_slow)
@@ -116,14 +121,31 @@ def _missing(
     )
 
 
+def _too_weak(claims: Sequence[Claim], table: Thresholds) -> frozenset[str]:
+    """Return the refused effects whose own evidence is less than a name needs, if others beside them passed."""
+    refused = [c for c in claims if c.reasons]
+    weak = [c.effect.name for c in refused if c.delta_lnL <= table.delta_lnL]
+    return frozenset(weak if len(weak) == len(refused) < len(claims) else ())
+
+
+def _without(search: Search, result: SearchResult, weak: frozenset[str]) -> SearchResult:
+    """Return the result without effects that are too weak for a name, fitted again: at the values of a fit with them
+    the others would look wrong. Its rivals are all that were tried with one other effect."""
+    response, at = result.best.response, result.best.at
+    for name in weak:
+        response = response.without(name)
+    best = search.refit(response, response.own_values(at))
+    rivals = [c for c in result.tried if len(c.names) == len(best.names) and len(c.names - best.names) == 1]
+    return replace(result, best=best, rivals=tuple(rivals))
+
+
 def _decide(
-    problem: Problem, search: Search, result: SearchResult, whole: Candidate, left_out: Sequence[str]
+    problem: Problem, search: Search, result: SearchResult, whole: Candidate, judged: FinalExplanation
 ) -> tuple[FinalExplanation, Candidate, Candidate]:
     """Return the explanation of all bins that passed the gates, with its rivals, told apart by experiments if there
     were any; and the models with the gaps before and after."""
     channels = search.A.channels
-    decision = _judge(problem, search, result, left_out)
-    decision, before, after = _withdraw(decision, whole, result.base, problem.B)
+    decision, before, after = _withdraw(judged, whole, result.base, problem.B)
     decision = _with_rivals(decision, result)
     trials = problem.trials(channels)
     if decision.rivals and trials and not result.steps:

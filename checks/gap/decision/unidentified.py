@@ -26,7 +26,7 @@ def unidentified_effects(
 ) -> tuple[Nameless, ...]:
     """Return the unidentified effects of an explanation: its unmodelled modes, and, if it still does not fit, a mode
     fitted to the residual of the worst window of every channel; failing those, the refused claims, because what they
-    explain is missing all the same."""
+    explain is missing all the same; failing everything, the channel with the largest gap."""
     out = []
     level = slow is not None and slow.is_bent(table)
     for mode in full.response.unmodelled_modes:
@@ -51,6 +51,9 @@ def unidentified_effects(
             poles = [values["f_Hz"]] if "f_Hz" in values else []
             acting = acting_on(claim.effect, full.response, full.at, full.unseen) or claim.effect.channels
             out.append(Nameless(acting[0], tuple(poles), (), level))
+    if not out and not full.adequate:
+        worst = max(full.channel_G, key=lambda c: full.channel_G[c])
+        out.append(Nameless(worst, (), (), level, "what is left lies in no band"))
     return tuple(replace(n, words="; ".join(w for w in (n.words, words) if w)) for n in out)
 
 

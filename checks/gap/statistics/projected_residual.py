@@ -15,6 +15,8 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.prior import prior_rows
 from checks.gap.modelling.augmented import Augmented, Values
 
+TOLD = 1.0 / (1.0 + 5.0**2)  # room of a parameter that the data alone tell to five standard deviations of its prior
+
 
 @dataclass(frozen=True, eq=False)
 class Projected:
@@ -56,11 +58,12 @@ class Projected:
     @property
     def pulls(self) -> dict[str, float]:
         """Return the pulls, standard normal under the null: how far a calibrated value is pulled off its prior by data
-        that it can explain no other way."""
+        that it can explain no other way. A parameter that the data alone hardly tell has none: they would place it many
+        standard deviations away, where no derivative holds."""
         last = len(self.pulled)
         room = 1.0 - np.sum(self.Q[-last:] ** 2, axis=1) if last else np.zeros(0)
         rest = self.left[-last:] if last else np.zeros(0)
-        return {n: float(v / np.sqrt(g)) for n, v, g in zip(self.pulled, rest, room, strict=True) if g > 1e-3}
+        return {n: float(v / np.sqrt(g)) for n, v, g in zip(self.pulled, rest, room, strict=True) if g > TOLD}
 
     @property
     def cost(self) -> float:
