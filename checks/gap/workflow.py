@@ -7,7 +7,6 @@ from checks.gap.calibrate import calibrate, correct_records, search_on
 from checks.gap.decision.build_result import build_result
 from checks.gap.decision.never_worse import gap_increased
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, Result
-from checks.gap.decision.verdict import OF_BENCH
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Problem, check_same_unit, prepare
 from checks.gap.search.bench_paths import in_words, on_bench, with_bench_paths, without_lags
@@ -93,7 +92,7 @@ def _explain_on_bench(problem: Problem, search: Search, base: Candidate, bench: 
         if named is not None and _explains(result := build_result(problem, search, named, whole)):
             return result
     result = build_result(problem, search, found, whole)
-    said = result.named or any(OF_BENCH in a.effects for a in result.ambiguous)
+    said = result.named or any(a.or_bench for a in result.ambiguous)
     return result if said or found is alone else build_result(problem, search, alone, whole)
 
 

@@ -58,10 +58,12 @@ class Named:
 
 @dataclass(frozen=True)
 class Ambiguous:
-    """Explanations (each a set of effects) that the data do not distinguish, and the experiment that would."""
+    """Explanations (each a set of effects) that the data do not distinguish, and the experiment that would. or_bench:
+    whether losses of the bench are one of them."""
 
     effects: tuple[str, ...]
     experiment: str
+    or_bench: bool = False
 
 
 @dataclass(frozen=True)

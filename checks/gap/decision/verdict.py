@@ -114,7 +114,7 @@ def losses_of_bench(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous
     if not any(is_path(m) for m in full.response.members):
         return ()
     alike = [e for e in (c.effect for c in claims) if e.factor and not e.lags and set(e.channels) == set(CHANNELS)]
-    return tuple(Ambiguous((e.name, OF_BENCH), Experiment.DUMMY.value) for e in alike)
+    return tuple(Ambiguous((e.name, OF_BENCH), Experiment.DUMMY.value, or_bench=True) for e in alike)
 
 
 def lags_of_bench(full: Candidate) -> tuple[Ambiguous, ...]:
