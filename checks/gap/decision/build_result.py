@@ -51,8 +51,10 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     search.say("fitting all bins")
     judged = _judge(problem, search, result, left_out)
     if not result.steps and (weak := _too_weak(judged.claims, table)):
-        result = _without(search, result, weak)
-        judged = _judge(problem, search, result, left_out)
+        reduced = _without(search, result, weak)
+        alone = _judge(problem, search, reduced, left_out)
+        if accepted(alone.claims):  # else the names stand with it only, and it stays without one
+            result, judged = reduced, alone
     decision, shown_before, after = _decide(problem, search, result, whole, judged)
     full, good = decision.full, accepted(decision.claims)
     rivals = decision.rivals if result.steps else choose_experiments(decision.rivals, good, result, full, search.A)

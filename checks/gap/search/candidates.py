@@ -37,6 +37,8 @@ WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fi
 SURE, SMALL = 8, 0.1  # members of a round that are fitted: so many, and those with this share of the largest gain
 BOTH_WAYS = 2  # candidates tried with the other form of damping
 PLACES = 2  # of the largest residual that a mode is moved to
+MOVES = 4  # modes that are moved one after the other beside an effect
+MOVED = 0.75  # of the cost: another mode is moved only if the one before leaves no more
 NEIGHBOURS = 3  # effects that are tried in the place of one that is there
 FROM_FAR = 3  # candidates of a round begin once more at the priors, if no candidate is adequate
 # A sharp peak only pulls the model's peak once they overlap, so a fit first runs with a model that may be far off,
@@ -160,9 +162,20 @@ class Search:
                 costs.append(point.cost)
         return min([c for c in fits if c.adequate] or fits, key=lambda c: c.cost)
 
-    def with_moved_modes(self, c: Candidate) -> list[Candidate]:
-        """Return candidates fitted from points at which a mode lies at a peak of the residual: the best few, or
-        none."""
+    def with_moved_modes(self, c: Candidate, most: int = 1) -> list[Candidate]:
+        """Return candidates fitted from points at which a mode lies at a peak of the residual: the best few, or none.
+        most: modes moved one after the other, because the next one shows only when the first is in its place."""
+        out: list[Candidate] = []
+        for _ in range(most):
+            moved = self._with_one_moved_mode(c)
+            out = [*moved, *out]
+            best = min(moved, key=lambda m: m.cost, default=c)
+            if best.adequate or best.cost > MOVED * c.cost:
+                break
+            c = best
+        return out
+
+    def _with_one_moved_mode(self, c: Candidate) -> list[Candidate]:
         if not c.response.model.scatters or self.over:
             return []
         places = peaks(project(c.response, self.A, c.at), self.A.channels)[:PLACES]

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
 from checks.gap.search.candidate import Candidate
-from checks.gap.search.candidates import BOTH_WAYS, GO_ON, NO_RIVAL, Effort, Search
-from checks.gap.search.disagreement import ExplainingStep, score_of, search_beside
+from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Effort, Search
+from checks.gap.search.disagreement import ExplainingStep, score_of, search_beside, settle_if_held
 
 BESIDE = 0.5  # of the work of an analysis: kept for the search beside a disagreement, however the first search ended
 RIVAL = 15.0  # of score beside a disagreement: members this near take part in the comparison by full likelihood
@@ -72,7 +72,7 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
             tried += candidates
             break
         again = search.refit_from_priors(candidates)
-        again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c)]
+        again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c, MOVES)]
         candidates = _best_of_each_set([*again, *candidates])
         adequate = [c for c in again if c.adequate]
         if adequate:
@@ -103,6 +103,7 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     _, steps = search_beside(search, [base])
     if not steps:
         return result
+    steps = (*steps[:-1], _from_better_start(search, steps[-1], result))
     last = steps[-1].after
     own = search.refit(last.response, last.at)
     tried = (*result.tried, *(search.begin(s.after.response, s.after.at) for s in steps))
@@ -121,6 +122,17 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
                     rivals.append(search.refit(response, at))
     adequate = [own, *(c for c in rivals if c.adequate)]
     return _finish(search, base, adequate, (*tried, own, *rivals))
+
+
+def _from_better_start(search: Search, step: ExplainingStep, result: SearchResult) -> ExplainingStep:
+    """Return the last step at its best from where the search for everything ended with the same members: beside a large
+    disagreement the weights hide what a calibration that has gone astray would have to come back from."""
+    alike = [c for c in (result.best, *result.tried) if c.names == frozenset(step.after.response.names)]
+    if not alike:
+        return step
+    start = max(alike, key=lambda c: c.lnL)
+    found = settle_if_held(search, start.response, start.at)
+    return replace(step, after=found) if found is not None and found.lnL > step.after.lnL else step
 
 
 def is_within_tolerance(c: Candidate, effect: Effect) -> bool:

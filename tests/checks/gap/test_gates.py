@@ -1,14 +1,25 @@
-"""What is left when a search ends, and whether a name beside it may stand."""
+"""What is left when a search ends, whether a name beside it may stand, and what is too weak to be named or to count."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from accept.gap.analyse_unit import run_gap
-from checks.gap.decision.gates import BEYOND_CHANCE, matters_without_band
+from accept.models.model_file import open_model
+from checks.fitting.prior import prior_rows
+from checks.gap.decision.build_result import _too_weak, _without
+from checks.gap.decision.gates import BEYOND_CHANCE, Claim, matters_without_band
+from checks.gap.effects import effect_named
+from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidates import Search
+from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import Adequacy, ExcessBand
+from tests.checks.gap.shared.gap_cases import drawn, recorded
 from validation.model_files import write_model
 from validation.sets import SETS, draw_set
 
@@ -42,3 +53,76 @@ def test_a_second_mass_on_the_encoder_is_no_misalignment(tmp_path: Path) -> None
     assert "second_mass_on_encoder" in case.outside
     gap = run_gap(case.write(tmp_path), write_model(SETS["scatter-2"], tmp_path / "model"), None)
     assert not gap["named"]
+
+
+PULLED_SD = 5.0  # of the prior: with more from the data alone there is no pull
+HIDDEN = {"sensor_highpass": {"f_Hz": 5.0}}
+
+
+def test_a_pull_is_of_a_parameter_that_the_data_alone_tell() -> None:
+    """Information of the data alone on each parameter, the priors of the others kept: from the normal equations."""
+    model = replace(open_model("strut-as-built"), tolerance=0.01)
+    data = recorded(model, 6, {})
+    response = Augmented(model)
+    at = {p.name: p.begin for p in response.free()}
+    free = response.free()
+    names = tuple(p.name for p in free)
+    sd = np.array([p.sd if np.isfinite(p.sd) else p.unit for p in free])
+    J = data.whitener(response.jacobian(data.f, names, at, data.channels)) * sd[:, None]
+    bounded = [p for p in free if np.isfinite(p.sd)]
+    rows = prior_rows(bounded, response.model.joint)
+    told = set()
+    for i, own in enumerate(bounded):
+        k = names.index(own.name)
+        others = np.zeros((len(bounded), len(free)))
+        others[:, [names.index(p.name) for p in bounded]] = rows
+        others = np.delete(others * sd, i, axis=0)
+        information = J @ J.T + others.T @ others
+        if np.sqrt(np.linalg.inv(information)[k, k]) < PULLED_SD:
+            told.add(own.name)
+    pulls = set(Candidate(response, at, 0.0, data, THRESHOLDS).seen.pulls)
+    assert pulls == told
+    assert told
+    assert told < {p.name for p in bounded}  # some modes of the shell lie far above the band
+
+
+@pytest.mark.parametrize(
+    ("second", "weak"),
+    [
+        ((3.0, ("explains too little",)), {"crosstalk"}),
+        ((300.0, ("lies on a mode",)), set()),  # it is needed, and has no name: the first does not stand alone
+        ((30.0, ()), set()),
+    ],
+)
+def test_what_is_refused_for_its_evidence_alone_is_left_out(
+    second: tuple[float, tuple[str, ...]], weak: set[str]
+) -> None:
+    gain, reasons = second
+    claims = [
+        Claim(effect_named("sensor_highpass"), 1e3, 0.0, ()),
+        Claim(effect_named("crosstalk"), gain, 0.0, reasons),
+    ]
+    assert _too_weak(claims, THRESHOLDS) == weak
+    assert not _too_weak(claims[1:], THRESHOLDS)  # alone it is judged as it is
+
+
+def test_without_it_the_rest_is_fitted_again_and_keeps_its_rivals() -> None:
+    """At the values of a fit with crosstalk of 1 %, which the records do not hold, Vs would look wrong."""
+    model = replace(drawn(3), tolerance=0.01)
+    A, B = (recorded(model, seed, HIDDEN) for seed in (6, 7))
+    search = Search(A, B, (), THRESHOLDS, lambda _: None)
+    plain = Augmented(model)
+
+    def of(**effects: dict[str, float]) -> Candidate:
+        response = Augmented(model, tuple(effect_named(name) for name in effects))
+        at = {f"{name}.{p}": v for name, own in effects.items() for p, v in own.items()}
+        return search.begin(response, {**response.own_values(at)})
+
+    both = of(**HIDDEN, crosstalk={"V_per_V": 0.01})
+    rival = of(channel_lowpass_Vs={"f_Hz": 3e3})
+    result = SearchResult(search.begin(plain, plain.own_values({})), both, (), (rival, both))
+    reduced = _without(search, result, frozenset({"crosstalk"}))
+    assert reduced.best.names == {"sensor_highpass"}
+    assert reduced.best.adequate
+    assert reduced.best.at["sensor_highpass.f_Hz"] == pytest.approx(5.0, rel=0.05)
+    assert reduced.rivals == (rival,)

@@ -10,7 +10,7 @@ from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.search.candidate import GROSS, Candidate
-from checks.gap.search.candidates import Search, quicker
+from checks.gap.search.candidates import MOVES, Search, quicker
 from checks.model.model import Model
 from tests.checks.gap.shared.gap_cases import recorded
 
@@ -50,3 +50,20 @@ def test_a_misaligned_strut_is_explained_from_far_away(dx_um: float, dy_um: floa
     # the model file's tolerance lets dx be off by some 10 um, dy by a third of it
     assert found.at["misalignment.dx_um"] == pytest.approx(dx_um, abs=25.0)
     assert found.at["misalignment.dy_um"] == pytest.approx(dy_um, abs=8.0)
+
+
+@pytest.mark.slow
+def test_modes_that_are_misplaced_are_moved_one_after_the_other() -> None:
+    """From 3 % beside a large dy: the second mode shows at the residual's peak when the first is in its place."""
+    truth = drawn_as_built(3)
+    offset = {"misalignment": {"dx_um": -20.0, "dy_um": 200.0}}
+    A, B = (replace(recorded(truth, seed, offset), tolerance=0.003) for seed in (1, 2))
+    search = Search(A, B, (), THRESHOLDS, lambda _: None)
+    response = Augmented(as_built(), (EFFECTS["misalignment"],))
+    begin = {"misalignment.dx_um": -20.0, "misalignment.dy_um": 194.0}
+    astray = search._with_shrinking_tolerance(response, response.own_values(begin))
+    astray = search.refit(response, astray.at)
+    assert not any(c.adequate for c in (astray, *search.with_moved_modes(astray)))
+    found = min(search.with_moved_modes(astray, MOVES), key=lambda c: c.cost)
+    assert found.adequate
+    assert found.at["misalignment.dy_um"] == pytest.approx(200.0, abs=8.0)
