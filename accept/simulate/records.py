@@ -45,7 +45,7 @@ class DrivenUnit:
 
     def answer(self, samples: int, fs: float) -> Answer:
         if (samples, fs) not in self.known:
-            self.known[samples, fs] = answer(self.model, samples, fs, self.request.hold, before=self.request.before)
+            self.known[samples, fs] = answer(self.model, samples, fs, self.request.hold, filters=self.request.filters)
         return self.known[samples, fs]
 
 

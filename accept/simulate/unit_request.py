@@ -3,7 +3,6 @@
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import reduce
 
 import numpy as np
 
@@ -117,10 +116,17 @@ class UnitRequest:
         return Va
 
     @property
-    def before(self) -> Fractions | None:
-        """Return the filter that the drive passes before the model."""
-        paths = [path(values) for name, values in self.effects if (path := effect_named(name).path) is not None]
-        return reduce(Fractions.times, paths) if paths else None
+    def filters(self) -> dict[str, Fractions]:
+        """Return the filter that effects put into the path of each of their channels."""
+        filters: dict[str, Fractions] = {}
+        for name, values in self.effects:
+            effect = effect_named(name)
+            if effect.path is None:
+                continue
+            each = effect.path(values)
+            for channel in effect.channels:
+                filters[channel] = filters[channel].times(each) if channel in filters else each
+        return filters
 
     def affected(self) -> Model:
         """Return the model with every effect that a model holds built in. Raises ModelError."""

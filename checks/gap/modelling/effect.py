@@ -107,11 +107,11 @@ class Effect:
     its absolute value; sources: keys of its descriptions ("[STB] 3.1.6"); experiment: the measurement that shows it
     separately. How it enters the model, one of: its parameters' `sets` and `adds`; `turns`, parameters whose sign
     changes (it is then found before any search, on its channel); `factor`, (values, s (F,)) -> (F,) by which its
-    channels are multiplied. None of these: responses do not show it. slow: how it is seen in slow records. How the
-    drive is simulated in time, if it is not a parameter of the model: bends, (values, amplitude [V]) -> what the drive
-    (N,) [V] becomes; path, values -> the filter that it passes first. resembles: other causes whose responses are the
-    same, in words: a model file can hold such an effect, and no search names it. lags: it is a delay of its channels if
-    its corner lies far above the band."""
+    channels are multiplied. None of these: responses do not show it. slow: how it is seen in slow records. How it is
+    simulated in time, if it is not a parameter of the model: bends, (values, amplitude [V]) -> what the drive (N,) [V]
+    becomes; path, values -> the filter in the path of each of its channels, whose response is `factor`. resembles:
+    other causes whose responses are the same, in words: a model file can hold such an effect, and no search names it.
+    lags: it is a delay of its channels if its corner lies far above the band."""
 
     name: str
     title: str

@@ -1,8 +1,9 @@
 """The response of a modelled unit in time to volts at the converter: the whole linear path, amplifier, wires, delay.
 Two methods, one for each interpretation of a converter's output. Both start from rest."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from scipy import fft
@@ -18,6 +19,7 @@ SETTLED = 14.0  # decay times: 1e-6 of what rang at the record's end is left whe
 LONGEST_S = 60.0
 TAIL = 512  # samples
 AT_A_TIME = 8192  # frequencies: keeps the work space small
+NO_FILTER: Mapping[str, Fractions] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,34 +73,36 @@ def answer(
     fs: float,
     hold: bool = False,
     channels: Iterable[str] | None = None,
-    before: Fractions | None = None,
+    filters: Mapping[str, Fractions] = NO_FILTER,
 ) -> Answer:
     """Return the simulation of the model's responses to drives of up to so many samples at fs [Hz]; hold: see `Held`;
-    before: a filter that the drive passes first.
+    filters: what else is in the path of a channel, in series with the model.
 
     Raises ModelError for a sampling frequency beyond 0..10 kHz, and if `hold` meets a negative delay."""
     if not 0.0 < fs <= 2.0 * F_MAX or samples < 1:
         raise ModelError(f"{samples} samples at {fs:g} Hz; expected one or more at up to {2 * F_MAX:g} Hz")
     wanted = model.channels if channels is None else tuple(channels)
     if not hold:
-        return _spectrum_simulation(model, samples, fs, wanted, before)
+        return _spectrum_simulation(model, samples, fs, wanted, filters)
     common = electrical_of(model.values).tau
     late = {c: common + 1e-6 * model.values[LATENCIES[c]] for c in wanted}
     for c, seconds in late.items():
         if seconds < 0.0:
             raise ModelError(f"{c} comes {-1e6 * seconds:g} us early: what is held cannot come before its cause")
     every = paths(model)
-    return HoldSimulation({c: every[c].times(before) if before else every[c] for c in wanted}, fs, late)
+    return HoldSimulation({c: every[c].times(filters[c]) if c in filters else every[c] for c in wanted}, fs, late)
 
 
 def _spectrum_simulation(
-    model: Model, samples: int, fs: float, channels: tuple[str, ...], before: Fractions | None
+    model: Model, samples: int, fs: float, channels: tuple[str, ...], filters: Mapping[str, Fractions]
 ) -> SpectrumSimulation:
     size = fft.next_fast_len(samples + TAIL + int(np.ceil(settling_s(model) * fs)), real=True)
     f = np.minimum(fft.rfftfreq(size, 1.0 / fs), F_MAX)  # the last one may round beyond
     parts = [model.frf(part, channels=channels) for part in np.array_split(f, -(-f.size // AT_A_TIME))]
     H = np.concatenate(parts)
-    H = H if before is None else H * before.at(2j * np.pi * f)[:, None]
+    for i, channel in enumerate(channels):
+        if channel in filters:
+            H[:, i] *= filters[channel].at(2j * np.pi * f)
     return SpectrumSimulation(H, channels, fs, samples, size)
 
 

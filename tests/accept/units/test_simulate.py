@@ -25,11 +25,12 @@ from accept.units import unit_folder as units
 from checks.acceptance import CHECKS
 from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
 from checks.cause import Cause
-from checks.gap.effects import with_effects
+from checks.gap.effects import EFFECTS, Parameter, with_effects
 from checks.model.model import Model, frequency_and_damping
 from checks.model.time.adc_dac import LSB_V, Converters
 from checks.model.time.hysteresis_creep import creep
-from checks.model.time.time_response import answer
+from checks.model.time.partial_fractions import real_pole
+from checks.model.time.time_response import HoldSimulation, answer
 from checks.record import Record
 from checks.signals.slow.cycles import last_cycles
 from checks.signals.spectral.lpm import lpm
@@ -110,12 +111,38 @@ def test_creep_of_the_drive_is_in_the_records(strut: Model, hold: bool) -> None:
     share = creep(0.02)
     t = np.arange(20_000) / 1e4
     Va = np.sin(2 * np.pi * 5.0 * t)
-    plain, crept = (answer(strut, t.size, 1e4, hold, ("da",), before)(Va)["da"] for before in (None, share))
+    plain, crept = (answer(strut, t.size, 1e4, hold, ("da",), f)(Va)["da"] for f in ({}, {"da": share}))
     factor = share.at(np.array([2j * np.pi * 5.0]))[0]
     late = t > 1.0
     basis = np.column_stack([np.sin(2 * np.pi * 5.0 * t), np.cos(2 * np.pi * 5.0 * t), np.ones_like(t), t])[late]
     one, two = (np.linalg.lstsq(basis, y[late], rcond=None)[0][:2] @ [1.0, 1j] for y in (plain, crept))
     assert two / one == pytest.approx(factor, abs=3e-4)  # the slow relaxations have not yet settled
+
+
+@pytest.mark.parametrize("hold", [False, True])
+def test_a_filter_is_in_the_path_of_its_channels_alone(
+    strut: Model, hold: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Red before: it was put before the model, in every channel."""
+    slow = replace(
+        EFFECTS["creep"],
+        name="slow_encoder",
+        channels=("de",),
+        parameters=(Parameter("f_Hz", lo=1.0, hi=1e5, off=np.inf, start=100.0, scale=10.0),),
+        path=lambda values: real_pole(2 * np.pi * values["f_Hz"]),
+    )
+    monkeypatch.setitem(EFFECTS, slow.name, slow)
+    hidden = (("slow_encoder", {"f_Hz": 50.0}),)
+    plain, filtered = (DrivenUnit(order(strut, effects=e, hold=hold), strut).answer(2000, 1e4) for e in ((), hidden))
+    f = np.arange(1, 40) * 25.0
+    for i, channel in enumerate(strut.channels):
+        if isinstance(plain, HoldSimulation):
+            one, two = (each.paths[channel].at(2j * np.pi * f) for each in (plain, filtered))
+        else:
+            f = np.fft.rfftfreq(plain.size, 1e-4)[1:]
+            one, two = (each.H[1:, i] for each in (plain, filtered))
+        # sums over some ten poles are good for 1e-9
+        np.testing.assert_allclose(two / one, 1 / (1 + 1j * f / 50.0) if channel == "de" else 1.0, rtol=1e-9)
 
 
 # --- whole units

@@ -4,6 +4,7 @@ import numpy as np
 
 from checks.gap.modelling.effect import Effect, Parameter, spread
 from checks.gap.modelling.experiment import Experiment
+from checks.model.time.partial_fractions import real_pole
 
 EFFECT = Effect(
     name="encoder_lowpass",
@@ -19,4 +20,5 @@ EFFECT = Effect(
     sources=("data sheet of the interpolator",),
     experiment=Experiment.POINT,
     factor=lambda values, s: 1.0 / (1.0 + s / (2.0 * np.pi * values["f_Hz"])),
+    path=lambda values: real_pole(2.0 * np.pi * values["f_Hz"]),
 )
