@@ -8,7 +8,7 @@ import numpy as np
 
 from accept.models.model_file import open_model
 from checks.fitting.dataset import Dataset
-from checks.gap.effects import with_effects
+from checks.gap.effects import EFFECTS, with_effects
 from checks.gap.workflow import Inputs
 from checks.model.model import Model
 
@@ -36,8 +36,12 @@ def drawn(seed: int) -> Model:
 
 
 def recorded(model: Model, seed: int, effects: Mapping[str, Mapping[str, float]] | None = None) -> Dataset:
-    """One realisation of a model's responses with effects in it."""
-    H = with_effects(model, list((effects or {}).items())).frf(F, channels=CHANNELS)
+    """One realisation of a model's responses with effects in it, or multiplied by their factors."""
+    hidden = list((effects or {}).items())
+    H = with_effects(model, [each for each in hidden if EFFECTS[each[0]].factor is None]).frf(F, channels=CHANNELS)
+    for name, values in hidden:
+        if (factor := EFFECTS[name].factor) is not None:
+            H[:, [CHANNELS.index(c) for c in EFFECTS[name].channels]] *= factor(values, 2j * np.pi * F)[:, None]
     rng = np.random.default_rng([seed, 7])
     noise = (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)) / np.sqrt(2.0) * NOISE
     cov = np.broadcast_to(np.diag(NOISE**2).astype(complex), (F.size, 3, 3)).copy()
