@@ -72,11 +72,14 @@ def stroke_of(stroke: float, span: float, relative_width: float) -> Rayleigh:
 
 
 def creep(per_decade: float) -> Fractions:
-    """Return creep as a path: the answer to a step grows by this share per decade of time, from 1 ms to 1000 s.
+    """Return creep as a path: the answer to a step grows by this share per decade of time, from 10 us to 1000 s.
 
-    Two relaxations a decade (the law in log time: [JG00]); at high frequency the gain is one."""
-    tau = np.logspace(-3.0, 3.0, 13)
-    return Fractions((-1.0 / tau).astype(np.complex128), (0.5 * per_decade / tau).astype(np.complex128), 1.0)
+    Two relaxations a decade, half of one at either end (the law in log time: [JG00]); of what follows at once the gain
+    is one."""
+    tau = np.logspace(-5.0, 3.0, 17)
+    share = np.full(tau.size, 0.5 * per_decade)
+    share[[0, -1]] /= 2.0
+    return Fractions((-1.0 / tau).astype(np.complex128), (share / tau).astype(np.complex128), 1.0)
 
 
 def mass_steps(t: Array, moments: tuple[float, float], deflection: float, per_decade: float) -> Array:

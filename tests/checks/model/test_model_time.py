@@ -142,7 +142,7 @@ def test_creep_grows_with_log_time() -> None:
     step = path.direct + (share[:, None] * (1 - np.exp(np.outer(path.poles.real, t)))).sum(axis=0)
     slope = np.polyfit(np.log10(t), step, 1)[0]
     assert slope == pytest.approx(0.02, rel=0.02)
-    assert abs(path.at(np.array([2j * np.pi * 500.0]))[0]) == pytest.approx(1.0, abs=0.002)
+    assert path.at(np.array([2e9j]))[0] == pytest.approx(1.0, abs=1e-4)  # of what follows at once
 
 
 def test_mass_steps_are_stated_at_a_tenth_of_a_second() -> None:
