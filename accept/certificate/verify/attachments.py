@@ -12,7 +12,6 @@ from pyhanko.pdf_utils.generic import ArrayObject
 from pyhanko.pdf_utils.reader import PdfFileReader
 
 from accept.base import version
-from accept.base.atomic_files import write_atomic
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import BEFORE, SIZE_LIMIT, CertificateContent, ContentError
 from accept.certificate.contents.errors import InvalidCertificate
@@ -45,7 +44,9 @@ def unpack(contents: CertificateContent, folder: Path) -> Models:
         parts = PurePosixPath(name).parts
         if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
             raise InvalidCertificate(f"the attachment '{name}' has a name that leads out of its folder")
-        write_atomic(folder / name, content)
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)  # of a folder that is thrown away: nothing to keep through a crash
     return Models(contents.models, folder / MODEL_FOLDER)
 
 
