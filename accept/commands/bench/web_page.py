@@ -5,22 +5,25 @@ UPLOAD = "/photo"  # takes a dropped or pasted file, answers with its path
 
 _KEYS = (  # what stands on it, the key of the browser, its code; ^: with Ctrl
     ("Esc", "Escape", 27),
+    ("←", "ArrowLeft", 37),
     ("↑", "ArrowUp", 38),
     ("↓", "ArrowDown", 40),
+    ("PgUp", "PageUp", 33),
+    ("PgDn", "PageDown", 34),
     ("Tab", "Tab", 9),
+    ("⌫", "Backspace", 8),
     *((f"F{n}", f"F{n}", 111 + n) for n in (*range(1, 11), 12)),
-    *((f"^{letter}", letter, ord(letter.upper())) for letter in "zrl"),
+    *((f"^{letter}", letter, ord(letter.upper())) for letter in "zrdl"),
     ("Enter", "Enter", 13),
 )
 _STYLE = """<style>
-body { margin: 0; }
-#terminal { height: calc(100vh - 60px) !important; }
-#touch { position: fixed; bottom: 0; left: 0; right: 0; height: 56px; display: flex; gap: 4px; padding: 2px;
-  z-index: 5; }
-#touch button { flex: 1; min-width: 0; margin: 0; padding: 0; background: #1f2937; color: #dfe6ef; font: 18px monospace;
-  border: 0; border-radius: 6px; touch-action: manipulation; }
+body { margin: 0; height: 100vh; display: flex; flex-direction: column; }
+#terminal { flex: 1; min-height: 0; height: auto !important; }
+#touch { display: flex; flex-wrap: wrap; gap: 4px; padding: 2px; z-index: 5; }  /* further rows in a narrow window */
+#touch button { flex: 1 0 48px; height: 52px; margin: 0; padding: 0; background: #1f2937; color: #dfe6ef;
+  font: 16px monospace; border: 0; border-radius: 6px; touch-action: manipulation; }
 #touch button:active { background: #6cb6ff; }
-#touch button[data-key=Enter] { flex: 2; background: #2b4a6f; }
+#touch button[data-key=Enter] { flex-grow: 2; background: #2b4a6f; }
 </style>
 """
 _SCRIPT = """<script>

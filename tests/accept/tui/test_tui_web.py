@@ -62,7 +62,7 @@ def test_the_command_of_a_window_is_words():
 
 
 def test_every_key_that_a_screen_names_can_be_touched():
-    """Those of the row of keys, and of the app; and what forgets an open key. Left and Backspace have none."""
+    """Those of the row of keys, of the app, of the pages; and what forgets an open key and shows more values."""
     from textual.screen import Screen
 
     from accept.commands.bench.web_page import additions
@@ -73,9 +73,10 @@ def test_every_key_that_a_screen_names_can_be_touched():
     modules = [importlib.import_module(f"{screens.__name__}.{name}") for name in names]
     found = {kind for module in modules for kind in vars(module).values() if isinstance(kind, type)}
     bound = [one for kind in found if issubclass(kind, Screen) for one in vars(kind).get("BINDINGS", ())]
-    named = {one.key.split(",")[0] for one in bound if one.show} - {"left", "backspace"} | {"ctrl+l"}
+    named = {one.key.split(",")[0] for one in bound if one.show} | {"ctrl+l", "ctrl+d", "pageup", "pagedown"}
     named |= {one.key for one in BenchApp.BINDINGS if one.key.startswith("f")}
     codes = {"escape": 27, "enter": 13, "tab": 9, **{f"f{n}": 111 + n for n in range(1, 13)}}
+    codes |= {"left": 37, "backspace": 8, "pageup": 33, "pagedown": 34}
     codes |= {f"ctrl+{letter}": ord(letter.upper()) for letter in "abcdefghijklmnopqrstuvwxyz"}
     touched = dict(re.findall(r'data-code="(\d+)">([^<]+)<', additions()))
     assert {"ctrl+z", "ctrl+r", "f5", "f12"} <= named
