@@ -60,13 +60,14 @@ def channels(data: Mapping[str, Any], problems: list[str]) -> Channels:
         return {}
 
 
-MEASURED_BY = "measured by "  # how the first line of a check begins if several persons measured the unit
-BETWEEN = " and "  # names in it
-
-
 def notes(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
     """Return lines of `[notes]`, by check."""
     return _by_check(data, "notes", _are_texts, "a check and a list of texts", problems)
+
+
+def measured_by(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
+    """Return `[measured_by]`: check -> names of the persons who measured it."""
+    return _by_check(data, "measured_by", _are_texts, "a check and a list of names", problems)
 
 
 def pictures(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:

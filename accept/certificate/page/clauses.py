@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.certificate.contents.content import CertificateContent
+from accept.certificate.trust.names import same_person
 from accept.pictures.labels import check_label
-from accept.units.folder_header import BETWEEN, MEASURED_BY
+from accept.units import folder_header
 from checks.acceptance import CHECKS
 
 RULES = {
@@ -21,12 +22,13 @@ _ENVIRONMENT = {"temperature_C": ("temperature", "°C"), "humidity_percent": ("r
 
 
 def operator_words(contents: CertificateContent) -> str:
-    """Return who signs and, if several persons measured the unit, who they are: the notes name them step by step."""
+    """Return who signs and, if others measured the unit, who they are: of several, the notes name them step by step."""
     signs = contents.operator or "not named"
-    first = [lines[0] for lines in contents.unit_file.get("notes", {}).values() if lines]
-    names = [line.removeprefix(MEASURED_BY).split(BETWEEN) for line in first if line.startswith(MEASURED_BY)]
-    people = dict.fromkeys(name for some in names for name in some)
-    return f"{signs} (signs); measured by {', '.join(people)}: see Notes" if len(people) > 1 else signs
+    by_check = folder_header.measured_by(contents.unit_file, [])
+    people = list(dict.fromkeys(name for names in by_check.values() for name in names))
+    if all(same_person(name, signs) for name in people):
+        return signs
+    return f"{signs} (signs); measured by {', '.join(people)}{': see Notes' if len(people) > 1 else ''}"
 
 
 def days_words(result: Mapping[str, Any]) -> str:

@@ -8,7 +8,6 @@ from statistics import fmean, stdev
 from typing import Any
 
 from accept.judging.nonconformance import MARK
-from accept.units.folder_header import BETWEEN, MEASURED_BY
 from accept.workflow.state.unit_state import Attempt, EnteredValue, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from checks.acceptance import CHECKS
@@ -120,20 +119,19 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep], simul
     sections = {name: section(step, state) for name, (step, state) in states.items()}
     days = {name: date.fromisoformat(state.day) for name, (_, state) in states.items() if sections[name] and state.day}
     notes = {step.name: note_lines(attempt.step(step.name)) for step in steps}
-    if len({entry.who for step in steps for entry in attempt.step(step.name).entries}) > 1:  # a certificate names one
-        notes = {name: [*_measured_by(attempt.step(name)), *lines] for name, lines in notes.items()}
+    entered = {step.name: attempt.step(step.name).entries for step in steps}
+    people = {name: list(dict.fromkeys(entry.who for entry in entries)) for name, entries in entered.items() if entries}
+    if len({name for names in people.values() for name in names}) > 1:
+        first = {step: [f"measured by {' and '.join(names)}"] for step, names in people.items()}
+        notes = {step: [*first.get(step, []), *lines] for step, lines in notes.items()}
     head: dict[str, Any] = {"serial": serial, "kind": attempt.kind, "simulated": simulated}
     head |= {"parts": dict(attempt.parts), "measured": days}
+    head["measured_by"] = people
     head["channels"] = dict(attempt.channels)
     head["notes"] = {name: lines for name, lines in notes.items() if lines}
     pictures = {s.name: [each for note in attempt.step(s.name).notes for each in note.pictures] for s in steps}
     head["pictures"] = {name: files for name, files in pictures.items() if files}
     return {name: content for name, content in (head | sections).items() if content}
-
-
-def _measured_by(state: StepState) -> list[str]:
-    people = dict.fromkeys(entry.who for entry in state.entries)
-    return [MEASURED_BY + BETWEEN.join(people)] if people else []
 
 
 def value_words(name: str, index: int | None, value: float, unit: str) -> str:

@@ -1,6 +1,5 @@
 """What a report must state beside its results: as far as the unit's folder states it, and nothing invented."""
 
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,22 +42,24 @@ def test_item_and_environment_are_what_is_stated():
 
 
 @pytest.mark.parametrize(
-    ("notes", "who"),
+    ("section", "who"),
     [
         ("", set()),
-        ('flatness = ["seen under the microscope (Ben)"]', set()),
-        ('flatness = ["measured by hand (Anna)"]', set()),
-        ('flatness = ["measured by Ben", "a scratch (Ben)"]\ncapacitance = ["measured by Anna and Cem"]',
-         {"Ben", "Anna", "Cem"}),
+        ('[notes]\nflatness = ["measured by Ben", "measured by hand (Cem)"]', set()),
+        ('[measured_by]\nflatness = ["Anna"]\ncapacitance = ["anna"]', set()),
+        ('[measured_by]\nflatness = ["Ben"]', {"Ben"}),
+        ('[measured_by]\nflatness = ["Ben"]\ncapacitance = ["Anna", "Cem"]', {"Ben", "Anna", "Cem"}),
     ],
-)  # fmt: skip
-def test_the_operator_signs_and_is_not_said_to_have_measured_what_others_did(tmp_path: Path, notes: str, who: set[str]):
+)
+def test_the_operator_signs_and_is_not_said_to_have_measured_what_others_did(
+    tmp_path: Path, section: str, who: set[str]
+):
     contents = replace(certificate_contents(tmp_path), operator="Anna")
-    unit = f"{contents.files[UNIT_FILE].decode()}\n[notes]\n{notes}\n".encode()
+    unit = f"{contents.files[UNIT_FILE].decode()}\n{section}\n".encode()
     words = operator_words(replace(contents, files={**contents.files, UNIT_FILE: unit}))
-    assert words.startswith("Anna")
-    assert set(re.findall(r"[A-Z][a-z]+(?=[,:])", words)) == who
-    assert ("(signs)" in words) is bool(who)
+    signs, _, others = words.partition("; measured by ")
+    assert set(filter(None, others.removesuffix(": see Notes").split(", "))) == who
+    assert signs == ("Anna (signs)" if who else "Anna")
 
 
 def test_every_rule_of_a_finding_is_in_words_once():

@@ -38,6 +38,7 @@ from checks.errors import RecordError
 from checks.rounding import rounded
 from checks.verdict import UnitVerdict, Verdict
 from hw.records import write_csv, write_mat
+from specs.strict import toml_of
 from tests.accept.tui.tui_help import (
     HEIGHTS,
     NARROW,
@@ -693,6 +694,7 @@ async def test_who_measured_stands_on_the_certificate_where_several_did():
         await type_line(pilot, HEIGHTS)
         session = pilot.app.session
         assert not unit_folder.read(session._written() and session.folder).notes
+        assert toml_of((session.folder / unit_folder.UNIT_FILE).read_bytes())["measured_by"] == {"flatness": ["Ann"]}
         session.operator = "Ben"
         await press(pilot, "enter")
         await type_line(pilot, "4.99")
