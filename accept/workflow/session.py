@@ -58,7 +58,7 @@ from accept.workflow.state.unit_state import (
 from accept.workflow.status import Status, judgement_of, open_steps, state_of, status_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
-from accept.workflow.steps.section import note_lines, value_words
+from accept.workflow.steps.section import note_lines, ready, value_words
 from accept.workflow.usual_values import usual_values
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
@@ -421,6 +421,11 @@ class Session:
         states = {step.name: self.state(step.name) for step in self.steps}
         return open_steps(self.steps, states, self.spec_name, code_sha256())
 
+    @property
+    def unjudged(self) -> list[WorkflowStep]:
+        """Return the steps that could be judged and were not since their last entry, by this spec and this program."""
+        return [s for s in self.steps if ready(s, self.state(s.name)) and self.judgement(s.name) is None]
+
     def ever_given(self) -> frozenset[tuple[str, str, int | None]]:
         """Return (step, input, index) of every entry of the present attempt, undone or not."""
         given = (payload_of(e, ValueTaken, RecordLinked) for e in self._events if e.seq > self._begun)
@@ -456,9 +461,11 @@ class Session:
         if self.step(name).check.model is not None:
             panel_cache.save(self.folder, name, state.upto, panels)
         judged = judgement_of_result(name, result, state, self.spec_name)
-        if judgement_of(state, self.spec_name, code_sha256()) != judged:
-            information = tuple(Information.of(check, quantity) for check, quantity in judged.information)
-            self.append(StepJudged(name, judged.upto, judged.findings, information, judged.notes))
+        with self._mutex:
+            now = self.state(name)  # an entry that came meanwhile may be in the folder: it is judged by itself
+            if now.upto == state.upto and judgement_of(now, self.spec_name, code_sha256()) != judged:
+                information = tuple(Information.of(check, quantity) for check, quantity in judged.information)
+                self.append(StepJudged(name, judged.upto, judged.findings, information, judged.notes))
         return judged
 
     @property

@@ -2,6 +2,7 @@
 
 import asyncio
 from contextlib import suppress
+from functools import partial
 from typing import ClassVar
 
 from rich.text import Text
@@ -31,6 +32,7 @@ from accept.workflow.session import Session
 from accept.workflow.status import Status
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.unit_list import RIG
+from accept.workflow.worker.judging import Elsewhere
 from specs.errors import AcceptError
 
 
@@ -57,6 +59,7 @@ class Steps(Scanning[bool]):
         """Make the list. words: what the start has to say, such as a record that could not be taken."""
         super().__init__()
         self.bench, self.session, self._words = bench, session, words
+        self._judged_here: set[tuple[str, int]] = set()  # steps with their last entry
 
     def compose(self) -> ComposeResult:
         yield UnitBar(self.session)
@@ -86,6 +89,26 @@ class Steps(Scanning[bool]):
 
     def on_screen_resume(self) -> None:
         self._show()
+        self._judge_what_waits()
+
+    def _judge_what_waits(self) -> None:
+        """Judge one step after the other that is complete and was not judged, as after a power cut or by an earlier
+        program. What a model takes part in is left to its own screen: it would keep the other process for seconds."""
+        if not (self.alive and self.is_current):
+            return
+        waiting = {(s.name, self.session.state(s.name).upto) for s in self.session.unjudged if s.check.model is None}
+        left = sorted(waiting - self._judged_here)
+        if left:
+            self._judged_here.add(left[0])
+            self.aside(partial(self._judge, left[0][0]), lambda _: self._judged(), "judge")
+
+    def _judge(self, step: str) -> None:
+        with suppress(AcceptError, OSError):  # the step says why, when it is opened
+            self.session.judge_step(step, Elsewhere(self.bench.worker).judge)
+
+    def _judged(self) -> None:
+        self._show()
+        self._judge_what_waits()
 
     def _show(self) -> None:
         if self.alive:

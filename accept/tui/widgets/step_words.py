@@ -36,5 +36,10 @@ def standing(session: Session, step: WorkflowStep) -> str:
     if session.judgement(step.name) is None or status is Status.TAKEN:
         wanted = ", ".join(missing_labels(step, state))
         refused = [f"{record.line}\n→ {record.action}" for record in state.refused.values()]
-        return "\n".join([*refused, f"Missing: {wanted}" if wanted else "Complete, not judged yet"])
+        done = (
+            "Complete, not judged yet"
+            if step.check.model is None
+            else "Not compared yet. Enter: compare with the model"
+        )
+        return "\n".join([*refused, f"Missing: {wanted}" if wanted else done])
     return ""

@@ -33,7 +33,9 @@ from accept.workflow.session import Session
 from accept.workflow.status import Status
 from accept.workflow.training import open_training
 from accept.workflow.unit_list import RIG, KnownUnit, Queue, known_units
+from accept.workflow.worker.judging import judge_here
 from checks.cause import Cause
+from checks.declare import Measured
 from checks.errors import RecordError
 from checks.rounding import rounded
 from checks.verdict import UnitVerdict, Verdict
@@ -702,3 +704,41 @@ async def test_who_measured_stands_on_the_certificate_where_several_did():
         assert unit_folder.read(session.folder).notes == {
             "flatness": ["measured by Ann"], "capacitance": ["measured by Ben"],
         }  # fmt: skip
+
+
+async def test_what_was_complete_when_the_program_was_killed_is_judged_in_the_list():
+    async with running() as pilot:
+        await begin(pilot)
+        session = pilot.app.session
+        inputs = session.step("capacitance").check.inputs
+        for name, value in (("sensor_uF", 4.99), ("actuator_uF", 19.85)):  # as a kill leaves them: not judged
+            session.take("capacitance", inputs[name], Measured(value))
+        await press(pilot, "escape")
+        await begin(pilot)
+        session = pilot.app.session
+        assert session.status(session.step("capacitance")) is Status.FAIL
+        rail = pilot.app.screen.query_one(StepList)
+        assert "✗" in str(rail.get_cell("capacitance", "mark"))
+        rail.stand_at("capacitance")
+        await settled(pilot)
+        assert "not judged" not in pilot.app.screen.query_one("#card")._hung.text.plain
+
+
+async def test_a_judgement_during_which_a_value_was_entered_is_not_kept():
+    async with running() as pilot:
+        await begin(pilot)
+        session = pilot.app.session
+        inputs = session.step("capacitance").check.inputs
+        for name, value in (("sensor_uF", 4.99), ("actuator_uF", 9.85)):
+            session.take("capacitance", inputs[name], Measured(value))
+        upto = session.state("capacitance").upto
+
+        def late(folder, spec, stated):
+            session.take("capacitance", inputs["sensor_uF"], Measured(1.2))
+            session._written()
+            return judge_here(folder, spec, stated)
+
+        session.judge_step("capacitance", late)
+        assert upto not in session.state("capacitance").judgements
+        session.undo()
+        assert session.judgement("capacitance") is None

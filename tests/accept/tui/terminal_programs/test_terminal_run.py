@@ -105,7 +105,7 @@ def test_a_strut_in_training_up_to_what_was_hidden(
     ann.back()
     if SOAK:
         terminal.wait_for("Enter: open the step")  # the list has the keys
-        terminal.wait_for("Complete, not judged yet")
+        terminal.wait_for("Not compared yet")
         terminal.press("Down")
         terminal.wait_for(r"/3 .*Hysteresis")
     ann.step("Hysteresis")
