@@ -11,6 +11,7 @@ from typing import Any
 from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_plain_validator_function, plain_serializer_function_ser_schema
 
+from checks.rounding import with_U
 from specs.units import CHANNEL_LABELS, DIMENSIONLESS, model_label
 
 _RECORDS: dict[str, str] = {}  # input of a check -> its label, as declared
@@ -221,9 +222,9 @@ class Cause(Enum):
     OUTSIDE_LIMITS = "{value}{in_unit} is {side} limit {limit:g}{in_unit}"
     U_UNKNOWN = "inside the limits, but the uncertainty is unknown"
     U_INVALID = "the uncertainty is {U}"
-    U_INCLUDES_LIMIT = "the uncertainty interval includes a limit ({value:.6g} ± {U:.3g}{in_unit})"
+    U_INCLUDES_LIMIT = "the uncertainty interval includes a limit ({value_and_U}{in_unit})"
     RISK_ABOVE_HALF = (
-        "{value:.6g}{in_unit} is inside the limits, but with U = {U:.3g}{in_unit} the true value is more likely outside"
+        "the value is inside the limits, but with its U the true value is more likely outside ({value_and_U}{in_unit})"
     )
     U_TOO_LARGE = "U = {U:.3g}{in_unit} is above the {most:g}{in_unit} that shared risk allows"
     U_BESIDE_ZONE = (
@@ -277,6 +278,8 @@ class Reason:
         if "parameter" in shown:
             shown["parameter"] = model_label(shown["parameter"])
         shown["in_unit"] = "" if shown.get("unit", DIMENSIONLESS) == DIMENSIONLESS else f" {shown['unit']}"
+        if isinstance(U := shown.get("U"), int | float):
+            shown["value_and_U"] = with_U(shown["value"], U) if U > 0 and "value" in shown else ""
         for key in ("one", "other"):  # stored before quantities were called by their labels: by their names
             shown.setdefault(f"{key}_called", shown.get(key))
         if "other_record" in shown:

@@ -10,6 +10,7 @@ from enum import StrEnum
 
 from checks.cause import Cause, Reason, because, together
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
+from checks.rounding import rounded
 from specs.spec import Limit
 from specs.units import with_unit
 
@@ -123,7 +124,7 @@ def _decide(quantity: Quantity, limit: Limit) -> tuple[Verdict, Reason | None]:
 def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, Reason | None]:
     lower, upper = bounds(limit)
     inside = lower <= value <= upper
-    outside = Verdict.FAIL, outside_reason(value, limit)
+    outside = Verdict.FAIL, outside_reason(value, U, limit)
     if math.isinf(U):
         unknown = Verdict.CONDITIONAL, because(Cause.U_UNKNOWN)
         return unknown if inside else outside
@@ -160,12 +161,14 @@ def bounds(limit: Limit) -> tuple[float, float]:
     )
 
 
-def outside_reason(value: float, limit: Limit) -> Reason:
-    """Return the reason that names the limit which the value misses."""
+def outside_reason(value: float, U: float, limit: Limit) -> Reason:
+    """Return the reason that names the limit which the value misses: the value as it stands beside its U, with further
+    digits if it would look like the limit."""
     lower, upper = bounds(limit)
     side, at = ("below the lower", lower) if value < lower else ("above the upper", upper)
-    # %.6g can print a value just outside a limit like the limit itself: then show every digit.
-    shown = f"{value:.6g}" if f"{value:.6g}" != f"{at:.6g}" else repr(value)
+    printed = float(f"{at:g}")
+    digits = (s for s in (rounded(value, U), f"{value:.6g}") if (float(s) - printed) * (value - at) > 0)
+    shown = next(digits, repr(float(value)))
     return because(Cause.OUTSIDE_LIMITS, value=shown, unit=limit.unit, side=side, limit=at)
 
 

@@ -11,6 +11,7 @@ from accept.tui.widgets.limit_bar import after_number, numbers
 from accept.workflow.session import Session
 from accept.workflow.status import UNFINISHED, Status
 from accept.workflow.steps.plan import WorkflowStep
+from checks.rounding import rounded
 from checks.verdict import Finding, Verdict
 
 HELD = Status.HELD.style  # of what quality assurance must decide
@@ -111,7 +112,7 @@ def _number(f: Finding, status: Status) -> str:
     if f.value is None:
         return status.word
     whole = numbers(f.value, f.U, f.unit)
-    return whole if len(whole) <= _RESULT else f"{f.value:.6g}{after_number(f.unit)}"
+    return whole if len(whole) <= _RESULT else f"{rounded(f.value, f.U)}{after_number(f.unit)}"
 
 
 def _cut(text: Text, width: int) -> Text:

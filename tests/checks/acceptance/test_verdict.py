@@ -304,3 +304,29 @@ def test_a_unit_is_accepted_only_when_every_required_finding_passes(a: list[Verd
         assert a
         assert set(a) == {Verdict.PASS}
         assert Verdict.FAIL not in b
+
+
+@pytest.mark.parametrize(
+    ("value", "U", "shown"),
+    [
+        (13.9338, 0.31, "13.93"),  # as it stands beside U
+        (5.5004, 0.0, "5.5004"),
+        (5.5000001, 0.0, "5.5000001"),
+        (math.nextafter(5.5, 6.0), 0.0, repr(math.nextafter(5.5, 6.0))),
+        (5.5004, math.inf, "5.5004"),
+    ],
+)
+def test_a_value_is_named_with_the_digits_of_its_U_unless_it_would_look_like_the_limit(
+    value: float, U: float, shown: str
+):
+    finding = judge("capacitance", Quantity(NAME, value, U), guarded(4.4, 5.5))
+    assert finding.verdict is Verdict.FAIL
+    assert finding.cause.parameters["value"] == shown
+    assert finding.value == value
+
+
+def test_a_value_is_named_so_where_its_interval_includes_the_limit_too():
+    finding = judge("capacitance", Quantity(NAME, 5.48766, 0.0314), guarded(4.4, 5.5))
+    assert finding.verdict is Verdict.CONDITIONAL
+    assert "5.488 ± 0.031 uF" in finding.reason
+    assert finding.cause.parameters["value"] == 5.48766
