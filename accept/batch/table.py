@@ -44,11 +44,9 @@ def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | 
     return table
 
 
-_BRIEF = 20  # letters of a sentence that is repeated: it is shorter than naming another finding
-
-
 def reasons(units: list[dict[str, Any]]) -> list[str]:
-    """Return a line per finding that is not a pass (unit, quantity, verdict, reason), and below it what to do."""
+    """Return a line per reason why findings are no pass (unit, quantities, verdict, reason), and below it what to
+    do."""
     return [line for unit in units for line in _reasons(unit)]
 
 
@@ -58,20 +56,21 @@ def reasons_of(result: UnitResult) -> list[str]:
 
 
 def _reasons(unit: dict[str, Any]) -> Iterator[str]:
-    """Yield the reasons; one is printed once, and a later finding with the same reason names the first. What was said
-    as the unit's action, or above, is not said again."""
+    """Yield the reasons, each once with all quantities that have it; of several, a later line has those that are new.
+    What was said as the unit's action, or above, is not said again."""
+    alike: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    for finding in unit["findings"]:
+        if finding["verdict"] != Verdict.PASS:
+            alike.setdefault((finding["verdict"], *_sentences(finding)), []).append(finding)
     told: dict[str, str] = {}
     advised = {unit.get("action") or ""}
-    for finding in unit["findings"]:
-        if finding["verdict"] == Verdict.PASS:
-            continue
-        sentences = _sentences(finding)
+    for (verdict, *sentences), findings in alike.items():
         new = "; ".join(sentence for sentence in sentences if sentence not in told)
-        brief = all(len(sentence) <= _BRIEF for sentence in sentences)
-        why = "; ".join(sentences) if brief else new or f"the same reason as {told[sentences[0]]}"
-        yield f"{unit['serial']}: {label_and_name(finding['quantity'])}: {finding['verdict'].replace('_', ' ')}, {why}"
-        told |= {sentence: label_of(finding["quantity"]) for sentence in sentences if sentence not in told}
-        for line in stored_advice(finding):
+        named = "; ".join(label_and_name(finding["quantity"]) for finding in findings)
+        why = new or f"as {told[sentences[0]]}: {sentences[0]}"
+        yield f"{unit['serial']}: {named}: {verdict.replace('_', ' ')}, {why}"
+        told |= {sentence: label_of(findings[0]["quantity"]) for sentence in sentences if sentence not in told}
+        for line in dict.fromkeys(line for finding in findings for line in stored_advice(finding)):
             if not any(line in said for said in advised):
                 yield f"{unit['serial']}:   → {line}"
             advised.add(line)

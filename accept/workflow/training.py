@@ -99,7 +99,9 @@ class TrainingUnit:
         words, fault = hidden_words(self._asked.fault, self._asked.kind), self._asked.fault
         if fault is None or FAULTS[fault].remedy is None:
             return words
-        return words + ("\nYou put it right." if self._request.fault is None else "\nIt was not put right.")
+        if self._request.fault is None:
+            return f"You found it and put it right: {FAULTS[fault].words}."
+        return f"{words}\nIt was not put right."
 
     def put_right(self, session: Session, remedy: Remedy) -> Event:
         """Make the records of a step anew, without the fault if this is its remedy, and begin the step anew. Raises
@@ -212,14 +214,14 @@ def hidden_words(fault: str | None, kind: str) -> str:
     """Return the hidden fault of a unit of a kind, and which findings show it before any gap analysis."""
     if fault is None:
         unlike = " A simulated strut has no hysteresis, which its step notes." if kind == "strut" else ""
-        return f"Nothing was wrong with this unit. You were right if every finding passed.{unlike}"
+        return f"Nothing was wrong with this unit: every finding should pass.{unlike}"
     hidden = FAULTS[fault]
     before, after = hidden.shown(kind), hidden.shows
-    explained = f", and after the gap analysis {_said(after)}" if after != before else ""
-    return f"Hidden in this unit: {hidden.words}.\nYou were right if {_said(before)}{explained}."
+    explained = f"; after the gap analysis: {_said(after)}" if after != before else ""
+    return f"Hidden in this unit: {hidden.words}.\nIt shows so: {_said(before)}{explained}."
 
 
 def _said(shows: Sequence[tuple[str, str]]) -> str:
-    ends = {"fail": "failed", "no_result": "had no result"}
+    ends = {"fail": "fails", "no_result": "has no result"}
     words = [f"{label_of(quantity)} {ends[verdict]}" for quantity, verdict in shows]
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))

@@ -224,8 +224,8 @@ def _notes(
             else "the record of torsion, hit at the left, shows no other mode"
         )
     return notes + [
-        f"{_FREE_FREE_WORDS[name]}: {mode.f_Hz:.4g} Hz with one end clamped is about {mode.f_Hz / math.sqrt(2):.4g} Hz "
-        f"(divided by sqrt 2) free in the strut; finite elements say {FREE_FREE_Hz[name]:g} Hz"
+        f"{_FREE_FREE_WORDS[name]}: expected in the strut at about {mode.f_Hz / math.sqrt(2):.3g} Hz, as measured here "
+        f"divided by sqrt 2 (finite elements: {FREE_FREE_Hz[name]:g} Hz)"
         for name, mode in chosen.items()
         if isinstance(mode, Mode)
     ]

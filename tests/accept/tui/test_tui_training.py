@@ -123,7 +123,7 @@ async def test_an_apa_with_a_reversed_plug_by_few_keys_then_put_right_and_accept
         assert ann.screen == "Steps"
         await ann.measures()
         assert set(verdicts(pilot).values()) == {"pass"}
-        assert "You put it right" in pilot.app.screen.bench.training.hidden
+        assert "put it right" in pilot.app.screen.bench.training.hidden
     bench.close()
     assert not (home() / "bench.key").exists()
     with open_store() as store:  # a training never leaves anything in the real bench's record
@@ -162,14 +162,14 @@ async def test_what_does_not_help_leaves_the_fault_and_a_restart_keeps_what_was_
     assert again != before
     assert "It was not put right" in unit.hidden
     unit.put_right(session, by_words["reverse the connection of sensor stack Vs"])
-    assert "You put it right" in unit.hidden
+    assert "put it right" in unit.hidden
     kept = (at_unit.records / "frf_noise_hf.mat").read_bytes()
     session.close()
     bench.close()
     bench = open_training("apa", APA_SEED)
     at_unit = bench.at_unit(begun)
     session, _ = at_unit.open_unit(begun)
-    assert "You put it right" in at_unit.training.hidden
+    assert "put it right" in at_unit.training.hidden
     assert (at_unit.records / "frf_noise_hf.mat").read_bytes() == kept
     assert bench.next_serial() == "TRAIN-000006"
     session.close()
@@ -240,7 +240,7 @@ def test_the_hidden_fault_is_told_in_words():
 
 def test_a_strut_on_a_wrong_payload_fails_until_the_gap_analysis_names_it():
     told = hidden_words("wrong_payload", "strut")
-    assert "You were right if Axial resonance failed, and after the gap analysis Axial resonance had no result." in told
+    assert "Axial resonance fails; after the gap analysis: Axial resonance has no result." in told
     assert "after" not in hidden_words("wrong_payload", "apa")
 
 
