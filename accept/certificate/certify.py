@@ -22,10 +22,11 @@ def sign_into(
     disposition: Disposition | None = None,
     number: str = "",
     simulated: bool = False,
+    reason: str = "",
 ) -> Event:
     """Sign a document in the credential's role, write it to `path`, and store that it was signed, with the disposition
     of a unit that was not accepted and the number of the certificate, if it has one. simulated: no instrument measured
-    the unit, which the box of the signature says.
+    the unit, which the box of the signature says. reason: why the technician signs a unit that is not accepted.
 
     Raises SigningRefused, OSError, StoreError."""
     from accept.certificate.signature.signing import sign  # loads pyhanko: only when wanted
@@ -45,4 +46,5 @@ def sign_into(
         of=document,
         signer=signer,
         number=number,
+        reason=reason,
     )

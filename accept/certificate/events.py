@@ -25,9 +25,11 @@ def signed(
     disposition: Disposition | None = None,
     signer: Signer | None = None,
     number: str = "",
+    reason: str = "",
 ) -> Event:
     """Store that a certificate was signed in a role and written to `path`. of: the document before a countersignature.
-    disposition: of a unit that was not accepted, which `signer` signs for the store too. Raises StoreError."""
+    disposition: of a unit that was not accepted, which `signer` signs for the store too. reason: why the technician
+    signed such a unit. Raises StoreError."""
     before = None if role == TECHNICIAN else hashlib.sha256(of).hexdigest()
     decision = None
     if disposition is not None:
@@ -43,5 +45,6 @@ def signed(
         disposition=decision,
         before=before,
         number=number,
+        reason=reason,
     )
     return store.write(event, serial, who=who, spec=spec)

@@ -6,7 +6,7 @@ from pathlib import Path
 from accept.batch.job import drawn
 from accept.certificate.certify import sign_into
 from accept.certificate.contents.content import content_of
-from accept.certificate.contents.disposition import parse_disposition
+from accept.certificate.contents.disposition import parse_disposition, parse_signing_reason
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import authority, keys
@@ -27,22 +27,24 @@ def make_keys(home: Path, operator: str, passphrase: str) -> Path:
     return keys.init(home, passphrase, operator) / keys.AUTHORITY_PASSPHRASE
 
 
-def sign_unit(session: Session, passphrase: str) -> Verification:
-    """Judge if needed, draw, sign as technician, write, store, and verify what was written.
+def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verification:
+    """Judge if needed, draw, sign as technician, write, store, and verify what was written. reason: why a unit is
+    signed that is not accepted; it stands on the certificate and in the store.
 
-    Raises KeysError if the passphrase does not open the key (nothing was done then), SigningRefused, ContentError,
-    OSError, StoreError.
+    Raises KeysError if the passphrase does not open the key, DispositionError if the reason lacks (nothing was done
+    then), SigningRefused, ContentError, OSError, StoreError.
     """
     credential = check_passphrase(session, TECHNICIAN, passphrase)
     if session.attempt.certificate is not None:
         raise SigningRefused(f"{session.serial}: this result is signed already")
     result = session.result or session.judge()
+    why = parse_signing_reason(result.verdict, reason)
     number = session.attempt.number
     before = fold(session.before_attempt()).units.get(session.serial)
     judged = fold(session.store.events(session.serial)).units[session.serial]
     stated = provenance(
         session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
-        session.home, credential, number, numbers_of(session.store.events(session.serial)), judged.reason,
+        session.home, credential, number, numbers_of(session.store.events(session.serial)), judged.reason, why,
     )  # fmt: skip
     page = drawn(content_of(result, session.spec, session.folder, credential.person, provenance=stated))
     path = session.home / "certificates" / certificate_name(session.serial, number)
@@ -50,7 +52,7 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     own = str(stated.get("number", ""))
     sign_into(
         path, page, credential, session.store, session.serial, credential.person, result.spec,
-        number=own, simulated=result.simulated,
+        number=own, simulated=result.simulated, reason=why,
     )  # fmt: skip
     return _verified(session, path, credential)
 

@@ -20,7 +20,7 @@ _HEAD = "; disposition: "
 
 
 class DispositionError(AcceptError, ValueError):
-    """A disposition that is missing, not needed, or not understood; the text names what is expected."""
+    """A disposition or reason that is missing, not needed, or not understood; the text names what is expected."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,20 @@ def parse_disposition(serial: str, verdict: str, choice: str, reason: str) -> Di
     if choice not in CHOICES:
         given = f"'{choice}' is not a disposition" if choice else "decide what is to be done with it"
         raise DispositionError(f"{serial} is {verdict}: {given}; expected one of {choices}, and a reason")
+    return Disposition(choice, _one_line(reason, "a disposition"))
+
+
+def parse_signing_reason(verdict: str, reason: str) -> str:
+    """Return why the technician signs a unit that is not accepted, "" for an accepted unit, which needs no reason.
+    Raises DispositionError."""
+    return "" if verdict == UnitVerdict.ACCEPTED else _one_line(reason, f"signing a unit that is {verdict}")
+
+
+def _one_line(text: str, of: str) -> str:
+    reason = " ".join(text.split())
     if not reason or not reason.isprintable() or len(reason) > LONGEST:
-        raise DispositionError(f"the reason of a disposition is one line of 1 to {LONGEST} characters, got '{reason}'")
-    return Disposition(choice, reason)
+        raise DispositionError(f"the reason of {of} is one line of 1 to {LONGEST} characters, got '{reason}'")
+    return reason
 
 
 def in_signature(reviewed: str, disposition: Disposition | None) -> str:

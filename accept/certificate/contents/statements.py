@@ -32,6 +32,7 @@ def statements(contents: CertificateContent) -> dict[str, str]:
         "Spec": f"{contents.spec_name}, sha256 {contents.spec_sha256}{approved}",
         "Models": _models(contents),
         "Attempt": _attempt(contents.provenance),
+        "Signed": _signed(contents),
         "Changed": changes_words(contents),
         "Calibration": _calibration(contents.result.get("calibration")),
         "Folder": _folder(contents.result.get("folder") or {}),
@@ -117,6 +118,12 @@ def _attempt(provenance: Mapping[str, Any]) -> str:
         certificate = f", which had no certificate, and certificate sha256 {digest} of attempt {earlier}"
     when = str(before["time"])[:19].replace("T", " ")
     return f"{number}, replaces '{before['verdict']}' of {when} UTC{certificate}{why}"
+
+
+def _signed(contents: CertificateContent) -> str:
+    """Return why the technician signed a unit that is not accepted, "" if no reason is stated."""
+    reason = contents.provenance.get("signed_because")
+    return f"by {contents.operator} although {contents.result['verdict']}: {reason}" if reason else ""
 
 
 def _calibration(given: Mapping[str, Any] | None) -> str:

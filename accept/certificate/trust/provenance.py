@@ -35,13 +35,15 @@ def provenance(
     attempt: int | None = None,
     taken: Collection[str] = (),
     reason: str | None = None,
+    signed_because: str = "",
 ) -> dict[str, Any]:
     """Return what the certificate of a unit states beside its result, signed by the bench, and store what it states of
     the bench itself, from one reading of the bench's files.
 
     who: the operator, for the store; before: what the store knows of the unit's last judgement; attempt: its number, if
     it is not one more than that; head: of the store when the unit was judged; taken: numbers that other certificates of
-    the unit have; reason: why the unit was judged again, "" if no reason was given.
+    the unit have; reason: why the unit was judged again, "" if no reason was given; signed_because: why the technician
+    signs a unit that is not accepted.
 
     replaces: verdict, time and certificate of the last judgement, None for a first one; if that had no certificate, the
     last one that there was, of which attempt; before: its values, so that a significant change is seen. approval: of
@@ -72,6 +74,7 @@ def provenance(
         "authority": AT_THE_BENCH if here and not demo else None,
         "before": values_before(before),
         "reason": reason,
+        "signed_because": signed_because or None,
         "laboratory": statement_of(laboratory, spec.checks) if laboratory else None,
         "number": scheme and number_of(scheme, serial, number, datetime.now(UTC).year, taken),
         "bench": bench and bench.public_bytes(Encoding.PEM).decode("ascii"),

@@ -104,6 +104,8 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
             )
             return [Step(words, complete=False)]
     wrong = [name for name, same in _comparisons(events, own, contents).items() if not same]
+    if contents.provenance.get("signed_because", "") != CertificateSigned.of(signature).reason:
+        wrong.append("reason of signing")
     own_program = contents.code_sha256 == code_sha256()
     if own_program:  # earlier programs did not store what a bench states
         found = list(_bench_differences(store, own, signature, contents)) or [["statement of the bench"]]

@@ -165,6 +165,8 @@ def _check_form(given: Mapping[str, Any]) -> None:
         _time_of(replaced["time"])
     if "reason" in given and not isinstance(given["reason"], str):
         raise InvalidCertificate(f"provenance.reason is {given['reason']!r}, expected text")
+    if "signed_because" in given and (not isinstance(given["signed_because"], str) or not given["signed_because"]):
+        raise InvalidCertificate(f"provenance.signed_because is {given['signed_because']!r}, expected text")
     _check_laboratory(given)
     if "demo" in given and given["demo"] is not True:
         raise InvalidCertificate(f"provenance.demo is {given['demo']!r}, expected true or no such key")

@@ -63,6 +63,7 @@ STATEMENTS = (
         ("provenance.replaces", _LOOKED_UP, "judgement and certificate before, also in a list; signed later than that"),
         ("provenance.before", _LOOKED_UP, "values of the judgement that is replaced, in the store"),
         ("provenance.reason", _SIGNED_AND_LOOKED_UP, "the bench's key; the stored judgement"),
+        ("provenance.signed_because", _SIGNED_AND_LOOKED_UP, "the bench's key; the stored signature"),
         ("provenance.laboratory", _SIGNED_AND_LOOKED_UP, "the bench's key; laboratory.toml as the store has it"),
         ("provenance.number", _SIGNED_AND_LOOKED_UP, "the bench's key; its scheme in the store, where it stands once"),
         ("provenance.approval", (Way.DERIVED, Way.SIGNED), "the program's own; a QA key's, of spec and models"),

@@ -10,7 +10,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import DataTable, Label, Static
 
-from accept.certificate.contents.disposition import CHOICES
+from accept.certificate.contents.disposition import CHOICES, parse_signing_reason
 from accept.certificate.trust import keys
 from accept.certificate.verify.verification import Validity, Verification
 from accept.judging.advice import ADVICE, advice, first_advice
@@ -232,19 +232,46 @@ class Summary(Scanning[bool]):
             self.say(problem, "bad")
         elif (kept := self._shift.passphrase(self.session.operator)) is not None:
             words = self._what_is_signed().append(f"\n\n{_OPEN_KEY.format(self.session.operator)}", "not bold default")
-            question = Question(f"Sign {self.session.serial}", words, [])
-            await self.app.push_screen(question, lambda answer: self._sign(None if answer is None else [kept]))
+            question = Question(f"Sign {self.session.serial}", words, self._asked_why, self._reason(kept))
+            await self.app.push_screen(question, lambda answer: self._sign(None if answer is None else [kept, *answer]))
         elif keys.exist(self.bench.home):
-            lines = [QuestionLine("Passphrase", secret=True)]
+            lines = [QuestionLine("Passphrase", secret=True), *self._asked_why]
             words = self._what_is_signed().append(f"\n\n{_FOR_A_SHIFT}", "not bold default")
-            question = Question(f"Sign {self.session.serial}", words, lines, self._passphrase(keys.TECHNICIAN))
+            opens, reasoned = self._passphrase(keys.TECHNICIAN, 0), self._reason()
+            question = Question(
+                f"Sign {self.session.serial}", words, lines, lambda *given: opens(*given) or reasoned(*given)
+            )
             await self.app.push_screen(question, self._sign)
         else:
             words = self._what_is_signed().append(f"\n\n{_FIRST_KEYS}", "not bold default")
-            question = Question(
-                f"Sign {self.session.serial}: choose a passphrase", words, _FIRST_LINES, _new_passphrase
-            )
+            lines, title = [*_FIRST_LINES, *self._asked_why], f"Sign {self.session.serial}: choose a passphrase"
+            reasoned = self._reason()
+            question = Question(title, words, lines, lambda *given: _new_passphrase(*given) or reasoned(*given))
             await self.app.push_screen(question, self._first_keys)
+
+    @property
+    def _asked_why(self) -> list[QuestionLine]:
+        """Return the line that asks why a unit is signed that is not accepted."""
+        result = self.session.result
+        return [] if result is None or result.verdict is UnitVerdict.ACCEPTED else [QuestionLine(_WHY)]
+
+    def _reason(self, kept: str = "") -> Callable[[int, list[str]], str]:
+        """Return a check of the last line, if a reason is asked there: it stands on the certificate in clear, so it is
+        not the passphrase, which is the first line unless it was kept."""
+        asked, result = bool(self._asked_why), self.session.result
+
+        def check(place: int, given: list[str]) -> str:
+            if not asked or result is None or place + 1 < len(given):
+                return ""
+            if given[-1].strip() == (kept or given[0]).strip():
+                return "That is the passphrase. The reason stands on the certificate, in clear"
+            try:
+                parse_signing_reason(result.verdict, given[-1])
+            except AcceptError as e:
+                return words_of(e)
+            return ""
+
+        return check
 
     async def _ask_ahead(self) -> None:
         """Ask for the passphrase while the unit is still evaluated; what is signed is confirmed when it is known."""
@@ -264,7 +291,7 @@ class Summary(Scanning[bool]):
 
         words = f"The unit is still being evaluated. You confirm what is signed when that is known.\n\n{_FOR_A_SHIFT}"
         lines = [QuestionLine("Passphrase", secret=True)]
-        question = Question(f"Sign {self.session.serial}", words, lines, self._passphrase(keys.TECHNICIAN))
+        question = Question(f"Sign {self.session.serial}", words, lines, self._passphrase(keys.TECHNICIAN, 0))
         await self.app.push_screen(question, keep)
 
     def _what_is_signed(self) -> Text:
@@ -277,14 +304,14 @@ class Summary(Scanning[bool]):
         held = held_words(self.session.nonconformances)
         return words.append_text(Text("\n").append_text(held)) if held else words
 
-    def _passphrase(self, role: str) -> Callable[[int, list[str]], str]:
-        """Return a check of the last line: whether it opens the key of a role."""
+    def _passphrase(self, role: str, at: int) -> Callable[[int, list[str]], str]:
+        """Return a check of the line at this place: whether it opens the key of a role."""
 
         def check(place: int, given: list[str]) -> str:
-            if place + 1 < len(given):
+            if place != at:
                 return ""
             try:
-                check_passphrase(self.session, role, given[-1])
+                check_passphrase(self.session, role, given[at])
             except AcceptError as e:
                 return words_of(e)
             return ""
@@ -294,21 +321,25 @@ class Summary(Scanning[bool]):
     def _first_keys(self, answer: list[str] | None) -> None:
         if answer is None:
             return
-        first, _ = answer
+        first, _, *reason = answer
         home, operator = self.bench.home, self.session.operator
-        self.send(lambda: make_keys(home, operator, first), lambda left: self._made(first, left), "making keys")
+        self.send(
+            lambda: make_keys(home, operator, first), lambda left: self._made([first, *reason], left), "making keys"
+        )
 
-    def _made(self, passphrase: str, left: Path) -> None:
+    def _made(self, answer: list[str], left: Path) -> None:
+        """Sign with new keys. answer: the passphrase, and the reason if one was asked."""
         self.say("Keys were created", "good")
         if self.bench.training is not None:  # the authority of a training has no owner
-            self._sign([passphrase])
+            self._sign(answer)
             return
-        self.app.push_screen(Help("Keys were created", _OFF_THE_BENCH.format(left)), lambda _: self._sign([passphrase]))
+        self.app.push_screen(Help("Keys were created", _OFF_THE_BENCH.format(left)), lambda _: self._sign(answer))
 
     def _sign(self, answer: list[str] | None) -> None:
+        """Sign the unit. answer: the passphrase, and the reason if one was asked."""
         if answer is not None:
             self.send(
-                lambda: sign_unit(self.session, answer[0]),
+                lambda: sign_unit(self.session, *answer),
                 lambda report: self._signed(report, answer[0]),
                 "signing and verifying",
             )
@@ -340,7 +371,9 @@ class Summary(Scanning[bool]):
             words = f"The unit is {word}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
             lines = [QuestionLine("Disposition"), QuestionLine("Reason")]
         passphrase = QuestionLine("QA passphrase", secret=True)
-        return Question(f"Countersign {self.session.serial}", words, [*lines, passphrase], self._passphrase(keys.QA))
+        return Question(
+            f"Countersign {self.session.serial}", words, [*lines, passphrase], self._passphrase(keys.QA, len(lines))
+        )
 
     def _countersign(self, answer: list[str] | None) -> None:
         if answer is not None:
@@ -399,6 +432,7 @@ _OFF_THE_BENCH = (
     "who has both can give keys to anybody. Quality assurance gets a key of its own with: "
     "accept keys request --role qa --name NAME"
 )
+_WHY = "Why it is signed so (on the certificate)"
 _FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without a key, or at once: Ctrl+L."
 _OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
 _FIRST_LINES = [

@@ -87,7 +87,7 @@ async def test_a_rejected_unit_is_countersigned_with_what_is_to_be_done_with_it(
         for line in ("1.72", "9.85"):
             await type_line(pilot, line)
         await press(pilot, "escape", "f9")
-        await sign_first(pilot)
+        await sign_first(pilot, "for quality assurance")
         qa_key("Quinn", "battery staple")
         await press(pilot, "f3")
         assert "use-as-is, rework" in pilot.app.screen.query(Label)[1].render().plain
@@ -276,11 +276,15 @@ async def test_signing_needs_the_passphrase():
         await type_line(pilot, "short")
         assert "8 or more" in words(pilot, "#wrong")  # said at the first line
         await press(pilot, "escape")
-        await sign_first(pilot)
+        await sign_first(pilot, "nothing was measured")
         await press(pilot, "escape", "down", "down", "enter")
         await type_line(pilot, "365")
         await press(pilot, "escape", "f9", "f2")
         assert "The key of Ann is open" in words(pilot, ".words")  # for this shift
+        for refused in ("", " correct horse "):  # the reason stands on the certificate in clear
+            await type_line(pilot, refused)
+            assert isinstance(pilot.app.screen, Question)
+            assert "✗" in words(pilot, "#wrong")
         await press(pilot, "escape", "ctrl+l", "f2")
         assert isinstance(pilot.app.screen, Question)
         assert "You sign as technician: INCOMPLETE" in words(pilot, ".words")
@@ -288,7 +292,8 @@ async def test_signing_needs_the_passphrase():
         assert "✗" in words(pilot, "#wrong")
         await press(pilot, "escape")
         assert "not signed" in words(pilot, "#certificate")
-    assert len(stored("certificate_signed")) == 1
+    (signed,) = stored("certificate_signed")
+    assert signed.data["reason"] == "nothing was measured"
 
 
 async def test_a_second_program_at_the_unit_is_told():

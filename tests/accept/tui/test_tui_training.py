@@ -87,6 +87,7 @@ class Technician:
         await self.press("f2")
         await self.types(PASSPHRASE)
         await self.types(PASSPHRASE)
+        await self.types("not put right")
 
     async def puts_right(self, remedy: str) -> None:
         await self.press("ctrl+r")

@@ -226,8 +226,11 @@ def sign(at: Browser) -> None:
     at.wait_for("F2: sign this result")
     at.press("F2")
     at.wait_for("Repeat passphrase")
+    asked = "Why it is signed" in at.text[at.seen :]  # of a unit that is not accepted
     at.line("correct horse")
     at.line("correct horse")
+    if asked:
+        at.line("not put right")
     at.wait_for("Training: what this unit had")
     at.press("Escape")
     at.wait_for("verified")

@@ -136,7 +136,7 @@ def test_followed_at_the_bench_taken_up_by_the_workflow_and_certified(unit: Path
     assert found.verdict is Verdict.PASS
     assert found.value == pytest.approx(1.75, rel=5e-3)
     certify.make_keys(session.home, "Ann", "correct horse")
-    report = certify.sign_unit(session, "correct horse")
+    report = certify.sign_unit(session, "correct horse", "only the stiffness was wanted")
     assert report.valid, report.reason
     session.close()
     bench.close()

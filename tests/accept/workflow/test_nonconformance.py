@@ -25,6 +25,7 @@ from checks.cause import Cause
 from checks.declare import Measured
 from tests.accept.workflow.test_workflow import fill
 
+WHY = "quality assurance is asked"
 CRACKED = "stiffness: flexure cracked (Ann)"
 
 
@@ -105,7 +106,7 @@ def test_certificate_and_verify_say_so(session: Session) -> None:
     session.note("stiffness", "flexure cracked", nonconformance=True)
     first.with_name("kept.pdf").write_bytes(kept)
     assert accept("verify", first.with_name("kept.pdf")).exit_code == 4
-    assert certify.sign_unit(session, "correct horse").valid
+    assert certify.sign_unit(session, "correct horse", WHY).valid
     pdf = Path(str(session.attempt.certificate))
     page = " ".join(PdfReader(pdf).pages[0].extract_text().split())
     assert f"Held by a nonconformance: {CRACKED}" in page
@@ -118,7 +119,7 @@ def test_certificate_and_verify_say_so(session: Session) -> None:
 @pytest.mark.parametrize(("choice", "verdict"), [("rework", "accepted"), ("scrap", "conditional"), ("", "conditional")])
 def test_the_next_attempt_follows_the_disposition(session: Session, choice: str, verdict: str) -> None:
     session.note("stiffness", "flexure cracked", nonconformance=True)
-    certify.sign_unit(session, "correct horse")
+    certify.sign_unit(session, "correct horse", WHY)
     if choice:
         countersigned = certify.countersign_unit(session, "battery staple", choice, "seen under the lens")
         assert countersigned.valid
@@ -140,7 +141,7 @@ def test_a_certificate_that_leaves_it_out_is_not_valid(session: Session, note: b
 
     if note:
         session.note("stiffness", "flexure cracked", nonconformance=True)
-    certify.sign_unit(session, "correct horse")
+    certify.sign_unit(session, "correct horse", WHY)
     contents = attachments.read(Path(str(session.attempt.certificate)).read_bytes())
     forged = {key: value for key, value in contents.result.items() if key != "nonconformances"}
     again = rejudge.rejudge(replace(contents, result=forged))
@@ -158,7 +159,7 @@ def test_a_disposition_that_nobody_signed_releases_nothing(session: Session, sto
     """Written into the store by a program of the insider's own: without a signature, with that of a technician, with
     that of another unit, and with one that counted before."""
     session.note("stiffness", "flexure cracked", nonconformance=True)
-    certify.sign_unit(session, "correct horse")
+    certify.sign_unit(session, "correct horse", WHY)
     certify.countersign_unit(session, "battery staple", "return", "seen under the lens")
     session.refresh()
     last = store.latest("APA-02", CertificateSigned.KIND)

@@ -4,14 +4,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pypdf import PdfReader
 
 from accept.base.home import home
+from accept.certificate.contents.disposition import DispositionError
 from accept.certificate.trust import keys
+from accept.certificate.verify import attachments
 from accept.judging import golden
 from accept.judging.decisions import Signer
 from accept.judging.judge_unit import load_spec
 from accept.store import Store, open_store
-from accept.store.payloads import EntryUndone, GoldenMissed
+from accept.store.payloads import CertificateSigned, EntryUndone, GoldenMissed
 from accept.units import unit_folder
 from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError, parse_number
@@ -23,6 +26,7 @@ from accept.workflow.worker.judging import judge_here
 from checks.declare import Measured
 from hw.records import write_csv
 
+REASON = "only the stroke was wanted"
 HEIGHTS = (0, -2.5, -3, 0, -1.5, 1, -2, -4)  # APA 2 of [STB] 2.1.2
 
 
@@ -70,6 +74,23 @@ def test_a_unit_from_first_entry_to_verified_certificate(session: Session):
     assert certify.countersign_unit(session, "battery staple").countersigned
     assert [s.role for s in session.attempt.signatures] == ["technician", "qa"]
     assert session.store.check() is None
+
+
+def test_a_unit_that_is_not_accepted_is_signed_with_a_reason_only(session: Session):
+    certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
+    take(session, "stroke", "stroke_um", 365.5)
+    assert session.judge().verdict == "incomplete"
+    for nothing in ("", "  ", "x" * 121):
+        with pytest.raises(DispositionError):
+            certify.sign_unit(session, "correct horse", nothing)
+    assert session.attempt.certificate is None
+    report = certify.sign_unit(session, "correct horse", "only the  stroke was wanted")
+    assert report.valid
+    assert CertificateSigned.of(session.store.latest(session.serial, CertificateSigned.KIND)).reason == REASON
+    pdf = Path(session.attempt.certificate)
+    assert attachments.read(pdf.read_bytes()).provenance["signed_because"] == REASON
+    assert REASON in " ".join(PdfReader(pdf).pages[0].extract_text().split())
+    assert certify.countersign_unit(session, "battery staple", "use-as-is", "for a trial").countersigned
 
 
 def test_nothing_is_signed_without_the_passphrase(session: Session):

@@ -154,7 +154,9 @@ def test_notes_and_reasons_reach_the_certificate(store):
     take(session, "stroke", "stroke_um", 365.5)
     session.note("flatness", "scratch on the shell", nonconformance=True)
     result = session.judge()
-    report = certify.sign_unit(session, "correct horse")  # judged again from its own attachments, notes included
+    report = certify.sign_unit(
+        session, "correct horse", "quality assurance is asked"
+    )  # judged again from its own attachments, notes included
     session.close()
     assert report.valid
     assert "stroke: measured again: gauge was loose" in result.notes
@@ -171,7 +173,7 @@ def test_a_note_after_the_signature_asks_for_a_new_one(store):
     assert session.attempt.verdict is None
     assert session.attempt.certificate is None
     session.judge()
-    assert certify.sign_unit(session, "correct horse").valid
+    assert certify.sign_unit(session, "correct horse", "quality assurance is asked").valid
     session.close()
 
 

@@ -101,14 +101,15 @@ class Technician:
     def back(self) -> None:
         self.at.press("Escape")
 
-    def signs(self, training: bool = False) -> None:
-        """training: its authority has no owner, so the page about the authority's key is not shown."""
+    def signs(self, training: bool = False, why: str = "") -> None:
+        """training: its authority has no owner, so the page about the authority's key is not shown. why: asked for a
+        unit that is not accepted."""
         self.at.wait_for("Enter: open the step")
         self.at.press("F9")
         self.at.wait_for("F2: sign this result")
         self.at.press("F2")
         self.at.wait_for("Repeat passphrase")
-        for line in ("correct horse", "correct horse"):
+        for line in ("correct horse", "correct horse", *([why] if why else [])):
             self.at.line(line)
         if not training:
             self.at.wait_for("Keys were created")

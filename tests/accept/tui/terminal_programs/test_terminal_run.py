@@ -116,7 +116,7 @@ def test_a_strut_in_training_up_to_what_was_hidden(
         ann.step("Misalignment")
         terminal.wait_for(r"/3 .*\? no result")
         ann.back()
-    ann.signs(training=True)
+    ann.signs(training=True, why="wrong payload, not put right")
     terminal.wait_for("Training: what this unit had")
     terminal.wait_for("8 kg on the bench")
     terminal.press("Escape")
