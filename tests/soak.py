@@ -186,8 +186,10 @@ HEAVY: Mapping[str, Heavy] = {
     "tests/accept/tui/test_tui_snapshots.py": Heavy(
         ["accept/tui"],
         [
+            "test_the_screens_of_an_apa[100x30]",
             "test_the_screens_of_an_apa[140x40]",
             "test_the_screens_of_an_apa[80x24]",
+            "test_the_screens_of_a_strut[100x30]",
             "test_the_screens_of_a_strut[140x40]",
             "test_without_colour_every_state_has_its_mark",
         ],

@@ -17,6 +17,7 @@ from accept.workflow.bench import Begun, Workbench
 from accept.workflow.unit_list import ALL, KnownUnit, Queue, queues
 
 _COLUMNS = (("serial", 13), ("kind", 6), ("state", 23), ("who", 6), ("when", 9))  # 57: beside the queues at 80 columns
+_GROWS, _GROWS_BY = "who", 12  # columns more, as far as the terminal has them
 _SCAN = "Scan a unit: Enter opens it"
 
 
@@ -65,10 +66,21 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         rail, known = self.query_one("#queues", DataTable), self.query_one("#known", DataTable)
         rail.can_focus = known.can_focus = False
         rail.add_column("", key="queue", width=22)
-        for title, width in _COLUMNS:
+        for title, width in self._widths.items():
             known.add_column(title, key=title, width=width)
         self.set_focus(self.query_one(TextEntry))
         self._look()
+
+    @property
+    def _widths(self) -> dict[str, int]:
+        widths = dict(_COLUMNS)
+        widths[_GROWS] += min(max(0, self.app.size.width - 80), _GROWS_BY)
+        return widths
+
+    def on_resize(self) -> None:
+        for column in self.query_one("#known", DataTable).ordered_columns:
+            column.width = self._widths[str(column.key.value)]
+        self._fill()
 
     def _look(self) -> None:
         self.hold(self._bench.known, self._show, "")  # no clock: what was said stays at the foot
@@ -104,8 +116,9 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
             if part in unit.serial.lower():
                 style = HELD if unit.held and not unit.signed else ""
                 cells = (unit.serial, unit.kind, unit.state, unit.last_by, when_words(unit.last_at))
-                table.add_row(*(_cut(cell, style, width) for cell, (_, width) in zip(cells, _COLUMNS, strict=True)),
-                              key=unit.serial)  # fmt: skip
+                rooms = [width - 1 for width in self._widths.values()]  # a space between two
+                rooms[-1] += 1
+                table.add_row(*(_cut(*each, style) for each in zip(cells, rooms, strict=True)), key=unit.serial)
         if not self._units:
             self.say("No units yet. F6: add the units of a tray" if not self._adding else self._tray)
 
@@ -262,7 +275,7 @@ def when_words(time: str) -> str:
     return f"{then:%H:%M}" if days == 0 else f"{then:%a %H:%M}" if days < 7 else f"{then:%d %b %y}"
 
 
-def _cut(words: str, style: str, width: int) -> Text:
+def _cut(words: str, room: int, style: str) -> Text:
     text = Text(words, style)
-    text.truncate(width - 1, overflow="ellipsis")
+    text.truncate(room, overflow="ellipsis")
     return text

@@ -96,6 +96,10 @@ class Field(Vertical):
     def on_mount(self) -> None:
         self.show(self._state)
 
+    def on_input_changed(self, event: Input.Changed) -> None:
+        """Give a line its room when something is typed in it: before, what is saved stands in one column."""
+        self.set_class(bool(event.value), "typing")
+
     @property
     def input(self) -> Input:
         return self.query_one(Input)

@@ -293,7 +293,7 @@ async def test_signing_needs_the_passphrase():
         await press(pilot, "escape")
         assert "not signed" in words(pilot, "#certificate")
     (signed,) = stored("certificate_signed")
-    assert signed.data["reason"] == "nothing was measured"
+    assert signed["reason"] == "nothing was measured"
 
 
 async def test_a_second_program_at_the_unit_is_told():

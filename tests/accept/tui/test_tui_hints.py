@@ -21,6 +21,9 @@ from accept.pictures.labels import label_of
 from accept.store import open_store
 from accept.store.payloads import NotedFile, StepNoted, without_hashes
 from accept.tui.screens import steps as steps_screen
+from accept.tui.screens import units as units_screen
+from accept.tui.screens.ask import Question, QuestionLine
+from accept.tui.screens.start import Given
 from accept.tui.screens.step_form import field_of
 from accept.tui.screens.units import _COLUMNS
 from accept.tui.widgets.fields import Field
@@ -35,7 +38,7 @@ from accept.workflow.training import open_training
 from accept.workflow.unit_list import RIG, KnownUnit, Queue, known_units
 from accept.workflow.worker.judging import judge_here
 from checks.cause import Cause
-from checks.declare import Measured
+from checks.declare import Measured, Series
 from checks.errors import RecordError
 from checks.rounding import rounded
 from checks.verdict import UnitVerdict, Verdict
@@ -742,3 +745,46 @@ async def test_a_judgement_during_which_a_value_was_entered_is_not_kept():
         assert upto not in session.state("capacitance").judgements
         session.undo()
         assert session.judgement("capacitance") is None
+
+
+@pytest.mark.parametrize(("size", "who"), [(NARROW, "Anne…"), ((100, 30), "Annemarie Müller")])
+async def test_the_time_of_a_unit_stands_whole_and_a_name_as_far_as_there_is_room(size, who: str, monkeypatch):
+    monkeypatch.setattr(units_screen, "when_words", lambda _: "Mon 14:10")
+    async with running(size=size, given=Given("Annemarie Müller")) as pilot:
+        await begin(pilot)
+        await press(pilot, "escape", "f2")
+        row = pilot.app.screen.query_one("#known", DataTable).get_row("APA-02")
+        assert [str(cell) for cell in row[-2:]] == [who, "Mon 14:10"]
+
+
+@pytest.mark.parametrize("size", [NARROW, (140, 40)])
+async def test_what_is_saved_stands_in_one_column_until_something_is_typed(tmp_path: Path, size):
+    t = np.arange(0.0, 30.0, 0.01)
+    for name in ("one.csv", "two.csv"):
+        write_csv(tmp_path / name, {"t": t, "de": np.random.default_rng(len(name)).standard_normal(t.size) * 1e-8})
+    async with running(loader("apa-basic", tmp_path), size) as pilot:
+        await begin(pilot)
+        session = pilot.app.session
+        files = [i for i in session.step("stiffness").check.inputs.values() if isinstance(i, Series)]
+        for declared, name in zip(files, ("one.csv", "two.csv"), strict=True):
+            session.link("stiffness", declared, tmp_path / name)
+        pilot.app.screen.query_one(StepList).stand_at("stiffness")
+        await press(pilot, "enter", "up", "up")
+        fields = [field for field in pilot.app.screen.query(Field) if field.place.is_file]
+        assert pilot.app.focused in [field.input for field in fields]
+        assert len({field.query_one(".stored").region.x for field in fields}) == 1
+        room = pilot.app.focused.size.width
+        await press(pilot, "x")
+        assert pilot.app.focused.size.width > room
+
+
+async def test_the_line_in_which_is_typed_is_on_the_screen_below_long_words():
+    async with running() as pilot:
+        lines = [QuestionLine("Passphrase", secret=True), QuestionLine("Reason")]
+        await pilot.app.push_screen(Question("Sign APA-02", "not measured: Stroke, three stacks\n" * 22, lines))
+        for _ in lines:
+            line = pilot.app.focused
+            await pilot.pause()
+            assert pilot.app.screen.region.contains_region(line.region)
+            assert line.parent.region.contains_region(line.region)
+            await press(pilot, "enter")
