@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.certificate.contents.content import CertificateContent
-from accept.certificate.trust.names import same_person
 from accept.pictures.labels import check_label
 from accept.units import folder_header
 from checks.acceptance import CHECKS
@@ -26,7 +25,7 @@ def operator_words(contents: CertificateContent) -> str:
     signs = contents.operator or "not named"
     by_check = folder_header.measured_by(contents.unit_file, [])
     people = list(dict.fromkeys(name for names in by_check.values() for name in names))
-    if all(same_person(name, signs) for name in people):
+    if {name.casefold() for name in people} <= {signs.casefold()}:
         return signs
     return f"{signs} (signs); measured by {', '.join(people)}{': see Notes' if len(people) > 1 else ''}"
 

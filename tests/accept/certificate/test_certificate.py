@@ -89,7 +89,7 @@ def test_one_page_that_says_all(made: CertificateContent, pdf: bytes) -> None:
     for expected in (
         *("APA-03", "APA300ML, basic measurements", "REJECTED", "page 1 of 1", "M. Keller"),
         *("1.7200 ± 0.0086 µF", "4.4 … 5.5 µF", "181.7 ± 1.8 µm", "≥ 304 µm", "guarded", "simple", "FAIL"),
-        "1.72 µF is below the lower limit 4.4 µF",
+        "1.7200 µF is below the lower limit 4.4 µF",
         *("231 ± 44 µrad", "Responses (low.mat, high.mat)", "two stacks 121.6 µm", "LCR-819, 1 kHz"),
         *(made.spec_sha256, made.record_sha256[:32], made.record_sha256[32:], "countersignature open"),
     ):
