@@ -42,8 +42,10 @@ class Free:
 
     @property
     def logarithmic(self) -> bool:
+        """Return whether the search is along its logarithm: not from almost nothing, where an earlier search may have
+        ended, because there it has no slope."""
         far = np.isfinite(self.sd) and abs(self.prior) > FAR_FROM_ZERO * self.sd
-        return bool(far and self.prior * self.begin > 0.0)
+        return bool(far and self.begin * np.sign(self.prior) > self.sd)
 
 
 @dataclass(frozen=True, eq=False)

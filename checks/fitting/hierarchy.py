@@ -90,7 +90,7 @@ def information(theta: Array, cov: Array, mean: Array, prior_cov: Array) -> tupl
     for i, (t, c) in enumerate(zip(theta, cov, strict=True)):
         white = back @ c @ back.T
         left, axes = np.linalg.eigh((white + white.T) / 2)
-        left = np.clip(left, np.finfo(float).tiny, None)
+        left = np.clip(left, np.finfo(float).eps, None)
         ratio = np.where(left < 1.0, 1.0 / left - 1.0, 0.0)
         precision[i] = back.T @ ((axes * ratio) @ axes.T) @ back
         moved = np.where(left < 1.0, axes.T @ (back @ (t - mean)) / left, 0.0)

@@ -21,6 +21,7 @@ from checks.gap.modelling.augmented import Augmented, Member, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.modelling.unmodelled_modes import is_path
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import left_by_cell
@@ -32,6 +33,7 @@ LOOKED = 300  # places tried by a search, for the chance of a gain
 AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter
 BEYOND_CHANCE = 0.1  # of the chance at which a model counts as inadequate
 POLE = {"f_Hz", "damping_ratio"}  # parameters of a member that adds a mode
+AGREES = 1.0  # G of a channel up to which model and data agree: what happens below is chance
 MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from which on it acts there
 
 
@@ -199,9 +201,13 @@ class FullEvidence(NameEvidence):
 
     @property
     def needless(self) -> bool:
-        """Return whether the effect is one of several and lies within the tolerance of every channel."""
+        """Return whether every channel agrees without the effect: one of several, or one on a bench that is fitted too
+        or was learned from a few units, which says little of what single bins may hold."""
         best = self.result.best
-        return len(best.response.effects) > 1 and is_within_tolerance(best, self.effect)
+        if len(best.response.effects) > 1:
+            return is_within_tolerance(best, self.effect, self.table.G)
+        of_bench = best.response.model.learned is not None or any(map(is_path, best.response.members))
+        return of_bench and is_within_tolerance(best, self.effect, AGREES)
 
     @property
     def gap(self) -> float:

@@ -6,14 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from checks.fitting.goodness import gaps, overall
-from checks.gap.decision.gates import Claim, accepted
+from checks.gap.decision.gates import AGREES, Claim, accepted
 from checks.gap.decision.result import Gaps, ModeGap
 from checks.gap.modelling.augmented import Member
 from checks.gap.modelling.effect import Effect
 from checks.gap.search.candidate import Candidate
 
 ABOUT_MODE_HZ = 5.0
-AGREES = 1.0  # G of a channel up to which model and data agree: what happens below is chance
 SLACK = 1.05  # of G: the calibration with an effect and the one without are not the same
 
 

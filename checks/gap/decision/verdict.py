@@ -58,19 +58,23 @@ def indistinguishable(result: SearchResult, claims: Sequence[Claim], table: Thre
     names = result.best.names
     out = []
     for claim in claims:
-        alike = {claim.effect.name}
+        alike, others = {claim.effect.name}, _up_to_form(names - {claim.effect.name})
         for rival in result.rivals:
-            swapped = rival.names - names
-            if rival.response.unmodelled_modes or names - rival.names != {claim.effect.name} or len(swapped) != 1:
-                continue
             # An explanation with more parameters has to earn them, or whatever is flexible would rival every name.
             apart = max(result.best.lnL - rival.lnL, result.best.score - rival.score)
-            if 2.0 * apart < table.two_delta_lnL:
-                alike |= swapped
+            if not rival.response.unmodelled_modes and 2.0 * apart < table.two_delta_lnL:
+                alike |= {n for n in rival.names - names if _up_to_form(rival.names - {n}) == others}
         if len(alike) > 1:
             experiment = sharpest(effect_named(name).experiment for name in sorted(alike))
             out.append(Ambiguous(tuple(sorted(alike)), experiment.value))
     return tuple(out)
+
+
+def _up_to_form(names: frozenset[str]) -> list[str]:
+    """Return the names, in order, with the channel in the place of the lags of one channel: which of them it is, a
+    latency or a filter, tells nothing of the others."""
+    lags = {e.name: e.channels[0] for e in EFFECTS.values() if e.lags and len(e.channels) == 1}
+    return sorted(lags.get(name, name) for name in names)
 
 
 def imitable(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
@@ -110,8 +114,9 @@ def forms_of_drive_lag(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambigu
 
 def losses_of_bench(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
     """Return the named effects that multiply all channels alike where a bench that was not learned has paths of its
-    own: losses of its amplifier or its converters do the same, to the slow sines as well."""
-    if not any(is_path(m) for m in full.response.members):
+    own, fitted or named: losses of its amplifier or its converters do the same, to the slow sines as well."""
+    named = any(e.lags and len(e.channels) == 1 for e in full.response.effects)
+    if full.response.model.learned is not None or not (named or any(map(is_path, full.response.members))):
         return ()
     alike = [e for e in (c.effect for c in claims) if e.factor and not e.lags and set(e.channels) == set(CHANNELS)]
     return tuple(Ambiguous((e.name, OF_BENCH), Experiment.DUMMY.value, or_bench=True) for e in alike)

@@ -135,17 +135,17 @@ def _from_better_start(search: Search, step: ExplainingStep, result: SearchResul
     return replace(step, after=found) if found is not None and found.lnL > step.after.lnL else step
 
 
-def is_within_tolerance(c: Candidate, effect: Effect) -> bool:
-    """Return whether all channels agree without an effect of a candidate, everything else at the same values."""
+def is_within_tolerance(c: Candidate, effect: Effect, most: float) -> bool:
+    """Return whether no channel has a larger G without an effect of a candidate, everything else at the same values."""
     less = c.response.without(effect.name)
-    return replace(c, response=less, at=less.own_values(c.at)).worst_G < c.table.G
+    return replace(c, response=less, at=less.own_values(c.at)).worst_G < most
 
 
 def has_needless_effect(c: Candidate) -> bool:
     """Return whether one of several effects changes no channel by more than the tolerance: a model is right to its
     tolerance only, and what single bins hold beside a right name invites any narrow effect."""
     effects = c.response.effects
-    return len(effects) > 1 and any(is_within_tolerance(c, e) for e in effects)
+    return len(effects) > 1 and any(is_within_tolerance(c, e, c.table.G) for e in effects)
 
 
 def _finish(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> SearchResult:

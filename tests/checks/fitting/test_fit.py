@@ -12,7 +12,7 @@ from checks.errors import ModelError, NotHeld
 from checks.fitting.calibrate import calibrate
 from checks.fitting.coordinates import Coordinates, Free
 from checks.fitting.dataset import Dataset, dataset_from_records, simulated
-from checks.fitting.fit import Fit, fit, free_of
+from checks.fitting.fit import Fit, FitPoint, finish, fit, free_of
 from checks.fitting.goodness import gaps
 from checks.fitting.response import Response
 from checks.gap.effects import with_effects
@@ -202,6 +202,16 @@ def test_coordinates_turn_back() -> None:
         steps = np.array([(at.values(x + h) - at.values(x - h)) / 2e-5 for h in 1e-5 * np.eye(3)]).diagonal()
         np.testing.assert_allclose(at.slope(x), steps, rtol=1e-6)
     np.testing.assert_array_equal(at.values(np.zeros(3)), [-30.0, 1.0, 5.0])
+
+
+def test_the_covariance_of_a_fit_does_not_depend_on_where_it_began() -> None:
+    """From almost nothing, where a search before had ended: a step of its logarithm was 2e13 times its value, and what
+    was inverted lost every other parameter."""
+    f0, gain = Free("f0", 200.0, 5.0, lo=5e-324), Free("gain", 1.0, 0.2, lo=5e-324)
+    data, response = plain_data({"f0": 200.0, "gain": 1.0}), FunctionResponse(peak, {"f0": 1e-3, "gain": 1e-5})
+    whole, astray = (finish(response, data, FitPoint((f0, replace(gain, start=at)), np.inf)) for at in (1.0, 1e-14))
+    np.testing.assert_allclose(astray.values, whole.values, rtol=1e-4)
+    np.testing.assert_allclose(astray.cov, whole.cov, rtol=1e-2, atol=1e-2 * np.abs(whole.cov).min())
 
 
 def test_the_form_of_damping_that_made_the_data_is_found() -> None:

@@ -37,6 +37,15 @@ def test_the_prior_of_a_fit_comes_out_again() -> None:
     np.testing.assert_allclose(pull[0] * size, A.T @ y * size, rtol=1e-6, atol=1e-6)
 
 
+def test_a_direction_without_variance_is_known_to_rounding_only() -> None:
+    """A covariance of which rounding left nothing: the precision is large, and a number."""
+    prior = 1e-6 * np.eye(2)
+    precision, pull = information(np.ones((1, 2)), np.diag([0.0, 0.5e-6])[None], np.zeros(2), prior)
+    assert np.isfinite(precision).all()
+    assert np.isfinite(pull).all()
+    assert precision[0, 1, 1] == pytest.approx(1e6)
+
+
 def test_with_scatter_known_the_mean_is_the_weighted_mean() -> None:
     """Strong prior of the scatter: precision of the mean is that of its prior and n / (s^2 + sigma^2); units shrink by
     s^2 / (s^2 + sigma^2)."""

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from accept.gap.analyse_unit import run_gap
+from checks.gap.decision.gates import FullEvidence
 from checks.gap.effects import effect_named
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.search.candidate import Candidate
-from checks.gap.search.forward import has_needless_effect, is_within_tolerance
+from checks.gap.search.candidates import Search
+from checks.gap.search.forward import SearchResult, has_needless_effect, is_within_tolerance
 from checks.gap.workflow import run
+from checks.model.learned_bench import LearnedBench
 from tests.checks.gap.shared.gap_cases import F, drawn, inputs, recorded
 from tests.checks.gap.test_gap import quiet
 from validation.model_files import write_model
@@ -56,14 +59,34 @@ def test_a_second_effect_below_the_tolerance_is_needless(ratio: float, needless:
     effects = {"sensor_highpass": {"f_Hz": 5.0}, "bench_mode": {**BENCH, "ratio": ratio}}
     both = candidate(effects, effects)
     assert has_needless_effect(both) is needless
-    assert not is_within_tolerance(both, effect_named("sensor_highpass"))
+    assert not is_within_tolerance(both, effect_named("sensor_highpass"), THRESHOLDS.G)
 
 
 def test_a_single_effect_is_never_needless() -> None:
     """It has passed the test of chance against a model that has nothing else to explain."""
     alone = {"bench_mode": {**BENCH, "ratio": 1e-4}}
-    assert is_within_tolerance(candidate(alone, alone), effect_named("bench_mode"))
+    assert is_within_tolerance(candidate(alone, alone), effect_named("bench_mode"), THRESHOLDS.G)
     assert not has_needless_effect(candidate(alone, alone))
+
+
+@pytest.mark.parametrize(("ratio", "needless"), [(2e-5, True), (0.05, False)])
+def test_on_a_learned_bench_a_single_effect_must_be_beyond_the_tolerance(ratio: float, needless: bool) -> None:
+    """It comes from a few units: a mode of the bench of 8e-6 of the static motion was named in a sound strut, with G of
+    0.5 and 0.3."""
+    alone = {"bench_mode": {**BENCH, "ratio": ratio}}
+    found = candidate(alone, alone)
+    flat = np.zeros((2, 3))
+    learned = LearnedBench(np.array([10.0, 1000.0]), found.unseen.channels, flat + 0j, flat, flat + 0.01)
+    on_bench = replace(found, response=replace(found.response, model=replace(found.response.model, learned=learned)))
+    assert needless_alone(on_bench) is needless
+    assert not needless_alone(found)
+
+
+def needless_alone(c: Candidate) -> bool:
+    (effect,) = c.response.effects
+    search = Search(c.unseen, c.unseen, (), THRESHOLDS, quiet)
+    evidence = FullEvidence(effect, c, None, None, THRESHOLDS, search, SearchResult(c, c, (), ()))
+    return evidence.needless
 
 
 @pytest.mark.needs_data
