@@ -219,7 +219,7 @@ class Cause(Enum):
     TABLE_EDGE = "{parameter} = {value:.0f} ± {U:.0f} um reaches the edge of the table, {most:.0f} um"
     TWO_PLACES = "two misalignments explain the data equally: {places}"
     # Verdicts
-    OUTSIDE_LIMITS = "{value}{in_unit} is {side} limit {limit:g}{in_unit}"
+    OUTSIDE_LIMITS = "{shown}{in_unit} is {side} limit {limit:g}{in_unit}"
     U_UNKNOWN = "inside the limits, but the uncertainty is unknown"
     U_INVALID = "the uncertainty is {U}"
     U_INCLUDES_LIMIT = "the uncertainty interval includes a limit ({value_and_U}{in_unit})"
@@ -280,6 +280,7 @@ class Reason:
         shown["in_unit"] = "" if shown.get("unit", DIMENSIONLESS) == DIMENSIONLESS else f" {shown['unit']}"
         if isinstance(U := shown.get("U"), int | float):
             shown["value_and_U"] = with_U(shown["value"], U) if U > 0 and "value" in shown else ""
+        shown.setdefault("shown", shown.get("value"))  # of a value, as it stands beside its U
         for key in ("one", "other"):  # stored before quantities were called by their labels: by their names
             shown.setdefault(f"{key}_called", shown.get(key))
         if "other_record" in shown:

@@ -166,10 +166,10 @@ def outside_reason(value: float, U: float, limit: Limit) -> Reason:
     digits if it would look like the limit."""
     lower, upper = bounds(limit)
     side, at = ("below the lower", lower) if value < lower else ("above the upper", upper)
-    printed = float(f"{at:g}")
-    digits = (s for s in (rounded(value, U), f"{value:.6g}") if (float(s) - printed) * (value - at) > 0)
-    shown = next(digits, repr(float(value)))
-    return because(Cause.OUTSIDE_LIMITS, value=shown, unit=limit.unit, side=side, limit=at)
+    whole = f"{value:.6g}" if f"{value:.6g}" != f"{at:.6g}" else repr(float(value))
+    apart = (float(rounded(value, U)) - float(f"{at:g}")) * (value - at) > 0
+    shown = rounded(value, U) if apart else whole
+    return because(Cause.OUTSIDE_LIMITS, value=whole, shown=shown, unit=limit.unit, side=side, limit=at)
 
 
 def probability_outside(value: float, U: float, limit: Limit) -> float:

@@ -19,8 +19,9 @@ ABOUT = {"record", "file"}
 
 
 def fields(template: str) -> set[str]:
-    """Its parameters; the unit behind a number is made of `unit`."""
-    return {name.replace("in_unit", "unit") for _, name, _, _ in Formatter().parse(template) if name}
+    """Its parameters; the unit behind a number is made of `unit`, a value beside its U of both."""
+    made_of = {"in_unit": {"unit"}, "value_and_U": {"value", "U"}}
+    return set().union(*(made_of.get(name, {name}) for _, name, _, _ in Formatter().parse(template) if name))
 
 
 def made() -> Iterator[tuple[str, Cause, set[str] | None]]:

@@ -101,7 +101,8 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
         other = [] if missing else [line for line in found if is_within_U(line, contents.result, again)]
         found = [line for line in found if line not in other]
     if found:
-        raise InvalidCertificate(f"judged again from the attached data it differs: {_some(found)}{_other(contents)}")
+        by_value = sorted(found, key=lambda line: "].value " not in line)
+        raise InvalidCertificate(f"judged again from the attached data it differs: {_some(by_value)}{_other(contents)}")
     try:
         check_pictures(_pictures(contents.panels, left_out), _pictures(judged.panels, left_out))
     except InvalidCertificate as e:

@@ -60,6 +60,7 @@ from tests.accept.tui.tui_help import (
 )
 from tests.hw.instruments.fake_instrument import Fake, Only
 
+WHY = "the rest is measured tomorrow"
 AGO_S = 100.0  # the records were written to their ends
 CHANNELS = ("Va", "Vs", "de", "da")
 
@@ -351,7 +352,8 @@ async def test_a_certificate_from_before_a_nonconformance_is_called_void():
         assert "lacks the nonconformance" in shown_words
         assert "→ Do not hand it out. F2: sign again" in shown_words
         await press(pilot, "f2")
-        await type_line(pilot, "correct horse") if pilot.app.focused is not None else await press(pilot, "enter")
+        await type_line(pilot, "correct horse")
+        await type_line(pilot, WHY)
         assert "void" not in words(pilot, "#certificate")
 
 
@@ -662,7 +664,7 @@ async def test_a_held_unit_that_is_signed_waits_for_quality_assurance_alone():
         pilot.app.session.note("stiffness", "flexure cracked", nonconformance=True)
         await press(pilot, "f9")
         assert "→ sign; quality assurance" in words(pilot, "#detail")
-        await sign_first(pilot)
+        await sign_first(pilot, WHY)
         await settled(pilot)
         assert "→ quality assurance countersigns" in words(pilot, "#detail")
 

@@ -236,7 +236,7 @@ def test_the_hidden_fault_is_told_in_words():
     assert "Nothing" in hidden_words(None, "apa")
     assert "no hysteresis" in hidden_words(None, "strut")
     assert "dead" not in hidden_words("dead_stack", "apa")
-    assert "Stroke, three stacks failed" in hidden_words("dead_stack", "apa")
+    assert "Stroke, three stacks fails" in hidden_words("dead_stack", "apa")
 
 
 def test_a_strut_on_a_wrong_payload_fails_until_the_gap_analysis_names_it():

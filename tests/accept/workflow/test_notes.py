@@ -67,7 +67,7 @@ def test_a_certificate_with_a_photo_verifies_and_names_its_hash(session: Session
     session.note("capacitance", "scratch", files=[photo])
     session.note("capacitance", "flexure cracked", True, [photo])
     assert DIGEST in session.judge().nonconformances[0]
-    assert certify.sign_unit(session, "correct horse").valid
+    assert certify.sign_unit(session, "correct horse", "only the notes are wanted").valid
     attached = PdfReader(session.attempt.certificate).attachments.values()
     line = f"scratch; file crack.jpg, SHA-256 {DIGEST} (Ann)"
     assert any(line.encode() in content for contents in attached for content in contents)
@@ -79,7 +79,7 @@ def test_a_picture_is_printed_if_it_is_asked_for_and_verified(session: Session, 
     Image.effect_noise((3000, 1500), 60.0).save(photo)
     session.note("capacitance", "scratch", files=[photo], printed=True)
     session.judge()
-    assert certify.sign_unit(session, "correct horse").valid
+    assert certify.sign_unit(session, "correct horse", "only the notes are wanted").valid
     pdf = Path(session.attempt.certificate)
     shown = [(page, image) for page in PdfReader(pdf).pages for image in page.images]
     assert [image.image.size for _, image in shown] == [(1200, 600)]

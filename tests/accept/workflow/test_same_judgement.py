@@ -20,7 +20,8 @@ from checks.declare import Measured
 from specs.bench import load_bench
 
 ANN, PASSPHRASE = "Ann", "correct horse"
-OF_A_BENCH = ("head", "crl", "bench", "signature")
+# of the bench; and the reason that a person gives who signs, which a command does not ask for
+OF_A_BENCH = ("head", "crl", "bench", "signature", "signed_because")
 BENCH = """name = "bench 1"
 [instruments.lcr]
 driver = "lcr800"
@@ -52,7 +53,7 @@ def by_workflow(home: Path, bench: Path) -> Path:
                 for index, value in enumerate(values):
                     at = index if len(values) > 1 else None
                     session.take(step, session.step(step).check.inputs[name], Measured(float(value)), index=at)
-        certify.sign_unit(session, PASSPHRASE)
+        certify.sign_unit(session, PASSPHRASE, "only these readings were taken")
         path = Path(str(session.attempt.certificate))
         session.close()
     return path

@@ -321,7 +321,7 @@ def test_a_value_is_named_with_the_digits_of_its_U_unless_it_would_look_like_the
 ):
     finding = judge("capacitance", Quantity(NAME, value, U), guarded(4.4, 5.5))
     assert finding.verdict is Verdict.FAIL
-    assert finding.cause.parameters["value"] == shown
+    assert finding.cause.parameters["shown"] == shown
     assert finding.value == value
 
 
