@@ -60,6 +60,7 @@ class Steps(Scanning[bool]):
         super().__init__()
         self.bench, self.session, self._words = bench, session, words
         self._judged_here: set[tuple[str, int]] = set()  # steps with their last entry
+        self._judging: tuple[tuple[str, int], Elsewhere] | None = None  # one of them, while it is judged by itself
 
     def compose(self) -> ComposeResult:
         yield UnitBar(self.session)
@@ -100,11 +101,27 @@ class Steps(Scanning[bool]):
         left = sorted(waiting - self._judged_here)
         if left:
             self._judged_here.add(left[0])
-            self.aside(partial(self._judge, left[0][0]), lambda _: self._judged(), "judge")
+            self.aside(partial(self._judge, left[0]), lambda _: self._judged(), "judge")
 
-    def _judge(self, step: str) -> None:
+    def on_screen_suspend(self) -> None:
+        self._stop_judging()
+
+    def on_unmount(self) -> None:
+        self._stop_judging()
+
+    def _stop_judging(self) -> None:
+        """Leave the other process to what is opened: what it was judging here is judged when this screen is back."""
+        if self._judging is not None:
+            waiting, elsewhere = self._judging
+            self._judged_here.discard(waiting)
+            elsewhere.cancel()
+
+    def _judge(self, waiting: tuple[str, int]) -> None:
+        elsewhere = Elsewhere(self.bench.worker)
+        self._judging = waiting, elsewhere
         with suppress(AcceptError, OSError):  # the step says why, when it is opened
-            self.session.judge_step(step, Elsewhere(self.bench.worker).judge)
+            self.session.judge_step(waiting[0], elsewhere.judge)
+        self._judging = None
 
     def _judged(self) -> None:
         self._show()
