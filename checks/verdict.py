@@ -167,8 +167,8 @@ def outside_reason(value: float, U: float, limit: Limit) -> Reason:
     lower, upper = bounds(limit)
     side, at = ("below the lower", lower) if value < lower else ("above the upper", upper)
     whole = f"{value:.6g}" if f"{value:.6g}" != f"{at:.6g}" else repr(float(value))
-    apart = (float(rounded(value, U)) - float(f"{at:g}")) * (value - at) > 0
-    shown = rounded(value, U) if apart else whole
+    short = rounded(value, U)
+    shown = short if (float(short) - float(f"{at:g}")) * (value - at) > 0 else whole
     return because(Cause.OUTSIDE_LIMITS, value=whole, shown=shown, unit=limit.unit, side=side, limit=at)
 
 

@@ -31,8 +31,8 @@ def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verificati
     """Judge if needed, draw, sign as technician, write, store, and verify what was written. reason: why a unit is
     signed that is not accepted; it stands on the certificate and in the store.
 
-    Raises KeysError if the passphrase does not open the key, DispositionError if the reason lacks (nothing was done
-    then), SigningRefused, ContentError, OSError, StoreError.
+    Raises KeysError if the passphrase does not open the key and DispositionError if the reason is missing (nothing was
+    done then), SigningRefused, ContentError, OSError, StoreError.
     """
     credential = check_passphrase(session, TECHNICIAN, passphrase)
     if session.attempt.certificate is not None:

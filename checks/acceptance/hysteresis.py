@@ -60,7 +60,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     if float(loops[-1].drive @ loops[-1].response) < 0.0:
         notes.append("de falls while Va rises: the encoder counts the other way")
     width = _check_gain(_width("hysteresis_percent", loops[-1], spec), loops[-1], spec)
-    notes += _note_of_none_seen(width)
+    notes += _note_of_no_hysteresis(width)
     largest = loops[-1]
     gain = float(np.ptp(largest.response)) / (2 * largest.amplitude) / UM  # tip to tip
     quantities = [
@@ -172,8 +172,8 @@ def _width(name: str, loop: Loop, spec: CheckSpec) -> Quantity:
     return Quantity.of(name, percent, *(c for c in budget if c is not None))
 
 
-def _note_of_none_seen(width: Quantity) -> list[str]:
-    """Return a note if no loop is seen: a width of 0.0004 percent is not a property of a piezo actuator."""
+def _note_of_no_hysteresis(width: Quantity) -> list[str]:
+    """Return a note if no hysteresis is seen: a width of 0.0004 percent is not a property of a piezo actuator."""
     if width.U is None or not width.value < width.U < USUAL_PERCENT:
         return []
     return [f"no hysteresis is seen beyond the uncertainty; piezo stacks usually show {USUAL_PERCENT:g} % or more"]

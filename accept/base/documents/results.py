@@ -84,7 +84,7 @@ class UnitEntry(Document):
     provided: Annotated[
         Mapping[str, str], _filled, "who provided the values of a section, `customer` or an external provider"
     ] = field(default_factory=dict)
-    simulated: Annotated[bool, _filled, "true: no instrument measured it, so the verdict is about no real unit"] = False
+    simulated: Annotated[bool, _filled, "true: the unit was simulated, so its verdict is not about a real one"] = False
 
 
 @dataclass(frozen=True)

@@ -103,9 +103,7 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
                 f"this bench's store knows {bearing} certificates of the unit with the number {number}, expected one"
             )
             return [Step(words, complete=False)]
-    wrong = [name for name, same in _comparisons(events, own, contents).items() if not same]
-    if contents.provenance.get("signed_because", "") != CertificateSigned.of(signature).reason:
-        wrong.append("reason of signing")
+    wrong = [name for name, same in _comparisons(events, own, signature, contents).items() if not same]
     own_program = contents.code_sha256 == code_sha256()
     if own_program:  # earlier programs did not store what a bench states
         found = list(_bench_differences(store, own, signature, contents)) or [["statement of the bench"]]
@@ -122,8 +120,10 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
     ]
 
 
-def _comparisons(events: Sequence[Event], own: Event, contents: CertificateContent) -> dict[str, bool]:
-    """Return field -> whether the certificate states it as the store has it."""
+def _comparisons(
+    events: Sequence[Event], own: Event, signature: Event, contents: CertificateContent
+) -> dict[str, bool]:
+    """Return field -> whether the certificate states it as the store has it. own: the judgement that it certifies."""
     given = contents.provenance
     counted = [e for e in events if e.seq < own.seq]
     started = [e for e in counted if e.what == _STARTED]
@@ -143,6 +143,7 @@ def _comparisons(events: Sequence[Event], own: Event, contents: CertificateConte
         "reason": given.get("reason") == own.data.get("reason"),
         "values before": ("before" not in given and contents.code_sha256 != code_sha256())  # older ones state none
         or (given.get("replaces"), given.get("before")) in replaced,
+        "reason of signing": given.get("signed_because", "") == CertificateSigned.of(signature).reason,
     }
 
 

@@ -101,8 +101,7 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
         other = [] if missing else [line for line in found if is_within_U(line, contents.result, again)]
         found = [line for line in found if line not in other]
     if found:
-        by_value = sorted(found, key=lambda line: "].value " not in line)
-        raise InvalidCertificate(f"judged again from the attached data it differs: {_some(by_value)}{_other(contents)}")
+        raise InvalidCertificate(f"judged again from the attached data it differs: {_some(found)}{_other(contents)}")
     try:
         check_pictures(_pictures(contents.panels, left_out), _pictures(judged.panels, left_out))
     except InvalidCertificate as e:
@@ -115,8 +114,7 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
         what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
     if said or absent or other:
-        by_value = sorted(other, key=lambda line: "].value " not in line)
-        words = [f"this version computes other numbers: {_some(by_value)}"] if other else []
+        words = [f"this version computes other numbers: {_some(other)}"] if other else []
         words += [f"said in other words: {_some(said)}"] if said else []
         words += [f"it does not state {_some(absent)}"] if absent else []
         same = f"the same values{' within U' if other else ''}, limits and verdicts"
@@ -139,6 +137,8 @@ def _sketched_as(
 
 
 def _some(lines: Sequence[str]) -> str:
+    """Return the first few lines, those of a value before the others, and how many more there are."""
+    lines = sorted(lines, key=lambda line: "].value " not in line)
     more = f" and {len(lines) - _SHOWN} more" if len(lines) > _SHOWN else ""
     return "; ".join(lines[:_SHOWN]) + more
 

@@ -132,9 +132,7 @@ def _verify(
         details += [one_line(f"{name.lower()}: {words}") for name, words in said.items() if words]
         guarded("the attached list of revoked keys", _check_attached_list, contents, signatures, roots)
         stated = guarded("what it states", check_stated, contents, signatures, demo)
-        judged = contents
-        if records is not None:
-            judged = guarded("the records", attachments.with_records, contents, records)
+        judged = contents if records is None else guarded("the records", attachments.with_records, contents, records)
         again = None if rejudge is None else guarded("judging again", rejudge, judged)
         benches = [] if demo else guarded("the bench", check_bench, contents, roots, revoked, signatures[0].when)
         steps = [

@@ -112,12 +112,12 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
             return
         self.query_one("#queues", DataTable).move_cursor(row=self._queues.index(queue))
         table.clear()
+        rooms = [width - 1 for width in self._widths.values()]  # a space between two
+        rooms[-1] += 1
         for unit in queue.units:
             if part in unit.serial.lower():
                 style = HELD if unit.held and not unit.signed else ""
                 cells = (unit.serial, unit.kind, unit.state, unit.last_by, when_words(unit.last_at))
-                rooms = [width - 1 for width in self._widths.values()]  # a space between two
-                rooms[-1] += 1
                 table.add_row(*(_cut(*each, style) for each in zip(cells, rooms, strict=True)), key=unit.serial)
         if not self._units:
             self.say("No units yet. F6: add the units of a tray" if not self._adding else self._tray)

@@ -29,7 +29,6 @@ from checks.gap.decision.verdict import (
     verdict_of,
 )
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.modelling.unmodelled_modes import is_path
 from checks.gap.preparation.inputs import Problem
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
@@ -49,12 +48,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     table, base, slow, channels = problem.table, result.base, problem.slow, search.A.channels
     left_out = [c for c in problem.A.channels if c not in channels]
     search.say("fitting all bins")
-    judged = _judge(problem, search, result, left_out)
-    if not result.steps and (weak := _too_weak(judged.claims, table)):
-        reduced = _without(search, result, weak)
-        alone = _judge(problem, search, reduced, left_out)
-        if accepted(alone.claims):  # else the names stand with it only, and it stays without one
-            result, judged = reduced, alone
+    result, judged = _judge_needed(problem, search, result, left_out)
     decision, shown_before, after = _decide(problem, search, result, whole, judged)
     full, good = decision.full, accepted(decision.claims)
     rivals = decision.rivals if result.steps else choose_experiments(decision.rivals, good, result, full, search.A)
@@ -123,6 +117,20 @@ def _missing(
     )
 
 
+def _judge_needed(
+    problem: Problem, search: Search, result: SearchResult, left_out: Sequence[str]
+) -> tuple[SearchResult, FinalExplanation]:
+    """Return the result of a search and its judgement, both without effects that are too weak for a name."""
+    judged = _judge(problem, search, result, left_out)
+    weak = frozenset() if result.steps else _too_weak(judged.claims, problem.table)
+    if not weak:
+        return result, judged
+    reduced = _without(search, result, weak)
+    alone = _judge(problem, search, reduced, left_out)
+    # with no name without it, the names stand with it only, and it stays without one
+    return (reduced, alone) if accepted(alone.claims) else (result, judged)
+
+
 def _too_weak(claims: Sequence[Claim], table: Thresholds) -> frozenset[str]:
     """Return the refused effects whose own evidence is less than a name needs, if others beside them passed."""
     refused = [c for c in claims if c.reasons]
@@ -133,10 +141,8 @@ def _too_weak(claims: Sequence[Claim], table: Thresholds) -> frozenset[str]:
 def _without(search: Search, result: SearchResult, weak: frozenset[str]) -> SearchResult:
     """Return the result without effects that are too weak for a name, fitted again: at the values of a fit with them
     the others would look wrong. Its rivals are all that were tried with one other effect."""
-    response, at = result.best.response, result.best.at
-    for name in weak:
-        response = response.without(name)
-    best = search.refit(response, response.own_values(at))
+    response = result.best.response.without(*weak)
+    best = search.refit(response, response.own_values(result.best.at))
     rivals = [c for c in result.tried if len(c.names) == len(best.names) and len(c.names - best.names) == 1]
     return replace(result, best=best, rivals=tuple(rivals))
 
@@ -238,9 +244,8 @@ def _residual(c: Candidate) -> Complex:
 def steps_of(after: Candidate) -> tuple[StepShown, ...]:
     """Return the named effects in order of what each explains, at the values of the joint fit, with G by channel after
     each; first the model without any."""
-    rest, response, out = list(after.response.effects), after.response, []
-    for effect in rest:
-        response = response.without(effect.name)
+    rest = list(after.response.effects)
+    response, out = after.response.without(*(e.name for e in rest)), []
     if rest:
         out.append(StepShown(None, _channel_G(replace(after, response=response))))
     while rest:
@@ -266,7 +271,7 @@ def _ended(search: Search, verdict: str) -> tuple[str, ...]:
 
 def _lags_of_bench(full: Candidate) -> tuple[str, ...]:
     """Return a note on the lags of the bench's channels, if the explanation holds its paths."""
-    paths = [m for m in full.response.members if is_path(m)]
+    paths = full.response.paths
     lags = ", ".join(f"{m.channel} {full.response.of(full.at, m.name)['tau_us']:.0f} us" for m in paths)
     words = f"lags and gains of the bench are fitted beside the effects; the written model has the lags: {lags}"
     return (words,) if paths else ()
@@ -276,7 +281,7 @@ def _latency_of_bench(c: Candidate) -> dict[str, float]:
     """Return the values of the model's latencies that stand for the paths of a bench; their gains, and what filters do
     beyond a delay, have no place in a model."""
     given, at = c.response.model.values, c.response.of
-    keys = {m: LATENCIES[m.channel] for m in c.response.members if is_path(m)}
+    keys = {m: LATENCIES[m.channel] for m in c.response.paths}
     return {key: given[key] + at(c.at, m.name)["tau_us"] for m, key in keys.items()}
 
 
@@ -284,8 +289,8 @@ def _as_written(c: Candidate, latency: Mapping[str, float]) -> Candidate:
     """Return a candidate with latencies in the place of the paths of a bench."""
     if not latency:
         return c
-    members = tuple(m for m in c.response.members if not is_path(m))
-    response = replace(c.response, model=c.response.model.with_values(latency), members=members)
+    bare = c.response.without(*(m.name for m in c.response.paths))
+    response = replace(bare, model=bare.model.with_values(latency))
     return replace(c, response=response, at={p.name: c.at[p.name] for p in response.free()})
 
 

@@ -21,7 +21,6 @@ from checks.gap.modelling.augmented import Augmented, Member, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.modelling.unmodelled_modes import is_path
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import left_by_cell
@@ -206,7 +205,7 @@ class FullEvidence(NameEvidence):
         best = self.result.best
         if len(best.response.effects) > 1:
             return is_within_tolerance(best, self.effect, self.table.G)
-        of_bench = best.response.model.learned is not None or any(map(is_path, best.response.members))
+        of_bench = best.response.model.learned is not None or bool(best.response.paths)
         return of_bench and is_within_tolerance(best, self.effect, AGREES)
 
     @property

@@ -53,7 +53,7 @@ def unidentified_effects(
             out.append(Nameless(acting[0], tuple(poles), (), level))
     if not out and not full.adequate:
         worst = max(full.channel_G, key=lambda c: full.channel_G[c])
-        out.append(Nameless(worst, (), (), level, "what is left lies in no band"))
+        out.append(Nameless(worst, (), (), level, "the remaining misfit lies in no single band"))
     return tuple(replace(n, words="; ".join(w for w in (n.words, words) if w)) for n in out)
 
 

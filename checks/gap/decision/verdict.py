@@ -20,7 +20,6 @@ from checks.gap.effects import EFFECTS, effect_named
 from checks.gap.modelling.effect import Effect, SlowFinding
 from checks.gap.modelling.experiment import Experiment, sharpest
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.modelling.unmodelled_modes import is_path
 from checks.gap.preparation.record_faults import RecordFault
 from checks.gap.search.bench_paths import SAME_LAG_US
 from checks.gap.search.candidate import Candidate
@@ -73,8 +72,13 @@ def indistinguishable(result: SearchResult, claims: Sequence[Claim], table: Thre
 def _up_to_form(names: frozenset[str]) -> list[str]:
     """Return the names, in order, with the channel in the place of the lags of one channel: which of them it is, a
     latency or a filter, tells nothing of the others."""
-    lags = {e.name: e.channels[0] for e in EFFECTS.values() if e.lags and len(e.channels) == 1}
+    lags = {e.name: e.channels[0] for e in EFFECTS.values() if _is_of_one_channel(e)}
     return sorted(lags.get(name, name) for name in names)
+
+
+def _is_of_one_channel(effect: Effect) -> bool:
+    """Return whether an effect is a lag of one channel, as the path of a bench is."""
+    return effect.lags and len(effect.channels) == 1
 
 
 def imitable(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
@@ -115,8 +119,8 @@ def forms_of_drive_lag(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambigu
 def losses_of_bench(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
     """Return the named effects that multiply all channels alike where a bench that was not learned has paths of its
     own, fitted or named: losses of its amplifier or its converters do the same, to the slow sines as well."""
-    named = any(e.lags and len(e.channels) == 1 for e in full.response.effects)
-    if full.response.model.learned is not None or not (named or any(map(is_path, full.response.members))):
+    own_paths = full.response.paths or any(map(_is_of_one_channel, full.response.effects))
+    if full.response.model.learned is not None or not own_paths:
         return ()
     alike = [e for e in (c.effect for c in claims) if e.factor and not e.lags and set(e.channels) == set(CHANNELS)]
     return tuple(Ambiguous((e.name, OF_BENCH), Experiment.DUMMY.value, or_bench=True) for e in alike)
@@ -125,7 +129,7 @@ def losses_of_bench(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous
 def lags_of_bench(full: Candidate) -> tuple[Ambiguous, ...]:
     """Return the lags that the paths of a bench may be, for each channel that is late by more than a record tells."""
     out = []
-    for path in (m for m in full.response.members if is_path(m)):
+    for path in full.response.paths:
         if abs(full.response.of(full.at, path.name)["tau_us"]) > SAME_LAG_US:
             alike = [e for e in EFFECTS.values() if e.lags and set(path.channels) <= set(e.channels)]
             out.append(Ambiguous(tuple(sorted(e.name for e in alike)), sharpest(e.experiment for e in alike).value))

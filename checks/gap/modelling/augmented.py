@@ -58,6 +58,11 @@ class Augmented:
         return tuple(m for m in self.members if isinstance(m, UnmodelledMode) and m.counts)
 
     @property
+    def paths(self) -> tuple[UnmodelledMode, ...]:
+        """Return the paths of a bench that is fitted too."""
+        return tuple(m for m in self.members if is_path(m))
+
+    @property
     def counted(self) -> tuple[Member, ...]:
         """Return the members that mean that something is missing, unmodelled modes first."""
         return (*self.unmodelled_modes, *self.effects)
@@ -65,8 +70,8 @@ class Augmented:
     def with_member(self, member: Member) -> "Augmented":
         return replace(self, members=(*self.members, member))
 
-    def without(self, name: str) -> "Augmented":
-        return replace(self, members=tuple(m for m in self.members if m.name != name))
+    def without(self, *names: str) -> "Augmented":
+        return replace(self, members=tuple(m for m in self.members if m.name not in names))
 
     def free(self, start: Values | None = None) -> list[Free]:
         """Return all fitted parameters. An effect that stands for a calibrated parameter takes its place, without

@@ -12,7 +12,7 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.unmodelled_modes import USUAL_LAG_US, bench_paths, is_path
+from checks.gap.modelling.unmodelled_modes import USUAL_LAG_US, bench_paths
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import MANY, POLISH, Search
 from checks.gap.search.disagreement import DisagreementFit, add_one, settle_if_held
@@ -41,8 +41,7 @@ class OnBench:
     @property
     def is_usual(self) -> bool:
         """Return whether no path is larger than a bench's: a larger lag is an effect's."""
-        members = [m for m in self.paths.response.members if is_path(m)]
-        sizes = [(f"{m.name}.{p.name}", p.sd) for m in members for p in m.parameters]
+        sizes = [(f"{m.name}.{p.name}", p.sd) for m in self.paths.response.paths for p in m.parameters]
         return all(abs(self.paths.at[name]) < USUAL * sd for name, sd in sizes)
 
     def is_needed(self, search: Search) -> bool:
@@ -91,10 +90,8 @@ def in_words(search: Search, found: SearchResult) -> SearchResult | None:
     best = found.best
     if len(set(_lags(best))) > TWO_NAMES or _is_every_lag_usual(best):
         return None
-    paths = [m for m in best.response.members if is_path(m)]
-    response = best.response
-    for m in paths:
-        response = response.without(m.name)
+    paths = best.response.paths
+    response = best.response.without(*(m.name for m in paths))
     bare = search.begin(response, {n: v for n, v in best.at.items() if not n.startswith("unnamed_path")})
     lagging = tuple(m for m in search.library if isinstance(m, Effect) and m.lags)
     named = explain(replace(search, library=lagging), bare, TWO_NAMES, 1)
