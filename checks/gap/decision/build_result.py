@@ -7,7 +7,7 @@ import numpy as np
 
 from checks.arrays import Complex
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import FitPoint, finish
+from checks.fitting.fit import Fit, FitPoint, finish
 from checks.gap.conditions.joint import Conditions
 from checks.gap.decision.beside_gates import judge_claims_beside
 from checks.gap.decision.detection_limits import detection_limits
@@ -19,6 +19,7 @@ from checks.gap.decision.resolve_by_experiments import FinalExplanation, resolve
 from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Nameless, Result, StepShown, Tried
 from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
 from checks.gap.decision.verdict import (
+    early_channels,
     forms_of_drive_lag,
     imitable,
     indistinguishable,
@@ -55,7 +56,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     named = named_effects(good, decision.fit, problem.early, problem.in_slow)
     rivals = (*rivals, *losses_of_bench(full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
-    rivals = (*rivals, *lags_of_bench(full))
+    rivals = tuple(dict.fromkeys((*rivals, *lags_of_bench(full))))
     experiments = check_by_experiments(
         full.response, decision.fit, problem.A.select(channels), problem.B.select(channels), problem.trials(channels)
     )
@@ -174,17 +175,26 @@ def _left_before(whole: Candidate, result: SearchResult, full: Candidate, B: Dat
 def _judge(problem: Problem, search: Search, result: SearchResult, left_out: Sequence[str]) -> FinalExplanation:
     """Return the explanation fitted to all bins, with its claims judged by the gates."""
     best, channels = result.best, search.A.channels
-    A = problem.A.select(channels)
-    if result.steps:
-        A = with_disagreement(A, _residual(replace(best, unseen=A)))
-    start = FitPoint(tuple(best.response.free(best.at)), best.cost)
-    fit = finish(best.response, A, start, joint=best.response.model.joint)
-    full = Candidate(best.response, fit.at, fit.cost, problem.B.select(channels), problem.table)
+    fit, full = _fit_all_bins(problem, best, channels, beside=bool(result.steps))
     if result.steps:
         return FinalExplanation(fit, full, *judge_claims_beside(search, result.steps, fit, problem.slow))
     if best is result.base:
         return FinalExplanation(fit, full, ())
-    return FinalExplanation(fit, full, judge_claims(search, result, fit, full, problem.slow, left_out))
+    claims = judge_claims(search, result, fit, full, problem.slow, left_out)
+    if accepted(claims) and not full.adequate:  # the intervals of the names have to hold beside what is left
+        fit, full = _fit_all_bins(problem, full, channels, beside=True)
+    return FinalExplanation(fit, full, claims)
+
+
+def _fit_all_bins(problem: Problem, c: Candidate, channels: Sequence[str], *, beside: bool) -> tuple[Fit, Candidate]:
+    """Return the fit of a candidate's response to all bins of A from its values, and the candidate at its end. beside:
+    with the disagreement that the candidate leaves in the covariance."""
+    A, B, response = problem.A.select(channels), problem.B.select(channels), c.response
+    if beside:
+        A = with_disagreement(A, _residual(replace(c, unseen=A)))
+    start = FitPoint(tuple(response.free(c.at)), c.cost)
+    fit = finish(response, A, start, joint=response.model.joint)
+    return fit, Candidate(response, fit.at, fit.cost, B, problem.table)
 
 
 def _withdraw(
@@ -213,7 +223,7 @@ def _with_rivals(decision: FinalExplanation, result: SearchResult) -> FinalExpla
     if result.steps:
         full = replace(full, unseen=with_disagreement(full.unseen, _residual(full)))
     rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good), *lags_alike(full, good))
-    rivals += forms_of_drive_lag(full, good)
+    rivals += (*forms_of_drive_lag(full, good), *early_channels(full, good))
     return replace(decision, rivals=rivals)
 
 

@@ -33,6 +33,7 @@ AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is 
 BEYOND_CHANCE = 0.1  # of the chance at which a model counts as inadequate
 POLE = {"f_Hz", "damping_ratio"}  # parameters of a member that adds a mode
 AGREES = 1.0  # G of a channel up to which model and data agree: what happens below is chance
+SMALL_BESIDE = 0.01  # of the gain of an effect: so little left, within the tolerance, leaves its name
 MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from which on it acts there
 
 
@@ -245,6 +246,8 @@ class FullEvidence(NameEvidence):
         full = self.fitted
         if full.adequate:
             return False
+        if not self.far_from_priors and is_small_beside(self.gain, -self.result.best.lnL, full.worst_G):
+            return False
         spread_out = matters_without_band(full.adequacy, self.result.base.worst_G, full.table)
         return self.far_from_priors or self._in_excess_band() or spread_out
 
@@ -379,6 +382,12 @@ def is_significant(table: Thresholds, effect: Effect, final: Fit, response: Augm
     at = [final.names.index(f"{effect.name}.{n}") for n in names]
     away = final.values[at] - np.array([off[n] for n in names])
     return bool(0.5 * away @ np.linalg.pinv(final.cov[np.ix_(at, at)], hermitian=True) @ away > table.delta_lnL)
+
+
+def is_small_beside(gain: float, left: float, worst_G: float) -> bool:
+    """Return whether a residual is small beside what an effect explains, in log-likelihood, and no channel is off by
+    more than the tolerance: single bins of a sharp mode that the model has very nearly in its place."""
+    return left < SMALL_BESIDE * gain and worst_G < AGREES
 
 
 def matters_without_band(adequacy: Adequacy, G_before: float, table: Thresholds) -> bool:

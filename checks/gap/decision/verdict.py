@@ -24,7 +24,7 @@ from checks.gap.preparation.record_faults import RecordFault
 from checks.gap.search.bench_paths import SAME_LAG_US
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
-from checks.model.channel_paths import CHANNELS
+from checks.model.channel_paths import CHANNELS, LATENCIES
 
 OF_BENCH = "losses of the bench"
 
@@ -114,6 +114,23 @@ def forms_of_drive_lag(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambigu
     if not any(c.effect in in_drive for c in claims):
         return ()
     return (Ambiguous(_lags_on(CHANNELS), Experiment.DUMMY.value),)
+
+
+def early_channels(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
+    """Return the named latencies of a channel that is early beside a lag of the drive, on a bench that was not learned,
+    with those of the other channels: no converter is early, so the others may be late and the drive less so."""
+    response, late = full.response, [e for e in EFFECTS.values() if _is_latency(e)]
+    in_drive = any(e.lags and set(e.channels) == set(CHANNELS) for e in response.effects)
+    if response.model.learned is not None or not in_drive:
+        return ()
+    early = [e for e in (c.effect for c in claims) if e in late and response.of(full.at, e.name)["tau_us"] < 0.0]
+    names = tuple(sorted(e.name for e in late))
+    return tuple(Ambiguous(names, e.experiment.value) for e in early)
+
+
+def _is_latency(effect: Effect) -> bool:
+    """Return whether an effect is the latency of one channel."""
+    return any(set(p.sets) & set(LATENCIES.values()) for p in effect.parameters)
 
 
 def losses_of_bench(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from accept.gap.analyse_unit import run_gap
-from checks.gap.decision.gates import FullEvidence
+from checks.gap.decision.gates import Claim, FullEvidence
+from checks.gap.decision.verdict import early_channels
 from checks.gap.effects import effect_named
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
@@ -75,11 +76,14 @@ def test_on_a_learned_bench_a_single_effect_must_be_beyond_the_tolerance(ratio: 
     0.5 and 0.3."""
     alone = {"bench_mode": {**BENCH, "ratio": ratio}}
     found = candidate(alone, alone)
-    flat = np.zeros((2, 3))
-    learned = LearnedBench(np.array([10.0, 1000.0]), found.unseen.channels, flat + 0j, flat, flat + 0.01)
-    on_bench = replace(found, response=replace(found.response, model=replace(found.response.model, learned=learned)))
-    assert needless_alone(on_bench) is needless
+    assert needless_alone(on_learned_bench(found)) is needless
     assert not needless_alone(found)
+
+
+def on_learned_bench(c: Candidate) -> Candidate:
+    flat = np.zeros((2, 3))
+    learned = LearnedBench(np.array([10.0, 1000.0]), c.unseen.channels, flat + 0j, flat, flat + 0.01)
+    return replace(c, response=replace(c.response, model=replace(c.response.model, learned=learned)))
 
 
 def needless_alone(c: Candidate) -> bool:
@@ -87,6 +91,26 @@ def needless_alone(c: Candidate) -> bool:
     search = Search(c.unseen, c.unseen, (), THRESHOLDS, quiet)
     evidence = FullEvidence(effect, c, None, None, THRESHOLDS, search, SearchResult(c, c, (), ()))
     return evidence.needless
+
+
+@pytest.mark.parametrize(
+    ("tau_us", "drive", "ambiguous"),
+    [
+        (-16.0, {"loop_delay": {"tau_us": 40.0}}, True),
+        (16.0, {"loop_delay": {"tau_us": 40.0}}, False),
+        (-16.0, {}, False),
+    ],
+)
+def test_a_channel_that_is_early_beside_a_lag_of_the_drive_may_be_the_others_late(
+    tau_us: float, drive: dict[str, dict[str, float]], ambiguous: bool
+) -> None:
+    """Vs and de 16 us late behind an amplifier; a latency of da of -16 us was named."""
+    effects = {**drive, "channel_latency_da": {"tau_us": tau_us}}
+    found = candidate(effects, effects)
+    claims = [Claim(effect_named(name), 1e3, 0.0, ()) for name in effects]
+    names = [a.effects for a in early_channels(found, claims)]
+    assert names == [("channel_latency_Vs", "channel_latency_da", "channel_latency_de")] * ambiguous
+    assert not early_channels(on_learned_bench(found), claims)  # there it is one from what its units have in common
 
 
 @pytest.mark.needs_data

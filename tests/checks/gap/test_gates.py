@@ -11,7 +11,7 @@ from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import open_model
 from checks.fitting.prior import prior_rows
 from checks.gap.decision.build_result import _too_weak, _without
-from checks.gap.decision.gates import BEYOND_CHANCE, Claim, matters_without_band
+from checks.gap.decision.gates import BEYOND_CHANCE, Claim, is_small_beside, matters_without_band
 from checks.gap.effects import effect_named
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
@@ -44,6 +44,33 @@ CHANCE = BEYOND_CHANCE * THRESHOLDS.p_global
 )
 def test_what_lies_nowhere_weighs(p: float, windows: tuple[ExcessBand, ...], G_before: float, weighs: bool) -> None:
     assert matters_without_band(Adequacy(p, windows, {}), G_before, THRESHOLDS) is weighs
+
+
+@pytest.mark.parametrize(
+    ("gain", "left", "worst_G", "small"),
+    [
+        (34421.0, 250.0, 0.8, True),  # a misalignment of 260 um
+        (34421.0, 250.0, 1.2, False),  # beyond the tolerance
+        (856.0, 250.0, 0.8, False),  # a mode of the bench for a neighbour's voltage in Vs
+    ],
+)
+def test_a_hundredth_within_the_tolerance_leaves_a_name(gain: float, left: float, worst_G: float, small: bool) -> None:
+    assert is_small_beside(gain, left, worst_G) is small
+
+
+@pytest.mark.needs_data
+@pytest.mark.skipif(not SOAK, reason="ten seconds: runs in make soak")
+def test_a_large_misalignment_is_named_beside_some_bins_of_a_mode(tmp_path: Path) -> None:
+    """G of de from 27,000 to 0.2; it had no name, and with the residual outside of the covariance dy was 2.2 um off,
+    within 2.4."""
+    case = next(c for b in draw_set("exact", 20270301) for c in b.judge if c.serial == "exact-059")
+    gap = run_gap(case.write(tmp_path), write_model(SETS["exact"], tmp_path / "model"), None)
+    (named,) = gap["named"]
+    assert gap["verdict"] == "partly_explained"
+    for axis, true in case.effects["misalignment"].items():
+        lo, hi = named["parameters"][axis]["ci95"]
+        assert lo < true < hi
+    assert abs(named["parameters"]["dy_um"]["value"] - case.effects["misalignment"]["dy_um"]) < 1.0
 
 
 @pytest.mark.skipif(not SOAK, reason="ten seconds: runs in make soak")
