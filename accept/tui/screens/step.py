@@ -442,8 +442,10 @@ class StepScreen(StepForm):
         self.send(partial(self.session.undo, self.step.name), self._changed, "undoing")
 
     def _changed(self, event: Event) -> None:
-        what = f"Undone: {self.session.words_of(event)}" if event.what == EntryUndone.KIND else f"Saved ({event.seq})"
-        self.say(f"{what}; the record keeps the earlier entries", "saved")
+        if event.what == EntryUndone.KIND:
+            self.say(f"Undone: {self.session.words_of(event)}; the record keeps both", "saved")
+        else:
+            self.say(f"Saved ({event.seq}); the record keeps the earlier entries", "saved")
         self.show()
         self._go_on(None)
         if self.complete:
