@@ -27,7 +27,6 @@ from accept.store.payloads import (
     UnitJudged,
     payload_of,
 )
-from accept.store.undone import undone
 from checks.verdict import Finding
 
 DISPOSITION = "disposition"  # the kind of decision that is signed
@@ -70,23 +69,21 @@ def open_nonconformances(
     }
     if values is None:
         of_void = {words: words in stated for words in of_void}
-    gone = undone(event for event, _ in events)
     notes_of = {
         event.seq: f"{payload.step}: {payload.line(event.who)}"
         for event, payload in events
         if isinstance(payload, StepNoted) and payload.nonconformance
     }
-    taken_back = {words for seq, words in notes_of.items() if seq in gone}
     noted: dict[str, bool] = {}  # words -> whether it was released since
     counted = set[str]()  # decisions by what was signed: a signature can be written in another way and hold still
     for event, payload in events:
-        if event.seq in notes_of and event.seq not in gone:
+        if event.seq in notes_of:
             noted[notes_of[event.seq]] = False
         elif isinstance(payload, AttemptVoided) and (each := void.get(payload.judged)) is not None:
             noted.setdefault(_words_of(each), False)
         elif isinstance(payload, UnitJudged):  # what it states QA decides; some is of another bench's folder
             stated = payload.result.nonconformances
-            noted = {words: False for words in stated if words not in taken_back} | noted
+            noted = dict.fromkeys(stated, False) | noted
         elif isinstance(payload, CertificateSigned | NonconformanceDecided) and payload.disposition is not None:
             about = payload.nonconformances if isinstance(payload, NonconformanceDecided) else stated
             decision = _signed_text(serial, payload, payload.disposition)

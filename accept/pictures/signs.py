@@ -56,6 +56,7 @@ UNITS = {
     "rejected": Sign("rejected", *_BAD),
     "incomplete": Sign("incomplete", *_OPEN),
     "held": Sign("held", "!", "!", Tone.BAD),  # conditional, as quality assurance must decide about a nonconformance
+    "held, incomplete": Sign("held, incomplete", "!", "!", Tone.BAD),
 }
 GAP = {
     "no_missing_effect": Sign("no missing effect", *_GOOD),
@@ -77,4 +78,5 @@ def marked(word: str, simulated: bool) -> str:
 
 def unit_word(verdict: str, nonconformances: Collection[str]) -> str:
     """Return the verdict of a unit as people read it, a key of `UNITS`: one that is held is called so everywhere."""
-    return "held" if nonconformances and verdict == "conditional" else str(verdict)
+    held = {"conditional": "held", "incomplete": "held, incomplete"} if nonconformances else {}
+    return held.get(str(verdict), str(verdict))

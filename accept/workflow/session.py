@@ -382,13 +382,16 @@ class Session:
 
     def undo(self, step: str = "") -> Event:
         """Take back the last entry of this attempt, by an event. step: only if it belongs to this one. Raises
-        EntryError if there is no entry, or one of another step."""
+        EntryError if there is no entry, or one of another step, or a nonconformance, which only quality assurance
+        releases."""
         with self._mutex:
             last = self.last_entry()
             if last is None:
                 raise EntryError("there is nothing to undo in this attempt")
             if step and last.data.get("step") != step:
                 raise EntryError("the last entry belongs to another step; undo it in the step list")
+            if last.what == StepNoted.KIND and (note := StepNoted.of(last)).nonconformance:
+                raise EntryError(f"'{note.text}' holds this unit; only quality assurance releases it (F9, then F3)")
             return self.append(EntryUndone(last.seq))
 
     def words_of(self, undo: Event) -> str:

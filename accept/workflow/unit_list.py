@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 
 from accept.base.version import code_sha256
+from accept.pictures.signs import unit_word
 from accept.store import Store
 from accept.store.payloads import AttemptStarted
 from accept.workflow.state.unit_state import Attempt, EnteredValue, FileLink, fold_run
@@ -51,13 +52,13 @@ class KnownUnit:
     @property
     def words(self) -> str:
         end = {0: "not signed", 1: "signed", 2: "signed and countersigned"}[min(self.signed, 2)]
-        verdict = "held" if self._is_held else self.verdict
-        state = f"{verdict}, {end}" if verdict else f"{self.taken} step{'s' if self.taken != 1 else ''} begun"
+        begun = f"{'held, ' if self.held else ''}{self.taken} step{'s' if self.taken != 1 else ''} begun"
+        state = f"{self._word}, {end}" if self._word else begun
         return f"attempt {self.attempt}: {state}"
 
     @property
-    def _is_held(self) -> bool:
-        return self.held and self.verdict == UnitVerdict.CONDITIONAL
+    def _word(self) -> str | None:
+        return self.verdict and unit_word(self.verdict, ("a nonconformance",) if self.held else ())
 
     @property
     def to_sign(self) -> bool:
@@ -67,7 +68,7 @@ class KnownUnit:
     @property
     def state(self) -> str:
         """Return where it stands, in a few words."""
-        verdict = "held" if self.held and self.verdict in (None, UnitVerdict.CONDITIONAL) else self.verdict
+        verdict = "held" if self.held and self.verdict != UnitVerdict.REJECTED else self.verdict
         if self.signed:
             return f"{verdict}, {'signed' if self.signed == 1 else 'QA signed'}"
         if self.to_sign:

@@ -179,6 +179,8 @@ class StepView(Page):
         await ask_note(self, self.session, self.step, self.bench.records, self._noted)
 
     def _noted(self, event: Event) -> None:
+        if not self.judging:
+            self.show()  # a nonconformance holds the step that is shown
         self.say(note_saved(event), "good")
 
     def help_text(self) -> str:

@@ -128,7 +128,7 @@ class Summary(Scanning[bool]):
 
     def _show_result(self, result: UnitResult) -> None:
         sign = signs.UNITS[result.word]
-        self.query_one(Banner).show(sign.word, sign.bold)
+        self.query_one(Banner).show(sign.word.partition(",")[0], sign.bold)  # a band has room for one word
         refused = {r.file: r for f in result.findings if (r := self.session.refusal(f)) is not None}
         verdict = _verdict(result, self._open_in(result), list(refused.values()))
         self.query_one("#verdict", Static).update(verdict)

@@ -116,7 +116,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         rooms[-1] += 1
         for unit in queue.units:
             if part in unit.serial.lower():
-                style = HELD if unit.held and not unit.signed else ""
+                style = HELD if unit.held and unit.signed <= 1 else ""
                 cells = (unit.serial, unit.kind, unit.state, unit.last_by, when_words(unit.last_at))
                 table.add_row(*(_cut(*each, style) for each in zip(cells, rooms, strict=True)), key=unit.serial)
         if not self._units:

@@ -168,7 +168,10 @@ async def test_notes_and_nonconformance():
         await press(pilot, "ctrl+u")
         for line in ("y", "", ""):
             await type_line(pilot, line)
+        await press(pilot, "ctrl+z")
+        assert "only quality assurance releases it" in words(pilot, "#status")
     assert stored("step_noted") == [{"step": "flatness", "text": "scratch on the shell", "nonconformance": True}]
+    assert not stored("entry_undone")
 
 
 def reds(shown: Text) -> str:

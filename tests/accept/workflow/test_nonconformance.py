@@ -18,9 +18,11 @@ from accept.judging.decisions import DecisionError, Signer
 from accept.judging.judge_unit import load_spec
 from accept.judging.nonconformance import decide
 from accept.store import Store, open_store
-from accept.store.payloads import CertificateSigned, Decision, NonconformanceDecided
+from accept.store.payloads import CertificateSigned, Decision, EntryUndone, NonconformanceDecided
 from accept.workflow import certify
+from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.session import Session
+from accept.workflow.unit_list import KnownUnit, known_unit
 from checks.cause import Cause
 from checks.declare import Measured
 from tests.accept.workflow.test_workflow import fill
@@ -66,11 +68,48 @@ def test_every_finding_is_held_and_names_it(session: Session) -> None:
         assert CRACKED in str(finding.reason)
 
 
-def test_a_plain_note_and_one_that_was_undone_hold_nothing(session: Session) -> None:
+def test_a_plain_note_holds_nothing_and_can_be_undone(session: Session) -> None:
     session.note("stiffness", "looks dusty")
-    session.note("stiffness", "flexure cracked", nonconformance=True)
+    assert session.judge().verdict == "accepted"
     session.undo()
     assert session.judge().verdict == "accepted"
+
+
+def test_no_undo_releases_it(session: Session) -> None:
+    """Not by the key, and not by an event that a script writes: a walk of a technician lifted a hold so, and signed."""
+    noted = session.note("stiffness", "flexure cracked", nonconformance=True)
+    with pytest.raises(EntryError, match="'flexure cracked' holds this unit"):
+        session.undo()
+    assert session.judge().nonconformances == (CRACKED,)
+    session.append(EntryUndone(noted.seq))
+    assert list(session.nonconformances) == [CRACKED]
+    assert session.judge().verdict == "conditional"
+    session.close()
+    again = Session(session.store, home(), load_spec("apa-basic"), "Ben", "APA-02")
+    assert list(again.nonconformances) == [CRACKED]
+    again.close()
+
+
+def test_an_incomplete_unit_is_called_held_too(session: Session, tmp_path: Path) -> None:
+    """In the list of units, by the line on its serial, by batch and by verify; it was called incomplete alone."""
+    step = session.step("stiffness")
+    session.remeasure(step.name, "slipped")
+    specs = {"apa": session.spec}
+
+    def known() -> KnownUnit:
+        unit = known_unit(session.store, "APA-02", specs)
+        assert unit is not None
+        return unit
+
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    assert known().words.startswith("attempt 1: held, ")
+    assert session.judge().word == "held, incomplete"
+    assert certify.sign_unit(session, "correct horse", WHY).valid
+    assert known().state == "held, signed"
+    assert known().words == "attempt 1: held, incomplete, signed"
+    assert "APA-02 held, incomplete; signed by Ann" in accept("verify", session.attempt.certificate).output
+    done = accept("batch", session.folder, "--spec", "apa-basic", "--out", tmp_path / "out", "--operator", "Ann")
+    assert "held, incomplete" in done.output
 
 
 def test_a_failed_unit_stays_rejected(session: Session) -> None:
