@@ -83,7 +83,8 @@ async def type_line(pilot: Pilot[None], text: str) -> None:
     """A line and Enter, as a scanner sends it."""
     field = pilot.app.screen.focused
     assert isinstance(field, Input)
-    field.replace(text, *field.selection)  # as a key does: what is selected is replaced
+    if text:  # Enter alone takes what stands there
+        field.replace(text, *field.selection)  # as a key does: what is selected is replaced
     await press(pilot, "enter")
 
 
