@@ -74,6 +74,11 @@ class Working(Screen[T]):
         """Return whether there is still something to show on: a key may leave a screen that is not yet drawn."""
         return self.is_attached and self in self.app.screen_stack and bool(self.query("#status"))
 
+    @property
+    def in_front(self) -> bool:
+        """Return whether no question stands in front of this screen, which textual counts as a current one then too."""
+        return self.is_attached and self.app.screen is self
+
     def say(self, words: str, role: str = "quiet") -> None:
         """Show one line at the foot of the screen. role: quiet, saved, doubt, good, bad."""
         mark = {"good": "✓ ", "bad": "✗ ", "saved": "▪ ", "doubt": "? "}.get(role, "")

@@ -77,6 +77,11 @@ class Question(ModalScreen[list[str] | None]):
         else:
             self._leave([field.value for field in fields])
 
+    def on_input_changed(self) -> None:
+        """Take away why the last answer was refused: it is not that of what stands there now."""
+        if not self._checking:
+            self.query_one("#wrong", Label).update("")
+
     def action_leave(self) -> None:
         self._leave(None)
 

@@ -12,6 +12,7 @@ from textual.widgets import DataTable, Label, Static
 
 from accept.certificate.contents.disposition import CHOICES, parse_signing_reason
 from accept.certificate.trust import keys
+from accept.certificate.trust.encrypted_key import LockedError
 from accept.certificate.verify.verification import Validity, Verification
 from accept.judging.advice import ADVICE, advice, first_advice
 from accept.judging.result import UnitResult
@@ -117,7 +118,7 @@ class Summary(Scanning[bool]):
     def _judged(self, result: UnitResult) -> None:
         """Show a result, and go on to sign it if F2 came before it."""
         self._show_result(result)
-        if self.is_current:
+        if self.in_front:
             self._sign_then()
 
     def _sign_then(self) -> None:
@@ -289,7 +290,7 @@ class Summary(Scanning[bool]):
             if self.session.result is not None:
                 self._sign_then()
 
-        words = f"The unit is still being evaluated. You confirm what is signed when that is known.\n\n{_FOR_A_SHIFT}"
+        words = f"Nothing is signed yet: once the unit is evaluated you confirm what is signed.\n\n{_FOR_A_SHIFT}"
         lines = [QuestionLine("Passphrase", secret=True)]
         question = Question(f"Sign {self.session.serial}", words, lines, self._passphrase(keys.TECHNICIAN, 0))
         await self.app.push_screen(question, keep)
@@ -313,7 +314,7 @@ class Summary(Scanning[bool]):
             try:
                 check_passphrase(self.session, role, given[at])
             except AcceptError as e:
-                return words_of(e)
+                return _NOT_OPENED if isinstance(e.__cause__, LockedError) else words_of(e)
             return ""
 
         return check
@@ -432,6 +433,7 @@ _OFF_THE_BENCH = (
     "who has both can give keys to anybody. Quality assurance gets a key of its own with: "
     "accept keys request --role qa --name NAME"
 )
+_NOT_OPENED = "Wrong passphrase, or the file of the key is damaged. Type it again"
 _WHY = "Why it is signed so (on the certificate)"
 _FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without a key, or at once: Ctrl+L."
 _OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
