@@ -66,8 +66,21 @@ class StepView(Page):
     @property
     def complete_words(self) -> str:
         """Return what Enter and its neighbours do at a complete step."""
-        further = "next step, F10: next unit" if self.queue is None else "next unit"
-        return f"{self.put_right_first or 'Step complete'}. Enter: {further}, ↑ ↓: correct, Esc: step list"
+        at_rig = self._next_at_rig
+        if at_rig == self.step.name:
+            enter = "Enter: this step again"
+        elif at_rig:
+            enter = f"Leave {self.session.serial} mounted. Enter: its next step, {self.session.step(at_rig).short}"
+        else:
+            enter = f"Enter: {'next step, F10: next unit' if self.queue is None else 'next unit'}"
+        return f"{self.put_right_first or 'Step complete'}. {enter}, ↑ ↓: correct, Esc: step list"
+
+    @property
+    def _next_at_rig(self) -> str:
+        """Return the step that this unit still waits for in the queue of the rig, "" for none or in another queue: a
+        unit leaves the rig when all of its steps there are done."""
+        queue = self.queue
+        return queue.step_at(self.session.waiting) if queue is not None and queue.name == RIG else ""
 
     @property
     def put_right_first(self) -> str:
@@ -93,8 +106,7 @@ class StepView(Page):
     async def go_further(self) -> None:
         """Go on to the next step; of a queue, to the next unit as soon as this one has nothing more to do in it."""
         queue = self.queue
-        more = queue is not None and queue.name == RIG and any(map(needs_rig, self.session.waiting))
-        if queue is None or more:
+        if queue is None or self._next_at_rig:
             self.leave(True)
         elif why := await self._next_unit(queue):
             self.bench_app.queue = None

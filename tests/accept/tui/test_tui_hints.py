@@ -5,6 +5,7 @@ import os
 import re
 import time
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,7 @@ from accept.workflow.bench import Begun, Workbench
 from accept.workflow.record_folder import PickableFile
 from accept.workflow.session import Session
 from accept.workflow.status import Status
+from accept.workflow.steps.plan import needs_rig
 from accept.workflow.training import open_training
 from accept.workflow.unit_list import RIG, KnownUnit, Queue, known_units
 from accept.workflow.worker.judging import judge_here
@@ -367,6 +369,27 @@ def test_the_records_of_a_training_are_proposed_as_soon_as_its_unit_is_open():
     assert session.proposals(step, step.check.forms[1], at_unit.records)
     session.close()
     bench.close()
+
+
+async def test_in_the_queue_of_the_rig_the_foot_says_that_the_unit_stays_mounted_until_its_last_step_there():
+    """It said "next unit" where Enter opened the next step of the same one: its records would be of another unit."""
+    async with running() as pilot:
+        for serial in ("APA-01", "APA-02"):
+            await begin(pilot, serial)
+            await press(pilot, "escape")
+        await begin(pilot, "APA-01")
+        at_rig = [step for step in pilot.app.session.steps if needs_rig(step)]
+        assert len(at_rig) > 1
+        pilot.app.queue = Queue(RIG, "", "For the rig", ())
+        await open_step(pilot, at_rig[0].name)
+        for here, following in pairwise([*at_rig, None]):
+            assert (pilot.app.session.serial, pilot.app.screen.step.name) == ("APA-01", here.name)
+            await type_line(pilot, {"stroke": "365", "stiffness": "1.75"}[here.name])
+            said = words(pilot, "#status")
+            assert ("Leave APA-01 mounted" in said, "next unit" in said) == (following is not None, following is None)
+            assert following is None or f"Enter: its next step, {following.short}" in said
+            await press(pilot, "enter")
+        assert pilot.app.session.serial == "APA-02"
 
 
 async def test_the_same_step_of_the_next_unit_that_lacks_it_also_from_the_queue_of_the_rig():
