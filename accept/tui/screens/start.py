@@ -104,11 +104,12 @@ class StartScreen(Working[Begin | None]):
         self._first_unit = bench is None
         self._looked_up = asyncio.Event()  # the bench is open, and it is known whether the serial is
         self._ending = False  # Escape was pressed once
+        self._refused_line: Input | None = None  # whose refusal stands at the foot
         self._confirmed: set[str] = set()  # serials of a folder that is called like another one
 
     def compose(self) -> ComposeResult:
         yield Label("accept · new unit", classes="title")
-        with VerticalScroll(id="begin"):
+        with VerticalScroll(id="begin", can_focus=False):  # the arrows go from field to field
             for name, label in labels().items():
                 with Horizontal(classes=f"line {'part' if name in parts() else ''}", id=f"line-{name}"):
                     yield Label(label, classes="label")
@@ -196,6 +197,9 @@ class StartScreen(Working[Begin | None]):
 
     def on_input_changed(self, event: Input.Changed) -> None:
         self._ending = False
+        if self._refused_line is event.input and self.is_mounted:  # why it was refused is of what stood there before
+            self._refused_line = None
+            self.say(_GO_ON)
         if event.input.id == "kind":
             self._show_parts()
         if event.input.id in ("serial", "kind"):
@@ -251,8 +255,8 @@ class StartScreen(Working[Begin | None]):
         if known and known.kind != self._value("kind"):
             self.query_one("#kind", Input).value = known.kind  # as it was begun, whatever the unit before was
         self._looked_up.set()
-        kind, specs = self._value("kind"), [] if self._bench is None else list(self._bench.specs)
-        words = f"new unit {serial}" if kind in specs else f"✗ kind '{kind}': expected {' or '.join(specs)}"
+        kind, specs = self._value("kind"), {} if self._bench is None else self._bench.specs
+        words = f"new unit {serial}" if kind in specs else ""  # Enter says what is wrong with a kind
         if known:
             words = f"{serial} is known: {known.words}. Enter: continue; F8: new attempt.\n{known.handed_over}"
         words = "\n".join(filter(None, (words, whose_key)))
@@ -280,6 +284,7 @@ class StartScreen(Working[Begin | None]):
         """Stay in a line, or go to it, and say why; what is typed or scanned next replaces what stands there."""
         self.set_focus(line)
         line.select_all()
+        self._refused_line = line
         self.app.bell()
         self.say(why, "bad")
 
@@ -299,10 +304,11 @@ class StartScreen(Working[Begin | None]):
         if bench is None:
             self.say("The bench could not be opened. Esc, Esc: end the program", "bad")
             return
+        kinds = f"the kind: {' or '.join(bench.specs)}{f', not {kind!r}' if kind else ''}"
         wanted = {
             "operator": "" if operator else "your name",
             "serial": "" if serial else "the serial number",
-            "kind": "" if kind in bench.specs else f"the kind: {' or '.join(bench.specs)}",
+            "kind": "" if kind in bench.specs else kinds,
         }
         missing = [name for name, words in wanted.items() if words]
         if missing:

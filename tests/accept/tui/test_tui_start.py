@@ -122,3 +122,31 @@ async def test_what_is_typed_after_a_click_beside_the_fields_goes_into_the_first
         pilot.app.screen.set_focus(None)
         await press(pilot, *"APA-02", "enter", "enter")
         assert (screen(pilot), pilot.app.session.serial) == ("Steps", "APA-02")
+
+
+async def test_the_arrows_stay_in_the_fields_and_what_is_typed_there_is_taken():
+    """Above the first and below the last field the frame around them had the cursor, and swallowed every letter."""
+    async with running() as pilot:
+        fields = [line(pilot, name) for name in ("operator", "serial", "kind")]
+        for start, key in ((fields[0], "up"), (fields[-1], "down"), (fields[1], "up"), (fields[1], "down")):
+            start.focus()
+            await press(pilot, key)
+            assert pilot.app.focused in fields
+            here = pilot.app.focused
+            await press(pilot, "ctrl+u", "Q")
+            assert here.value == "Q"
+
+
+async def test_why_a_kind_was_refused_is_said_once_and_goes_when_the_kind_is_right():
+    async with running(loader("")) as pilot:  # a serial fits both kinds
+        line(pilot, "serial").value, line(pilot, "kind").value = "APA-02", "app"
+        line(pilot, "kind").focus()
+        await press(pilot, "enter")
+        assert "kind" in words(pilot, "#status")
+        assert "kind" not in words(pilot, "#about")
+        await press(pilot, "ctrl+u", *"apa")
+        assert pilot.app.focused is line(pilot, "kind")
+        assert "kind" not in words(pilot, "#status")
+        assert "new unit APA-02" in words(pilot, "#about")
+        await press(pilot, "enter")
+        assert screen(pilot) == "Steps"
