@@ -76,9 +76,22 @@ class Workbench:
     def last_operator(self) -> str:
         """Return who opened a unit here last, "" if no unit was or if it was an account of the system. Raises
         StoreError."""
-        opened = [event for what in (AttemptStarted.KIND, RunOpened.KIND) for event in self.store.newest(what, 1)]
-        last = max(opened, key=lambda event: event.seq, default=None)
+        last = self._last_opened()
         return "" if last is None or is_system_account(last.who) else last.who
+
+    def unfinished(self, operator: str) -> str:
+        """Return the serial of the unit that was opened here last, with which the next start goes on; "" if another
+        operator opened it, if nothing was measured yet, or if it is signed. Raises StoreError."""
+        last = self._last_opened()
+        if last is None or last.who != operator or not (self.home / "units" / last.subject).exists():
+            return ""  # several benches may share a store: the folder is of this one
+        known = self.known_one(last.subject)
+        goes_on = known is not None and known.kind in self.specs and not known.signed and (known.taken or known.notes)
+        return last.subject if goes_on else ""
+
+    def _last_opened(self) -> Event | None:
+        opened = [event for what in (AttemptStarted.KIND, RunOpened.KIND) for event in self.store.newest(what, 1)]
+        return max(opened, key=lambda event: event.seq, default=None)
 
     def next_serial(self) -> str:
         """Return the serial that is proposed for the unit after this one."""

@@ -144,10 +144,11 @@ def record_stems(entries: Sequence[EnteredValue | FileLink]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class TrainingBench(Workbench):
-    """A bench whose units are simulated when they are begun. seed: of the first that is proposed; running: the
-    instruments of the present unit."""
+    """A bench whose units are simulated when they are begun. seed: of the first that is proposed; chosen: whether it
+    was asked for; running: the instruments of the present unit."""
 
     seed: int = 0
+    chosen: bool = False
     running: ExitStack = field(default_factory=ExitStack)
 
     def next_serial(self) -> str:
@@ -156,6 +157,9 @@ class TrainingBench(Workbench):
         while next(self.store.events(serial := f"{_SERIAL}{number:06d}"), None) is not None:
             number += 1
         return serial
+
+    def unfinished(self, operator: str) -> str:
+        return "" if self.chosen else super().unfinished(operator)
 
     def session(self, serial: str, kind: str, operator: str) -> Session:
         """Open a unit that the bench simulates. Raises EntryError, UnitBusy, StoreError, OSError."""
@@ -184,6 +188,7 @@ def open_training(spec: str | None, seed: int | None) -> TrainingBench:
     unless a spec is given. Raises what `open_bench` does."""
     place = home() / "training"
     place.mkdir(parents=True, exist_ok=True)
+    chosen = seed is not None
     seed = random.SystemRandom().randrange(10**6) if seed is None else seed
     specs = [load_spec(spec)] if spec else [default_spec(kind) for kind in SIMULATED_MODEL]
     running = ExitStack()
@@ -194,6 +199,7 @@ def open_training(spec: str | None, seed: int | None) -> TrainingBench:
         proposed=f"{_SERIAL}{seed:06d}",
         closing=running.close,
         seed=seed,
+        chosen=chosen,
         running=running,
     )
 

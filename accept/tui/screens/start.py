@@ -101,7 +101,6 @@ class StartScreen(Working[Begin | None]):
         self._load, self._bench, self._given, self._problem = load, bench, given, problem
         self._queue: tuple[str, Queue] | None = None  # from the list of units, with the serial that was chosen there
         self._known: KnownUnit | None = None
-        self._first_unit = bench is None
         self._looked_up = asyncio.Event()  # the bench is open, and it is known whether the serial is
         self._ending = False  # Escape was pressed once
         self._refused_line: Input | None = None  # whose refusal stands at the foot
@@ -126,7 +125,7 @@ class StartScreen(Working[Begin | None]):
         self._stand_at_first()
         self._show_parts()
         if self._bench is not None:
-            self._ready(self._bench)
+            self._ready(self._bench, self._bench.next_serial())
         elif self._given.operator:
             self.send(self._open_bench, self._opened_bench, failed=lambda _: self._looked_up.set())
         else:  # the bench knows who worked here last: a serial that is scanned meanwhile is not the operator's name
@@ -136,15 +135,17 @@ class StartScreen(Working[Begin | None]):
         """Put the cursor into the first field that lacks something; a serial that is proposed is still to be said."""
         self.set_focus(self.query_one(f"#{'serial' if self._value('operator') else 'operator'}", Input))
 
-    def _open_bench(self) -> "tuple[Workbench, str]":
-        """Return the bench and who worked there last. It is opened in a thread that does not keep the program from
-        ending: nothing can be stored before it is there. Raises what opening it does."""
-        opened: Future[tuple[Workbench, str]] = Future()
+    def _open_bench(self) -> "tuple[Workbench, str, str]":
+        """Return the bench, who worked there last, and the serial that goes on from there. It is opened in a thread
+        that does not keep the program from ending: nothing can be stored before it is there. Raises what opening it
+        does."""
+        opened: Future[tuple[Workbench, str, str]] = Future()
 
         def open_it() -> None:
             try:
                 bench = self._load()
-                opened.set_result((bench, bench.last_operator()))
+                operator = self._given.operator or bench.last_operator()
+                opened.set_result((bench, operator, bench.unfinished(operator) if operator else ""))
             except BaseException as error:  # noqa: BLE001 - raised below, in the thread that waits
                 opened.set_exception(error)
 
@@ -154,8 +155,8 @@ class StartScreen(Working[Begin | None]):
                 return opened.result()
         raise CancelledError
 
-    def _opened_bench(self, opened: "tuple[Workbench, str]") -> None:
-        bench, operator = opened
+    def _opened_bench(self, opened: "tuple[Workbench, str, str]") -> None:
+        bench, operator, unfinished = opened
         self.post_message(self.BenchOpened(bench))
         if bench.taken is not None:
             self._propose(bench.taken)
@@ -164,19 +165,19 @@ class StartScreen(Working[Begin | None]):
             line.value = operator
             if line.has_focus:
                 self._stand_at_first()
-        self._ready(bench)
+        self._ready(bench, unfinished or bench.proposed)
 
-    def _ready(self, bench: "Workbench") -> None:
+    def _ready(self, bench: "Workbench", proposed: str) -> None:
+        """Go on with an open bench. proposed: the serial to begin with, which what is typed or scanned replaces."""
         self._bench = bench
         kinds = list(bench.specs)
         kind = self.query_one("#kind", Input)
         if kind.value not in kinds:
             kind.value = kinds[0]
         serial = self.query_one("#serial", Input)
-        proposed = bench.proposed if self._first_unit else bench.next_serial()
         serial.value = serial.value or proposed
         if serial.has_focus and serial.value == proposed:
-            serial.select_all()  # what is typed or scanned replaces it
+            serial.select_all()
         self.say(self._problem or _GO_ON, "bad" if self._problem else "quiet")
         self._look()
 
@@ -371,9 +372,10 @@ class StartScreen(Working[Begin | None]):
 
     def help_text(self) -> str:
         return (
-            "Type your name, then scan or type the serial number. A known unit continues where you left it; every "
-            "confirmed entry is kept, also after a power cut. F8 starts a new attempt; earlier attempts are kept. F2 "
-            "lists the units and what they wait for: a step, the rig, a signature; F6 there adds a whole tray."
+            "Type your name, then scan or type the serial number. At its start the program proposes the unit that you "
+            "worked on last, unless it is signed. A known unit continues where you left it; every confirmed entry is "
+            "kept, also after a power cut. F8 starts a new attempt; earlier attempts are kept. F2 lists the units and "
+            "what they wait for: a step, the rig, a signature; F6 there adds a whole tray."
         )
 
 

@@ -1,5 +1,6 @@
 """The first screen: whose name is proposed, where the cursor stands, what a refused serial does, leaving at once."""
 
+import asyncio
 import threading
 import time
 from dataclasses import replace
@@ -7,13 +8,18 @@ from dataclasses import replace
 import pytest
 from textual.widgets import Input
 
+from accept.base.home import home
 from accept.base.operator_name import is_system_account
+from accept.certificate.trust import keys
 from accept.store import open_store
 from accept.store.payloads import RunOpened
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
-from accept.workflow.bench import open_bench
-from tests.accept.tui.tui_help import APART, loader, press, running, settled, type_line, words
+from accept.workflow.bench import Begun, open_bench
+from accept.workflow.certify import sign_unit
+from accept.workflow.training import open_training
+from checks.declare import Measured
+from tests.accept.tui.tui_help import APART, begin, fill_values, loader, press, running, settled, type_line, words
 
 BAD = "bad serial"
 
@@ -34,6 +40,56 @@ async def test_the_last_operator_here_is_proposed_and_no_account_of_a_machine(la
     async with running(given=Given()) as pilot:
         assert line(pilot, "operator").value == proposed
         assert pilot.app.focused is line(pilot, "serial" if proposed else "operator")
+
+
+@pytest.mark.parametrize(("operator", "proposed"), [("Ann", "APA-02"), ("", "APA-02"), ("Bob", "")])
+async def test_the_next_start_proposes_the_unit_that_was_being_measured(operator: str, proposed: str):
+    async with running() as pilot:
+        await begin(pilot, "APA-02")
+        await press(pilot, "enter", "1", "enter", "ctrl+q")
+    async with running(given=Given(operator)) as pilot:
+        assert line(pilot, "serial").value == proposed
+        await press(pilot, *([] if proposed else "APA-02"), "enter")  # one that is known opens at once
+        assert screen(pilot) == "Steps"
+        assert len(pilot.app.session.state("flatness").entries) == 1
+
+
+async def test_a_scan_replaces_the_proposed_unit():
+    async with running() as pilot:
+        await begin(pilot, "APA-02")
+        await press(pilot, "enter", "1", "enter", "ctrl+q")
+    async with running() as pilot:
+        await press(pilot, *"APA-03", "enter")
+        assert line(pilot, "serial").value == "APA-03"
+
+
+async def test_a_unit_of_a_tray_or_one_that_is_signed_is_not_proposed():
+    with open_store() as store:
+        store.write(RunOpened(1), "APA-01", who="Ann")  # in the list of another bench
+    async with running() as pilot:
+        assert not line(pilot, "serial").value
+        await begin(pilot, "APA-02")
+    async with running() as pilot:
+        assert not line(pilot, "serial").value  # nothing was measured
+        await begin(pilot, "APA-02")
+        await fill_values(pilot)
+        keys.init(home(), "correct horse", "Ann")
+        await asyncio.to_thread(sign_unit, pilot.app.session, "correct horse")
+    async with running() as pilot:
+        assert not line(pilot, "serial").value
+
+
+def test_a_training_goes_on_with_its_unit_unless_another_was_asked_for():
+    begun = Begun("TRAIN-000003", "apa", "Ann")
+    bench = open_training("apa-basic", 3)
+    session, _ = bench.at_unit(begun).open_unit(begun)
+    session.take("capacitance", session.step("capacitance").check.inputs["sensor_uF"], Measured(4.99))
+    session.close()
+    bench.close()
+    for seed, proposed in ((None, "TRAIN-000003"), (3, "")):
+        bench = open_training("apa-basic", seed)
+        assert bench.unfinished("Ann") == proposed
+        bench.close()
 
 
 def test_accounts_of_machines_are_known():
