@@ -10,6 +10,7 @@ from checks.acceptance import CHECKS
 from checks.declare import Measured
 from specs.bench import Channels, channel_map
 
+TYPED = "typed"  # in [read_with], of a value that no instrument gave
 ORIGIN = ("manufacturer", "type", "lot", "supplier", "order", "customer", "condition", "received", "shift", "study")
 ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}  # a unit is measured within these
 
@@ -68,6 +69,11 @@ def notes(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
 def measured_by(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
     """Return `[measured_by]`: check -> names of the persons who measured it."""
     return _by_check(data, "measured_by", _are_texts, "a check and a list of names", problems)
+
+
+def read_with(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
+    """Return `[read_with]`: check -> what its values came from, instruments by name or `typed`; absent: all typed."""
+    return _by_check(data, "read_with", _are_texts, "a check and a list of instruments", problems)
 
 
 def pictures(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:

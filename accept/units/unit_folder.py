@@ -135,6 +135,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     environment = folder_header.environment(data, problems)
     provided = folder_header.provided(data, problems)
     folder_header.measured_by(data, problems)  # only the certificate names them
+    folder_header.read_with(data, problems)
     pictures = folder_header.pictures(data, problems)
     simulated = folder_header.simulated(data, problems)
     experiments = experiments_of(data, problems)

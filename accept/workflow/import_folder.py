@@ -7,10 +7,9 @@ from accept.units.unit_entry import FileEntry, UnitSection
 from accept.units.unit_folder import UnitFolder
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep
+from accept.workflow.steps.section import OF_FOLDER
 from checks.declare import Check, Measured
 from checks.errors import RecordError
-
-SOURCE = "unit folder"
 
 
 def adopt(session: Session, taken: UnitFolder) -> list[str]:
@@ -42,7 +41,7 @@ def _section(session: Session, taken: UnitFolder, step: WorkflowStep, part: Unit
             problems += _link(session, taken, step, entry, said)
         else:
             text = str(taken.path)
-            session.take(step.name, step.check.inputs[name], entry, index=index, source=SOURCE, text=text, day=said)
+            session.take(step.name, step.check.inputs[name], entry, index=index, source=OF_FOLDER, text=text, day=said)
     return problems
 
 

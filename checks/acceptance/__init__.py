@@ -17,7 +17,7 @@ from specs.units import label_from_name
 
 RESERVED = (  # keys and sections of a unit.toml that are of the unit: all others are those of checks
     "serial", "kind", "parts", "channels", "measured", "notes", "experiments", "origin", "environment", "provided",
-    "pictures", "simulated", "measured_by",
+    "pictures", "simulated", "measured_by", "read_with",
 )  # fmt: skip
 
 OF_RESPONSES = ("frf", "misalignment", "sensor_highpass", "spurious_modes")  # they load transforms and models

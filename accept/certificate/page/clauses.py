@@ -47,14 +47,22 @@ def item_words(result: Mapping[str, Any]) -> str:
 
 
 def entered_words(contents: CertificateContent) -> str:
-    """Return the checks whose values were entered without a recording, "" if there are none (7.8.2.2)."""
-    sections, entered = contents.unit_file, []
+    """Return the checks whose values have no recording, those entered and those read from an instrument apart, "" if
+    there are none (7.8.2.2)."""
+    sections, entered, read = contents.unit_file, [], []
+    read_with = folder_header.read_with(sections, [])
     for check in dict.fromkeys(f["check"] for f in contents.result["findings"] if f["value"] is not None):
         section = sections.get(CHECKS[check].reads if check in CHECKS else check, {})
         texts = [text for value in section.values() for text in (value if isinstance(value, list) else [value])]
         if section and not any(text in contents.inputs for text in texts if isinstance(text, str)):
-            entered.append(check_label(check))
-    return f"values of {', '.join(entered)} were entered without a recording" if entered else ""
+            sources = read_with.get(CHECKS[check].reads if check in CHECKS else check)
+            if sources is None:
+                entered.append(check_label(check))
+            else:
+                read.append(f"{check_label(check)} ({', '.join(sources)})")
+    told = [f"values of {', '.join(entered)} were entered without a recording"] if entered else []
+    told += [f"values of {', '.join(read)} were read from the instrument named, without a recording"] if read else []
+    return "; ".join(told)
 
 
 def provided_words(result: Mapping[str, Any]) -> str:

@@ -8,12 +8,15 @@ from statistics import fmean, stdev
 from typing import Any
 
 from accept.judging.nonconformance import MARK
+from accept.units.folder_header import TYPED
 from accept.workflow.state.unit_state import Attempt, EnteredValue, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from checks.acceptance import CHECKS
 from checks.declare import CsvTable, Input, Scalar, Series, Vector
 from checks.quantity import COVERAGE_FACTOR
 from specs.spec import CheckSpec
+
+OF_FOLDER = "unit folder"  # source of a value that an existing folder gave
 
 
 @dataclass(frozen=True)
@@ -127,11 +130,23 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep], simul
     head: dict[str, Any] = {"serial": serial, "kind": attempt.kind, "simulated": simulated}
     head |= {"parts": dict(attempt.parts), "measured": days}
     head["measured_by"] = people
+    sources = {name: _sources(step, state) for name, (step, state) in states.items() if sections[name]}
+    head["read_with"] = {name: found for name, found in sources.items() if set(found) - {TYPED, OF_FOLDER}}
     head["channels"] = dict(attempt.channels)
     head["notes"] = {name: lines for name, lines in notes.items() if lines}
     pictures = {s.name: [each for note in attempt.step(s.name).notes for each in note.pictures] for s in steps}
     head["pictures"] = {name: files for name, files in pictures.items() if files}
     return {name: content for name, content in (head | sections).items() if content}
+
+
+def _sources(step: WorkflowStep, state: StepState) -> list[str]:
+    """Return where the values that count come from: instruments, and `typed`."""
+    places = [
+        (i.name, index)
+        for i in step.form(state.form).inputs
+        for index in (range(i.size) if isinstance(i, Vector) else [None])
+    ]
+    return list(dict.fromkeys(reading.source for place in places for reading in state.readings(*place)))
 
 
 def value_words(name: str, index: int | None, value: float, unit: str) -> str:

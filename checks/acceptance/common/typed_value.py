@@ -13,8 +13,9 @@ from specs.spec import CheckSpec, StatedU
 def typed_quantity(values: Values, spec: CheckSpec, entry: str, quantity: str | None = None) -> Quantity:
     """Return the quantity of a typed entry.
 
-    U is the larger of the typed one and the spec's for this entry, unknown without both. The operator does not choose
-    the guard band: a typed U is no evidence that the instrument is better than the spec states."""
+    U is the larger of the one given with the value, typed or by the instrument that was read, and the spec's for this
+    entry, unknown without both. The operator does not choose the guard band: a typed U is no evidence that the
+    instrument is better than the spec states."""
     name = quantity or entry
     given: Measured | None = values.get(entry)
     if given is None:
@@ -27,7 +28,7 @@ def typed_quantity(values: Values, spec: CheckSpec, entry: str, quantity: str | 
         return Quantity(name, given.value)
     note = None
     if given.U is not None:
-        note = f"the U typed beside it, {given.U:.3g}, is below the {floor:.3g} that the spec states, which stands"
+        note = f"its own U (of the instrument, or typed), {given.U:.2g}, is below the spec's {floor:.2g}, which counts"
     return Quantity.of(name, given.value, Contribution(limit.source, floor / COVERAGE_FACTOR), note=note)
 
 

@@ -9,6 +9,7 @@ from accept.certificate.page.clauses import (
     COVERAGE,
     SCOPE,
     days_words,
+    entered_words,
     environment_words,
     item_words,
     operator_words,
@@ -60,6 +61,19 @@ def test_the_operator_signs_and_is_not_said_to_have_measured_what_others_did(
     signs, _, others = words.partition("; measured by ")
     assert set(filter(None, others.removesuffix(": see Notes").split(", "))) == who
     assert signs == ("Anna (signs)" if who else "Anna")
+
+
+def test_what_was_read_from_an_instrument_is_not_said_to_be_entered(tmp_path: Path):
+    contents = certificate_contents(tmp_path)
+    before = entered_words(contents)
+    checks = [name for name in ("Flatness", "Capacitance") if name in before]
+    assert checks[-1:] == ["Capacitance"]
+    unit = contents.files[UNIT_FILE].decode() + '\n[read_with]\ncapacitance = ["LCR-819 SIM-1", "typed"]\n'
+    words = entered_words(replace(contents, files={**contents.files, UNIT_FILE: unit.encode()}))
+    (read,) = [part for part in words.split("; ") if "LCR-819 SIM-1, typed" in part]
+    assert "Capacitance" in read
+    assert "entered" not in read
+    assert "Capacitance" not in words.replace(read, "")
 
 
 def test_every_rule_of_a_finding_is_in_words_once():

@@ -56,6 +56,23 @@ def lines(session: Session) -> list[str]:
     return [note.removeprefix("flatness: ") for note in notes]
 
 
+def test_what_was_read_from_an_instrument_is_told_from_what_was_typed_in_the_unit_s_folder(session: Session):
+    def read_with() -> dict[str, list[str]]:
+        session.judge_step("capacitance")
+        content: dict[str, list[str]] = unit_folder.toml_of((session.folder / unit_folder.UNIT_FILE).read_bytes()).get(
+            "read_with", {}
+        )
+        return content
+
+    inputs = session.step("capacitance").check.inputs
+    assert read_with() == {}  # typed
+    session.take("capacitance", inputs["actuator_uF"], Measured(9.85, 0.003), source="LCR-819 SIM-1")
+    assert read_with() == {"capacitance": ["typed", "LCR-819 SIM-1"]}
+    session.take("capacitance", inputs["sensor_uF"], Measured(4.98), source="LCR-819 SIM-1")
+    assert read_with() == {"capacitance": ["LCR-819 SIM-1"]}  # what was replaced does not count
+    unit_folder.read(session.folder)
+
+
 def test_a_photo_is_copied_hashed_and_named_on_the_certificate(session: Session, photo: Path):
     session.note("flatness", "scratch", files=[photo])
     assert (session.folder / NOTES_FOLDER / "crack.jpg").read_bytes() == PHOTO
