@@ -35,7 +35,6 @@ from accept.workflow.entry.parse_entry import (
 )
 from accept.workflow.steps.plan import has_files, is_needed
 from accept.workflow.steps.section import full
-from checks.cause import Cause
 from checks.declare import CsvTable, Measured, Scalar, Series, Vector
 from checks.errors import RecordError
 
@@ -78,7 +77,7 @@ class StepScreen(StepForm):
             file := field.proposed or (self._proposals.get(field.place.declared.name) if field.damaged else None)
         ) is not None:
             self._give(field, file.name, repeat=False)
-        elif self._dispensable(field):
+        elif self.dispensable(field):
             await self._finish()
         else:
             self._go_past(field)
@@ -100,15 +99,6 @@ class StepScreen(StepForm):
         else:
             self._go_on(field)
             self._hint()
-
-    def _dispensable(self, field: Field) -> bool:
-        """Return whether Enter may go past all that is still empty: the step was judged, and nothing that could be
-        given here is missing for a result."""
-        judgement = self.session.judgement(self.step.name) if self.complete else None
-        if judgement is None or is_needed(field.place.declared) or any(f.proposed for f in self.query(Field)):
-            return False
-        causes = {r.cause for f in judgement.findings if f.cause is not None for r in f.cause.all()}
-        return not causes & {Cause.NOT_MEASURED, Cause.ENTRY_MISSING}
 
     async def _finish(self) -> None:
         """Judge what was given if that was put off, else go on to the next step, or to the next unit of the queue, once

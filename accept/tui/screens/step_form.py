@@ -167,6 +167,9 @@ class StepForm(StepView):
                 f"{place.name} is saved. What is given now replaces it{', F4 repeats it' if not place.is_file else ''}"
             )
             return f"{self.put_right_first}. {words}" if self.put_right_first else words
+        if self.put_right_first and self.dispensable(field):  # nothing that may be given here puts the step right
+            again = "" if "F8" in self.put_right_first else "F8: measure again. "
+            return f"{self.put_right_first}. {again}{self.enter_words}"
         if field.proposed is not None:
             words = f"Enter: take {field.proposed.name}, F2: another file"
         elif place.is_file:
@@ -182,6 +185,15 @@ class StepForm(StepView):
         words = f"Optional: {place.name}. {words}" if optional else words
         first = self.put_right_first if optional or place.among_optional else ""
         return f"{first}. {words}" if first else words
+
+    def dispensable(self, field: Field) -> bool:
+        """Return whether Enter may go past all that is still empty: the step was judged, and nothing that could be
+        given here is missing for a result."""
+        judgement = self.session.judgement(self.step.name) if self.complete else None
+        if judgement is None or is_needed(field.place.declared) or any(f.proposed for f in self.query(Field)):
+            return False
+        causes = {r.cause for f in judgement.findings if f.cause is not None for r in f.cause.all()}
+        return not causes & {Cause.NOT_MEASURED, Cause.ENTRY_MISSING}
 
     async def _lay_out(self) -> None:
         """Lay out the form's fields; the cursor goes into the first that is empty."""

@@ -66,14 +66,17 @@ class StepView(Page):
     @property
     def complete_words(self) -> str:
         """Return what Enter and its neighbours do at a complete step."""
+        return f"{self.put_right_first or 'Step complete'}. {self.enter_words}, ↑ ↓: correct, Esc: step list"
+
+    @property
+    def enter_words(self) -> str:
+        """Return what Enter opens from a complete step."""
         at_rig = self._next_at_rig
         if at_rig == self.step.name:
-            enter = "Enter: this step again"
-        elif at_rig:
-            enter = f"Leave {self.session.serial} mounted. Enter: its next step, {self.session.step(at_rig).short}"
-        else:
-            enter = f"Enter: {'next step, F10: next unit' if self.queue is None else 'next unit'}"
-        return f"{self.put_right_first or 'Step complete'}. {enter}, ↑ ↓: correct, Esc: step list"
+            return "Enter: this step again"
+        if at_rig:
+            return f"Leave {self.session.serial} mounted. Enter: its next step, {self.session.step(at_rig).short}"
+        return f"Enter: {'next step, F10: next unit' if self.queue is None else 'next unit'}"
 
     @property
     def _next_at_rig(self) -> str:
