@@ -108,6 +108,10 @@ def _read_text(path: Path) -> bytes:
     try:
         return read_bounded(path, MAX_UNIT_TOML_BYTES)
     except OSError as e:
+        attempts = [p.parent for p in path.parent.glob(f"attempt-*/{UNIT_FILE}")]
+        if attempts and not path.exists():
+            last = max(attempts, key=lambda p: int(n) if (n := p.name.removeprefix("attempt-")).isdecimal() else 0)
+            raise UnitError(path, [f"is not there, the folder holds attempts; the last one: {last}"]) from e
         raise UnitError(path, [f"cannot be read: {e.strerror}"]) from e
 
 

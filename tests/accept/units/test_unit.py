@@ -36,6 +36,13 @@ def test_a_good_unit_is_accepted(tmp_path: Path) -> None:
     assert list(result.inputs) == ["unit.toml"]
 
 
+def test_the_folder_of_a_unit_of_the_workflow_names_its_last_attempt(tmp_path: Path) -> None:
+    for number in (9, 10):
+        make_unit(tmp_path / f"attempt-{number}")
+    with pytest.raises(UnitError, match="the last one: .*attempt-10$"):
+        unit_folder.read(tmp_path)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
