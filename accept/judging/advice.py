@@ -47,7 +47,8 @@ ADVICE: Mapping[Cause, str] = {
     Cause.DRIVE_BEHIND_AMPLIFIER: "record Va at the DAC, ahead of the amplifier",
     Cause.CONTRADICTION: "check that both are of this unit, and what was stated with them (scale, amplifier, resistor, "
     "added mass, payload); then measure both again",
-    Cause.SAMPLES_COPIED: "record again; if it belongs to this unit: accept store resolve SERIAL --measured SERIAL",
+    Cause.SAMPLES_COPIED: "record again; if it is this unit's own, quality assurance decides: "
+    "accept store resolve SERIAL --measured SERIAL",
     Cause.PART_DOUBTED: "judge the part again, build in another one, or correct [parts] of the strut that it left",
     Cause.FOLDER_NAME: "rename the folder, or correct serial in unit.toml; or confirm the serial: accept report at a "
     "terminal",

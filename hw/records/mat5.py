@@ -75,7 +75,8 @@ def _elements(file: str, raw: bytes, order: str) -> Iterator[MatElement]:
         if element.start + element.size > len(raw):
             missing = element.start + element.size - len(raw)
             raise RecordError(
-                f"{file}: is incomplete: the last {missing} bytes of the variable at byte {at} are missing"
+                f"{file}: ends too early, it was not copied whole: "
+                f"the last {missing} bytes of the variable at byte {at} are missing"
             )
         yield element
         # Only here is nothing padded to a multiple of 8: sizes of whole variables include their padding.

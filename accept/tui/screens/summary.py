@@ -264,6 +264,8 @@ class Summary(Scanning[bool]):
         def check(place: int, given: list[str]) -> str:
             if not asked or result is None or place + 1 < len(given):
                 return ""
+            if not given[-1].strip():
+                return f"Say in one line why you sign a unit that is {result.word}: it stands on the certificate"
             if given[-1].strip() == (kept or given[0]).strip():
                 return "That is the passphrase. The reason stands on the certificate, in clear"
             try:

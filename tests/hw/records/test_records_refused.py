@@ -230,7 +230,7 @@ def test_a_deflate_stream_of_another_length(edit, refusal):
 
 def test_sizes_that_contradict_each_other(refusal):
     raw = made.mat5(made.channels())
-    assert "is incomplete: the last 3 bytes of the variable at byte 2400 are missing" in refusal(raw[:-3])
+    assert "not copied whole: the last 3 bytes of the variable at byte 2400 are missing" in refusal(raw[:-3])
     fewer = raw.replace(np.array([64, 1], "<i4").tobytes(), np.array([32, 1], "<i4").tobytes())
     assert "variable 'Va' declares 32 numbers, but its data are 512 bytes of type 9" in refusal(fewer)
 
