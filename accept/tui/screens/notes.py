@@ -31,10 +31,14 @@ def ask_note(
     """Ask for a note on a step and keep it; awaited, keys that follow wait for the question. A nonconformance is what
     was found wrong with the part. records: folder in which a photo that was just taken is proposed, and which relative
     paths are of."""
+    noted = {
+        Path(file).name for each in session.steps for note in session.state(each.name).notes for file in note.files
+    }
+    photo = new_photo(records)
     lines = (
         QuestionLine("Note"),
         QuestionLine("Nonconformance of the part? y or n", value="n"),
-        QuestionLine("Photo or file: path, pasted or dropped here; empty: none", value=new_photo(records)),
+        QuestionLine("Photo or file: path, pasted or dropped here; empty: none", value="" if photo in noted else photo),
         QuestionLine("On the certificate? y, n, or p: with the picture printed", value="y"),
     )
 

@@ -26,6 +26,7 @@ from accept.tui.widgets.step_list import WIDE_FROM
 from accept.workflow.capture import capture
 from accept.workflow.entry.parse_entry import (
     EntryError,
+    are_several,
     doubt,
     parse_list,
     parse_number,
@@ -148,7 +149,7 @@ class StepScreen(StepForm):
                 case Series() | CsvTable() as declared:
                     path = self.bench.records / Path(text.strip()).expanduser()  # an absolute one stays itself
                     self._store(field, partial(self._link, declared, path), text)
-                case Vector() as declared if len(text.replace(";", " ").split()) == declared.size:
+                case Vector() as declared if are_several(text, declared.size):
                     self._take_all(parse_list(text, declared), text, sure)
                 case Scalar() as declared:
                     self._take(field, parse_scalar(text, declared), repeat, text, sure)
@@ -332,6 +333,8 @@ class StepScreen(StepForm):
             self._too_early()
         elif field is not None:
             self._read(field, repeat=True)
+        else:
+            self.say("Step complete: nothing was read. ↑ ↓: choose the field, F4: one more reading of it", "doubt")
 
     def _too_early(self) -> None:
         """Say that nothing is read for this key: the probe would still be at the point before."""

@@ -118,11 +118,18 @@ def _is_number(word: str) -> bool:
     return found is not None and (unit in ("", *BASES) or (unit[0] in PREFIXES and unit[1:] in BASES))
 
 
+def are_several(text: str, size: int) -> bool:
+    """Return whether text is as many entries as a vector has places, or more than one number, separated by spaces or
+    semicolons; a number with its unit is one."""
+    words = text.replace(";", " ").split()
+    return len(words) == size or (len(words) > 1 and all(re.fullmatch(_NUMBER, word) for word in words))
+
+
 def parse_list(text: str, declared: Vector) -> list[float]:
     """Return all values of a vector at once, separated by spaces or semicolons. Raises EntryError."""
     words = text.replace(";", " ").split()
     if len(words) != declared.size:
-        raise EntryError(f"{len(words)} values; enter {declared.size}, or one at a time")
+        raise EntryError(f"{len(words)} values; enter all {declared.size} at once, or one at a time")
     return [parse_number(word, declared.unit).value for word in words]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rich.text import Text
 from textual.events import Key
-from textual.widgets import DataTable, Static
+from textual.widgets import DataTable, Input, Static
 from textual.widgets._footer import FooterKey
 
 from accept.base.home import home
@@ -820,3 +820,39 @@ async def test_the_line_in_which_is_typed_is_on_the_screen_below_long_words():
             assert pilot.app.screen.region.contains_region(line.region)
             assert line.parent.region.contains_region(line.region)
             await press(pilot, "enter")
+
+
+async def test_some_of_the_heights_in_one_line_are_told_apart_from_a_slip_of_one():
+    async with running() as pilot:
+        await open_step(pilot, "flatness")
+        for value in ("0", "-2.5 um"):  # a value with its unit is one
+            await type_line(pilot, value)
+        await type_line(pilot, "28 43 40 25")
+        assert "4 values; enter all 8" in words(pilot, "#status")
+        entries = pilot.app.session.state("flatness").entries
+        assert [(entry.index, entry.value) for entry in entries] == [(0, 0.0), (1, -2.5)]
+
+
+async def test_f4_where_no_field_has_the_cursor_says_how_to_read_once_more():
+    async with running() as pilot:
+        await open_step(pilot, "stroke")
+        await type_line(pilot, "365")
+        await press(pilot, "f4")
+        assert "F4" in words(pilot, "#status")
+        assert len(pilot.app.session.state("stroke").entries) == 1
+
+
+async def test_a_photo_that_a_note_holds_is_not_proposed_again(tmp_path: Path):
+    records = tmp_path / "records"
+    records.mkdir()
+    (records / "IMG_0042.png").write_bytes(b"a crack")
+    async with running(loader(records=records)) as pilot:
+        await begin(pilot)
+        for proposed in ("IMG_0042.png", ""):
+            await press(pilot, "f5")
+            assert pilot.app.screen.query(Input)[2].value == proposed
+            await press(pilot, *"crack", *["enter"] * 4)
+        (records / "IMG_0043.png").write_bytes(b"another")
+        await press(pilot, "f5")
+        assert pilot.app.screen.query(Input)[2].value == "IMG_0043.png"
+        await press(pilot, "escape")

@@ -39,7 +39,7 @@ def test_a_good_unit_is_accepted(tmp_path: Path) -> None:
 def test_the_folder_of_a_unit_of_the_workflow_names_its_last_attempt(tmp_path: Path) -> None:
     for number in (9, 10):
         make_unit(tmp_path / f"attempt-{number}")
-    with pytest.raises(UnitError, match="the last one: .*attempt-10$"):
+    with pytest.raises(UnitError, match=r"the last one: .*attempt-10$"):
         unit_folder.read(tmp_path)
 
 
