@@ -29,7 +29,7 @@ from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.findings import whole_lines
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
-from accept.tui.widgets.step_list import HELD, held_words, listed
+from accept.tui.widgets.step_list import HELD, held_words, listed, where_held
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import check_passphrase, countersign_unit, key_problem, make_keys, sign_unit
@@ -486,8 +486,7 @@ def _verdict(result: UnitResult, open_words: Sequence[str], refused: Sequence[Re
     sign = signs.UNITS[result.word]
     text = Text.assemble((f" {sign.word.upper()} ", f"reverse {sign.bold}"))
     if result.nonconformances:
-        named = "; ".join(map(without_hashes, result.nonconformances))
-        text.append(f"  nonconformance: {named}. QA decides (F3).", HELD)
+        text.append(f"  nonconformance at {where_held(result.nonconformances)}. QA decides (F3).", HELD)
     text.append("".join(f"  {words.replace('no result', _NO_RESULT)}" for words in open_words))
     todo = [f"{record.file}: {record.action}" for record in refused]
     if (told := first_advice(result.findings)) is not None:

@@ -6,6 +6,7 @@ from rich.text import Text
 from textual.widgets import DataTable
 
 from accept.pictures import signs
+from accept.pictures.labels import check_label
 from accept.store.payloads import without_hashes
 from accept.tui.widgets.limit_bar import after_number, numbers
 from accept.workflow.session import Session
@@ -87,9 +88,13 @@ def held_words(nonconformances: Sequence[str]) -> Text:
     """Return what holds a unit, in red; empty if nothing does."""
     if not nonconformances:
         return Text()
-    return Text().append(
-        f"HELD: nonconformance: {'; '.join(map(without_hashes, nonconformances))}. Quality assurance decides.", HELD
-    )
+    return Text().append(f"HELD by a nonconformance at {where_held(nonconformances)}. Quality assurance decides.", HELD)
+
+
+def where_held(nonconformances: Sequence[str]) -> str:
+    """Return what nonconformances say, each with its step as people read it in place of the code name in front."""
+    parts = (without_hashes(words).partition(": ") for words in nonconformances)
+    return "; ".join(f"{check_label(step)}{colon}{words}" for step, colon, words in parts)
 
 
 def listed(names: Sequence[str]) -> str:

@@ -192,7 +192,7 @@ async def test_a_nonconformance_is_red_and_first_wherever_one_decides():
         for line in ("y", "", ""):
             await type_line(pilot, line)
         card = pilot.app.screen.query_one("#card", Hanging).render().text
-        assert card.plain.startswith("HELD: nonconformance: stiffness: flexure cracked (Ann)")
+        assert card.plain.startswith("HELD by a nonconformance at Stiffness: flexure cracked (Ann)")
         assert "flexure cracked" in reds(card)
         steps = pilot.app.screen.query_one(StepList)
         assert [str(cell.style) for cell in steps.get_row("stiffness")[:2]] == [HELD, HELD]
