@@ -1,8 +1,8 @@
 """The gates before a name that stands beside a disagreement: of an explanation that leaves something unexplained.
 
 Its evidence and its rivals are measured by the profile likelihood of `search.disagreement`. Because the nearest member
-of a library is not the cause, three gates look at the cells where an effect acts: it explains most of them, makes none
-worse, and what it changes most is explained.
+of a library is not the cause, four gates look at where an effect acts: it explains most of the cells, makes none worse,
+what it changes most is explained, and the gap of one channel as a whole becomes much smaller.
 """
 
 from collections.abc import Sequence
@@ -24,6 +24,7 @@ from checks.gap.decision.gates import (
     Gate,
     NameEvidence,
     chance_of_gain,
+    change_by,
     failed_reasons,
 )
 from checks.gap.decision.result import Ambiguous
@@ -46,6 +47,7 @@ from checks.gap.search.disagreement import (
 ACTS = 1.0  # of Q: an effect that changes a cell by more acts there
 LEFT = 1.0 / 3.0  # of the logarithms of Q over the cells where an effect acts: with more left, it is not the cause
 CONFIRMING = 2  # rounds of weights, from values that are nearly right
+LEFT_OF_CHANNEL = 0.5  # of a channel's G: an effect that leaves more of every channel is a small part of what is wrong
 EXPLAINED_CELL = 1.5  # of Q, as of G of a channel
 FAR_ABOVE = 10.0  # of Q in the cell that an effect changes most
 NEAR = 15.0  # of score: rivals of its step that are compared once more beside everything else
@@ -110,6 +112,17 @@ class BesideEvidence(NameEvidence):
         worst = max(float(after[k, c]) for c, k in enumerate(most) if change[k, c] > ACTS)
         return ActingCells(share, worse, worst)
 
+    @cached_property
+    def left_of_channel(self) -> float:
+        """Return G after over G before the effect, everything else at the same values: of the channel that it explains
+        best."""
+        fitted, data = self.fitted, self.fitted.unseen
+        change = change_by(self.effect, fitted.response, fitted.at, data)
+        before, after = (
+            np.mean(np.abs(r) ** 2 / data.variance, axis=0) for r in (fitted.residual + change, fitted.residual)
+        )
+        return float(np.min(after / before))
+
     @property
     def percent_left(self) -> float:
         return 100 * self.cells.share
@@ -143,6 +156,11 @@ BESIDE_GATES: tuple[Gate[BesideEvidence], ...] = (
         "leaves G {e.cells.worst:.0f} in the band where it acts most",
         lambda e: not e.cells.worst > FAR_ABOVE,
         after="no_cell_worse",
+    ),
+    Gate(
+        "channel_left",
+        "leaves more than half of the gap of every channel",
+        lambda e: e.left_of_channel < LEFT_OF_CHANNEL,
     ),
     WITHIN_LIMITS,
     SIGNIFICANT,

@@ -201,12 +201,13 @@ class FullEvidence(NameEvidence):
 
     @property
     def needless(self) -> bool:
-        """Return whether every channel agrees without the effect: one of several, or one on a bench that is fitted too
-        or was learned from a few units, which says little of what single bins may hold."""
-        best = self.result.best
-        if len(best.response.effects) > 1:
+        """Return whether every channel agrees without the effect: one of several, or beside a hysteresis at two levels;
+        or one on a bench that is fitted too or was learned from a few units, which says little of what single bins may
+        hold."""
+        best, response = self.result.best, self.result.best.response
+        if len(response.members) - len(response.paths) - len(response.unmodelled_modes) > 1:
             return is_within_tolerance(best, self.effect, self.table.G)
-        of_bench = best.response.model.learned is not None or bool(best.response.paths)
+        of_bench = response.model.learned is not None or bool(response.paths)
         return of_bench and is_within_tolerance(best, self.effect, AGREES)
 
     @property

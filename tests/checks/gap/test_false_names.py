@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 
 from accept.gap.analyse_unit import run_gap
+from checks.gap.decision.beside_gates import BESIDE_GATES, BesideEvidence
 from checks.gap.decision.gates import Claim, FullEvidence
 from checks.gap.decision.verdict import early_channels
 from checks.gap.effects import effect_named
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
+from checks.gap.modelling.unmodelled_modes import levels
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
+from checks.gap.search.disagreement import DisagreementFit
 from checks.gap.search.forward import SearchResult, has_needless_effect, is_within_tolerance
 from checks.gap.workflow import run
 from checks.model.learned_bench import LearnedBench
@@ -51,6 +54,7 @@ def candidate(at: dict[str, dict[str, float]], true: dict[str, dict[str, float]]
     return Candidate(response, start, 0.0, recorded(model, 6, true), THRESHOLDS)
 
 
+MERGE_HZ = 350.0  # between the records of low and high frequencies
 BENCH = {"f_Hz": 300.0, "damping_ratio": 0.01}
 
 
@@ -78,6 +82,29 @@ def test_on_a_learned_bench_a_single_effect_must_be_beyond_the_tolerance(ratio: 
     found = candidate(alone, alone)
     assert needless_alone(on_learned_bench(found)) is needless
     assert not needless_alone(found)
+
+
+@pytest.mark.parametrize(("ratio", "needless"), [(2e-5, True), (0.05, False)])
+def test_beside_a_hysteresis_at_two_levels_too(ratio: float, needless: bool) -> None:
+    """A cubic spring made the records depend on their level; a crosstalk within the tolerance was named beside it."""
+    alone = {"bench_mode": {**BENCH, "ratio": ratio}}
+    found = candidate(alone, alone)
+    response = found.response.with_member(levels(MERGE_HZ, 0.02))
+    at = {p.name: found.at.get(p.name, p.begin) for p in response.free()}
+    assert needless_alone(replace(found, response=response, at=at)) is needless
+
+
+@pytest.mark.parametrize(("others", "left"), [({}, False), ({"bench_mode": {**BENCH, "ratio": 0.05}}, True)])
+def test_a_small_part_of_the_gap_of_every_channel_has_no_name(others: dict[str, dict[str, float]], left: bool) -> None:
+    """A scale of the encoder was named that took G of de from 73 to 62 on a lopsided APA. Here beside a mode of the
+    bench that the explanation lacks."""
+    scale = {"encoder_scale": {"relative": 0.03}}
+    found = candidate(scale, {**scale, **others})
+    fitted = DisagreementFit(found.response, found.at, 0.0, found.unseen)
+    search = Search(found.unseen, found.unseen, (), THRESHOLDS, quiet)
+    evidence = BesideEvidence(effect_named("encoder_scale"), fitted, None, None, THRESHOLDS, search)
+    (gate,) = (gate for gate in BESIDE_GATES if gate.name == "channel_left")
+    assert gate.test(evidence) is not left
 
 
 def on_learned_bench(c: Candidate) -> Candidate:
