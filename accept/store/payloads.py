@@ -357,7 +357,7 @@ class ValueTaken(Payload, what="value_taken"):
     form: str
     input: str
     value: Annotated[Number, "in `unit`"]
-    U: Annotated[Number | None, "expanded uncertainty that was typed beside it"]
+    U: Annotated[Number | None, "expanded uncertainty that was typed or read with it"]
     unit: str
     index: Annotated[int | None, "place in a vector"] = None
     repeat: Annotated[bool, "one more reading of the same value, not a correction"] = False

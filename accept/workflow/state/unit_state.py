@@ -28,7 +28,7 @@ from checks.verdict import Finding
 
 @dataclass(frozen=True)
 class EnteredValue:
-    """One value that was typed or read; U: typed beside it; index: its place in a vector; day: on which it was
+    """One value that was typed or read; U: typed or read with it; index: its place in a vector; day: on which it was
     measured, ISO."""
 
     seq: int
