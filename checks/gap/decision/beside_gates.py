@@ -15,6 +15,7 @@ from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting.fit import Fit
 from checks.gap.decision.gates import (
+    AGREES,
     OFF_MODES,
     ON_ITS_CHANNELS,
     SIGNIFICANT,
@@ -47,7 +48,8 @@ from checks.gap.search.disagreement import (
 ACTS = 1.0  # of Q: an effect that changes a cell by more acts there
 LEFT = 1.0 / 3.0  # of the logarithms of Q over the cells where an effect acts: with more left, it is not the cause
 CONFIRMING = 2  # rounds of weights, from values that are nearly right
-LEFT_OF_CHANNEL = 0.5  # of a channel's G: an effect that leaves more of every channel is a small part of what is wrong
+LEFT_OF_CHANNEL = 0.2  # of a channel's G: an effect that leaves more of every channel is no cause of its gap
+HARDLY_LEFT = 0.01  # of a channel's G: an effect that leaves no more needs no more evidence than another name
 EXPLAINED_CELL = 1.5  # of Q, as of G of a channel
 FAR_ABOVE = 10.0  # of Q in the cell that an effect changes most
 NEAR = 15.0  # of score: rivals of its step that are compared once more beside everything else
@@ -83,7 +85,10 @@ class BesideEvidence(NameEvidence):
 
     @property
     def required_gain(self) -> float:
-        return required_gain(self.table, self.effect)
+        """Return the gain that a step of the search needs; twice that of a name if the effect leaves something of every
+        channel, as what is no effect of the library may be one in part."""
+        more = 0.0 if self.left_of_channel < HARDLY_LEFT else self.table.delta_lnL
+        return required_gain(self.table, self.effect) + more
 
     @cached_property
     def exchanged_gain(self) -> float:
@@ -115,13 +120,12 @@ class BesideEvidence(NameEvidence):
     @cached_property
     def left_of_channel(self) -> float:
         """Return G after over G before the effect, everything else at the same values: of the channel that it explains
-        best."""
+        best; 0 if it makes a channel agree that did not."""
         fitted, data = self.fitted, self.fitted.unseen
         change = change_by(self.effect, fitted.response, fitted.at, data)
-        before, after = (
-            np.mean(np.abs(r) ** 2 / data.variance, axis=0) for r in (fitted.residual + change, fitted.residual)
-        )
-        return float(np.min(after / before))
+        residuals = fitted.residual + change, fitted.residual
+        before, after = (np.mean(np.abs(residual) ** 2 / data.variance, axis=0) for residual in residuals)
+        return 0.0 if np.any((after < AGREES) & (before > AGREES)) else float(np.min(after / before))
 
     @property
     def percent_left(self) -> float:
@@ -159,7 +163,7 @@ BESIDE_GATES: tuple[Gate[BesideEvidence], ...] = (
     ),
     Gate(
         "channel_left",
-        "leaves more than half of the gap of every channel",
+        "leaves more than a fifth of the gap of every channel",
         lambda e: e.left_of_channel < LEFT_OF_CHANNEL,
     ),
     WITHIN_LIMITS,

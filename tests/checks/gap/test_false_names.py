@@ -94,17 +94,21 @@ def test_beside_a_hysteresis_at_two_levels_too(ratio: float, needless: bool) -> 
     assert needless_alone(replace(found, response=response, at=at)) is needless
 
 
-@pytest.mark.parametrize(("others", "left"), [({}, False), ({"bench_mode": {**BENCH, "ratio": 0.05}}, True)])
-def test_a_small_part_of_the_gap_of_every_channel_has_no_name(others: dict[str, dict[str, float]], left: bool) -> None:
-    """A scale of the encoder was named that took G of de from 73 to 62 on a lopsided APA. Here beside a mode of the
-    bench that the explanation lacks."""
-    scale = {"encoder_scale": {"relative": 0.03}}
-    found = candidate(scale, {**scale, **others})
+@pytest.mark.parametrize(
+    ("ratio", "left", "twice"),
+    [(0.0, False, False), (2e-4, False, True), (0.05, True, True)],
+)
+def test_beside_a_disagreement_a_name_explains_a_channel(ratio: float, left: bool, twice: bool) -> None:
+    """A scale of the encoder was named that took G of de from 73 to 62 on a lopsided APA, and a misalignment with a
+    gain of 20 that was a second mass on the encoder. Here beside a mode of the bench that the explanation lacks."""
+    scale = {"encoder_scale": {"relative": 0.1}}
+    found = candidate(scale, {**scale, "bench_mode": {**BENCH, "ratio": ratio}})
     fitted = DisagreementFit(found.response, found.at, 0.0, found.unseen)
     search = Search(found.unseen, found.unseen, (), THRESHOLDS, quiet)
     evidence = BesideEvidence(effect_named("encoder_scale"), fitted, None, None, THRESHOLDS, search)
     (gate,) = (gate for gate in BESIDE_GATES if gate.name == "channel_left")
     assert gate.test(evidence) is not left
+    assert evidence.required_gain == (2.0 if twice else 1.0) * THRESHOLDS.delta_lnL
 
 
 def on_learned_bench(c: Candidate) -> Candidate:
