@@ -132,8 +132,10 @@ def work(ann: Technician) -> None:
 
 def sign(ann: Technician) -> None:
     ann.at.press("F2")
-    ann.at.wait_for("You sign as technician")
+    word = ann.at.wait_for(r"You sign as technician: (\w+)")[1]
     ann.at.line("correct horse")
+    if word != "ACCEPTED":
+        ann.at.line("as it was recorded")
 
 
 def one_life(place: Path, run: list[str], home: Path, rng: random.Random, events: int) -> int:
