@@ -27,6 +27,7 @@ from checks.gap.decision.verdict import (
     lags_of_bench,
     losses_of_bench,
     named_effects,
+    scale_or_lopsided,
     verdict_of,
 )
 from checks.gap.modelling.thresholds import Thresholds
@@ -223,7 +224,7 @@ def _with_rivals(decision: FinalExplanation, result: SearchResult) -> FinalExpla
     if result.steps:
         full = replace(full, unseen=with_disagreement(full.unseen, _residual(full)))
     rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good), *lags_alike(full, good))
-    rivals += (*forms_of_drive_lag(full, good), *early_channels(full, good))
+    rivals += (*forms_of_drive_lag(full, good), *early_channels(full, good), *scale_or_lopsided(decision.full, good))
     return replace(decision, rivals=rivals)
 
 

@@ -27,6 +27,7 @@ from checks.gap.search.forward import SearchResult
 from checks.model.channel_paths import CHANNELS, LATENCIES
 
 OF_BENCH = "losses of the bench"
+LOPSIDED = "a lopsided APA"
 
 
 def named_effects(
@@ -131,6 +132,16 @@ def early_channels(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous,
 def _is_latency(effect: Effect) -> bool:
     """Return whether an effect is the latency of one channel."""
     return any(set(p.sets) & set(LATENCIES.values()) for p in effect.parameters)
+
+
+def scale_or_lopsided(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
+    """Return a named scale of the encoder beside something that is left, where the model's file states that the APA may
+    be lopsided: its head turns, and the encoder reads some per cent otherwise, for which the file has an offset."""
+    stated = [name for name in full.response.model.sds if name.startswith("apa.lopsided")]
+    scales = [c.effect for c in claims if c.effect.name == "encoder_scale"]
+    if full.adequate or not stated:
+        return ()
+    return tuple(Ambiguous((effect.name, LOPSIDED), effect.experiment.value) for effect in scales)
 
 
 def losses_of_bench(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:

@@ -10,7 +10,7 @@ import pytest
 from accept.gap.analyse_unit import run_gap
 from checks.gap.decision.beside_gates import BESIDE_GATES, BesideEvidence
 from checks.gap.decision.gates import Claim, FullEvidence
-from checks.gap.decision.verdict import early_channels
+from checks.gap.decision.verdict import early_channels, scale_or_lopsided
 from checks.gap.effects import effect_named
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
@@ -82,6 +82,21 @@ def test_on_a_learned_bench_a_single_effect_must_be_beyond_the_tolerance(ratio: 
     found = candidate(alone, alone)
     assert needless_alone(on_learned_bench(found)) is needless
     assert not needless_alone(found)
+
+
+@pytest.mark.parametrize("stated", [True, False])
+@pytest.mark.parametrize("complete", [True, False])
+def test_a_scale_beside_a_gap_may_be_a_lopsided_apa_where_the_file_has_one(stated: bool, complete: bool) -> None:
+    """In 5 of 24 lopsided APAs, none with an effect, the encoder's scale was named: 3 to 9 %."""
+    scale = {"encoder_scale": {"relative": 0.06}}
+    found = candidate(scale, scale if complete else {**scale, "bench_mode": {**BENCH, "ratio": 0.05}})
+    model = found.response.model
+    sds = {**model.sds, **({"apa.lopsided_x_um": 30.0} if stated else {})}
+    found = replace(found, response=replace(found.response, model=replace(model, sds=sds)))
+    found = replace(found, at={**{p.name: p.begin for p in found.response.free()}, **found.at})
+    claims = [Claim(effect_named("encoder_scale"), 50.0, 0.0, ())]
+    assert found.adequate is complete
+    assert bool(scale_or_lopsided(found, claims)) is (stated and not complete)
 
 
 @pytest.mark.parametrize(("ratio", "needless"), [(2e-5, True), (0.05, False)])
