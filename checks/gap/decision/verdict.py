@@ -138,7 +138,7 @@ def scale_or_lopsided(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguo
     """Return a named scale of the encoder beside something that is left, where the model's file states that the APA may
     be lopsided: its head turns, and the encoder reads some per cent otherwise, for which the file has an offset."""
     stated = [name for name in full.response.model.sds if name.startswith("apa.lopsided")]
-    scales = [c.effect for c in claims if c.effect.name == "encoder_scale"]
+    scales = [c.effect for c in claims if any("encoder.scale" in p.sets for p in c.effect.parameters)]
     if full.adequate or not stated:
         return ()
     return tuple(Ambiguous((effect.name, LOPSIDED), effect.experiment.value) for effect in scales)
