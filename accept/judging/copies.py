@@ -8,7 +8,6 @@ for one serial the readings may be typed again.
 """
 
 import hashlib
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -21,6 +20,7 @@ from accept.judging.decisions import Signer, problem_here, sign_decision
 from accept.store import Event, Store
 from accept.store.indexes import TABLE
 from accept.store.payloads import CopiesResolved, UnitJudged
+from accept.units.attempt_folder import attempt_number
 from accept.units.samples import is_typed
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
@@ -29,7 +29,6 @@ from checks.verdict import Finding, Verdict, unit_verdict
 from specs.errors import AcceptError
 
 NAMED = 3  # copies that a reason names; with more it says how many
-ATTEMPT = re.compile(r"attempt-\d+")  # the folder of one in the workflow
 Channels = Mapping[str, str]
 Samples = Mapping[str, Channels]
 Copy = dict[str, Any]
@@ -92,7 +91,7 @@ def _same_evidence(path: str, folder: str, pairs: Sequence[tuple[str, str, Chann
     before, now = PurePath(path), PurePath(folder)
     if before == now:
         return True
-    if ATTEMPT.fullmatch(before.name) and ATTEMPT.fullmatch(now.name):
+    if None not in (attempt_number(before.name), attempt_number(now.name)):
         return False
     kept = {a for a, b, _ in pairs if a == b}
     return len(kept) in (ours, theirs)

@@ -9,17 +9,17 @@ import re
 from accept.store import Store
 from accept.store.payloads import UnitJudged
 from accept.store.spelling import spelling_key
+from accept.units.attempt_folder import attempt_number
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
 
 NAME, CONFIRMED = "name", "confirmed_by"  # keys of what a result states about its folder
-_ATTEMPT = re.compile(r"attempt-\d+")  # the folder of an attempt in the workflow, within that of the unit
 _NUMBER = re.compile(r"\d+")
 
 
 def folder_of(unit: UnitFolder) -> str:
     """Return the name of a unit's folder."""
     place = unit.path.resolve()
-    return place.parent.name if _ATTEMPT.fullmatch(place.name) else place.name
+    return place.name if attempt_number(place.name) is None else place.parent.name
 
 
 def is_other_serial(name: str, serial: str) -> bool:

@@ -11,6 +11,7 @@ from typing import Any
 
 from accept.base.plain_text import as_utf8
 from accept.units import folder_header
+from accept.units.attempt_folder import last_attempt
 from accept.units.unit_entry import UnitSection, section_of
 from accept.units.unit_experiments import Experiments, experiments_of
 from checks.acceptance import CHECKS, RESERVED
@@ -108,9 +109,7 @@ def _read_text(path: Path) -> bytes:
     try:
         return read_bounded(path, MAX_UNIT_TOML_BYTES)
     except OSError as e:
-        attempts = [p.parent for p in path.parent.glob(f"attempt-*/{UNIT_FILE}")]
-        if attempts and not path.exists():
-            last = max(attempts, key=lambda p: int(n) if (n := p.name.removeprefix("attempt-")).isdecimal() else 0)
+        if not path.exists() and (last := last_attempt(path.parent, UNIT_FILE)) is not None:
             raise UnitError(path, [f"is not there, the folder holds attempts; the last one: {last}"]) from e
         raise UnitError(path, [f"cannot be read: {e.strerror}"]) from e
 

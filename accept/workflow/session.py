@@ -40,6 +40,7 @@ from accept.store.payloads import (
 from accept.store.spelling import mistaken_for
 from accept.store.undone import undone
 from accept.units import attach, unit_folder
+from accept.units.attempt_folder import attempt_folder
 from accept.workflow import print_picture, record_folder
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
 from accept.workflow.instruments.port import InstrumentPort, reading
@@ -53,7 +54,6 @@ from accept.workflow.state.unit_state import (
     StepState,
     UnitRun,
     fold_run,
-    folder_name,
 )
 from accept.workflow.status import Status, judgement_of, open_steps, state_of, status_of
 from accept.workflow.steps import section
@@ -129,7 +129,7 @@ class Session:
     @property
     def folder(self) -> Path:
         """Return the folder of the present attempt."""
-        return self.home / "units" / self.serial / folder_name(self.attempt.number)
+        return self.home / "units" / self.serial / attempt_folder(self.attempt.number)
 
     def step(self, name: str) -> WorkflowStep:
         return next(step for step in self.steps if step.name == name)

@@ -10,7 +10,6 @@ A serial appears in the list as a hash; values and verdicts do not appear.
 
 import hashlib
 import json
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -28,12 +27,12 @@ from accept.certificate.contents.content import canonical
 from accept.certificate.trust import authority, merkle
 from accept.certificate.trust.keys import BENCH, public_of
 from accept.store import Event, Store, StoreHead
+from accept.units.attempt_folder import attempt_number
 from specs.errors import AcceptError
 from specs.files import CERTIFICATE_BYTES, read_bounded
 
 JUDGED, SIGNED, VOIDED = "unit_judged", "certificate_signed", "attempt_voided"
 _STARTED = "attempt_started"
-_ATTEMPT = re.compile(r"attempt-(\d+)")  # the folder of an attempt in the workflow
 _KEYS = {"seq": int, "time": str, "what": str, "unit": str, "content": str, "event": str, "attempt": int}
 
 
@@ -119,10 +118,10 @@ def entries_of(events: Iterable[Event]) -> tuple[Entry, ...]:
             content = hashlib.sha256(canonical(event.data["result"])).hexdigest()
             path, others = str(event.data["path"]), since.setdefault(event.subject, set())
             others.add(path)
-            folder = _ATTEMPT.fullmatch(PurePath(path).name)
             # A folder of that name hides no attempt: its number is that of the last one, and no other was judged since.
-            own = folder is not None and int(folder[1]) == started.get(event.subject) and others == {path}
-            attempt = started[event.subject] if own else attempt
+            number = attempt_number(PurePath(path).name)
+            if number is not None and number == started.get(event.subject) and others == {path}:
+                attempt = number
         elif event.what == VOIDED:
             void = next((e for e in found if e.seq == event.data.get("judged")), None)
             content, attempt = (void.content, void.attempt) if void else ("", 0)

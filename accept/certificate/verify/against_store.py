@@ -30,9 +30,9 @@ from accept.store.indexes import JUDGED
 from accept.store.opening import BENCH_KEY
 from accept.store.payloads import BenchStated, CertificateSigned
 from accept.store.seal import bench_of
+from accept.units.attempt_folder import attempt_number
 from specs.spec import parse
 
-_ATTEMPT = re.compile(r"attempt-(\d+)")  # the folder of an attempt in the workflow
 _STARTED = "attempt_started"
 
 
@@ -175,8 +175,7 @@ def _bench_differences(store: Store, own: Event, signature: Event, contents: Cer
 def _is_of_attempt(own: Event, started: Event, counted: Sequence[Event]) -> bool:
     """Return whether a judgement is one of the workflow's attempt that was started last: its folder has the attempt's
     number, and no other folder of the unit was judged in between. Else a folder of that name would hide an attempt."""
-    folder = _ATTEMPT.fullmatch(PurePath(str(own.data["path"])).name)
-    if folder is None or int(folder[1]) != started.data["number"]:
+    if attempt_number(PurePath(str(own.data["path"])).name) != started.data["number"]:
         return False
     return all(e.data["path"] == own.data["path"] for e in counted if e.what == JUDGED and e.seq > started.seq)
 

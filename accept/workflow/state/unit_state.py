@@ -22,6 +22,7 @@ from accept.store.payloads import (
     payload_of,
 )
 from accept.store.undone import undone
+from accept.units.attempt_folder import attempt_folder
 from checks.quantity import Quantity
 from checks.verdict import Finding
 
@@ -237,7 +238,7 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
             return _unjudged(replace(attempt, gap=(upto, gap)))
         case StepJudged() as judged:
             return _step_judged(attempt, event, judged)
-        case UnitJudged() as judged if Path(judged.path).parts[-2:] == (serial, folder_name(attempt.number)):
+        case UnitJudged() as judged if Path(judged.path).parts[-2:] == (serial, attempt_folder(attempt.number)):
             return _judged(attempt, judged)  # of this attempt's folder: a batch may judge another of the same serial
         case CertificateSigned(path, _, role) if attempt.verdict is not None:
             if Path(path).name == certificate_name(serial, attempt.number):
@@ -296,14 +297,9 @@ def _judged(attempt: Attempt, judged: UnitJudged) -> Attempt:
     return replace(attempt, judged=judged, certificate=None, signatures=(), void=attempt.certificate or attempt.void)
 
 
-def folder_name(number: int) -> str:
-    """Return the name of an attempt's folder below that of its serial."""
-    return f"attempt-{number}"
-
-
 def certificate_name(serial: str, number: int) -> str:
     """Return the file name of an attempt's certificate."""
-    return f"{serial}.pdf" if number == 1 else f"{serial}_{folder_name(number)}.pdf"
+    return f"{serial}.pdf" if number == 1 else f"{serial}_{attempt_folder(number)}.pdf"
 
 
 _ENTRIES = (ValueTaken, RecordLinked, RecordRefused)
