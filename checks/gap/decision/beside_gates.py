@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from checks.arrays import Array
+from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.fitting.fit import Fit
 from checks.gap.decision.gates import (
@@ -25,7 +25,6 @@ from checks.gap.decision.gates import (
     Gate,
     NameEvidence,
     chance_of_gain,
-    change_by,
     failed_reasons,
 )
 from checks.gap.decision.result import Ambiguous
@@ -101,11 +100,16 @@ class BesideEvidence(NameEvidence):
         return more.lnL - less.lnL
 
     @cached_property
-    def cells(self) -> ActingCells:
-        """Return the residual of the explanation where the effect acts."""
+    def _bare_residual(self) -> Complex:
+        """Return the residual (F, C) of B without the effect, everything else at the same values."""
         fitted, data = self.fitted, self.fitted.unseen
         less = fitted.response.without(self.effect.name)
-        bare = data.H - less.frf(data.f, less.own_values(fitted.at), data.channels)
+        return np.asarray(data.H - less.frf(data.f, less.own_values(fitted.at), data.channels))
+
+    @cached_property
+    def cells(self) -> ActingCells:
+        """Return the residual of the explanation where the effect acts."""
+        fitted, data, bare = self.fitted, self.fitted.unseen, self._bare_residual
         change, before, after = left_by_cell(data, bare - fitted.residual), left_by_cell(data, bare), fitted.Q
         acts = change > ACTS
         if not acts.any():
@@ -121,10 +125,8 @@ class BesideEvidence(NameEvidence):
     def left_of_channel(self) -> float:
         """Return G after over G before the effect, everything else at the same values: of the channel that it explains
         best; 0 if it makes a channel agree that did not."""
-        fitted, data = self.fitted, self.fitted.unseen
-        change = change_by(self.effect, fitted.response, fitted.at, data)
-        residuals = fitted.residual + change, fitted.residual
-        before, after = (np.mean(np.abs(residual) ** 2 / data.variance, axis=0) for residual in residuals)
+        residuals, variance = (self._bare_residual, self.fitted.residual), self.fitted.unseen.variance
+        before, after = (np.mean(np.abs(residual) ** 2 / variance, axis=0) for residual in residuals)
         return 0.0 if np.any((after < AGREES) & (before > AGREES)) else float(np.min(after / before))
 
     @property

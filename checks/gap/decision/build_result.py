@@ -55,7 +55,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     full, good = decision.full, accepted(decision.claims)
     rivals = decision.rivals if result.steps else choose_experiments(decision.rivals, good, result, full, search.A)
     named = named_effects(good, decision.fit, problem.early, problem.in_slow)
-    rivals = (*rivals, *losses_of_bench(full, good))
+    rivals = (*rivals, *losses_of_bench(full, good), *scale_or_lopsided(full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     rivals = tuple(dict.fromkeys((*rivals, *lags_of_bench(full))))
     experiments = check_by_experiments(
@@ -224,7 +224,7 @@ def _with_rivals(decision: FinalExplanation, result: SearchResult) -> FinalExpla
     if result.steps:
         full = replace(full, unseen=with_disagreement(full.unseen, _residual(full)))
     rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good), *lags_alike(full, good))
-    rivals += (*forms_of_drive_lag(full, good), *early_channels(full, good), *scale_or_lopsided(decision.full, good))
+    rivals += (*forms_of_drive_lag(full, good), *early_channels(full, good))
     return replace(decision, rivals=rivals)
 
 

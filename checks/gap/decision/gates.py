@@ -247,10 +247,12 @@ class FullEvidence(NameEvidence):
         full = self.fitted
         if full.adequate:
             return False
-        if not self.far_from_priors and is_small_beside(self.gain, -self.result.best.lnL, full.worst_G):
+        if self.far_from_priors:
+            return True
+        if is_small_beside(self.gain, -self.result.best.lnL, full.worst_G):
             return False
         spread_out = matters_without_band(full.adequacy, self.result.base.worst_G, full.table)
-        return self.far_from_priors or self._in_excess_band() or spread_out
+        return self._in_excess_band() or spread_out
 
     def _in_excess_band(self) -> bool:
         """Return whether a channel on which the effect acts holds a band that chance does not explain."""

@@ -120,12 +120,12 @@ def forms_of_drive_lag(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambigu
 def early_channels(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
     """Return the named latencies of a channel that is early beside a lag of the drive, on a bench that was not learned,
     with those of the other channels: no converter is early, so the others may be late and the drive less so."""
-    response, late = full.response, [e for e in EFFECTS.values() if _is_latency(e)]
+    response, latencies = full.response, [e for e in EFFECTS.values() if _is_latency(e)]
     in_drive = any(e.lags and set(e.channels) == set(CHANNELS) for e in response.effects)
     if response.model.learned is not None or not in_drive:
         return ()
-    early = [e for e in (c.effect for c in claims) if e in late and response.of(full.at, e.name)["tau_us"] < 0.0]
-    names = tuple(sorted(e.name for e in late))
+    early = [e for e in (c.effect for c in claims) if e in latencies and response.of(full.at, e.name)["tau_us"] < 0.0]
+    names = tuple(sorted(e.name for e in latencies))
     return tuple(Ambiguous(names, e.experiment.value) for e in early)
 
 
