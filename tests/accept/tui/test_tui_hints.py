@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from rich.text import Text
 from textual.events import Key
+from textual.pilot import Pilot
 from textual.widgets import DataTable, Input, Static
 from textual.widgets._footer import FooterKey
 
@@ -375,13 +376,18 @@ def test_the_records_of_a_training_are_proposed_as_soon_as_its_unit_is_open():
     bench.close()
 
 
+async def begin_two(pilot: Pilot[None]) -> None:
+    """Begin APA-01 and APA-02, and go on with the first."""
+    for serial in ("APA-01", "APA-02"):
+        await begin(pilot, serial)
+        await press(pilot, "escape")
+    await begin(pilot, "APA-01")
+
+
 async def test_in_the_queue_of_the_rig_the_foot_says_that_the_unit_stays_mounted_until_its_last_step_there():
     """It said "next unit" where Enter opened the next step of the same one: its records would be of another unit."""
     async with running() as pilot:
-        for serial in ("APA-01", "APA-02"):
-            await begin(pilot, serial)
-            await press(pilot, "escape")
-        await begin(pilot, "APA-01")
+        await begin_two(pilot)
         at_rig = [step for step in pilot.app.session.steps if needs_rig(step)]
         assert len(at_rig) > 1
         pilot.app.queue = Queue(RIG, "", "For the rig", ())
@@ -470,10 +476,7 @@ async def test_keys_behind_the_last_enter_wait_for_the_unit_and_change_no_field(
 
 async def test_a_serial_that_a_scanner_sends_in_one_burst_goes_to_its_unit():
     async with running() as pilot:
-        for serial in ("APA-01", "APA-02"):
-            await begin(pilot, serial)
-            await press(pilot, "escape")
-        await begin(pilot, "APA-01")
+        await begin_two(pilot)
         post(pilot, *"APA-02", "enter")
         await settled(pilot)
         assert (type(pilot.app.screen).__name__, pilot.app.session.serial) == ("Steps", "APA-02")

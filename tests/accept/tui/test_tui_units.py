@@ -170,9 +170,8 @@ async def test_a_unit_that_is_open_elsewhere_is_said_and_nothing_is_lost():
         other.store.close()
 
 
-@pytest.mark.slow
-async def test_a_passphrase_typed_while_the_unit_is_evaluated_is_not_lost_nor_shown(monkeypatch: pytest.MonkeyPatch):
-    keys.init(home(), "correct horse", "Ann")
+def judging_waits(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """Hold every judgement of a unit back until the event is set."""
     go_on, judge = threading.Event(), Session.judge
 
     def slowly(self, *given):
@@ -180,6 +179,13 @@ async def test_a_passphrase_typed_while_the_unit_is_evaluated_is_not_lost_nor_sh
         return judge(self, *given)
 
     monkeypatch.setattr(Session, "judge", slowly)
+    return go_on
+
+
+@pytest.mark.slow
+async def test_a_passphrase_typed_while_the_unit_is_evaluated_is_not_lost_nor_shown(monkeypatch: pytest.MonkeyPatch):
+    keys.init(home(), "correct horse", "Ann")
+    go_on = judging_waits(monkeypatch)
     async with running() as pilot:
         await begin(pilot)
         await fill_values(pilot)
@@ -200,13 +206,7 @@ async def test_a_wrong_passphrase_before_the_result_leaves_one_question_and_noth
 ):
     """The result that came meanwhile opened a second question over the refused one."""
     keys.init(home(), "correct horse", "Ann")
-    go_on, judge = threading.Event(), Session.judge
-
-    def slowly(self, *given):
-        go_on.wait(60.0)
-        return judge(self, *given)
-
-    monkeypatch.setattr(Session, "judge", slowly)
+    go_on = judging_waits(monkeypatch)
     async with running() as pilot:
         await begin(pilot)
         await fill_values(pilot)
