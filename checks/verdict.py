@@ -22,6 +22,13 @@ MOST_RISK = 0.5
 # acceptance takes U off the zone, so its risk is small anyway; at three quarters, a quarter of the zone is left to
 # accept in, and with less it is chance that decides whether a value lies there.
 LARGEST_U = {"guarded": 0.75, "simple": 1.0 / 3.0, "shared": 1.0 / 3.0}
+# When a finding passes by each decision rule: the words of the certificate, the screens and docs/how-to/specs.md.
+RULES = {
+    "simple": "the value lies within the limits; near a limit the risk of a wrong decision is 50 % (JCGM 106, 8.2)",
+    "guarded": "the whole interval value ± U lies within the limits (ISO 14253-1)",
+    "shared": "the value lies within the limits and U is at most the U_max of the limit; near a limit the risk of a "
+    "wrong decision is 50 %, shared by supplier and customer (JCGM 106, 8.2)",
+}
 
 
 class Verdict(StrEnum):

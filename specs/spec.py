@@ -14,8 +14,7 @@ from specs.units import unit_of
 
 
 class Limit(Strict):
-    """Bounds of a quantity. rule: `simple` compares the value, `guarded` shrinks the zone by U ([ISO14253-1]), `shared`
-    compares the value but asks for U <= U_max ([JCGM106] 8.2)."""
+    """Bounds of a quantity. rule: the decision rule; `checks.verdict.RULES` has its words."""
 
     lower: Finite | None = None
     upper: Finite | None = None

@@ -60,8 +60,8 @@ def _soft(figures: Figures) -> Figures:
 
 
 def _soft_shell(figures: Figures) -> Figures:
-    x, y, torsion = figures.modes_Hz
-    return replace(figures, modes_Hz=(0.86 * x, y, torsion))
+    x, y, axial, torsion = figures.modes_Hz
+    return replace(figures, modes_Hz=(0.86 * x, y, axial, torsion))
 
 
 def _lossy(figures: Figures) -> Figures:

@@ -8,12 +8,8 @@ from accept.certificate.contents.content import CertificateContent
 from accept.pictures.labels import check_label
 from accept.units import folder_header
 from checks.acceptance import CHECKS
+from checks.verdict import RULES
 
-RULES = {
-    "simple": "simple: the value alone is compared with the limits; near a limit the risk of a wrong decision is 50 %",
-    "guarded": "guarded (ISO 14253-1): the value passes only if value ± U lies within the limits",
-    "shared": "shared (JCGM 106): the value alone is compared, and U is at most what the limit states",
-}
 COVERAGE = "U is the expanded uncertainty with k = 2, a coverage of about 95 % for a normal distribution."
 SCOPE = "The results relate only to the item tested. This certificate may be copied as a whole only."
 CUSTOMER = "customer"  # in [provided] of unit.toml
@@ -92,6 +88,5 @@ def environment_words(result: Mapping[str, Any]) -> str:
 def rule_words(result: Mapping[str, Any]) -> str:
     """Return the decision rules of the findings in words, coverage and scope (7.8.6.1, 7.8.2.1 l)."""
     used = dict.fromkeys(finding["rule"] for finding in result["findings"])
-    rules = "; ".join(RULES[rule] for rule in RULES if rule in used)
-    decision = f"Decision rule: {rules}. " if rules else ""
+    decision = "".join(f"Decision rule {r}: a finding passes if {RULES[r]}. " for r in RULES if r in used)
     return f"{decision}P(false): chance that a value which passes lies outside its limits. {COVERAGE} {SCOPE}"

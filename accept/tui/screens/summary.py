@@ -39,7 +39,7 @@ from accept.workflow.status import Status, of_findings
 from accept.workflow.steps.section import note_lines
 from checks.acceptance import CHECKS
 from checks.cause import Cause
-from checks.verdict import Finding, UnitVerdict, Verdict
+from checks.verdict import RULES, Finding, UnitVerdict, Verdict
 from specs.errors import AcceptError
 
 SOUND = "ACCEPT_SOUND"  # 1: the result can be heard, one stroke of the bell if accepted, else three
@@ -454,17 +454,10 @@ def _new_passphrase(place: int, given: list[str]) -> str:
     return "The passphrases differ" if place > 0 and given[0] != given[1] else ""
 
 
-_RULES = {
-    "simple": "passes if the value is within the limits",
-    "guarded": "passes only if the whole interval value ± U is within the limits",
-    "shared": "passes if the value is within the limits; U is shared between both sides",
-}
-
-
 def _detail(f: Finding, refused: RecordRefused | None, said: str) -> str:
     """Return why a finding is what it is, and what to do about it unless it was said. refused: the record that it
     lacks; said: what stands below the verdict."""
-    why = f.reason or f.note or _RULES.get(str(f.rule), str(f.rule))
+    why = f.reason or f.note or f"passes if {RULES[str(f.rule)]}"
     why, todo = (why, advice(CHECKS[f.check], f)) if refused is None else (refused.line, [refused.action])
     return "\n".join([f"{label_of(f.quantity)}: {why}", *(f"→ {line}" for line in todo if line not in said)])
 

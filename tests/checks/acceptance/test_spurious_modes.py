@@ -183,6 +183,27 @@ def test_a_spec_may_state_the_instrument(unit):
     assert found["x_bending_Hz"].U == pytest.approx(0.5, rel=1e-3)
 
 
+@pytest.mark.parametrize("third_Hz", [709.0, 795.0, 1909.0])
+def test_the_third_mode_is_reported_with_its_doubt_and_decides_nothing(unit, third_Hz):
+    """The source prints "800 Hz?"; by the public matrices of the frame no torsion lies near it."""
+    left = (*MODES["torsion_left"][:2], (third_Hz, 0.006, 4e-7))
+    record_left = record(*noisy(clean(Struck(left)), np.random.default_rng(5)))
+    spec = load("apa").checks["spurious_modes"]
+    found, outcome = measured({**unit, "torsion_left": record_left}, spec)
+    assert found["z_torsion_Hz"].value == pytest.approx(third_Hz, rel=1e-4)
+    assert set(spec.limits) == {"x_bending_Hz", "y_bending_Hz"}
+    (doubt,) = (note for note in outcome.notes if "not known" in note)
+    assert f"{third_Hz:.4g} Hz" in doubt
+    assert "709 Hz" in doubt
+    assert "1909 Hz" in doubt
+
+
+def test_a_spec_of_the_bench_may_limit_the_third_mode(unit):
+    limits = {"z_torsion_Hz": Limit(lower=750.0, upper=780.0, unit="Hz", rule="guarded", source="this bench")}
+    _, outcome = measured(unit, CheckSpec(limits=limits))
+    assert not any("not known" in note for note in outcome.notes)
+
+
 def recorded(serial):
     folder = UNITS / serial
     if not folder.is_dir():

@@ -2,6 +2,8 @@
 
 import math
 from fractions import Fraction
+from pathlib import Path
+from typing import get_args
 
 import pytest
 from hypothesis import assume, example, given
@@ -11,7 +13,7 @@ from scipy.stats import norm
 from checks.acceptance import CHECKS
 from checks.cause import Cause, NoResult
 from checks.quantity import Contribution, Quantity
-from checks.verdict import UnitVerdict, Verdict, bounds, judge, probability_outside, unit_verdict
+from checks.verdict import LARGEST_U, RULES, UnitVerdict, Verdict, bounds, judge, probability_outside, unit_verdict
 from specs.spec import CheckSpec, Limit
 from specs.units import unit_of
 
@@ -236,6 +238,14 @@ def test_of_a_value_below_its_U_a_pass_says_that_only_a_bound_is_known(value: fl
     assert (finding.note is not None) == (finding.verdict is Verdict.PASS and U >= abs(value))
     # limits about zero ask for values near zero
     assert judge("capacitance", Quantity(NAME, value, U), guarded(-1e3, 1e3)).note is None
+
+
+def test_the_words_of_each_rule_stand_in_the_docs_as_on_page_and_screen() -> None:
+    page = (Path(__file__).parents[3] / "docs/how-to/specs.md").read_text()
+    assert set(RULES) == set(get_args(Limit.model_fields["rule"].annotation)) == set(LARGEST_U)
+    for rule, words in RULES.items():
+        assert f"| `{rule}` | {words} |" in page
+    assert "at most the U_max" in RULES["shared"]  # what the rule compares: see the next test
 
 
 def test_shared_risk_asks_for_a_small_uncertainty() -> None:
