@@ -103,6 +103,7 @@ class Cause(Enum):
     HEIGHTS_ALIKE = (
         "all heights lie within {span:.3g} um, but the probe resolves {floor:g} um: not measured, or not in um"
     )
+    HEIGHTS_APART = "the heights spread over {span:.0f} um; expected at most {most:g} um: are they in nm?"
     HEIGHTS_COUNT = "{found} heights for {expected} positions of the spec"
     # Stroke and loops
     VOLTAGE_START = "V starts at {value:.2f} V; expected {expected:g} ± {within:g} V"

@@ -4,6 +4,7 @@ import math
 import posixpath
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -11,10 +12,13 @@ from numpy.typing import NDArray
 
 from checks.declare import Check, CsvTable, Input, Measured, Scalar, Series, Vector
 from checks.gap.conditions.kinds import ExperimentKind
+from specs.units import factor
 
 # What a certificate attaches beside the records; a record of such a name could not be attached and judged again.
 RESERVED = ("unit.toml", "results.json", "manifest.json", "spec.toml", "panels.json")
 MODEL_FOLDER = "spec-models"
+# A Windows path between double quotes: "data\flatness.csv" is data, a form feed, "latness.csv".
+_ESCAPED = str.maketrans({"\b": "/b", "\t": "/t", "\n": "/n", "\f": "/f", "\r": "/r"})
 LEAST_U = 1e-9  # of the value: below it is a slip of the exponent, or a guard band that was to be switched off
 
 
@@ -74,6 +78,9 @@ def entry_of(section: str, declared: Input, value: Any, problems: list[str], unu
             if not isinstance(value, str) or not value or "\0" in value:
                 problems.append(f"{where} = {value!r}: expected a file name")
                 return None
+            if value != (meant := value.translate(_ESCAPED)):
+                problems.append(f"{where} = {value!r}: a backslash makes a control character in TOML; write '{meant}'")
+                return None
             if is_reserved(value):
                 problems.append(f"{where} = {value!r}: a certificate keeps this name for itself; rename the record")
                 return None
@@ -100,13 +107,22 @@ def _scalar(where: str, declared: Scalar, value: Any, problems: list[str], unusa
     elif not declared.lo <= number <= declared.hi:
         unusable.append(
             f"{declared.name} = {number:g} {declared.unit} is not plausible"
-            f" (expected {declared.lo:g} to {declared.hi:g} {declared.unit})"
+            f" (expected {declared.lo:g} to {declared.hi:g} {declared.unit}{_other_unit(declared, number)})"
         )
     if U is not None and not (math.isfinite(_float(U)) and _float(U) > 0):
         unusable.append(f"the uncertainty U of {declared.name} is {_float(U):g}, expected a positive number")
     elif U is not None and _float(U) < LEAST_U * abs(number):
         unusable.append(f"the uncertainty U of {declared.name} is {U:g} {declared.unit}: no instrument is that exact")
     return Measured(number, None if U is None else _float(U))
+
+
+def _other_unit(declared: Scalar, number: float) -> str:
+    """Return the question whether a number is in another unit of the same kind, if it is plausible there."""
+    if not declared.unit.startswith("u"):
+        return ""
+    units = (f"{prefix}{declared.unit[1:]}" for prefix in ("", "m", "n", "p"))
+    meant = (u for u in units if declared.lo <= number * factor(u, declared.unit) <= declared.hi)
+    return "".join(f"; did you mean {number:g} {unit}?" for unit in islice(meant, 1))
 
 
 def _float(number: float) -> float:

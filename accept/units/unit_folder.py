@@ -3,9 +3,11 @@
 import difflib
 import hashlib
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from datetime import date
+from datetime import date, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -89,8 +91,9 @@ def find(path: Path) -> list[Path]:
     return folders
 
 
-def read(folder: Path) -> UnitFolder:
-    """Return unit of a folder. Raises UnitError listing every problem of its `unit.toml`; no other file is opened."""
+def read(folder: Path, latest: date | None = None) -> UnitFolder:
+    """Return unit of a folder. latest: the last day that a measurement may state; None: tomorrow, for a laboratory east
+    of this clock. Raises UnitError listing every problem of its `unit.toml`; no other file is opened."""
     path = folder / UNIT_FILE
     whole = str(folder.resolve())
     if (shown := as_utf8(whole)) != whole:
@@ -102,7 +105,16 @@ def read(folder: Path) -> UnitFolder:
         data = toml_of(text)
     except ValueError as e:
         raise UnitError(path, [str(e)]) from e
-    return parse(folder, text, data)
+    unit = parse(folder, text, data)
+    today = date.today()
+    late = [
+        f"[measured] {name} = {day} lies in the future, today is {today}: correct the day, or this machine's clock"
+        for name, day in unit.measured.items()
+        if day > (latest or today + timedelta(days=1))
+    ]
+    if late:
+        raise UnitError(path, late)
+    return unit
 
 
 def _read_text(path: Path) -> bytes:
@@ -209,7 +221,7 @@ def inside(folder: Path, name: str) -> Path:
     unit."""
     if "\\" in name or ":" in name:
         raise RecordError(f"{name}: a file name holds no backslash and no colon; a folder is written with '/'")
-    path = folder / name
+    path = _as_stored(folder, name)
     try:
         path.is_file()  # a name too long for any file is no file of the unit, on every system
         within = path.resolve().is_relative_to(folder.resolve())
@@ -218,6 +230,16 @@ def inside(folder: Path, name: str) -> Path:
         raise RecordError(f"{name[:60]}: cannot be a file of the unit: {told}") from e
     if not within or ".." in path.relative_to(folder).parts:  # the folder may be moved, its name is no part of the unit
         raise RecordError(f"{name} lies outside the unit folder; copy the file into it")
+    return path
+
+
+def _as_stored(folder: Path, name: str) -> Path:
+    """Return the path of a file whose name may be stored in another form of Unicode: macOS takes umlauts apart."""
+    path = folder / name
+    with suppress(OSError, ValueError):
+        if not path.exists():
+            same = unicodedata.normalize("NFC", path.name)
+            return next((p for p in path.parent.iterdir() if unicodedata.normalize("NFC", p.name) == same), path)
     return path
 
 

@@ -5,6 +5,8 @@ from checks.declare import Check, Form, Guide, Scalar, Values
 from checks.quantity import Outcome
 from specs.spec import CheckSpec
 
+LEAST_UF, MOST_UF = 0.01, 100.0  # below: the meter's open leads, or farads; above: nF; a stack has about 5 uF
+
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
     """Return the two readings of the LCR meter [uF], small signal at 1 kHz, with their stated uncertainty."""
@@ -31,8 +33,8 @@ CHECK = Check(
         Form(
             "values",
             (
-                Scalar("sensor_uF", "sensor stack", lo=1e-6, hi=1e3),
-                Scalar("actuator_uF", "the two actuator stacks in parallel", lo=1e-6, hi=1e3),
+                Scalar("sensor_uF", "sensor stack", lo=LEAST_UF, hi=MOST_UF),
+                Scalar("actuator_uF", "the two actuator stacks in parallel", lo=LEAST_UF, hi=MOST_UF),
             ),
         ),
     ),

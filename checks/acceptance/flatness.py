@@ -14,6 +14,7 @@ from specs.spec import CheckSpec, StatedU
 
 USUAL_UM = (-200.0, 200.0)  # of a height over point 1: beyond it the probe slipped, or the unit is another
 POSITIONS_MM = [[-29.5, 9], [-16, 9], [-16, -9], [-29.5, -9], [16, 9], [29.5, 9], [29.5, -9], [16, -9]]
+MOST_SPREAD_UM = 2000.0  # 2 degrees over the part: no part lies so askew on the table
 MIN_POINTS_PER_INTERFACE = 4  # three points always lie in a plane: they would show a flatness of zero
 APART_MM = 0.1  # closer than a probe is placed: one position read twice
 MM = 1e-3
@@ -96,8 +97,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 
 
 def _vet_points(x: Array, y: Array, z: Array, reading: StatedU | None) -> None:
-    """Raise NoResult if a position occurs twice, or if the spread of the heights is below the resolution of the probe:
-    no part is so level on the table, so they were not measured, or are not in um."""
+    """Raise NoResult if a position occurs twice, or if the spread of the heights is below the resolution of the probe
+    or above `MOST_SPREAD_UM`: no part lies so level or so askew, so they were not measured, or are not in um."""
     distance = np.hypot(x[:, None] - x, y[:, None] - y) + np.diag(np.full(x.size, np.inf))
     first, second = np.unravel_index(int(np.argmin(distance)), distance.shape)
     if distance[first, second] < APART_MM * MM:
@@ -106,6 +107,8 @@ def _vet_points(x: Array, y: Array, z: Array, reading: StatedU | None) -> None:
     floor = reading.U if reading is not None and reading.U is not None else 0.0
     if np.ptp(z) / UM <= floor:
         raise NoResult(Cause.HEIGHTS_ALIKE, span=np.ptp(z) / UM, floor=floor)
+    if np.ptp(z) / UM > MOST_SPREAD_UM:
+        raise NoResult(Cause.HEIGHTS_APART, span=np.ptp(z) / UM, most=MOST_SPREAD_UM)
 
 
 def _points(values: Values, spec: CheckSpec) -> tuple[Array, Array, Array]:

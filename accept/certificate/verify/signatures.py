@@ -35,6 +35,7 @@ from accept.certificate.verify.signature_contents import byte_range, check_hole,
 _CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of the verifier
 _USAGE = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"}, match_all_key_usages=True)
 _MOST_REVISIONS, _MOST_FIELDS = 8, 8  # a file with more is not a certificate and is not read further
+SAVED_AGAIN = "another program has saved it again (a signature is valid only for the file as it was signed)"
 _ORDERS = ((TECHNICIAN,), (TECHNICIAN, QA))
 # What pyhanko reports on a broken file is part of the reason; it is not repeated on stderr.
 for _library in ("pyhanko", "pyhanko_certvalidator"):
@@ -65,7 +66,7 @@ def signatures_of(
     """Return the valid signatures, and the bytes that the first one covers."""
     if not pdf.startswith(b"%PDF-"):
         raise InvalidCertificate("not a PDF file" if pdf else "the file is empty")
-    embedded = guarded("the PDF", lambda: _embedded(PdfFileReader(io.BytesIO(pdf))))
+    embedded = guarded(f"the PDF is damaged, or {SAVED_AGAIN}: it", lambda: _embedded(PdfFileReader(io.BytesIO(pdf))))
     places = [guarded("the signature", byte_range, s.byte_range, len(pdf)) for s in embedded]
     if places[-1][2] != len(pdf):
         raise InvalidCertificate(f"{len(pdf) - places[-1][2]} bytes follow the part that the last signature covers")
@@ -108,6 +109,8 @@ def _embedded(reader: PdfFileReader) -> list[EmbeddedPdfSignature]:
             f"signed by {', '.join(sorted(filled | set(names)))}: expected technician, then at most qa"
         )
     revisions = reader.xrefs.total_revisions
+    if revisions <= len(found):
+        raise InvalidCertificate(f"it has lost a revision: {SAVED_AGAIN}")
     if revisions != len(found) + 1 or [s.signed_revision for s in found] != list(range(1, revisions)):
         raise InvalidCertificate(
             f"the file has {revisions} revisions for {len(found)} signatures: something else was added"

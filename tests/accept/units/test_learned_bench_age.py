@@ -64,7 +64,7 @@ def test_a_finding_by_a_bench_that_is_too_old_is_conditional(monkeypatch: pytest
             f'serial = "S-9"\nkind = "strut"\n[measured]\nfrf = {day}\n[frf]\nlow = "low.mat"\nhigh = "high.mat"\n'
         )
         limits = None if asked is None else LearnedBenchLimits(within_days=asked)
-        found = judge_unit(read(tmp_path), spec.model_copy(update={"learned_bench": limits})).findings
+        found = judge_unit(read(tmp_path, latest=date.max), spec.model_copy(update={"learned_bench": limits})).findings
         assert {f.quantity for f in found} == {"dx_um", "dy_um"}
         verdicts[asked, days] = {f.verdict for f in found}
         causes = {f.cause.cause for f in found if f.cause is not None}

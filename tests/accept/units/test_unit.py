@@ -2,6 +2,8 @@
 
 import json
 import os
+import unicodedata
+from datetime import date, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +74,51 @@ def test_an_unusable_unit_toml_is_refused_by_key(tmp_path: Path, old: str, new: 
     assert "unit.toml" in message
     assert "\n" not in message
     assert all(word in message for word in words), message
+
+
+@pytest.mark.parametrize(
+    ("value", "question"),
+    [("4.81e-6", "did you mean 4.81e-06 F?"), ("4810", "did you mean 4810 nF?"), ("4.81e6", "4.81e+06 pF?"), ("0", "")],
+)
+def test_a_capacitance_in_another_unit_is_no_result_and_no_wrong_stack(
+    tmp_path: Path, value: str, question: str
+) -> None:
+    """A stack has some uF; a meter that shows farads, nF or pF is typed as it reads. 0: open leads."""
+    found = findings(make_unit(tmp_path, text=GOOD.replace("sensor_uF = 5.10", f"sensor_uF = {value}")))
+    finding = found["sensor_uF"]
+    assert finding.verdict is Verdict.NO_RESULT
+    assert "expected 0.01 to 100 uF" in finding.reason
+    assert question in finding.reason
+
+
+def test_a_day_in_the_future_is_refused_and_tomorrow_is_a_laboratory_further_east(tmp_path: Path) -> None:
+    def measured(days: int, folder: str) -> Path:
+        day = date.today() + timedelta(days=days)
+        return make_unit(tmp_path / folder, text=f"{GOOD}\n[measured]\nflatness = {day}\n")
+
+    assert unit_folder.read(measured(1, "east")).measured
+    late = measured(2, "late")
+    with pytest.raises(UnitError, match=r"\[measured\] flatness = .* lies in the future, today is"):
+        unit_folder.read(late)
+    assert unit_folder.read(late, latest=date.max).measured  # a certificate that is judged again on a slow clock
+
+
+def test_a_windows_path_between_double_quotes_is_called_so(tmp_path: Path) -> None:
+    text = GOOD.replace("[stroke]\nstroke_um = 373.2", '[stroke]\none_stack = "data\\flat.mat"\ntwo_stacks = "b.mat"')
+    with pytest.raises(UnitError, match=r"backslash makes a control character in TOML; write 'data/flat\.mat'"):
+        unit_folder.read(make_unit(tmp_path, text=text))
+
+
+@pytest.mark.parametrize(("stored", "named"), [("NFD", "NFC"), ("NFC", "NFD")])
+def test_a_name_is_found_in_either_form_of_unicode(tmp_path: Path, stored: str, named: str) -> None:
+    """macOS stores an umlaut as a letter and its dots; an editor writes one character."""
+    name = "H\u00f6he.csv"
+    (tmp_path / unicodedata.normalize(stored, name)).write_text("x_mm,y_mm,z_um\n")
+    found = unit_folder.inside(tmp_path, unicodedata.normalize(named, name))
+    assert found.read_text().startswith("x_mm")
+    both = tmp_path / unicodedata.normalize(named, name)
+    both.write_text("the one that is named")
+    assert unit_folder.inside(tmp_path, both.name).read_text() == "the one that is named"
 
 
 @pytest.mark.parametrize(

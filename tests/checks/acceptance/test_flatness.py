@@ -134,9 +134,17 @@ def test_heights_more_alike_than_the_probe_reads_are_no_result(heights: np.ndarr
 
 def test_heights_that_are_no_heights_show_no_flat_part() -> None:
     """A tilt so steep that its square overflows was taken for a part without thickness: the zone is no less wide."""
-    steep, absurd = (quantities(scale * np.array(SEED_APAS[0].heights_um)) for scale in (1e6, 1e200))
-    assert steep["flatness_um"].value > 1e3
-    assert absurd["flatness_um"].value == pytest.approx(steep["flatness_um"].value, rel=0.01)
+    x, y = np.array(POSITIONS_MM, float).T * 1e-3
+    heights = np.array(SEED_APAS[0].heights_um) * 1e-6
+    steep, absurd = (minimum_zone(x, y, scale * heights).half_width for scale in (1e6, 1e200))
+    assert steep > 1e-3
+    assert absurd == pytest.approx(steep, rel=0.01)
+
+
+@pytest.mark.parametrize("scale", [1e3, 1e6])
+def test_heights_in_nm_are_no_result_and_no_bent_part(scale: float) -> None:
+    with no_result(Cause.HEIGHTS_APART):
+        quantities(scale * np.array(SEED_APAS[0].heights_um))
 
 
 def test_a_position_read_twice_is_no_result() -> None:

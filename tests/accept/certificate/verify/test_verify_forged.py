@@ -47,6 +47,14 @@ def overwrite_page(writer: IncrementalPdfFileWriter) -> None:
     writer.add_stream_to_page(0, writer.add_object(stream))
 
 
+def test_a_file_that_another_program_has_saved_is_called_so(bench: Bench) -> None:
+    writer = PdfWriter(clone_from=PdfReader(io.BytesIO(bench.signed)))
+    out = io.BytesIO()
+    writer.write(out)
+    refused(bench.check(out.getvalue()), "another program has saved it again")
+    refused(bench.check(bench.signed.replace(b"/Root", b"/Rott")), "damaged, or another program has saved it again")
+
+
 def change_title(writer: IncrementalPdfFileWriter) -> None:
     writer.set_info(generic.DictionaryObject({generic.pdf_name("/Title"): generic.pdf_string("better")}))
 
