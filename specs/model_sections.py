@@ -367,7 +367,8 @@ class PopulationRecord(Strict):
     """The prediction of a batch for one more unit: mean and covariance of the named parameters in the names' units, the
     prior of every fit of such a unit. covariance: row i has the entries with the names 0 .. i. scatter: 1 sd from unit
     to unit; mean_sd: standard uncertainty of the mean; both for people. units: serials that it was learned from; apart:
-    those that did not belong. model, model_sha256: the model that was used for learning."""
+    those that did not belong. model, model_sha256: the model that was used for learning. holds_together: whether enough
+    of them belong to one batch; if not, nothing opens the file."""
 
     names: Annotated[list[Words], Field(min_length=1)]
     mean: list[Finite]
@@ -378,6 +379,7 @@ class PopulationRecord(Strict):
     apart: list[Words] = Field(default_factory=list)
     model: Words
     model_sha256: Words
+    holds_together: bool = True
 
     @model_validator(mode="after")
     def _shapes(self) -> "PopulationRecord":

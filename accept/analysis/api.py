@@ -86,14 +86,12 @@ Drawable = (
 def read_unit(folder: str | Path) -> LoadedUnit:
     """Return the unit in a folder with a `unit.toml`; its files are read when they are first needed, and once.
 
-    Parameters
-    ----------
-    folder : the unit's folder.
+    Args:
+        folder: the unit's folder.
 
-    Returns
-    -------
-    The unit, for `judge`, `responses`, `fit_model`, `estimate_misalignment` and `analyse_gap`. Raises UnitError for a
-    folder that holds no usable unit.
+    Returns:
+        The unit, for `judge`, `responses`, `fit_model`, `estimate_misalignment` and `analyse_gap`. Raises UnitError for
+        a folder that holds no usable unit.
     """
     return loaded(_file(folder))
 
@@ -102,20 +100,17 @@ def read_unit(folder: str | Path) -> LoadedUnit:
 def judge(unit: UnitLike, spec: str | None = None) -> UnitResult:
     """Judge a unit: return its findings and verdict.
 
-    Parameters
-    ----------
-    unit : its folder, or what `read_unit` returned.
-    spec : a built-in name or a TOML file; without it the unit's kind picks.
+    Args:
+        unit: its folder, or what `read_unit` returned.
+        spec: a built-in name or a TOML file; without it the unit's kind picks.
 
-    Returns
-    -------
-    `result.verdict`, `result.findings`, each with `quantity`, `value`, `U` (k = 2), limits and `verdict`;
-    `accept.plot(result)` draws the measurements. Bad records raise nothing: their findings are `no_result`, with the
-    reason. Raises UnitError, SpecError.
+    Returns:
+        `result.verdict`, `result.findings`, each with `quantity`, `value`, `U` (k = 2), limits and `verdict`;
+        `accept.plot(result)` draws the measurements. Bad records raise nothing: their findings are `no_result`, with
+        the reason. Raises UnitError, SpecError.
 
-    Example
-    -------
-    >>> [(f.quantity, f.value, f.U, f.verdict) for f in accept.judge("units/S-02").findings]  # doctest: +SKIP
+    Examples:
+        >>> [(f.quantity, f.value, f.U, f.verdict) for f in accept.judge("units/S-02").findings]  # doctest: +SKIP
     """
     held = _loaded_unit(unit)
     return judge_unit(held, load_spec(spec) if spec else default_spec(held.folder.kind))
@@ -127,17 +122,15 @@ def read_record(
 ) -> Record:
     """Return every vector of a record file that is as long as its input, in SI.
 
-    Parameters
-    ----------
-    file : .mat (5 to 7.3), .csv, .uff or .tdms. Units in headers (`de [nm]`) are converted, and this is said.
-    input : name of the channel that drives.
-    channels : name here -> name in the file, {"Va": "data.ch3"}.
-    step_s : sampling time [s] of a file without a time.
+    Args:
+        file: .mat (5 to 7.3), .csv, .uff or .tdms. Units in headers (`de [nm]`) are converted, and this is said.
+        input: name of the channel that drives.
+        channels: name here -> name in the file, {"Va": "data.ch3"}.
+        step_s: sampling time [s] of a file without a time.
 
-    Returns
-    -------
-    `record["Va"]` (N,), `record.t` (N,) [s], `record.fs` [Hz], `record.units`. Raises RecordError, which says what the
-    file holds.
+    Returns:
+        `record["Va"]` (N,), `record.t` (N,) [s], `record.fs` [Hz], `record.units`. Raises RecordError, which says what
+        the file holds.
     """
     return read_any(_file(file), input, channels or {}, step_s)
 
@@ -154,26 +147,29 @@ def frequency_response(
 ) -> MeasuredResponse:
     """Estimate the response of every channel over the input [unit per V], with coherence, variance and resonances.
 
-    Parameters
-    ----------
-    records : one file or record; or two, low and high, joined at merge_Hz.
-    input : name of the channel that drives.
-    estimator : "auto" (over the periods of a periodic input, else "h1"), "h1" (Hann segments), "lpm" (local
-        polynomials: no leakage, one record suffices).
-    segment_s : length of the segments of h1 [s].
-    f_lo, f_hi : band kept [Hz].
-    merge_Hz : the first record up to here, the second above [Hz].
+    Args:
+        records: one file or record; or two, low and high, with merge_Hz.
+        input: name of the channel that drives.
+        estimator: "auto" (over the periods of a periodic input, else "h1"), "h1" (Hann segments), "lpm" (local
+            polynomials: no leakage, one record suffices).
+        segment_s: length of the segments of h1 [s].
+        f_lo: lower end of the band that is kept [Hz].
+        f_hi: its upper end [Hz].
+        merge_Hz: the first record up to here, the second above [Hz].
 
-    Returns
-    -------
-    `response.frf.f` (F,) [Hz], `.H` (F, C) complex, `.coherence` (F, C), `.var` (F, C); `response.resonances[channel]`
-    with `f_Hz` and `damping_ratio`. `to_pandas`, `to_xarray`, `to_control` and `save` hand it on. Raises RecordError;
-    hits of a hammer are refused: `hammer_response` is for them.
+    Returns:
+        `response.frf.f` (F,) [Hz], `.H` (F, C) complex, `.coherence` (F, C), `.var` (F, C);
+        `response.resonances[channel]` with `f_Hz` and `damping_ratio`. `to_pandas`, `to_xarray`, `to_control` and
+        `save` hand it on. Raises RecordError; hits of a hammer are refused: `hammer_response` is for them.
 
-    Example
-    -------
-    >>> response = accept.frequency_response("low.mat", estimator="lpm", f_lo=10, f_hi=400)  # doctest: +SKIP
+    Examples:
+        >>> response = accept.frequency_response("low.mat", estimator="lpm", f_lo=10, f_hi=400)  # doctest: +SKIP
     """
+    if len(records) > 1 and merge_Hz is None:
+        raise ArgumentError(
+            f"frequency_response: {len(records)} records and no merge_Hz, so all but one would be left out; merge_Hz "
+            "joins two, low and high; estimate realisations one by one"
+        )
     if estimator not in list(OF_RECORDS):
         raise RecordError(f"estimator = '{estimator}': expected one of {', '.join(OF_RECORDS)}")
     if not records:
@@ -202,26 +198,27 @@ def hammer_response(
     window ends the force after the hit, an exponential window a decay that the block cuts; the damping that it adds is
     subtracted from the modes.
 
-    Parameters
-    ----------
-    records : files or records, alike in channels and sampling rate.
-    input : name of the force [N].
-    estimator : "h1" (noise on the responses), "h2" (noise on the force), "hv" (their geometric mean).
-    f_lo, f_hi : band kept [Hz]; without f_hi to 1/2.56 of the sampling rate, where an analyser's filter cuts.
-    block_s : longest block after a hit [s]; a lightly damped structure needs longer ones.
-    window_decay : decay rate [1/s] of the exponential window; None for what a cut decay needs, 0 for none.
-    double_hit_ms, double_hit_share, ringing_samples, force_range_N : rules for good hits, as of `spurious_modes`.
+    Args:
+        records: files or records, alike in channels and sampling rate.
+        input: name of the force [N].
+        estimator: "h1" (noise on the responses), "h2" (noise on the force), "hv" (their geometric mean).
+        f_lo: lower end of the band that is kept [Hz].
+        f_hi: its upper end [Hz]; without it 1/2.56 of the sampling rate, where an analyser's filter cuts.
+        block_s: longest block after a hit [s]; a lightly damped structure needs longer ones.
+        window_decay: decay rate [1/s] of the exponential window; None for what a cut decay needs, 0 for none.
+        double_hit_ms: a second peak so soon after a hit makes it a double hit, as of `spurious_modes`.
+        double_hit_share: least part of the first peak that the second one has.
+        ringing_samples: samples for which the analyser's filter rings after a hit.
+        force_range_N: range of the force sensor; without it overloads show by their flat tops only.
 
-    Returns
-    -------
-    `response.frf` as of `frequency_response`, with coherence over the hits and the variance of their scatter;
-    `response.modes[channel]`, each with `f_Hz` and `damping_ratio`; `response.impacts[file]`, each with `fault`, None
-    for a good one. Raises RecordError if fewer than two hits are good.
+    Returns:
+        `response.frf` as of `frequency_response`, with coherence over the hits and the variance of their scatter;
+        `response.modes[channel]`, each with `f_Hz` and `damping_ratio`; `response.impacts[file]`, each with `fault`,
+        None for a good one. Raises RecordError if fewer than two hits are good.
 
-    Example
-    -------
-    >>> struck = accept.hammer_response("hits_1.mat", "hits_2.mat", input="force")  # doctest: +SKIP
-    >>> accept.plot(struck).save("hits.pdf")  # doctest: +SKIP
+    Examples:
+        >>> struck = accept.hammer_response("hits_1.mat", "hits_2.mat", input="force")  # doctest: +SKIP
+        >>> accept.plot(struck).save("hits.pdf")  # doctest: +SKIP
     """
     if not records:
         raise ArgumentError("hammer_response: name one record, or several of the same test")
@@ -252,23 +249,20 @@ def read_response(
     object; complex vectors beside one of frequencies; H1_2 with C1_2), tables with columns `de_re [m/V]` and `de_im
     [m/V]`, and what this program writes itself.
 
-    Parameters
-    ----------
-    file : .uff, .mat, .csv or .json.
-    input : name of the input; by default that of the file, else Va.
-    channels : name here -> name in the file, {"de": "H1_2"}; "f" for the frequencies.
-    averages : how many averages are behind the coherence that the file states.
-    noise : relative standard deviation of the response, if the file states neither variance nor averages.
+    Args:
+        file: .uff, .mat, .csv or .json.
+        input: name of the input; by default that of the file, else Va.
+        channels: name here -> name in the file, {"de": "H1_2"}; "f" for the frequencies.
+        averages: how many averages are behind the coherence that the file states.
+        noise: relative standard deviation of the response, if the file states neither variance nor averages.
 
-    Returns
-    -------
-    A response as of `frequency_response`, for `fit_model`, `estimate_misalignment`, `plot` and `save`. What the file
-    does not state stays unknown: without noise it is not fitted, and there is no second realisation to judge with.
-    Raises RecordError, which says what the file holds.
+    Returns:
+        A response as of `frequency_response`, for `fit_model`, `estimate_misalignment`, `plot` and `save`. What the
+        file does not state stays unknown: without noise it is not fitted, and there is no second realisation to judge
+        with. Raises RecordError, which says what the file holds.
 
-    Example
-    -------
-    >>> theirs = accept.read_response("analyser.uff", averages=20)  # doctest: +SKIP
+    Examples:
+        >>> theirs = accept.read_response("analyser.uff", averages=20)  # doctest: +SKIP
     """
     return import_response(_file(file), input, channels, averages, noise)
 
@@ -277,15 +271,15 @@ def read_response(
 def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Responses:
     """Return the responses that a unit names under [frf], on independent bins.
 
-    Parameters
-    ----------
-    unit : its folder, or what `read_unit` returned.
-    f_lo, f_hi : band [Hz].
+    Args:
+        unit: its folder, or what `read_unit` returned.
+        f_lo: lower end of the band [Hz].
+        f_hi: its upper end [Hz].
 
-    Returns
-    -------
-    `found.first` and `found.second` (another realisation, or None), each with `.f` (F,) [Hz], `.H` (F, C) over Va at
-    the DAC, `.cov` (F, C, C), `.channels`. Records that judging refuses are refused. Raises UnitError, RecordError.
+    Returns:
+        `found.first` and `found.second` (another realisation, or None), each with `.f` (F,) [Hz], `.H` (F, C) over Va
+        at the DAC, `.cov` (F, C, C), `.channels`. Records that judging refuses are refused. Raises UnitError,
+        RecordError.
     """
     return unit_responses.responses(_loaded_unit(unit), f_lo=f_lo, f_hi=f_hi)
 
@@ -294,18 +288,15 @@ def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Respons
 def open_model(name: str | Path = "strut") -> Model:
     """Return a built-in model or a model file.
 
-    Parameters
-    ----------
-    name : "strut", "strut-as-built", "strut-2dof", "apa-frame", "apa-2dof", or a TOML file.
+    Args:
+        name: "strut", "strut-as-built", "strut-2dof", "apa-frame", "apa-2dof", or a TOML file.
 
-    Returns
-    -------
-    `model.frf(f)` (F, C) complex over Va at the DAC, `model.poles()` [rad/s], `model.values`, `model.sds`,
-    `model.with_values({...})`. Raises SpecError, ModelError.
+    Returns:
+        `model.frf(f)` (F, C) complex over Va at the DAC, `model.poles()` [rad/s], `model.values`, `model.sds`,
+        `model.with_values({...})`. Raises SpecError, ModelError.
 
-    Example
-    -------
-    >>> accept.open_model("strut").with_values({"misalignment.dy_um": 100.0}).frf([95.0])  # doctest: +SKIP
+    Examples:
+        >>> accept.open_model("strut").with_values({"misalignment.dy_um": 100.0}).frf([95.0])  # doctest: +SKIP
     """
     return _open_model(name)
 
@@ -313,14 +304,13 @@ def open_model(name: str | Path = "strut") -> Model:
 def to_ss(model: Model | str | Path) -> StateSpace:
     """Return the state space of a model from Va at the DAC [V] to Vs [V], de and da [m].
 
-    Parameters
-    ----------
-    model : what `open_model` returned, or its name or file.
+    Args:
+        model: what `open_model` returned, or its name or file.
 
-    Returns
-    -------
-    `found.A` (n, n), `.B` (n, 1), `.C` (p, n), `.D` (p, 1), names under `.outputs`, and `.delay_s` (p,) [s], which no
-    matrix holds; `found.frf(f)` is the model's response. What a learned bench adds is left out. Raises ModelError.
+    Returns:
+        `found.A` (n, n), `.B` (n, 1), `.C` (p, n), `.D` (p, 1), names under `.outputs`, and `.delay_s` (p,) [s], which
+        no matrix holds; `found.frf(f)` is the model's response. What a learned bench adds is left out. Raises
+        ModelError.
 
     `accept.to_control(found)` makes an object of python-control, `accept.save_ss(found, "F.mat")` a MATLAB struct.
     """
@@ -353,18 +343,17 @@ def fit_model(
 ) -> FittedModel:
     """Fit the model's uncertain parameters to the responses of a unit, with priors and tolerance.
 
-    Parameters
-    ----------
-    unit : a folder, or what `read_unit`, `responses`, `frequency_response`, `read_response` or `dataset` returned.
-    model : built-in name or file; by default that of the unit's kind.
-    f_lo, f_hi : band that is fitted [Hz].
-    starts : of the search.
+    Args:
+        unit: a folder, or what `read_unit`, `responses`, `frequency_response`, `read_response` or `dataset` returned.
+        model: built-in name or file; by default that of the unit's kind.
+        f_lo: lower end of the band that is fitted [Hz].
+        f_hi: its upper end [Hz].
+        starts: of the search.
 
-    Returns
-    -------
-    `fitted.fit.at` (name -> value), `.fit.sds` (name -> standard uncertainty), `.fit.cov`; `.before`, `.after` and, if
-    there is a second realisation, `.held_out`: G by channel, 1 or less is agreement. `fitted.explains` says whether the
-    values may be used, `fitted.doubt` why not. Raises UnitError, RecordError, SpecError, ModelError.
+    Returns:
+        `fitted.fit.at` (name -> value), `.fit.sds` (name -> standard uncertainty), `.fit.cov`; `.before`, `.after` and,
+        if there is a second realisation, `.held_out`: G by channel, 1 or less is agreement. `fitted.explains` says
+        whether the values may be used, `fitted.doubt` why not. Raises UnitError, RecordError, SpecError, ModelError.
     """
     return fit_unit(unit if isinstance(unit, Given) else _loaded_unit(unit), model, f_lo, f_hi, starts)
 
@@ -373,15 +362,13 @@ def fit_model(
 def estimate_misalignment(unit: UnitLike | Given, model: str | None = None) -> MisalignmentEstimate:
     """Estimate how far the APA of a strut is off the joints' axis.
 
-    Parameters
-    ----------
-    unit : as of `fit_model`; responses must hold de and da.
-    model : built-in name or file; by default "strut-as-built".
+    Args:
+        unit: as of `fit_model`; responses must hold de and da.
+        model: built-in name or file; by default "strut-as-built".
 
-    Returns
-    -------
-    `found.dx`, `found.dy` with `.value` and `.U` [um], k = 2; `accept.plot(found)` draws the map. Raises NoResult if
-    the data cannot tell, UnitError, RecordError, ModelError.
+    Returns:
+        `found.dx`, `found.dy` with `.value` and `.U` [um], k = 2; `accept.plot(found)` draws the map. Raises NoResult
+        if the data cannot tell, UnitError, RecordError, ModelError.
     """
     return estimate_unit(unit if isinstance(unit, Given) else _loaded_unit(unit).folder, model)
 
@@ -392,17 +379,15 @@ def analyse_gap(
 ) -> GapAnalysis:
     """Return what the model does not explain, by name. Takes up to a minute.
 
-    Parameters
-    ----------
-    unit : a folder, or what `read_unit` returned. Responses do not suffice: a second realisation is compared with.
-    model : built-in name or file to start from; by default that of the unit's kind.
-    without : effects that are left out of the library.
-    say : takes a line at each stage; print by default.
+    Args:
+        unit: a folder, or what `read_unit` returned. Responses do not suffice: a second realisation is compared with.
+        model: built-in name or file to start from; by default that of the unit's kind.
+        without: effects that are left out of the library.
+        say: takes a line at each stage; print by default.
 
-    Returns
-    -------
-    `found.result.verdict`, `.named`, `.gap_before`, `.gap_after`; `found.document` is the content of gap.json. Raises
-    UnitError, RecordError, SpecError, ModelError, GapRefused.
+    Returns:
+        `found.result.verdict`, `.named`, `.gap_before`, `.gap_after`; `found.document` is the content of gap.json.
+        Raises UnitError, RecordError, SpecError, GapRefused, and ModelError also for an unknown effect in `without`.
     """
     if isinstance(unit, Given):
         raise ArgumentError(
@@ -419,21 +404,20 @@ def simulate_unit(
 ) -> LoadedUnit:
     """Return a simulated unit with its records, written to a new folder.
 
-    Parameters
-    ----------
-    folder : a folder that is not there yet; its name is the serial.
-    kind : "strut" or "apa".
-    seed : of the noise.
-    values : of the model, {"misalignment.dy_um": -120}.
+    Args:
+        folder: a folder that is not there yet; its name is the serial.
+        kind: "strut" or "apa".
+        seed: of the noise.
+        values: of the model, {"misalignment.dy_um": -120}.
 
-    Returns
-    -------
-    The unit, as of `read_unit`. Raises UnitRequestError, ModelError, FileExistsError for a folder that is there
-    already.
+    Returns:
+        The unit, as of `read_unit`. Raises ModelError, and UnitRequestError also for a folder that is there already.
     """
     place = _file(folder)
     if kind not in SIMULATED_MODEL:
         raise UnitRequestError(f"kind = '{kind}': expected one of {', '.join(SIMULATED_MODEL)}")
+    if place.exists():
+        raise UnitRequestError(f"{place}: is there already; name a folder that is not, or remove this one")
     model = _open_model(SIMULATED_MODEL[kind]).with_values(dict(values or {}))
     simulated = _simulate(UnitRequest(place.name, kind, model, seed=seed))
     place.mkdir(parents=True)
@@ -482,19 +466,16 @@ class Plot:
 def plot(what: Drawable, ax: Any = None, panels: Sequence[str] | None = None) -> Plot:
     """Draw what another function returned, or a model, a dataset, a fit.
 
-    Parameters
-    ----------
-    what : a result, response, model, fit, misalignment, gap analysis, or panels.
-    ax : axes of matplotlib, or several: panels are drawn onto them in order, and no picture of its own is made.
-    panels : names of panels, in order; all by default. `accept.plot(what).panels` lists them.
+    Args:
+        what: a result, response, model, fit, misalignment, gap analysis, or panels.
+        ax: axes of matplotlib, or several: panels are drawn onto them in order, and no picture of its own is made.
+        panels: names of panels, in order; all by default. `accept.plot(what).panels` lists them.
 
-    Returns
-    -------
-    A `Plot`: a notebook shows it, `save("x.pdf")` writes it. Raises PictureError if there is no such picture.
+    Returns:
+        A `Plot`: a notebook shows it, `save("x.pdf")` writes it. Raises PictureError if there is no such picture.
 
-    Example
-    -------
-    >>> accept.plot(response, ax=plt.subplot(), panels=["de magnitude"])  # doctest: +SKIP
+    Examples:
+        >>> accept.plot(response, ax=plt.subplot(), panels=["de magnitude"])  # doctest: +SKIP
     """
     drawn = _picture_of(what)
     if panels is not None:

@@ -27,6 +27,9 @@ from checks.model.model import Model, frequencies
 from specs.model_sections import FitRecord
 from specs.units import unit_of
 
+SEARCH = "the gap analysis (analyse_gap, accept gap) looks for the cause"
+WITHIN_DECADES = 0.5  # of a power of 1000: what else differs between a strut and its model is less
+OPPOSITE = 0.9  # median of the cosine between response and model
 AGREES = 1.1  # of G: 1 within the scatter of some hundred bins
 MAX_POINTS = 1_000_000  # a response at each takes a few hundred bytes
 
@@ -34,8 +37,8 @@ MAX_POINTS = 1_000_000  # a response at each takes a few hundred bytes
 @dataclass(frozen=True, eq=False)
 class FittedModel:
     """A fit and its start. before, after: G of the model at its file's tolerance, about the model itself; held_out: G
-    of the fitted model on the second realisation, empty without one. doubt: why the fitted values must not be used
-    although the responses may agree, or None."""
+    of the fitted model on the second realisation, empty without one. outside: which values the model's file does not
+    allow, or None."""
 
     base: OpenedModel
     start: Model
@@ -47,7 +50,7 @@ class FittedModel:
     held_out: Mapping[str, Gap]
     seed_constants: Mapping[str, float]
     constants: Mapping[str, Constant]
-    doubt: str | None = None
+    outside: str | None = None
 
     @property
     def worst(self) -> tuple[str, float]:
@@ -59,12 +62,23 @@ class FittedModel:
     @property
     def explains(self) -> bool:
         """Return whether the fitted model is one that its file allows and agrees with the unit."""
-        return self.fit.converged and self.doubt is None and self.worst[1] <= AGREES
+        return self.doubt is None
+
+    @property
+    def doubt(self) -> str | None:
+        """Return why the fitted values must not be used, None if they explain the unit."""
+        channel, G = self.worst
+        if self.fit.converged and self.outside is None and G <= AGREES:
+            return None
+        if scale := _scale_of(self.start, self.measured.first):
+            return scale
+        if not self.fit.converged:
+            return f"the fit did not converge ({self.fit.message}); {SEARCH}"
+        return self.outside or f"G of {channel} is {G:.3g}, agreement is 1 or less; {SEARCH}"
 
     def __repr__(self) -> str:
         G = ", ".join(f"{c} {self.before[c].G:.2g} -> {gap.G:.2g}" for c, gap in self.after.items())
-        end = "" if self.fit.converged else "; did not converge: do not use the values"
-        end += f"; {self.doubt}" if self.doubt else ""
+        end = f"; do not use the values: {self.doubt}" if self.doubt else ""
         return f"FittedModel({self.base.spec.name} to {self.measured.serial}; G, before -> after: {G}{end})"
 
 
@@ -122,15 +136,30 @@ def fit_unit(
         before=_gaps(start, measured.first),
         after=_gaps(at, measured.first, found.fit.effective_parameters if found.fit.converged else 0.0),
         held_out={} if measured.second is None else _gaps(at, measured.second),
-        doubt=_doubt(found.fit),
+        outside=_outside(found.fit),
         **_constants(at, measured.first),
     )
 
 
-def _doubt(found: Fit) -> str | None:
-    """Return which of these values its file does not allow, and why."""
+def _outside(found: Fit) -> str | None:
+    """Return which of these values the model's file does not allow, and why."""
     reason = next(chain(outside_priors(found), all_priors(found)), None)
-    return None if reason is None or not found.converged else str(reason)
+    return None if reason is None else str(reason)
+
+
+def _scale_of(model: Model, data: Dataset) -> str | None:
+    """Return which channel is a power of 1000 larger than the model's, or of opposite sign, over most of the band: no
+    value of a strut does that, another unit or a plug does."""
+    ratios = data.H / model.frf(data.f, channels=data.channels)
+    for channel, size, turned in zip(
+        data.channels, np.median(np.abs(ratios), axis=0), np.median(ratios.real / np.abs(ratios), axis=0), strict=True
+    ):
+        power = 3 * round(np.log10(size) / 3) if size > 0 else 0
+        if power and abs(np.log10(size) - power) < WITHIN_DECADES:
+            return f"{channel} is 1e{power} times what the model has: is it in another unit?"
+        if turned < -OPPOSITE:
+            return f"{channel} has the opposite sign of what the model has: check its polarity"
+    return None
 
 
 def _gaps(model: Model, data: Dataset, fitted: float = 0.0) -> dict[str, Gap]:
@@ -166,7 +195,7 @@ def write_fitted(path: Path, fitted: FittedModel) -> None:
         inputs=fitted.measured.inputs,
         G={c: g.G for c, g in fitted.after.items()},
         G_not_fitted={c: g.G for c, g in fitted.held_out.items()},
-        doubt=fitted.doubt if fit.converged else fit.message,
+        doubt=fitted.doubt,
     )
     moved = {n: v for n, v in fitted.start.values.items() if v != base.model.values[n]}
     write_model(path, base.spec, moved | fit.at, fit.sds, damping=fitted.model.damping, record=record)

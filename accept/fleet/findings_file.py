@@ -36,16 +36,16 @@ NOT_STATED = "not stated"
 OF_ORIGIN = ("lot", "supplier", "order", "shift", "study")
 NO_TIME = np.iinfo(np.int64).min  # NaT of numpy
 
-TEXT, NUMBER, WHOLE, TIME = "i", "d", "q", "q"  # types of `array`; a text is the number of its word
+TEXT, NUMBER, WHOLE, TIME, TRUTH = "i", "d", "q", "q", "b"  # types of `array`; a text is the number of its word
 TEXTS_OF_A_JUDGEMENT = ("operator", "bench", *OF_ORIGIN, "serial", "kind", "unit_verdict", "spec")
 TEXTS_OF_A_FINDING = ("check", "quantity", "unit", "verdict", "reason")
 TEXTS = (*TEXTS_OF_A_JUDGEMENT, *TEXTS_OF_A_FINDING)
 OF_A_JUDGEMENT = {
-    "seq": WHOLE, "time": TIME, "batch": WHOLE, "place": WHOLE, "attempt": WHOLE, "findings": WHOLE,
+    "seq": WHOLE, "time": TIME, "batch": WHOLE, "place": WHOLE, "attempt": WHOLE, "findings": WHOLE, "simulated": TRUTH,
     **dict.fromkeys(TEXTS_OF_A_JUDGEMENT, TEXT),
 }  # fmt: skip
 OF_A_FINDING = {
-    "value": NUMBER, "U": NUMBER, "lower": NUMBER, "upper": NUMBER, "required": "b", "measured": TIME,
+    "value": NUMBER, "U": NUMBER, "lower": NUMBER, "upper": NUMBER, "required": TRUTH, "measured": TIME,
     **dict.fromkeys(TEXTS_OF_A_FINDING, TEXT),
 }  # fmt: skip
 TYPES = OF_A_JUDGEMENT | OF_A_FINDING
@@ -82,6 +82,7 @@ class FindingsTable:
             place=batch.place if batch else 0,
             attempt=attempt,
             findings=len(result.findings),
+            simulated=result.simulated,
             operator=event.who,
             bench=bench_of(result),
             **{name: result.origin.get(name, NOT_STATED) for name in OF_ORIGIN},

@@ -11,7 +11,17 @@ from accept.fleet.measurements import latest
 from checks.arrays import Array
 from checks.process_control.matching import MatchedSets, ideal_replacement, match
 
-COLUMNS = ("seq", "serial", "kind", "unit_verdict", "quantity", "value", "U", "unit")  # what a pool is made of
+COLUMNS = (
+    "seq",
+    "serial",
+    "kind",
+    "unit_verdict",
+    "quantity",
+    "value",
+    "U",
+    "unit",
+    "simulated",
+)  # what a pool is made of
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +37,9 @@ class Pool:
 
 
 def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
-    """Return the accepted units of a kind by their last judgement. Raises FleetError for a quantity that no unit
-    has."""
-    last = latest(frame)
+    """Return the accepted units of a kind, but for simulated ones, by their last judgement. Raises FleetError for a
+    quantity that no unit has."""
+    last = latest(frame[~frame["simulated"]])
     accepted = last[(last["kind"] == kind) & (last["unit_verdict"] == "accepted")]
     if accepted.empty:
         others = ", ".join(sorted(set(last.loc[last["unit_verdict"] == "accepted", "kind"])))

@@ -10,7 +10,16 @@ import numpy as np
 import pandas as pd
 
 from accept.fleet.errors import FleetError
-from accept.fleet.findings_file import NOT_STATED, OF_A_FINDING, OF_ORIGIN, TYPES, Column, FindingsTable, findings
+from accept.fleet.findings_file import (
+    NOT_STATED,
+    OF_A_FINDING,
+    OF_ORIGIN,
+    TRUTH,
+    TYPES,
+    Column,
+    FindingsTable,
+    findings,
+)
 from accept.judging.voids import voids
 from accept.store import Store
 from accept.store.payloads import InstrumentChecked, UnitJudged
@@ -19,7 +28,7 @@ from checks.cause import Cause
 VOIDED = "voided"  # verdict of a unit whose judgement was declared void, and the column that says why
 COLUMNS_OF_A_JUDGEMENT = [
     "seq", "time", "batch", "place", "operator", "bench", *OF_ORIGIN, "serial", "kind", "attempt", "unit_verdict",
-    "spec", VOIDED,
+    "spec", VOIDED, "simulated",
 ]  # fmt: skip
 COLUMNS_OF_A_FINDING = [
     "check", "quantity", "value", "unit", "U", "lower", "upper", "verdict", "reason", "required", "measured",
@@ -45,8 +54,8 @@ def measurements(
 
     attempt: how often the serial was judged up to then. bench: name of the bench file, if one was used. batch, place:
     the batch in which it was judged and the unit's place in it. measured: the day stated for the check, else NaT.
-    voided: why quality assurance declared the judgement void, "" if it did not; unit_verdict is "voided" then. Raises
-    StoreError.
+    voided: why quality assurance declared the judgement void, "" if it did not; unit_verdict is "voided" then.
+    simulated: whether no instrument measured the unit. Raises StoreError.
     """
     if serial is None:
         wanted = {"seq", "findings", *({"quantity"} if quantities is not None else ()), *columns} - {VOIDED}
@@ -125,7 +134,7 @@ def _typed_column(name: str, values: np.ndarray, words: list[str] | None) -> Any
         return pd.Categorical.from_codes(values, dtype=pd.CategoricalDtype(pd.Index(words, dtype=object)))
     if name in TIMES:
         return pd.Series(values.view("M8[us]")).dt.tz_localize("UTC")
-    return values.astype(bool) if name == "required" else values
+    return values.astype(bool) if TYPES[name] == TRUTH else values
 
 
 def _with_types(frame: pd.DataFrame) -> pd.DataFrame:
@@ -151,8 +160,9 @@ def instrument_checks(store: Store, name: str) -> pd.DataFrame:
             **dict.fromkeys(COLUMNS, NOT_STATED),
             "seq": event.seq, "time": event.time, "batch": event.seq, "place": 0, "operator": event.who,
             "bench": f"{name} {each.serial or ''}".strip(), "serial": each.time[:19], "kind": each.what, "attempt": 1,
-            "voided": "", "check": "reference", "quantity": f"{CHECKED}{name}", "value": each.value, "unit": each.unit,
-            "U": each.U, "lower": each.reference - math.hypot(found[0][1].U, each.U_reference),
+            "voided": "", "simulated": False, "check": "reference", "quantity": f"{CHECKED}{name}",
+            "value": each.value, "unit": each.unit, "U": each.U,
+            "lower": each.reference - math.hypot(found[0][1].U, each.U_reference),
             "upper": each.reference + math.hypot(found[0][1].U, each.U_reference),
             "verdict": "pass" if each.passed else "fail", "reason": None, "required": True, "measured": each.time,
         }
@@ -178,16 +188,21 @@ def in_order_of_the_store(frame: pd.DataFrame) -> pd.DataFrame:
     return frame if frame["seq"].is_monotonic_increasing else frame.sort_values("seq", kind="stable")
 
 
+def of_production(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of units of the process: neither simulated nor part of a gauge study."""
+    return frame[~frame["simulated"] & (frame["study"] == NOT_STATED)]
+
+
 def counted(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of judgements that describe the process: neither void nor part of a gauge study."""
-    return frame[(frame["voided"] == "") & (frame["study"] == NOT_STATED)]
+    """Return the rows of judgements that describe the process: of production, and not void."""
+    return of_production(frame[frame["voided"] == ""])
 
 
 def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the first attempt at every quantity of every unit: one row for each, of the whole history in frame.
 
     A quantity that was not measured has not been attempted: after a short spec, only the quantities of that spec count
-    as attempted. Void judgements and those of a study are not attempts."""
+    as attempted. Void judgements, those of a study and simulated units are not attempts."""
     frame = counted(frame)
     attempted = frame[(frame["verdict"] != "no_result") | (frame["reason"] != NOT_MEASURED)]
     return in_order_of_the_store(attempted).drop_duplicates(["serial", "quantity"])

@@ -3,15 +3,14 @@
 import numpy as np
 import pandas as pd
 
-from accept.fleet.findings_file import NOT_STATED
-from accept.fleet.measurements import VOIDED, counted, first_attempts, in_order_of_the_store, when
+from accept.fleet.measurements import VOIDED, counted, first_attempts, in_order_of_the_store, of_production, when
 from accept.pictures.labels import label_of
 from checks.picture import Band, Line, Panel, Text
 
 PERIODS = {"month": "%Y-%m", "week": "%G-W%V", "day": "%Y-%m-%d"}
 COLUMNS = (  # what a yield and its causes are made of
     "seq", "time", "measured", "kind", "study", VOIDED, "serial", "attempt", "unit_verdict", "check", "quantity",
-    "verdict", "reason", "required",
+    "verdict", "reason", "required", "simulated",
 )  # fmt: skip
 Z_95 = 1.959963984540054  # of the interval of a yield: 95 %, two-sided
 MOST_CAUSES = 12  # of a picture: the others are in the table
@@ -32,7 +31,7 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
     stopped = set(attempted.loc[attempted["required"] & (attempted["verdict"] != "pass"), "serial"])
     tried = set(attempted["serial"])
     # Void ones too: a unit whose last judgement is void has not passed in the end.
-    judged = in_order_of_the_store(frame[frame["study"] == NOT_STATED])
+    judged = in_order_of_the_store(of_production(frame))
     last = judged.drop_duplicates("serial", keep="last").set_index("serial")["unit_verdict"].eq("accepted")
     missing = set(last.index[~last]) - stopped  # incomplete to this day, though nothing that was attempted failed
     passed = [serial in tried and serial not in stopped | missing for serial in first["serial"]]

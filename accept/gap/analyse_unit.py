@@ -36,6 +36,7 @@ from checks.fitting.dataset import CHANNELS, F_HI, Dataset
 from checks.fitting.fit import CONTRADICTION
 from checks.fitting.identifiability import Identifiability, LikelihoodProfile, determined, profile
 from checks.gap.decision.result import Gaps, Result
+from checks.gap.effects import effect_named
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.model import Model
 from checks.record import Record
@@ -66,7 +67,7 @@ class GapAnalysis:
 
     def profile(self, name: str) -> LikelihoodProfile:
         """Return the profile of the likelihood of a fitted value, such as "misalignment.dy_um": a fit for each of seven
-        values about it, on the responses that were fitted. Raises KeyError for a name that was not fitted."""
+        values about it, on the responses that were fitted. Raises ModelError for a name that was not fitted."""
         return profile(self.result.after.response, self.result.fit, name)
 
     @property
@@ -96,6 +97,8 @@ def analyse(
     say: Say = lambda _: None,
 ) -> GapAnalysis:
     """Run the workflow on a unit."""
+    for name in without:
+        effect_named(name)  # raises ModelError: a name that is mistyped would leave nothing out
     held = loaded(unit)
     given = open_model_file(model)
     say("reading the records")

@@ -30,9 +30,10 @@ def summary(serial: str, r: Result) -> list[str]:
     lines = _wrap(
         f"{serial}: {headline_of(r.verdict, [n.effect for n in r.named])} (model {r.model}, damping {r.damping})", ""
     )
-    gaps = ["  gap on unseen records, before -> after:"]
-    for c, before in r.gap_before.channels.items():
-        gaps.append(f"    {c}: G {gap_number(before.G)} -> {gap_number(r.gap_after.channels[c].G)}")
+    before = "before (fitted without the named effects)" if r.named else "before"  # the steps have other values
+    gaps = [f"  gap on unseen records, {before} -> after:"]
+    for c, gap in r.gap_before.channels.items():
+        gaps.append(f"    {c}: G {gap_number(gap.G)} -> {gap_number(r.gap_after.channels[c].G)}")
     rivals = _rivals(r)
     more = [line for words, indent in result_lines(r) for line in _wrap(words, indent)]
     room = LINES - len(lines) - len(gaps) - len(rivals)

@@ -100,9 +100,13 @@ def data_words(fit: "Fit") -> str:
 
 
 def step_line(effect: str | None, G: Mapping[str, float]) -> str:
-    """Return a step of the search, such as `then crosstalk: G Vs 3.1, de 0.9`."""
+    """Return a step of the search, at the values of the whole explanation: `then crosstalk: G Vs 3.1, de 0.9`."""
     left = ", ".join(f"{c} {gap_number(g)}" for c, g in G.items())
-    return f"with nothing named: G {left}" if effect is None else f"then {words_of(effect)}: G {left}"
+    return (
+        f"the named effects left out, nothing fitted again: G {left}"
+        if effect is None
+        else f"then {words_of(effect)}: G {left}"
+    )
 
 
 def poles_of(poles_Hz: Iterable[float], ci95: Iterable[Iterable[float]], at_edge: bool) -> str:

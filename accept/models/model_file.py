@@ -73,7 +73,13 @@ def open_model_file(name: str | Path) -> OpenedModel:
 
 
 def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement | None] = matrices_of) -> OpenedModel:
-    """Return the model of a description. matrices: reads the superelement that it names."""
+    """Return the model of a description. matrices: reads the superelement that it names. Raises ModelError, also if it
+    was learned from units that are no batch."""
+    if (batch := spec.population) is not None and not batch.holds_together:
+        raise ModelError(
+            f"{spec.name}: was learned from units that are no batch: of {len(batch.units) + len(batch.apart)}, "
+            f"{', '.join(batch.apart)} do not belong; `accept model learn` says why"
+        )
     effects = effects_of(spec)
     built_in = [each for each in effects if effect_named(each[0]).in_model]
     left_out = tuple(name for name, _ in effects if not effect_named(name).in_model)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array
+from checks.errors import ModelError
 from checks.fitting.fit import Fit, cost_with
 from checks.fitting.response import Response
 
@@ -32,9 +33,9 @@ class Identifiability:
 
 
 def identifiability(fit: Fit, name: str) -> Identifiability:
-    """Return the identifiability of a fitted parameter. Raises KeyError for a name that was not fitted."""
+    """Return the identifiability of a fitted parameter. Raises ModelError for a name that was not fitted."""
     if name not in fit.names:
-        raise KeyError(f"'{name}' was not fitted (fitted: {', '.join(fit.names)})")
+        raise ModelError(f"'{name}' was not fitted (fitted: {', '.join(fit.names)})")
     k, sds = fit.names.index(name), np.sqrt(np.diag(fit.cov))
     correlation = fit.cov / np.outer(sds, sds)
     others = np.abs(correlation[k])
@@ -66,9 +67,9 @@ class LikelihoodProfile:
 def profile(response: Response, found: Fit, name: str, reach: float = REACH, points: int = POINTS) -> LikelihoodProfile:
     """Return the profile of the likelihood of a fitted parameter over `reach` standard uncertainties to either side
     ([PAWITAN01] 3.4; [RAUE09]): a fit for each value. Its interval needs no Fisher information: a profile that stays
-    low, or rises on one side only, is of a value that the data do not determine. Raises KeyError, ModelError."""
+    low, or rises on one side only, is of a value that the data do not determine. Raises ModelError."""
     if name not in found.names:
-        raise KeyError(f"'{name}' was not fitted (fitted: {', '.join(found.names)})")
+        raise ModelError(f"'{name}' was not fitted (fitted: {', '.join(found.names)})")
     free, at, sd = found.free[found.names.index(name)], found.at[name], found.sds[name]
     values = np.unique(np.clip(at + reach * sd * np.linspace(-1.0, 1.0, points), free.lo, free.hi))
     cost = np.array([cost_with(response, found, name, float(v)) for v in values])

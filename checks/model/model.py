@@ -213,7 +213,9 @@ class Model:
 
     def _measure(self, f: Array, v: Values, have: tuple[str, ...], wanted: tuple[str, ...]) -> OutputGains:
         """Return the channels measured from a motion of the channels `have`, through a learned bench if the model has
-        one."""
+        one. Raises ModelError for a channel that the model does not have."""
+        if unknown := [c for c in wanted if c not in have]:
+            raise ModelError(f"{self.name}: no channel '{unknown[0]}' (it has {', '.join(have)})")
         return output_gains(f, v, have, wanted, self.learned)
 
     def _solved(self, v: Values) -> "tuple[System, Callable[[], Modal]]":

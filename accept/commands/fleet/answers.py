@@ -57,13 +57,14 @@ def chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.DataFrame:
     return frame[is_chosen(frame, choice)]
 
 
-def say_voided(frame: pd.DataFrame) -> None:
-    """Report the attempts that do not count, because a yield leaves them out."""
-    void = frame[frame["voided"] != ""].drop_duplicates("seq")
-    if len(void):
-        named = [f"{row['serial']} attempt {row['attempt']}" for row in void.to_dict("records")]
+def say_not_counted(frame: pd.DataFrame) -> None:
+    """Report the attempts that do not count: void ones, and those of simulated units."""
+    for words, rows in (("void", frame["voided"] != ""), ("simulated", frame["simulated"])):
+        left_out = frame[rows].drop_duplicates("seq")
+        named = [f"{row['serial']} attempt {row['attempt']}" for row in left_out.to_dict("records")]
         more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
-        say(f"{len(named)} attempts are void and not counted: {', '.join(named[:MOST_NAMED])}{more}")
+        if named:
+            say(f"{len(named)} {words} and not counted: {', '.join(named[:MOST_NAMED])}{more}")
 
 
 def check(outputs: Outputs) -> None:
@@ -132,7 +133,8 @@ def draw(plot: Path | None, panels: Sequence[Panel], columns: int) -> None:
 
 def telling(frame: pd.DataFrame, *columns: str) -> pd.DataFrame:
     """Drop the columns, of those named, that are empty in every row."""
-    return frame.drop(columns=[c for c in columns if frame[c].isna().all() or frame[c].isin([NOT_STATED, ""]).all()])
+    empty = [c for c in columns if frame[c].isna().all() or frame[c].isin([NOT_STATED, ""]).all()]
+    return frame.drop(columns=[*empty, *(c for c in columns if frame[c].dtype == bool and not frame[c].any())])
 
 
 def _label_words(column: str, text: str) -> str:

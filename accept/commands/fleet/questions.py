@@ -9,7 +9,17 @@ import typer
 
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.answers import check, check_plot, chosen, draw, is_chosen, say_voided, show, telling, write
+from accept.commands.fleet.answers import (
+    check,
+    check_plot,
+    chosen,
+    draw,
+    is_chosen,
+    say_not_counted,
+    show,
+    telling,
+    write,
+)
 from accept.commands.fleet.options import By, JudgementFilter, ListOptions, Outputs
 from accept.commands.options import Plot
 from accept.fleet import history as histories
@@ -28,7 +38,7 @@ from checks.rounding import rounded, rounded_U
 SHOWN = 500  # units on the terminal; the files have all
 LISTED = {
     "seq", "serial", "kind", "attempt", "time", "measured", "operator", "bench", "spec", "unit_verdict", "check",
-    "quantity", "value", "U", "unit", "lower", "upper", "verdict",
+    "quantity", "value", "U", "unit", "lower", "upper", "verdict", "voided", "simulated",
 }  # fmt: skip
 
 
@@ -49,8 +59,8 @@ def history(
         raise FleetError(f"no judgement of a unit '{serial}' in the store; `accept list` shows all serials")
     changed = histories.changes(frame)
     tries = attempts(frame)
-    shown = tries[["attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes", "voided"]]
-    show(telling(shown, "bench", "voided"), serial)
+    shown = tries[["attempt", "time", "operator", "bench", "spec", "unit_verdict", "simulated", "causes", "voided"]]
+    show(telling(shown, "bench", "simulated", "voided"), serial)
     columns = ["attempt", "quantity", "value", "U", "unit", "verdict", "change", "En", "changed"]
     shown = telling(_to_the_digits_of_U(changed[columns]), "change", "En", "changed")
     show(shown, "values, with their expanded uncertainty U (k = 2)", {"En": "{:.2f}", "change": "{:+.3g}"})
@@ -91,12 +101,14 @@ def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exi
         tries = tries[tries["seq"].isin(_stopped_by(judged, wanted.check))]
     why = _failures(judged)
     tries = tries.assign(why=[why.get(seq, "") for seq in tries["seq"]])
-    rows = tries[["serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes", "why"]]
+    rows = tries[
+        ["serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "simulated", "causes", "why"]
+    ]
     title = f"{len(rows)} of {judged['seq'].nunique()} judgements" if every else f"{len(rows)} units"
     one_spec = (
         ["spec"] if rows["spec"].astype(str).eq(rows["kind"].astype(str)).all() else []
     )  # the built-in one of each kind: said already
-    show(telling(rows, "bench").drop(columns=[*one_spec, "causes"]).tail(SHOWN), title)
+    show(telling(rows, "bench", "simulated").drop(columns=[*one_spec, "causes"]).tail(SHOWN), title)
     if len(rows) > SHOWN:
         say(f"the last {SHOWN} are shown; --csv FILE or --json FILE has all {len(rows)}")
     write(outputs, rows)
@@ -142,7 +154,7 @@ def first_pass(
     frame = _stored_rows(columns={*yields.COLUMNS, *({by.value} - yields.PERIODS.keys())})
     asked = is_chosen(frame, choice)
     table = yields.yields(frame, by.value, asked)
-    say_voided(frame[asked])
+    say_not_counted(frame[asked])
     if table.empty:
         raise FleetError("no unit was judged for the first time in this period; re-tests are no first attempts")
     show(table, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))

@@ -9,7 +9,7 @@ import typer
 
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.answers import check, check_plot, draw, is_chosen, say_voided, show, write_documents
+from accept.commands.fleet.answers import check, check_plot, draw, is_chosen, say_not_counted, show, write_documents
 from accept.commands.fleet.options import JudgementFilter, Outputs, TrendBy
 from accept.commands.options import Operator, Plot
 from accept.fleet import trend as trends
@@ -55,7 +55,7 @@ def trend(
                 stated = trends.set_baseline(store, of, by.value, reason, operator_name(operator))
                 say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
         baselines = trends.stored_baselines(store, quantity, by.value)
-    say_voided(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)])
+    say_not_counted(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)])
     charts = trends.trends(frame, quantity, by.value, baselines, _rules(rules), is_chosen(frame, choice))
     documents = [trends.summary(t, points=outputs.json is not None or outputs.csv is not None) for t in charts]
     show(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{charts[0].unit}], first attempts")

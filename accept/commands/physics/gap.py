@@ -28,7 +28,7 @@ from accept.pictures.formats import PictureError
 from accept.pictures.interactive import MISSING
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
 from checks.errors import ModelError, RecordError
-from checks.gap.effects import EFFECTS
+from checks.gap.effects import effect_named
 from checks.gap.workflow import GapRefused
 
 FILE_TOO_LITTLE = (
@@ -60,10 +60,8 @@ def run(
 ) -> Exit:
     """Name what is missing from the model. Where simulation and data disagree, and how the gap shrinks."""
     left_out = without or []
-    unknown = sorted(set(left_out) - EFFECTS.keys())
-    if unknown:
-        say(f"accept: --without {', '.join(unknown)}: unknown effect (known: {', '.join(EFFECTS)})")
-        return Exit.BAD_INPUT
+    for name in left_out:
+        effect_named(name)  # raises ModelError
     if html and find_spec("plotly") is None:
         raise PictureError(MISSING)
     folders = _units(units)

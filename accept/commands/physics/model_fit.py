@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from accept.analysis.model_fit import AGREES, FittedModel, document, fit_unit, pictures, write_fitted
+from accept.analysis.model_fit import FittedModel, document, fit_unit, pictures, write_fitted
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
@@ -75,21 +75,14 @@ def _print(fitted: FittedModel) -> None:
         stdout.print(f"{name}: {by_formula}, {with_U(c.value, half)} by least squares (95 %, noise alone)")
     if fitted.model.damping != fitted.start.damping:
         stdout.print(f"damping '{fitted.model.damping}' fits better than '{fitted.start.damping}' and is used")
-    if not fit.converged:
-        say(f"accept: the fit did not converge; do not use the values above: {fit.message}")
     _print_agreement(fitted)
 
 
 def _print_agreement(fitted: FittedModel) -> None:
     """Print the answer in one sentence: whether this model, fitted, explains the unit."""
-    if not fitted.fit.converged:
-        return
     channel, G = fitted.worst
-    where, serial = f"G of {channel} is {G:.2g}", fitted.measured.serial
-    if fitted.explains:
-        stdout.print(f"{fitted.base.spec.name}, fitted, explains {serial}: {where}, the largest; 1 or less agrees")
-        return
-    if fitted.doubt is not None:
-        agrees = "agrees only with values the file does not allow" if G <= AGREES else "does not agree"
-        say(f"{fitted.base.spec.name}, fitted, {agrees} ({where}): {fitted.doubt}")
-    say(f"{where}: this model does not explain {serial}; run `accept gap` to find the cause")
+    of, serial = f"{fitted.base.spec.name}, fitted,", fitted.measured.serial
+    if fitted.doubt is None:
+        stdout.print(f"{of} explains {serial}: G of {channel} is {G:.2g}, the largest; 1 or less agrees")
+    else:
+        say(f"accept: {of} does not explain {serial}, do not use the values above: {fitted.doubt}")

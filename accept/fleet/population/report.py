@@ -34,7 +34,8 @@ from checks.model.channel_paths import LATENCIES
 from checks.picture import Band, Line, Mark, Panel
 from checks.quantity import TWO_SIDED_95
 from checks.rounding import rounded_U, with_U
-from specs.model_sections import PopulationRecord
+from specs.model import ModelSpec
+from specs.model_sections import ApaOfModes, PopulationRecord
 from specs.units import unit_of, with_unit
 
 HEAD = 20 * mm
@@ -44,6 +45,10 @@ SHOWN = 14  # parameters in the picture
 LISTED = 24  # values in the table of the page; the rest moved by a fraction of their uncertainty
 LEARNED = 0.9  # share of its prior's standard deviation that is left of a mean that counts as learned
 PAIRS = 12  # of values that vary together: the strongest; the others are counted
+NO_SCATTER = (
+    "the model file states no [apa] mode_scatter, so it takes every APA for the same; units differ in each mode by "
+    "about 1 %: state mode_scatter = { frequency = 0.01, damping = 0.20 } under [apa] and learn again"
+)
 EXPLAINED = (
     "A point is one unit's own value, a bar the batch's mean with its 95 % interval, in standard deviations of the "
     "model file from its value. What the units have in common lies away from zero, what differs between them apart."
@@ -65,6 +70,7 @@ def write_population(path: Path, found: Population, learned_on: str | None = Non
         apart=[j.serial for j in found.judged if not j.belongs],
         model=spec.name,
         model_sha256=found.given.model.sha256,
+        holds_together=found.holds,
     )
     plain = [i for i, n in enumerate(found.names) if n in spec.values or n in LATENCIES.values()]
     values = {found.names[i]: _short(batch.mean[i]) for i in plain}
@@ -142,7 +148,13 @@ def lines(found: Population, changed: Sequence[str] = ()) -> list[str]:
     out += [f"  {line}" for line in shifts(found)]
     if not found.holds:
         out.append("these units do not hold together: too few of them belong to one batch to learn from")
+        out += missing_scatter(found.given.spec)
     return out
+
+
+def missing_scatter(spec: ModelSpec) -> list[str]:
+    """Return the likely cause of units that do not hold together, if the model file leaves it out."""
+    return [NO_SCATTER] if isinstance(spec.apa, ApaOfModes) and spec.apa.mode_scatter is None else []
 
 
 def shifts(found: Population, most: int = 8) -> list[str]:

@@ -38,6 +38,7 @@ DAY_S = 86_400.0
 MOST = 2000  # judgements of a page: it opens in a second, and is written in two
 OF_FIRST = (
     "seq", "serial", "attempt", "quantity", "verdict", "reason", "required", "study", VOIDED, "unit_verdict",
+    "simulated",
 )  # fmt: skip
 SHOWN_POINTS = 400  # of a curve: a page holds those of many units
 
@@ -77,6 +78,7 @@ def document(
                 "voided": void[event.seq].words if event.seq in void else "",
                 "at": moments.get(event.seq, event.time[:19]),
                 "lot": result.origin.get("lot", NOT_STATED),
+                "simulated": result.simulated,
                 "first": event.seq in begun,
                 "passed": bool(event.seq in begun and passed[event.subject]),
                 "certificate": certificates.get((event.subject, attempts[event.seq])),

@@ -35,6 +35,26 @@ def test_a_fit_of_arrays_finds_their_values() -> None:
     assert max(g.G for g in fitted.after.values()) < max(g.G for g in fitted.before.values())
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({}, None),
+        ({"de": 1e6}, "de is 1e6 times what the model has: is it in another unit?"),
+        ({"Vs": 1e-3}, "Vs is 1e-3 times what the model has: is it in another unit?"),
+        ({"da": -1.0}, "da has the opposite sign of what the model has: check its polarity"),
+        ({"da": 1.5}, "agreement is 1 or less"),
+    ],
+)
+def test_doubt_is_the_reason_that_explains_is_false(change: dict[str, float], words: str | None) -> None:
+    """Responses in um/V, a plug reversed, a scale that no value of the model has; and none of these."""
+    H, var = arrays()
+    scale = np.array([change.get(c, 1.0) for c in CHANNELS])
+    fitted = accept.fit_model(accept.dataset(F, H * scale, CHANNELS, var * scale**2), "strut-2dof", starts=1)
+    assert fitted.explains == (words is None)
+    assert (fitted.doubt is None) if words is None else (words in (fitted.doubt or ""))
+    assert ("do not use the values" in repr(fitted)) == (words is not None)
+
+
 def test_a_dataset_and_the_responses_of_it_give_the_same_fit() -> None:
     H, var = arrays()
     data = accept.dataset(F, H, CHANNELS, var)
@@ -93,6 +113,10 @@ def test_every_unusable_argument_is_an_error_of_accept_in_words() -> None:
         (lambda: accept.read_unit(None), "folder = None: expected a text"),
         (lambda: accept.read_record(3.0), "file = 3.0: expected a text"),
         (lambda: accept.frequency_response(), "name one record"),
+        (
+            lambda: accept.frequency_response("a.mat", "b.mat"),
+            "2 records and no merge_Hz, so all but one would be left",
+        ),
         (lambda: accept.analyse_gap(data), "needs the records of a unit"),
         (lambda: accept.estimate_misalignment(vs), "lacks de and da"),
         (lambda: accept.fit_model(data, "strut-2dof", starts=0), "starts = 0"),

@@ -37,6 +37,7 @@ def judgement(
     bench: str | None = None,
     lot: str | None = None,
     day: datetime.date | None = None,
+    simulated: bool = False,
 ) -> NewEvent:
     """The event of a judged APA. day: of measurement, if it is stated."""
     findings = [finding(name, value) for name, value in values.items()]
@@ -46,6 +47,8 @@ def judgement(
         "serial": serial, "kind": "apa", "verdict": verdict, "findings": findings, "information": [],
         "not_judged": [], "notes": [], "parts": {}, "inputs": {"unit.toml": "0" * 64},
     }  # fmt: skip
+    if simulated:
+        result["simulated"] = True
     if bench is not None:
         result["calibration"] = {"bench": bench, "sha256": "1" * 64, "on": "2026-01-01", "instruments": []}
     if lot is not None:

@@ -16,6 +16,7 @@ from accept.cli.main import app
 from accept.commands.fleet import selection
 from accept.commands.trust.bench_keys import demo_credential
 from accept.fleet.judged_again import judged_again
+from accept.fleet.site.page_data import document
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from accept.store import store as store_module
@@ -52,6 +53,34 @@ def test_flips_and_nothing_else_changes(tmp_path):
     rows = {r["serial"]: (r["was"], r["now"]) for r in json.loads((tmp_path / "f.json").read_text())}
     assert rows == {"B": ("accepted", "conditional"), "C": ("accepted", "rejected")}
     assert "2 of 4 units" in done.output
+
+
+def test_a_simulated_unit_is_in_no_yield_trend_or_set_and_is_called_so(tmp_path):
+    """Nine measured units of which four pass; a tenth, simulated, would pass and lie in the middle of the others."""
+    with open_store() as store:
+        values = {f"A-{n}": 4.9 + 0.01 * n if n < 4 else 4.0 for n in range(9)}
+        add(store, [judgement(s, {"sensor_uF": v}) for s, v in values.items()])
+        add(store, [judgement("SIM-1", {"sensor_uF": 4.9}, simulated=True)])
+        page = document(store, {})
+    out = tmp_path / "f.json"
+
+    def rows(*words: object) -> list:
+        done = ask(*words, "--json", out)
+        assert done.exit_code in (0, 4), done.output
+        assert words[0] == "list" or "1 simulated and not counted: SIM-1 attempt 1" in done.output
+        return json.loads(out.read_text())
+
+    (group,) = rows("yield", "--by", "kind")
+    assert (group["units"], group["first"], group["last"]) == (9, 4, 4)
+    (trend,) = rows("trend", "sensor_uF")
+    assert trend["n"] == 9
+    assert "SIM-1" not in {point["serial"] for point in trend["points"]}
+    assert {row["serial"]: row["simulated"] for row in rows("list")} == dict.fromkeys(values, False) | {"SIM-1": True}
+    matched = ask("match", "--kind", "apa", "--by", "sensor_uF", "--n", "5")
+    assert matched.exit_code == 6, matched.output  # four accepted units are too few for a set of five
+    shown = {j["serial"]: (j["simulated"], j["first"], j["passed"]) for j in page["judgements"]}
+    assert shown["SIM-1"] == (True, False, False)
+    assert shown["A-0"] == (False, True, True)
 
 
 def test_memory_does_not_depend_on_how_many_units_there_are(tmp_path, monkeypatch):

@@ -4,6 +4,7 @@ likelihood against those of a straight line and of a value that the data bound o
 import numpy as np
 import pytest
 
+from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset, simulated
 from checks.fitting.fit import Fit, fit
@@ -39,7 +40,7 @@ def test_a_value_that_another_can_replace_is_far_wider_than_alone() -> None:
 
 def test_a_single_value_is_its_own_rival_and_a_strange_name_is_refused() -> None:
     assert identifiability(fit_of([[4.0]]), "effect.a").inflation == 1.0
-    with pytest.raises(KeyError, match=r"effect\.a"):
+    with pytest.raises(ModelError, match=r"effect\.a"):
         identifiability(fit_of([[4.0]]), "crosstalk.V_per_V")
 
 
@@ -75,5 +76,5 @@ def test_an_end_that_the_data_do_not_show_is_open() -> None:
 
 
 def test_a_profile_of_a_strange_name_is_refused() -> None:
-    with pytest.raises(KeyError, match=r"effect\.a"):
+    with pytest.raises(ModelError, match=r"effect\.a"):
         profile(FunctionResponse(lambda v, f, _: f[:, None] + 0j, {}), fit_of([[4.0]]), "b")

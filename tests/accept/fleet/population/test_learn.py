@@ -13,9 +13,11 @@ from typer.testing import CliRunner
 
 from accept.cli.main import app
 from accept.fleet.population.learn import measured_units, physical
+from accept.fleet.population.report import missing_scatter
 from accept.models.model_file import open_model, open_model_file
 from checks.errors import ModelError
 from checks.fitting.coordinates import Free
+from specs.model import load_model
 from tests.accept.units.modelled_records import write_answers
 
 UNITS = 6
@@ -167,6 +169,11 @@ def test_a_strange_unit_is_told_and_moves_nothing(
         assert abs(found["parameters"][name]["mean"] - p["mean"]) < share * p["U"], name
 
 
+@pytest.mark.parametrize(("model", "hint"), [("apa-frame", True), ("strut-as-built", False), ("apa-2dof", False)])
+def test_a_model_file_that_takes_every_apa_for_the_same_is_named(model: str, hint: bool) -> None:
+    assert [("mode_scatter = {" in line) for line in missing_scatter(load_model(model))] == [True] * hint
+
+
 @pytest.mark.slow
 def test_units_with_nothing_in_common_are_no_batch(batch: list[Path], tmp_path: Path) -> None:
     """Two of four late by 300 us: neither two are the others' batch, and two are too few."""
@@ -178,6 +185,12 @@ def test_units_with_nothing_in_common_are_no_batch(batch: list[Path], tmp_path: 
     units = document(tmp_path / "out")["units"]
     assert sum(u["belongs"] for u in units) < 3
     assert all(u["reason"] for u in units if not u["belongs"])
+    assert "mode_scatter" not in said  # two springs have no modes to scatter
+    fitted = CliRunner().invoke(app, ["model", "fit", str(batch[0]), "--model", str(tmp_path / "out/population.toml")])
+    assert fitted.exit_code == 6, fitted.output
+    assert "was learned from units that are no batch" in fitted.output
+    with pytest.raises(ModelError, match="no batch"):
+        open_model(tmp_path / "out/population.toml")
 
 
 @pytest.mark.slow
