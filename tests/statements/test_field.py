@@ -44,12 +44,8 @@ def like(case: Case, reference: Path, *options: object) -> Callable[[np.ndarray]
 
 
 pytestmark = pytest.mark.needs_data
-
-
-@pytest.fixture(autouse=True)
-def _needs_the_field() -> None:
-    if not FIELD.is_dir():
-        pytest.skip("the files of the field trial are not beside the repository")
+if not FIELD.is_dir():  # one skip, not one for each file
+    pytest.skip("the files of the field trial are not beside the repository", allow_module_level=True)
 
 
 def test_01_german_thousands(case: Case) -> None:
