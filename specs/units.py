@@ -84,6 +84,13 @@ def factor(given: str, wanted: str) -> float:
     return source[0] / target[0]
 
 
+def to_si(unit: str) -> tuple[float, str] | None:
+    """Return the factor to SI and the SI unit: "nm" is (1e-9, "m"). None for a unit that is not known, and for one of
+    grams, which may be an acceleration."""
+    parts = _parts(unit.strip())
+    return None if parts is None or "g" in parts[1] else (parts[0], "/".join(parts[1]))
+
+
 def _parts(unit: str) -> tuple[float, tuple[str, ...]] | None:
     """Return the scale to the base units, and those in order: `N/um` is (1e6, ("N", "m"))."""
     scale, bases = 1.0, []

@@ -15,7 +15,6 @@ from accept.base.console import say
 from checks.acceptance.responses.rules import unusable_units
 from checks.arrays import Array
 from checks.cause import Reason, together
-from checks.declare import Series
 from checks.errors import RecordError
 from checks.record import Record
 from checks.signals.sampling_faults import sampling_faults
@@ -26,11 +25,12 @@ from checks.signals.spectral.periodic import detect, periodic_frf
 from checks.signals.spectral.poles import Transforms
 from checks.signals.spectral.resonance import Resonance, find
 from checks.signals.spectral.transient import concentration, is_broadband, is_transient
-from hw.records import list_channels, read
-from hw.records.foreign_record import TIMES, Unreadable, foreign_record
+from hw.records import DEFAULT_LIMITS
+from hw.records.reader import record_by_input
+from hw.records.source import load_bytes
 from hw.records.uff import frf_bytes
 from hw.records.writers import frd_mat, response_csv
-from specs.bench import NO_CHANNELS, ChannelSource, channel_map
+from specs.bench import ChannelSource, channel_map
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -167,37 +167,16 @@ def read_any(
     step_s: float | None,
     mapped_only: bool = False,
 ) -> Record:
-    """Read a record of this bench; otherwise one of other tools, and report how its columns were mapped. mapped_only:
-    leave out what `channels` does not name. Raises RecordError."""
+    """Read a record, and report how its columns were mapped and converted. mapped_only: leave out what `channels` does
+    not name. Raises RecordError."""
     if not path.is_file():
         raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
-    if not channels and step_s is None:
-        try:
-            record = _read(path, input)
-            for words in record.remarks:
-                say(words)
-            return record
-        except RecordError as e:
-            first = e
-        try:
-            record, words = foreign_record(path, input, NO_CHANNELS, step_s, UNITS)
-        except Unreadable as e:
-            raise first from e
-    else:
-        record, words = foreign_record(path, input, channel_map(channels), step_s, UNITS, mapped_only)
-    say(words)
+    record = record_by_input(
+        load_bytes(path, DEFAULT_LIMITS), input, channel_map(channels), step_s, UNITS, mapped_only, STEP
+    )
+    for words in record.remarks:
+        say(f"{words}; {record.t.size} samples, {record.fs:.6g} Hz")
     return record
-
-
-def _read(path: Path, input: str) -> Record:
-    """Read every vector of a file that is as long as its input."""
-    shapes = list_channels(path)
-    length = math.prod(shapes.get(input, (0,)))
-    names = [n for n, s in shapes.items() if math.prod(s) == length and n.lower() not in TIMES and n != STEP]
-    if input not in shapes or len(names) < 2:
-        raise RecordError(f"{path.name}: needs the input '{input}' and an output; it has {', '.join(shapes)}")
-    series = Series("record", "any record", {n: UNITS.get(n, "") for n in names}, step=STEP)
-    return read(path, series)
 
 
 def responses_of(records: Sequence[Record], wanted: EstimatorSettings) -> list[MeasuredResponse]:

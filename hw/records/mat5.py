@@ -10,13 +10,15 @@ import struct
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array
 from checks.errors import RecordError
-from hw.records.variable import Variable, unique
+from hw.records.limits import DEFAULT_LIMITS
+from hw.records.variable import NESTED, Variable, unique
 
 HEADER_BYTES = 128  # of a file, before its first array ([MATFILE])
 COMPRESSED, MATRIX = 15, 14  # types of an element ([MATFILE] table 1-1)
@@ -29,6 +31,8 @@ CLASSES = {
 }  # fmt: skip
 NUMBERS = frozenset(CLASSES[n] for n in range(6, 16))
 OPAQUE = 17  # a class, see above
+WIDE = (4, 17)  # types of characters of two bytes
+DEEPEST = 8  # structures within structures
 LOGICAL, COMPLEX = 0x02, 0x08  # flags of an array ([MATFILE])
 HEAD_BYTES = 1024  # holds flags, dimensions and name of any array with a name of MATLAB's 63 characters
 UNPACKED_AT_ONCE = 1_000_000  # bytes
@@ -95,7 +99,7 @@ def _variable(file: str, raw: bytes, element: MatElement, order: str) -> Variabl
     if element.kind == COMPRESSED:
         return _compressed_variable(file, memoryview(raw)[element.start : end], order)
     head = _head(file, raw, element.start, order)
-    return head.variable(lambda: _numbers(file, raw, head, end, order))
+    return head.variable(file, lambda: raw, end, order)
 
 
 def _compressed_variable(file: str, packed: memoryview, order: str) -> Variable:
@@ -106,14 +110,14 @@ def _compressed_variable(file: str, packed: memoryview, order: str) -> Variable:
         raise RecordError(f"{file}: {len(packed)} compressed bytes cannot hold a variable of {outer.size} bytes")
     head = _head(file, first, outer.start, order)
 
-    def load() -> Array:
+    def unpacked() -> bytes:
         inflate = zlib.decompressobj()
         whole = inflate.decompress(packed, declared + 1)
         if len(whole) != declared or not inflate.eof:  # at the end zlib has compared its checksum
             raise RecordError(f"{file}: variable '{head.name}' is cut or damaged inside its compressed data")
-        return _numbers(file, whole, head, declared, order)
+        return whole
 
-    return head.variable(load)
+    return head.variable(file, unpacked, declared, order)
 
 
 @dataclass(frozen=True)
@@ -125,8 +129,22 @@ class ArrayHeader:
     kind: str
     data_at: int
 
-    def variable(self, load: Callable[[], Array]) -> Variable:
-        return Variable(self.name, self.shape, self.kind, load if self.kind in NUMBERS else None)
+    def variable(self, file: str, data: Callable[[], bytes], end: int, order: str) -> Variable:
+        """Return the variable; data: the bytes that hold it up to `end`, unpacked only if they are wanted."""
+
+        def inner() -> Any:
+            most = 8 * DEFAULT_LIMITS.max_samples
+            if end - self.data_at > most:
+                size = f"unpacks to {end - self.data_at} bytes; at most {most} are read"
+                raise RecordError(f"{file}: variable '{self.name}' {size}")
+            return _content(file, data(), self, end, order)
+
+        load = text = None
+        if self.kind in NUMBERS:
+            load = lambda: _numbers(file, data(), self, end, order)  # noqa: E731
+        if self.kind == "char":
+            text = lambda: _characters(data(), self.data_at, self.shape, order)  # noqa: E731
+        return Variable(self.name, self.shape, self.kind, load, text=text, inner=inner)
 
 
 def _head(file: str, data: bytes, start: int, order: str) -> ArrayHeader:
@@ -153,6 +171,50 @@ def _kind(number: int, bits: int) -> str:
 
 def _text(data: bytes, element: MatElement) -> str:
     return data[element.start : element.start + element.size].decode("latin-1")
+
+
+def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, depth: int = 0) -> Any:
+    """Return what an array holds: a structure as a dictionary, several structures and a cell as a list, words as text,
+    numbers in their shape. None for what is none of these, such as complex numbers, objects and functions."""
+    if head.kind in NUMBERS:
+        return _numbers(file, data, head, end, order).reshape(head.shape, order="F")
+    if head.kind == "char":
+        return _characters(data, head.data_at, head.shape, order)
+    if head.kind not in NESTED or depth > DEEPEST:
+        return None
+    at, names, count = head.data_at, [""], math.prod(head.shape)
+    if head.kind == "struct":
+        width = _tag(data, at, order)
+        fields = _tag(data, width.after, order)
+        (wide,) = struct.unpack_from(order + "i", data, width.start)
+        words = data[fields.start : fields.start + fields.size]
+        names = [words[i : i + wide].split(b"\0")[0].decode("latin-1") for i in range(0, len(words), wide)]
+        at = fields.after
+    if count * len(names) * 8 > end - at:  # each has a tag of 8 bytes at least
+        raise RecordError(f"{file}: '{head.name}' declares {count} elements, more than its bytes hold")
+    found: list[Any] = []
+    for _ in range(count * len(names)):
+        element = _tag(data, at, order)
+        at = element.start + element.size
+        if element.kind != MATRIX or at > end:
+            raise RecordError(f"{file}: a structure is damaged at byte {element.start}")
+        inner = _head(file, data, element.start, order) if element.size else None
+        found.append(None if inner is None else _content(file, data, inner, at, order, depth + 1))
+    if head.kind == "cell":
+        return found
+    structures = [dict(zip(names, found[i : i + len(names)], strict=True)) for i in range(0, len(found), len(names))]
+    return structures[0] if len(structures) == 1 else structures
+
+
+def _characters(data: bytes, at: int, shape: tuple[int, ...], order: str) -> str:
+    """Return the text of an array of characters, which is stored column by column: a line for each row."""
+    element = _tag(data, at, order)
+    wide = "utf-16le" if order == "<" else "utf-16be"
+    text = data[element.start : element.start + element.size].decode(
+        wide if element.kind in WIDE else "utf-8", "replace"
+    )
+    rows = shape[0] if len(text) == math.prod(shape) else 1
+    return "\n".join(text[i::rows].rstrip() for i in range(rows))
 
 
 def _numbers(file: str, data: bytes, head: ArrayHeader, end: int, order: str) -> Array:

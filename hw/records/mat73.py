@@ -2,17 +2,22 @@
 
 import io
 import math
+from typing import Any
 
 import h5py
 import numpy as np
 
 from checks.arrays import Array
 from checks.errors import RecordError
-from hw.records.mat5 import DEFLATE_RATIO, NUMBERS
+from hw.records.limits import DEFAULT_LIMITS
+from hw.records.mat5 import DEEPEST, DEFLATE_RATIO, NUMBERS
 from hw.records.variable import Variable, unique
 
 # MATLAB compresses with deflate; any other filter would load a plug-in from outside.
 FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32}
+
+REFERENCES = "references"  # kind of a data set that names others: the elements of a cell or of several structures
+WORDS = ("char", "HDF5 object")
 
 
 def open_mat73(file: str, raw: bytes) -> dict[str, Variable]:
@@ -28,12 +33,59 @@ def open_mat73(file: str, raw: bytes) -> dict[str, Variable]:
 
 def _variable(file: str, raw: bytes, f: h5py.File, name: str) -> Variable:
     found = f[name]
+
+    def inner() -> Any:
+        with h5py.File(io.BytesIO(raw), "r") as again:
+            return _content(file, len(raw), again[name], [DEFAULT_LIMITS.max_samples])
+
     if not isinstance(found, h5py.Dataset):
-        return Variable(name, (1, 1), "sparse" if "MATLAB_sparse" in found.attrs else "struct")
+        return Variable(name, (1, 1), "sparse" if "MATLAB_sparse" in found.attrs else "struct", inner=inner)
     kind = _kind(found)
-    if kind not in NUMBERS:
-        return Variable(name, found.shape or (), kind)
-    return Variable(name, found.shape, kind, lambda: _numbers(file, raw, name))
+    if kind in NUMBERS:
+        return Variable(name, found.shape, kind, lambda: _numbers(file, raw, name), inner=inner)
+    return Variable(name, found.shape or (), kind, text=inner if kind == "char" else None, inner=inner)
+
+
+def _content(file: str, file_bytes: int, node: h5py.Group | h5py.Dataset, left: list[int], depth: int = 0) -> Any:
+    """Return what a node holds, as `mat5` returns a variable; attributes of a data set as the fields of a structure
+    beside its numbers, "Data". left: [numbers that may still be read]. Raises RecordError if there are more."""
+    if depth > DEEPEST:
+        return None
+    if not isinstance(node, h5py.Dataset):
+        inner = {n: node[n] for n in node if isinstance(node.get(n, getlink=True), h5py.HardLink)}
+        found = {n: _content(file, file_bytes, part, left, depth + 1) for n, part in inner.items()}
+        lists = [len(x) for n, x in found.items() if isinstance(x, list) and _kind(inner[n]) == REFERENCES]
+        if lists and len(set(lists)) == 1 and len(lists) == len(found) and "MATLAB_class" in node.attrs:
+            return [{n: x[i] for n, x in found.items()} for i in range(lists[0])]  # an array of structures
+        return found | _attributes(node)
+    kind = _kind(node)
+    if kind not in (*NUMBERS, *WORDS, REFERENCES, "cell") or node.size == 0:
+        return None
+    vet_stored(file, node, file_bytes)
+    left[0] -= node.size
+    if left[0] < 0:
+        raise RecordError(f"{file}: holds more than {DEFAULT_LIMITS.max_samples} numbers")
+    if kind in (REFERENCES, "cell"):
+        return [_content(file, file_bytes, node.file[to], left, depth + 1) for to in np.ravel(node[()]) if to]
+    if kind == "char":
+        return "".join(map(chr, np.ravel(node[()]).tolist()))
+    if kind == "HDF5 object":
+        text = node[()]
+        return text.decode("utf-8", "replace") if isinstance(text, bytes) else None
+    values = np.asarray(node[()])
+    values = values.T if "MATLAB_class" in node.attrs else values
+    stated = _attributes(node)
+    return {"Data": values, **stated} if stated else values
+
+
+def _attributes(node: h5py.Group | h5py.Dataset) -> dict[str, Any]:
+    """Return the attributes that may state a time or a unit: single numbers and text, but MATLAB's own."""
+    found = {}
+    for name, value in node.attrs.items():
+        text = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+        if not name.startswith(("MATLAB_", "H5PATH")) and (isinstance(text, str) or np.size(text) == 1):
+            found[name] = text if isinstance(text, str) else np.asarray(text)
+    return found
 
 
 def _kind(found: h5py.Dataset) -> str:
@@ -42,6 +94,8 @@ def _kind(found: h5py.Dataset) -> str:
     stored: np.dtype[np.generic] = found.dtype
     if stored.kind not in "iuf":
         names = stored.names or ()
+        if h5py.check_ref_dtype(stored) is h5py.Reference:
+            return "cell" if found.attrs.get("MATLAB_class") == b"cell" else REFERENCES
         return "complex" if {"real", "imag"} <= set(names) else f"HDF5 {stored}"
     declared = found.attrs.get("MATLAB_class", b"")
     if isinstance(declared, bytes):

@@ -1,6 +1,9 @@
-"""Record files to records: every channel that a check declared, vetted, with the hash of the file."""
+"""Record files to records, by one way for every door: the channels that a check declared (unit folders), or those that
+are as long as an input (`accept frf`, `--hammer`, the API). What a file states of time and unit is used or refused."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,17 +12,39 @@ from checks.arrays import Array
 from checks.declare import Series
 from checks.errors import RecordError
 from checks.record import Record
+from hw.records.clocks import agreed, common_part, date_doubt
 from hw.records.damage import refused
-from hw.records.foreign_record import OBJECTS, TIMES, nested_variables
+from hw.records.foreign_record import variables_of
+from hw.records.foreign_structures import expand
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import Source, load_bytes
-from hw.records.textfile import ROWS
-from hw.records.variable import OWN_RECORD, Variables, listing
+from hw.records.statements import axis_of, clocks_of, is_time, plain, spelled, time_unit, unit_of
+from hw.records.variable import CLOCK, NESTED, OWN_RECORD, Clock, Variable, Variables, listing
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
 from specs.bench import NO_CHANNELS, TIME, Channels, ChannelSource, channel_source
-from specs.units import UnitMismatch, factor, parse_header
+from specs.units import UnitMismatch, factor, parse_header, to_si
 
-NESTED = ("struct", "cell")  # kinds of variables that may hold the channels
+OBJECTS = "MATLAB objects (timeseries, Dataset) cannot be read: write the run with hw/records/matlab/accept_export.m"
+CHANNELS = "[channels]"  # a sampling time for files without one of their own
+SILENT = (TIME, "wf_increment")  # sources of time that need no remark
+FORCE = "N"  # unit by which the input of a hammer test is found, if one channel alone has it
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """What a record is made of: name here -> variable, its source as mapped, its unit here ("": SI of the file's own).
+
+    found : all that the file holds; time : a vector of times that was named; step : a sampling time of all channels; remarks :
+    on the selection.
+    """
+
+    channels: Mapping[str, Variable]
+    sources: Channels
+    units: Mapping[str, str]
+    found: Variables
+    time: Variable | None = None
+    step: Clock | None = None
+    remarks: tuple[str, ...] = ()
 
 
 def read(
@@ -40,86 +65,276 @@ def record_of(
 ) -> Record:
     """Return the record of the bytes of a .mat (MATLAB 5 to 7.3), .csv, .uff or .tdms file; the content tells which.
 
-    series : the channels to read and their units; the time is the vector "t" [s], or starts at 0 and runs in steps of
-    the scalar that `series.step` names [s] if the file has it. rename : name of a channel here -> in the file, with its
-    gain and unit. What is not a variable of the file itself is looked for in its structures, as Simulink, Speedgoat and
-    dSPACE write them. The arrays of the record are read-only. Raises RecordError, naming the file, the channel, what
-    was found and what was expected, for everything that could make a verdict wrong; nothing is repaired."""
+    series : the channels to read and their units; the time is the vector "t" [s], what the file states in other words,
+    or starts at 0 and runs in steps of the scalar that `series.step` names [s]. rename : name of a channel here -> in
+    the file, with its gain and unit. What is not a variable of the file itself is looked for in its structures, as
+    Simulink, Speedgoat and dSPACE write them. The arrays of the record are read-only. Raises RecordError, naming the
+    file, the channel, what was found and what was expected, for everything that could make a verdict wrong; nothing is
+    repaired."""
     with refused(source.file):
         sources = {here: channel_source(there) if isinstance(there, str) else there for here, there in rename.items()}
         found = source.variables()
         if OWN_RECORD in found:
             sources = {}
-        wanted = _wanted_variables(source, found, series, sources)
-        units = {TIME: "s", **series.channels, **series.optional_channels}
-        arrays = _arrays(source.file, wanted, limits)
-        remarks: list[str] = []
-        if TIME in wanted and TIME not in sources and wanted[TIME].name != TIME:  # as other tools call it
-            remarks.append(f"time from '{wanted[TIME].name}'")
-        for name, x in arrays.items():
-            given = sources.get(name, ChannelSource())
-            theirs, ours = wanted[name].unit, units.get(name, "")
-            if given.unit is None and wanted[name].kind == ROWS and theirs and ours:
-                given = given.model_copy(update={"unit": theirs})
-                if theirs != ours:
-                    remarks.append(f"{name} is in {theirs}, converted to {ours}")
-            arrays[name] = _scale(source.file, name, x, given, units.get(name, ""))
-        t = _time(source.file, arrays, series, sources, limits)
-        channels = {name: x for name, x in arrays.items() if name not in (TIME, series.step)}
-        for name, x in channels.items():
-            vet_channel(source.file, name, units[name], x, t)
-    for x in (t, *channels.values()):
-        x.flags.writeable = False
-    notes = (f"{source.file}: {', '.join(remarks)}",) if remarks else ()
-    return Record(t, channels, {name: units[name] for name in channels}, source.file, source.sha256, notes)
+        return _record(source, _declared(source.file, found, series, sources, limits), limits)
 
 
-def _wanted_variables(source: Source, found: Variables, series: Series, sources: Channels) -> Variables:
-    """Return channel -> variable for all that is declared and in the file, the time included. Raises RecordError if one
-    that is required is missing."""
-    file = source.file
-    clock = sources.get(TIME)
+def record_by_input(
+    source: Source,
+    input: str,
+    channels: Channels = NO_CHANNELS,
+    step_s: float | None = None,
+    units: Mapping[str, str] = NO_CHANNELS,  # type: ignore[assignment]
+    mapped_only: bool = False,
+    step_name: str | None = None,
+    limits: ReadLimits = DEFAULT_LIMITS,
+) -> Record:
+    """Return the record of every vector that is sampled with an input; its remarks state the mapping.
+
+    channels : name here -> source in the file; units : of known names, others are in SI; step_s : sampling time of a
+    file without one; step_name : of the scalar that states it for all channels; mapped_only : leave out what `channels`
+    does not name. Raises RecordError, which lists what the file holds."""
+    if step_s is not None and not (math.isfinite(step_s) and step_s > 0):
+        raise RecordError(f"--ts {step_s:g}: expected a sampling time above 0 s")
+    with refused(source.file):
+        found = variables_of(source)
+        channels = NO_CHANNELS if OWN_RECORD in found else channels
+        own = {n: v for n, v in found.items() if n == step_name}
+        found = {n: v for n, v in found.items() if n != step_name}
+        chosen = _by_input(source.file, found, input, channels, units, mapped_only)
+        given = channels[TIME].sampling_time_s if TIME in channels else None
+        step = (
+            Clock(f"--ts {step_s:g}", step_s)
+            if step_s is not None
+            else _step_of(source.file, own[step_name])
+            if step_name in own
+            else Clock(CHANNELS, given)
+            if given is not None
+            else None
+        )
+        return _record(source, replace(chosen, step=step), limits)
+
+
+def _declared(file: str, found: Variables, series: Series, sources: Channels, limits: ReadLimits) -> Selection:
+    """Return what is declared and in the file. Raises RecordError if a channel that is required is missing."""
 
     def theirs(name: str) -> str:
-        if name in sources and sources[name].name:
-            there = sources[name].name or name
-            return there if there in found else parse_header(there)[0]
-        if name == TIME and TIME not in found:  # as other tools call it
-            return next((n for n, v in found.items() if v.kind == ROWS and n.lower() in TIMES), TIME)
-        return name
+        there = (sources[name].name or name) if name in sources else name
+        return there if there in found else parse_header(there)[0]
 
-    channels = [n for n in series.channels if n != TIME]
-    plain = {name: v for name, v in found.items() if v.kind not in NESTED}
-    if len(plain) < len(found) and any(theirs(n) not in plain for n in channels):
-        names = [*channels, *series.optional_channels]
-        found = {**found, **nested_variables(source, [theirs(n) for n in names], theirs(TIME)), **plain}
-    time = series.step if series.step is not None and theirs(series.step) in found else TIME
-    # A sampling time that [channels] states is for files without one of their own.
-    stated = clock is not None and clock.sampling_time_s is not None and theirs(time) not in found
-    required = channels if stated else [*channels, time]
-    missing = [n for n in required if theirs(n) not in found]
+    names = [n for n in series.channels if n != TIME]
+    plainly = {n: v for n, v in found.items() if v.kind not in NESTED and v.is_vector}
+    if any(theirs(n) not in found for n in names):
+        found = {**expand(file, found), **plainly}
+    wanted: dict[str, Variable] = {}
+    missing = []
+    for name in [*names, *series.optional_channels]:
+        hits = _hits(theirs(name), found)
+        if len(hits) > 1:
+            raise RecordError(f"{file}: '{theirs(name)}' may be {', '.join(hits)}; name one of them in full")
+        if hits:
+            wanted[name] = found[hits[0]]
+        elif name in names:
+            missing.append(f"'{name}'" if theirs(name) == name else f"'{name}' (here '{theirs(name)}')")
     if missing:
-        words = ", ".join(f"'{n}'" if theirs(n) == n else f"'{n}' (here '{theirs(n)}')" for n in missing)
         objects = any(v.kind in ("opaque", "object") for v in found.values())
-        hint = f"; {OBJECTS}" if objects else ""
-        raise RecordError(f"{file}: lacks {words}; it has {listing(found)}{hint}")
-    present = [n for n in series.optional_channels if theirs(n) in found]
-    wanted = {n: found[theirs(n)] for n in [*required, *present]}
+        raise RecordError(
+            f"{file}: lacks {', '.join(missing)}; it has {listing(found)}{f'; {OBJECTS}' if objects else ''}"
+        )
     _refuse_twins(file, wanted)
-    for name, unit in {TIME: "s", **series.channels, **series.optional_channels}.items():
-        expected = (sources[name].unit if name in sources else None) or unit
-        if name in wanted and wanted[name].kind != ROWS and wanted[name].unit not in ("", expected):
-            raise RecordError(f"{file}: channel '{name}' is in {wanted[name].unit}, expected {expected}")
-    return wanted
+    time, step = None, None
+    named = theirs(TIME) if TIME in sources and sources[TIME].name else TIME
+    if hits := [n for n in _hits(named, found) if found[n].kind != CLOCK and not (named == TIME and found[n].home)]:
+        time = found[hits[0]]
+    if series.step is not None and theirs(series.step) in found:
+        step, time = _step_of(file, found[theirs(series.step)]), None
+    elif TIME in sources and (given := sources[TIME].sampling_time_s) is not None:
+        step = Clock(CHANNELS, given)
+    return Selection(wanted, sources, {**series.channels, **series.optional_channels}, found, time, step)
 
 
-def _scale(file: str, name: str, x: Array, source: ChannelSource, unit: str) -> Array:
-    """Return x (N,) times gain in the declared unit; unchanged if neither gain nor unit is given."""
+def _by_input(
+    file: str, found: Variables, input: str, channels: Channels, units: Mapping[str, str], mapped_only: bool
+) -> Selection:
+    """Return the input and what is sampled with it, by the names of `channels`, else by their own last part if that is
+    one vector's. Raises RecordError."""
+    found = expand(file, found)
+    vectors = {n: v for n, v in found.items() if v.load is not None and v.size > 1}
+    theirs = {here: _single(file, at.name or here, vectors) for here, at in channels.items() if not at.sampling_time_s}
+    taken, lasts = set(theirs.values()), [plain(n) for n in vectors]
+    own = {plain(n) if lasts.count(plain(n)) == 1 else n: n for n in vectors if n not in taken}
+    named = theirs | {here: n for here, n in own.items() if here not in theirs}
+    if input not in named and units.get(input) == FORCE:
+        forces = [n for n in vectors if n not in taken and unit_of(vectors[n], found) == FORCE]
+        if len(forces) == 1:
+            named = {input: forces[0]} | {here: n for here, n in named.items() if n != forces[0]}
+    if input not in named:
+        raise RecordError(f"{file}: no channel '{input}'; use --map {input}=NAME. It holds {_listing(vectors)}")
+    drive = vectors[named[input]]
+    time = vectors[theirs[TIME]] if TIME in theirs else None
+    outputs = {
+        here: vectors[n]
+        for here, n in named.items()
+        if here not in (input, TIME) and n not in (named[input], *([time.name] if time else []))
+        and not (here not in channels and is_time(n)) and (not mapped_only or here in channels)
+    }  # fmt: skip
+    apart = [here for here, v in outputs.items() if not _sampled_with(drive, v)]
+    chosen = {input: drive, **{here: v for here, v in outputs.items() if here not in apart}}
+    if len(chosen) < 2:
+        raise RecordError(f"{file}: no output as long as '{input}' ({drive.size}); it holds {_listing(vectors)}")
+    remarks = [f"{n} from '{v.name}'" for n, v in chosen.items() if n != parse_header(v.name)[0]]
+    if apart:
+        remarks.append(f"left out, of another length or time: {', '.join(apart[:5])}{', ...' if apart[5:] else ''}")
+    return Selection(chosen, channels, units, found, time, remarks=tuple(remarks))
+
+
+def _sampled_with(drive: Variable, v: Variable) -> bool:
+    """Return whether a vector may belong to the record of the drive: of its length, or in another time of its own with
+    the same step that overlaps."""
+    if v.clock is None or drive.clock is None:
+        return v.size == drive.size
+    a, b = drive.clock(), v.clock()
+    if a.axis is not None or b.axis is not None:
+        return v.size == drive.size and (a.axis is None or b.axis is None or bool(a.axis[-1] >= b.axis[0]))
+    same = abs(a.step / b.step - 1.0) * v.size < 1.0
+    return same and a.start < b.start + b.step * v.size and b.start < a.start + a.step * drive.size
+
+
+def _record(source: Source, chosen: Selection, limits: ReadLimits) -> Record:
+    """Return the record of what was selected, in its units and on one time base. Raises RecordError."""
+    file, own = source.file, OWN_RECORD in chosen.found
+    counted = {**chosen.channels, **({TIME: chosen.time} if chosen.time else {})}
+    total = sum(v.size for v in counted.values())
+    if total > limits.max_samples:
+        most = max(counted, key=lambda name: counted[name].size)
+        raise RecordError(
+            f"{file}: declares {total} samples, {counted[most].size} of them in channel '{most}'; "
+            f"at most {limits.max_samples} are read"
+        )
+    read = {name: loaded(file, name, v) for name, v in counted.items()}
+    remarks, units, arrays = list(chosen.remarks), {}, {}
+    for name, x in read.items():
+        v, given = counted[name], chosen.sources.get(name, ChannelSource())
+        stated = time_unit(v.name, v.unit) if name == TIME else unit_of(v, chosen.found)
+        wanted = "s" if name == TIME else chosen.units.get(name, "")
+        scale, units[name], remark = _scale(file, name, given, stated, wanted)
+        arrays[name] = x if scale == 1.0 else x * scale
+        remarks += [remark] if remark else []
+    axis = None
+    if chosen.time is not None:
+        in_seconds = own or bool(time_unit(chosen.time.name, chosen.time.unit) or TIME in chosen.sources)
+        times = arrays.pop(TIME)
+        vet_time(file, times, limits.min_samples)
+        even = float((times[-1] - times[0]) / (times.size - 1))
+        axis = Clock(chosen.time.name, even, float(times[0]), times, in_seconds=in_seconds)
+        units.pop(TIME)
+    t, firsts, said = _times(file, chosen, axis, {n: x.size for n, x in arrays.items()}, limits)
+    if firsts is not None:
+        arrays = {n: x[firsts[n] : firsts[n] + t.size] for n, x in arrays.items()}
+    for name, x in arrays.items():
+        vet_channel(file, name, units[name], x, t)
+    for x in (t, *arrays.values()):
+        x.flags.writeable = False
+    remarks = [*said, *remarks]
+    return Record(t, arrays, units, file, source.sha256, (f"{file}: {', '.join(remarks)}",) if remarks else ())
+
+
+def _times(
+    file: str, chosen: Selection, axis: Clock | None, sizes: Mapping[str, int], limits: ReadLimits
+) -> tuple[Array, dict[str, int] | None, list[str]]:
+    """Return the times (N,) [s] of a record, the first sample of each channel if they do not start together, and
+    remarks. axis: a time vector that was named. Raises RecordError if the file states none, or several that contradict
+    each other."""
+    axes: dict[str, Clock] = {}
+    known: dict[tuple[int, ...], Clock] = {}
+    clocks: dict[str, Clock] = {}
+    for name, v in chosen.channels.items():
+        stated = clocks_of(v, chosen.found, axes)
+        fallback = chosen.step is not None and chosen.step.source == CHANNELS
+        if axis is None and not _tells(stated):
+            stated = [*_only_axis(file, v, chosen.found, axes), *stated]
+        if chosen.step is not None and not (fallback and _tells(stated)):
+            stated = [*stated, chosen.step] if _tells(stated) else [chosen.step, *stated]
+        if axis is not None:  # its channels may state their step and start once more
+            stated = [axis, *(c for c in stated if c.axis is None)] if v.clock is None else [*stated, axis]
+        if _tells(stated):
+            key = tuple(id(c) for c in stated)
+            clocks[name] = known.get(key) or agreed(file, name, stated, limits.min_samples)
+            known[key] = clocks[name]
+    silent = [n for n in chosen.channels if n not in clocks]
+    if silent and clocks:
+        other = next(iter(clocks))
+        raise RecordError(
+            f"{file}: '{silent[0]}' states no time and no sampling time, '{other}' does ('{clocks[other].source}'); "
+            "they cannot be taken together"
+        )
+    if silent:
+        raise RecordError(
+            f"{file}: lacks 't': it states no time (t, time) and no sampling time. Give the sampling time with --ts "
+            "SECONDS, of a unit in [channels] as t = { sampling_time_s = SECONDS }; it has " + listing(chosen.found)
+        )
+    return _time_base(file, clocks, axis, sizes, limits)
+
+
+def _time_base(
+    file: str, clocks: Mapping[str, Clock], axis: Clock | None, sizes: Mapping[str, int], limits: ReadLimits
+) -> tuple[Array, dict[str, int] | None, list[str]]:
+    first = next(iter(clocks.values()))
+    remarks = [doubt for doubt in [date_doubt(first)] if doubt]
+    source = first.source if axis is None else axis.source
+    whole = first.axis if axis is None else axis.axis
+    if whole is not None and source != TIME:
+        remarks.append(f"time from '{source}'")
+    elif whole is None and source not in SILENT and not source.endswith("X_Resolution"):
+        remarks.append(f"sampling time {first.step:g} s from '{source}'")
+    if whole is not None and all(c.axis is first.axis and c.origin == first.origin for c in clocks.values()):
+        return whole, None, remarks
+    firsts, count, cut = common_part(file, clocks, sizes)
+    if cut and axis is not None:
+        raise RecordError(f"{file}: '{axis.source}' is one time for all channels, but {cut.partition(':')[0]}")
+    if count < limits.min_samples:
+        raise RecordError(f"{file}: has {count} samples, at least {limits.min_samples} are needed")
+    if whole is not None and not cut and whole.size == count:
+        return whole, None, remarks
+    latest = max(clocks.values(), key=lambda c: c.start)
+    t = latest.start + latest.step * np.arange(count, dtype=np.float64)
+    return t, firsts if cut else None, [*remarks, *([cut] if cut else [])]
+
+
+def _tells(stated: Iterable[Clock]) -> bool:
+    return any(c.axis is not None or c.step > 0 for c in stated)
+
+
+def _only_axis(file: str, v: Variable, found: Variables, axes: dict[str, Clock]) -> list[Clock]:
+    """Return the time vector of another structure that has the length of a channel. Raises RecordError if there are
+    several that differ."""
+    times = [at for at in found.values() if at.load and at.size == v.size > 1 and at is not v and is_time(at.name)]
+    clocks = [axes.setdefault(at.name, axis_of(at)) for at in times]
+    if any(not np.array_equal(c.axis, clocks[0].axis) for c in clocks[1:]):
+        named = ", ".join(c.source for c in clocks)
+        raise RecordError(f"{file}: holds several time axes ({named}); name one of them as 't'")
+    return clocks[:1]
+
+
+def _step_of(file: str, v: Variable) -> Clock:
+    """Return the sampling time that a scalar states, or a column that repeats it."""
+    return Clock(v.name, vet_step(file, v.name, loaded(file, v.name, v)))
+
+
+def _scale(file: str, name: str, given: ChannelSource, stated: str, wanted: str) -> tuple[float, str, str]:
+    """Return the factor of a channel, its unit, and a remark on a conversion. given: as mapped; stated: unit in the
+    file; wanted: its unit here, "" for SI. Raises RecordError if they do not fit."""
     try:
-        scale = source.gain * (1.0 if source.unit is None else factor(source.unit, unit))
+        if given.unit and stated and factor(given.unit, stated) != 1.0:
+            raise RecordError(f"{file}: channel '{name}' is in {stated}, [channels] has {given.unit}")
+        unit = spelled(given.unit or stated)
+        scale, here = (factor(unit, wanted) if unit else 1.0, wanted) if wanted else to_si(unit) or (1.0, unit)
     except UnitMismatch as e:
         raise RecordError(f"{file}: channel '{name}': {e}") from e
-    return x if scale == 1.0 else x * scale
+    if unit and not wanted and to_si(unit) is None:
+        return given.gain, unit, f"{name} stays in {unit}"
+    words = "" if scale == 1.0 or given.unit else f"{name} is in {unit}, converted to {here}"
+    return given.gain * scale, here, words
 
 
 def _refuse_twins(file: str, wanted: Variables) -> None:
@@ -129,28 +344,25 @@ def _refuse_twins(file: str, wanted: Variables) -> None:
         raise RecordError(f"{file}: '{wanted[twins[0]].name}' cannot be all of {', '.join(twins)} (check the renaming)")
 
 
-def _arrays(file: str, wanted: Variables, limits: ReadLimits) -> dict[str, Array]:
-    total = sum(v.size for v in wanted.values())
-    if total > limits.max_samples:
-        most = max(wanted, key=lambda name: wanted[name].size)
-        raise RecordError(
-            f"{file}: declares {total} samples, {wanted[most].size} of them in channel '{most}'; "
-            f"at most {limits.max_samples} are read"
-        )
-    return {name: loaded(file, name, v) for name, v in wanted.items()}
+def _single(file: str, wanted: str, found: Variables) -> str:
+    hits = _hits(wanted, found)
+    if len(hits) != 1:
+        raise RecordError(f"{file}: no single '{wanted}'; it holds {_listing(found)}")
+    return hits[0]
 
 
-def _time(file: str, arrays: Mapping[str, Array], series: Series, sources: Channels, limits: ReadLimits) -> Array:
-    """Return the times (N,) [s]: those of the file, else by the step that it states, else by the sampling time of the
-    channel map. Raises RecordError if there are too few samples."""
-    if TIME in arrays:
-        vet_time(file, arrays[TIME], limits.min_samples)
-        return arrays[TIME]
-    if series.step is not None and series.step in arrays:
-        step = vet_step(file, series.step, arrays[series.step])
-    else:
-        step = sources[TIME].sampling_time_s or 0.0  # `_wanted_variables` has a time vector otherwise
-    samples = max(x.size for x in arrays.values())
-    if samples < limits.min_samples:
-        raise RecordError(f"{file}: has {samples} samples, at least {limits.min_samples} are needed")
-    return step * np.arange(samples, dtype=np.float64)
+def _hits(wanted: str, found: Variables) -> list[str]:
+    """Return the vectors of that name: whole, else without its unit, else its last part."""
+    hits: list[str] = []
+    for same in (
+        lambda n: n == wanted,
+        lambda n: plain(n) == wanted,
+        lambda n: n.endswith(("." + wanted, "/" + wanted)),
+    ):
+        hits = hits or [name for name in found if same(name)]
+    return hits
+
+
+def _listing(found: Variables) -> str:
+    names = [f"{name}{f' [{v.unit}]' if v.unit else ''} ({v.size})" for name, v in found.items()]
+    return ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "") or "no vectors"

@@ -18,6 +18,7 @@ from specs.files import read_bounded
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 TDMS = b"TDSm"
+MATLAB5 = (b"\x00\x01IM", b"\x01\x00MI")
 USERBLOCK_BYTES = 512  # of text that MATLAB puts before the HDF5 file
 
 
@@ -33,6 +34,14 @@ class Source:
     def sha256(self) -> str:
         return hashlib.sha256(self.raw).hexdigest()
 
+    @property
+    def is_text(self) -> bool:
+        """Return whether the file is a table: its ending says so, and its content is none of the other formats."""
+        raw = self.raw
+        binary = raw.startswith((SIGNATURE, TDMS)) or raw.startswith(SIGNATURE, USERBLOCK_BYTES)
+        other = binary or raw[124:128] in MATLAB5 or DELIMITER.match(raw)
+        return self.suffix in (".csv", ".txt", ".dat") and not other
+
     def variables(self) -> dict[str, Variable]:
         """Return the variables by name, in the file's order. Raises RecordError and the errors that `damage.refused`
         converts."""
@@ -41,7 +50,7 @@ class Source:
             from hw.records.mat73 import open_mat73  # loads h5py: only when wanted
 
             return open_mat73(self.file, raw)
-        if len(raw) >= HEADER_BYTES and raw[124:128] in (b"\x00\x01IM", b"\x01\x00MI"):
+        if len(raw) >= HEADER_BYTES and raw[124:128] in MATLAB5:
             return open_mat5(self.file, raw)
         if raw.startswith(TDMS):
             from hw.records.tdms import open_tdms  # loads nptdms: only when wanted

@@ -1,12 +1,14 @@
 """TDMS files, as National Instruments' recorders write them: channels in groups, and their time as increments.
 
-The time is the channel "t" if the file has it, else that of the properties `wf_increment` and `wf_start_offset` of the
-channels, if they agree. A file whose last segment was cut off is refused: nothing is repaired.
+Times are stated by the properties `wf_increment`, `wf_start_time` and `wf_start_offset` of each channel. A scale that
+cannot be applied is refused by its name, and so is a file whose last segment was cut off: nothing is repaired.
 """
 
 import io
 import logging
 import math
+import re
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,54 +17,123 @@ from nptdms.log import log_manager
 
 from checks.arrays import Array
 from checks.errors import RecordError
-from hw.records.variable import Variable, unique
+from hw.records.statements import seconds, spelled
+from hw.records.variable import CLOCK, Clock, Variable, unique
 
 TIME = "t"
 log_manager.set_level(logging.ERROR)  # what it warns of is refused here, in one line
-UNITS = {"volts": "V", "meters": "m", "newtons": "N", "seconds": "s"}  # as the maker's drivers write them
+# Scales that npTDMS applies (`nptdms.scaling`); raw counts stay as they are if a file states another one.
+SCALES = {
+    "Linear",
+    "Polynomial",
+    "RTD",
+    "Strain",
+    "Table",
+    "Thermistor",
+    "Thermocouple",
+    "Add",
+    "Subtract",
+    "AdvancedAPI",
+}
+_SCALE = re.compile(r"NI_Scale\[\d+\]_Scale_Type")
+_UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 
 
 def open_tdms(file: str, raw: bytes) -> dict[str, Variable]:
     """Return the variables of the bytes of a TDMS file, named by channel alone if only one group has it. Raises
     RecordError and the errors that `damage.refused` converts."""
-    found = TdmsFile.read_metadata(io.BytesIO(raw))
+    found = TdmsFile.read_metadata(io.BytesIO(raw), raw_timestamps=True)
     if found.file_status.incomplete_final_segment:
         raise RecordError(f"{file}: its last segment is cut off; was it copied before the recorder had finished?")
     channels = [channel for group in found.groups() for channel in group.channels()]
     names = [channel.name for channel in channels]
+    first = min((s for c in channels if (s := _start_of(c)) is not None), default=(0, 0))
     variables = []
     for channel in channels:
         if len(channel) > len(raw):
             raise RecordError(f"{file}: channel '{channel.name}' declares {len(channel)} values in {len(raw)} bytes")
         name = channel.name if names.count(channel.name) == 1 else f"{channel.group_name}/{channel.name}"
-        variables.append(_variable(raw, channel, name))
-    if TIME not in names and (time := _time(file, channels)):
-        variables.append(time)
+        variables.append(_variable(file, raw, found, channel, name, first))
+    timed = [v for v in variables if v.clock is not None]
+    if TIME not in names and timed:
+        variables.append(Variable(TIME, timed[0].shape, CLOCK))
     return unique(file, variables)
 
 
-def _variable(raw: bytes, channel: Any, name: str) -> Variable:
-    kind, unit = channel.dtype, str(channel.properties.get("unit_string", "")).strip()
-    if kind.kind not in "iuf":
-        return Variable(name, (len(channel),), f"TDMS {kind}")
+def _variable(file: str, raw: bytes, found: Any, channel: Any, name: str, first: tuple[int, int]) -> Variable:
+    p, shape = channel.properties, (len(channel),)
+    unit = next((text for n in _UNIT_PROPERTIES if (text := str(p.get(n, "")).strip())), "")
+    x_name, x_unit = (str(p.get(n, "")).strip() for n in ("wf_xname", "wf_xunit_string"))
+    if "freq" in x_name.lower() or x_unit.endswith("Hz"):
+        return Variable(name, shape, f"spectrum over {x_name or x_unit}")
+    kind = channel.dtype.kind
+    clock = partial(_clock, file, channel, first, x_unit) if "wf_increment" in p else None
     group, own = channel.group_name, channel.name
-    return Variable(name, (len(channel),), "double", lambda: _numbers(raw, group, own), UNITS.get(unit.lower(), unit))
+    if _is_date(channel):  # a column of dates is a time vector
+        return Variable(name, shape, "double", lambda: _dates(raw, group, own), "s")
+    if kind not in "iuf":
+        return Variable(name, shape, f"TDMS {channel.dtype}")
+
+    def load() -> Array:
+        _vet_scales(file, name, (channel.properties, found[group].properties, found.properties), kind)
+        with TdmsFile.open(io.BytesIO(raw)) as again:
+            return np.asarray(again[group][own][:], np.float64).ravel()
+
+    return Variable(name, shape, "double", load, spelled(unit), clock=clock)
 
 
-def _numbers(raw: bytes, group: str, name: str) -> Array:
-    with TdmsFile.open(io.BytesIO(raw)) as found:
-        return np.asarray(found[group][name][:], np.float64).ravel()
+def _vet_scales(file: str, name: str, levels: tuple[Any, ...], kind: str) -> None:
+    """Raise RecordError if the numbers are raw and a scale of the channel, its group or its file cannot be applied."""
+    for p in levels:
+        stated = {key: str(value) for key, value in p.items() if _SCALE.fullmatch(key)}
+        if p.get("NI_Scaling_Status", "unscaled") != "unscaled" or not (stated or "NI_Number_Of_Scales" in p):
+            continue
+        unknown = sorted(set(stated.values()) - SCALES)
+        if unknown:
+            what = f"states the scale {', '.join(unknown)}, which cannot be applied here: its values are raw"
+        elif stated and not p.get("NI_Number_Of_Scales"):
+            what = f"states {', '.join(stated)} without NI_Number_Of_Scales: its values are raw"
+        else:
+            return
+        raise RecordError(f"{file}: channel '{name}' {what}; export the file with scaled values")
+    if (
+        any(p.get("NI_Scaling_Status") == "unscaled" and not p.get("NI_Number_Of_Scales") for p in levels)
+        and kind != "f"
+    ):
+        raise RecordError(
+            f"{file}: channel '{name}' holds raw counts and states no scale; export it with scaled values"
+        )
 
 
-def _time(file: str, channels: list[Any]) -> Variable | None:
-    """Return the time that the channels with an increment have in common; None if no channel has an increment."""
-    timed = [c for c in channels if "wf_increment" in c.properties and len(c)]
-    ways = {(c.properties["wf_increment"], c.properties.get("wf_start_offset", 0.0), len(c)) for c in timed}
-    if not ways:
-        return None
-    if len(ways) > 1:
-        raise RecordError(f"{file}: its channels have {len(ways)} different times; one record has one")
-    ((step, start, count),) = ways
-    if not (isinstance(step, float) and isinstance(start, float) and math.isfinite(start) and step > 0):
-        raise RecordError(f"{file}: wf_increment = {step!r}, wf_start_offset = {start!r}: no time")
-    return Variable(TIME, (count,), "double", lambda: start + step * np.arange(count, dtype=np.float64), "s")
+def _is_date(channel: Any) -> bool:
+    return getattr(channel.data_type, "__name__", "") == "TimeStamp"
+
+
+def _dates(raw: bytes, group: str, name: str) -> Array:
+    """Return dates as seconds from the first one: whole seconds apart from their fractions of 2^-64 s."""
+    with TdmsFile.open(io.BytesIO(raw), raw_timestamps=True) as found:
+        read = found[group][name][:]
+    whole, parts = read.seconds, read.second_fractions
+    return np.asarray((whole - whole[0]).astype(np.float64) + (parts.astype(np.float64) - float(parts[0])) * 2.0**-64)
+
+
+def _start_of(channel: Any) -> tuple[int, int] | None:
+    """Return the date of the first sample: seconds since 1904 and fractions of 2^-64 s; None if none is stated."""
+    stamps = [channel.properties.get(n) for n in ("wf_start_time", "NI_ExpStartTimeStamp")]
+    known = [s for s in stamps if s is not None and s.seconds > 0]
+    return (int(known[0].seconds), int(known[0].second_fractions)) if known else None
+
+
+def _clock(file: str, channel: Any, first: tuple[int, int], x_unit: str) -> Clock:
+    """Return the times of a channel, counted from the earliest start of the file. Raises RecordError if they are
+    none."""
+    p, date = channel.properties, _start_of(channel)
+    step, offset = p["wf_increment"], p.get("wf_start_offset", 0.0)
+    if not (isinstance(step, float) and isinstance(offset, float) and math.isfinite(offset) and 0 < step < math.inf):
+        raise RecordError(f"{file}: wf_increment = {step!r}, wf_start_offset = {offset!r}: no time")
+    scale = seconds(x_unit or "s")
+    if date is None:
+        return Clock("wf_increment", scale * step, scale * offset, origin="no date")
+    since = date[0] - first[0] + (date[1] - first[1]) * 2.0**-64
+    shown = str(np.datetime64("1904-01-01", "us") + np.timedelta64(date[0] * 10**6 + (date[1] * 10**6 >> 64), "us"))
+    return Clock("wf_increment", scale * step, since + scale * offset, shown=shown)

@@ -3,9 +3,27 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from checks.arrays import Array
 from checks.errors import RecordError
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """What a file states of the times of a channel: sample k was taken at start + k step, or at axis[k], in s.
+
+    source : name of the statement; step : NaN if it is not stated; origin : from which the times count, as written;
+    shown : the start as written, if it is a date; in_seconds : False if no unit is stated.
+    """
+
+    source: str
+    step: float = math.nan
+    start: float = 0.0
+    axis: Array | None = None
+    origin: str = ""
+    shown: str = ""
+    in_seconds: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -13,7 +31,9 @@ class Variable:
     """One named array of a file.
 
     shape : as declared; kind : "double", "int16", "char", "struct" and the like; unit : "" if the file states none.
-    load : its data as (size,) float64; None for a kind that is not real numbers.
+    load : its data as (size,) float64; None for a kind that is not real numbers. text : of a kind that is words.
+    inner : what a structure holds, a matrix in its shape. clock : its own times, if they are part of it. home : name of
+    the structure that holds it.
     """
 
     name: str
@@ -21,6 +41,17 @@ class Variable:
     kind: str
     load: Callable[[], Array] | None = None
     unit: str = ""
+    text: Callable[[], str] | None = None
+    inner: Callable[[], Any] | None = None
+    clock: Callable[[], Clock] | None = None
+    home: str = ""
+
+    @property
+    def values(self) -> Array:
+        """Return (size,) float64. Raises RecordError if the variable is not real numbers."""
+        if self.load is None:
+            raise RecordError(f"'{self.name}' is of kind {self.kind}, expected real numbers")
+        return self.load()
 
     @property
     def size(self) -> int:
@@ -37,6 +68,8 @@ class Variable:
 
 
 Variables = Mapping[str, Variable]
+NESTED = ("struct", "cell")  # kinds of variables that may hold channels
+CLOCK = "clock"  # kind of the time in a list of channels, if the file states start and step instead of a vector
 OWN_RECORD = "accept_record"  # a variable of records that this program wrote: their channels have our names, in SI
 
 

@@ -15,6 +15,9 @@ from hw.records.variable import Variable
 # time: at a fifth of the sampling frequency 0.05 is 0.06 rad. A time vector stored in single precision strays by 0.04
 # at 128 s and 10 kHz; a lost or repeated sample by at least 0.5.
 JITTER = 0.05
+# Slowest rate of times without a unit. Records of the stroke are the slowest, triangles of 10 s that need 20 values a
+# second to be followed; responses are estimated up to some kHz, and even 100 kHz taken for ms give 100 Hz.
+SLOWEST_Hz = 20.0
 # No channel of the bench, in SI, comes near; a flipped exponent bit does, and its square would overflow later.
 PLAUSIBLE = 1e9
 PLAUSIBLE_TIME = 1e12  # s; clocks count from 1970
@@ -56,6 +59,17 @@ def vet_time(file: str, t: Array, min_samples: int) -> None:
         f"{file}: time 't' {how} from sample {i} to {i + 1}: {t[i]:.9g} s to {t[i + 1]:.9g} s, "
         f"expected a step of {usual:.6g} s ± {JITTER:.0%} ({off.size} such steps)"
     )
+
+
+def vet_rate(file: str, source: str, step: float, in_seconds: bool) -> None:
+    """Raise RecordError if times without a unit give a sampling rate at which nothing is measured here."""
+    if not in_seconds and step > 1.0 / SLOWEST_Hz:
+        guess = "ms" if step < 1000.0 / SLOWEST_Hz else "us"
+        raise RecordError(
+            f"{file}: its time '{source}' has no unit; in s it would be sampled at {1.0 / step:.3g} Hz, and the slowest "
+            f"records have {SLOWEST_Hz:g} Hz: is it in {guess}? Name it with its unit, such as 't [{guess}]'; for a "
+            "slow record 't [s]'"
+        )
 
 
 def vet_step(file: str, name: str, values: Array) -> float:
