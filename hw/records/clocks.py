@@ -67,8 +67,9 @@ def common_part(file: str, clocks: Mapping[str, Clock], sizes: Mapping[str, int]
         skipped[name] = round(shift)
         if abs(shift - skipped[name]) > tolerance:
             raise RecordError(
-                f"{file}: '{latest}' starts {start - one.start:.9g} s after '{name}' ({_starts(clocks, name, latest)}), "
-                f"which is {shift:.6g} samples: several time axes; only whole samples can be aligned"
+                f"{file}: '{latest}' starts {start - one.start:.9g} s after '{name}' "
+                f"({_starts(clocks, name, latest)}), which is {shift:.6g} samples: several time axes; only whole "
+                "samples can be aligned"
             )
     ends = {name: sizes[name] - skipped[name] for name in names}
     count = min(ends.values())

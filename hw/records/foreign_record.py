@@ -18,18 +18,14 @@ TEXT = (".csv", ".txt", ".dat")
 
 
 def variables_of(source: Source) -> dict[str, Variable]:
-    """Return the variables of a file; a table that is none of this program's is read as one of other tools. Raises
-    RecordError."""
+    """Return the variables of a file, of a table those of other tools too. Raises RecordError."""
     if not source.is_text:
         return source.variables()
-    try:
-        return source.variables()
-    except (RecordError, UnicodeDecodeError):
-        found = columns_of(source)
-        names = [parse_header(name)[0] for name in found]
-        if len(set(names)) < len(names):
-            return found
-        return unique(source.file, [replace(v, name=n) for n, v in zip(names, found.values(), strict=True)])
+    found = columns_of(source)
+    names = [parse_header(name)[0] for name in found]
+    if len(set(names)) < len(names):
+        return found
+    return unique(source.file, [replace(v, name=n) for n, v in zip(names, found.values(), strict=True)])
 
 
 def columns_of(source: Source) -> dict[str, Variable]:

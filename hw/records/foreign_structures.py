@@ -12,6 +12,7 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.errors import RecordError
+from hw.records.limits import DEFAULT_LIMITS
 from hw.records.mat5 import DEEPEST, NUMBERS
 from hw.records.statements import UNIT_NAMES, key_of, seconds, spelled
 from hw.records.variable import NESTED, Clock, Variable, Variables
@@ -28,12 +29,15 @@ def expand(file: str, found: Variables) -> dict[str, Variable]:
     of an analyser its time records. Raises RecordError if two vectors have one name, because it is then ambiguous."""
     records = {name: v for name, v in found.items() if _TIME_RECORD.fullmatch(name) and _is_pair(v)}
     out: dict[str, Variable] = {}
+    vectors = samples = 0
     for v in _of_analyser(found, records) if records else _all_vectors(found):
-        if v.name in out and v.size > 1:
-            raise RecordError(f"{file}: holds two signals named '{v.name}'")
+        if v.load is not None and v.size > 1:
+            vectors, samples = vectors + 1, samples + v.size
+            if v.name in out:
+                raise RecordError(f"{file}: holds two signals named '{v.name}'")
+            if vectors > _MOST or (v.home and samples > DEFAULT_LIMITS.max_samples):
+                raise RecordError(f"{file}: holds more than {_MOST} vectors or {DEFAULT_LIMITS.max_samples} numbers")
         out.setdefault(v.name, v)
-    if (many := sum(v.size > 1 for v in out.values())) > _MOST:
-        raise RecordError(f"{file}: holds {many} vectors; at most {_MOST} are taken")
     return out
 
 
@@ -60,7 +64,7 @@ def _of_analyser(found: Variables, records: Variables) -> Iterator[Variable]:
     for name, v in records.items():
         pair = partial(_pair, v)
         unit = unit_of.get(name.removeprefix("X").strip("_"), "")
-        clock = partial(_axis_clock, f"first column of {name}", lambda pair=pair: pair()[0], "s")  # type: ignore[misc]
+        clock = partial(_axis_clock, f"first column of {name}", lambda pair=pair: pair()[0], "s")
         yield Variable(name, (v.shape[0],), v.kind, lambda pair=pair: pair()[1], unit, clock=clock)  # type: ignore[misc]
     yield from (v for name, v in found.items() if not (_ANALYSER.fullmatch(name) and v.shape[1:] == (2,)))
 
@@ -107,7 +111,9 @@ def _structure(name: str, value: Mapping[str, Any], depth: int) -> Iterator[Vari
     )
     named = {"values": _words(value.get("label")), "data": _words(value.get("signalNames"))}
     for key, part in value.items():
-        whole = key == "Data" and isinstance(part, np.ndarray)  # beside it stand statements of the same vector
+        whole = (
+            key == "Data" and isinstance(part, np.ndarray) and len(value) > 1
+        )  # beside it stand statements of the same vector
         inner = f"{name}.{key}" if name and not whole else name or str(key)
         for v in _vectors(inner, part, name, named.get(key, ()), depth + 1):
             single = own and not v.unit and v.load is not None and key.lower() in ("data", "values", "value")

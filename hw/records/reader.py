@@ -34,8 +34,8 @@ FORCE = "N"  # unit by which the input of a hammer test is found, if one channel
 class Selection:
     """What a record is made of: name here -> variable, its source as mapped, its unit here ("": SI of the file's own).
 
-    found : all that the file holds; time : a vector of times that was named; step : a sampling time of all channels; remarks :
-    on the selection.
+    found : all that the file holds; time : a vector of times that was named; step : a sampling time of all channels;
+    remarks : on the selection.
     """
 
     channels: Mapping[str, Variable]
@@ -76,7 +76,7 @@ def record_of(
         found = source.variables()
         if OWN_RECORD in found:
             sources = {}
-        return _record(source, _declared(source.file, found, series, sources, limits), limits)
+        return _record(source, _declared(source.file, found, series, sources), limits)
 
 
 def record_by_input(
@@ -115,7 +115,7 @@ def record_by_input(
         return _record(source, replace(chosen, step=step), limits)
 
 
-def _declared(file: str, found: Variables, series: Series, sources: Channels, limits: ReadLimits) -> Selection:
+def _declared(file: str, found: Variables, series: Series, sources: Channels) -> Selection:
     """Return what is declared and in the file. Raises RecordError if a channel that is required is missing."""
 
     def theirs(name: str) -> str:
@@ -123,9 +123,9 @@ def _declared(file: str, found: Variables, series: Series, sources: Channels, li
         return there if there in found else parse_header(there)[0]
 
     names = [n for n in series.channels if n != TIME]
-    plainly = {n: v for n, v in found.items() if v.kind not in NESTED and v.is_vector}
-    if any(theirs(n) not in found for n in names):
-        found = {**expand(file, found), **plainly}
+    plainly = {n: v for n, v in found.items() if v.kind not in NESTED}
+    if any(theirs(n) not in plainly for n in names):
+        found = {**found, **expand(file, found), **plainly}
     wanted: dict[str, Variable] = {}
     missing = []
     for name in [*names, *series.optional_channels]:
@@ -270,7 +270,7 @@ def _times(
         )
     if silent:
         raise RecordError(
-            f"{file}: lacks 't': it states no time (t, time) and no sampling time. Give the sampling time with --ts "
+            f"{file}: lacks 't': it states no time (t, time) and no sampling time; give the sampling time with --ts "
             "SECONDS, of a unit in [channels] as t = { sampling_time_s = SECONDS }; it has " + listing(chosen.found)
         )
     return _time_base(file, clocks, axis, sizes, limits)
@@ -310,7 +310,7 @@ def _only_axis(file: str, v: Variable, found: Variables, axes: dict[str, Clock])
     several that differ."""
     times = [at for at in found.values() if at.load and at.size == v.size > 1 and at is not v and is_time(at.name)]
     clocks = [axes.setdefault(at.name, axis_of(at)) for at in times]
-    if any(not np.array_equal(c.axis, clocks[0].axis) for c in clocks[1:]):
+    if any(not np.array_equal(np.asarray(c.axis), np.asarray(clocks[0].axis)) for c in clocks[1:]):
         named = ", ".join(c.source for c in clocks)
         raise RecordError(f"{file}: holds several time axes ({named}); name one of them as 't'")
     return clocks[:1]

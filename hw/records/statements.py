@@ -1,7 +1,7 @@
 """What a file states of its channels in names and texts beside them: sampling time, start, unit.
 
-A statement stands beside a channel: `Va_X_Resolution`, `log.Va.dt`, or in the structure that holds it: `log.Ts`, or around
-that: `Ts`. The nearest counts."""
+A statement stands beside a channel: `Va_X_Resolution`, `log.Va.dt`, or in the structure that holds it: `log.Ts`, or
+around that: `Ts`. The nearest counts."""
 
 import math
 import re

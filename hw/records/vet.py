@@ -66,9 +66,9 @@ def vet_rate(file: str, source: str, step: float, in_seconds: bool) -> None:
     if not in_seconds and step > 1.0 / SLOWEST_Hz:
         guess = "ms" if step < 1000.0 / SLOWEST_Hz else "us"
         raise RecordError(
-            f"{file}: its time '{source}' has no unit; in s it would be sampled at {1.0 / step:.3g} Hz, and the slowest "
-            f"records have {SLOWEST_Hz:g} Hz: is it in {guess}? Name it with its unit, such as 't [{guess}]'; for a "
-            "slow record 't [s]'"
+            f"{file}: its time '{source}' has no unit; in s it would be sampled at {1.0 / step:.3g} Hz, and the "
+            f"slowest records have {SLOWEST_Hz:g} Hz: is the time in {guess}? Name it with its unit, such as "
+            f"'t [{guess}]', of a slow record 't [s]'"
         )
 
 
