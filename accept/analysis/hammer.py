@@ -12,13 +12,14 @@ from checks.record import Record
 from checks.signals.impact.hammer import HammerTests, analyse_records
 from checks.signals.impact.impact_panels import impacts_panel
 from checks.signals.impact.impact_response import fates, impact_frf, impact_modes
-from checks.signals.impact.impacts import Impact, ImpactRules, tally
+from checks.signals.impact.impacts import Impact, ImpactRules, is_upright, tally
 from checks.signals.impact.modal_fit import Mode
 from checks.signals.spectral.bode import bode
 
 ESTIMATORS = ("h1", "h2", "hv")
 ANALYSER = 2.56  # sampling rate over the highest frequency that the filter of an analyser leaves
 SAME_RATE = 1e-6  # relative
+LEAST_SAMPLES = 2  # of the time in which a second hit is looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +84,19 @@ def hammer_responses(
             raise RecordError(f"{record.name}: '{min(missing)}' is not in every record of the test; name alike records")
         if abs(record.fs / first.fs - 1.0) > SAME_RATE:
             raise RecordError(f"{record.name}: sampled at {record.fs:.6g} Hz, {first.name} at {first.fs:.6g} Hz")
+        for name in (input, *channels):
+            theirs, ours = (r.units.get(name, "") or "no unit" for r in (record, first))
+            if theirs != ours:
+                raise RecordError(
+                    f"{record.name}: {name} states {theirs}, in {first.name} {ours}; hits are averaged in one unit: "
+                    f"state it alike, in a header as '{name} [UNIT]'"
+                )
+    rules = rules or ImpactRules()
+    if first.fs * rules.double_hit_s < LEAST_SAMPLES:
+        raise RecordError(
+            f"{first.name}: sampled at {first.fs:.4g} Hz, too slow for hits: {1e3 * rules.double_hit_s:g} ms, in which a "
+            f"double hit is looked for, hold fewer than {LEAST_SAMPLES} samples; is the time in ms?"
+        )
     band = f_lo, first.fs / ANALYSER if f_hi is None else min(f_hi, first.fs / 2)
     tracks = [(record[input], [record[c] for c in channels]) for record in records]
     try:
@@ -93,8 +107,16 @@ def hammer_responses(
                 "; ".join(hit_notes) + ": two good hits are needed, because U comes from what they differ by"
             )
         frf = impact_frf(tests, channels, input, estimator)
+    except RecordError:
+        raise
     except ValueError as e:
         raise RecordError(f"{names}: {e}") from e
+    pulled = [r.name for r in records if not is_upright(r[input])]
+    if pulled:
+        hit_notes.append(
+            f"{', '.join(pulled)}: the hits are negative in {input}; its sign is turned, so that the phase is relative to "
+            "a push"
+        )
     frf = cut(frf, band[0], band[1], (*hit_notes, *frf.notes))
     units = {name: first.units.get(name, "") for name in (input, *channels)}
     return ImpactResponse(tuple(records), frf, units, {}, tests, impact_modes(tests, channels, *band))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accept.base.console import say
-from checks.acceptance.responses.rules import unusable_units
+from checks.acceptance.responses.rules import unusable_sizes
 from checks.arrays import Array
 from checks.cause import Reason, together
 from checks.errors import RecordError
@@ -198,9 +198,9 @@ def responses_of(records: Sequence[Record], wanted: EstimatorSettings) -> list[M
 
 
 def vet_sizes(record: Record) -> None:
-    """Raise RecordError if a motion that is stated in metres can only be in nm, um or mm."""
-    wrong = [r for r in unusable_units(record) if record.units.get(str(r.parameters["channel"])) == "m"]
-    if wrong:
+    """Raise RecordError if channels have sizes that judging refuses: a motion that can only be in nm, um or mm, a drive
+    that no converter puts out."""
+    if wrong := unusable_sizes(record):
         raise RecordError(together(wrong).within("", record.name))
 
 

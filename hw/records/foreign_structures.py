@@ -19,9 +19,9 @@ from hw.records.variable import NESTED, Clock, Variable, Variables
 
 _WIDEST = 64  # columns of a matrix that are taken as signals
 _MOST = 400  # vectors of one file
-# Variables of an analyser's file, each a pair [axis, value]: X time records, W the same under a window, Z impulse
-# responses, S and G spectra, H responses, C coherences.
-_TIME_RECORD, _ANALYSER = re.compile(r"X_?(\d+)"), re.compile(r"[XWSGHCZ]v?\d*_?\d+(_\d+)?")
+# Variables of an analyser's file are pairs [axis, value]: X time records; W the same under a window, Z impulse
+# responses, S and G spectra, H responses and C coherences are made of them.
+_TIME_RECORD = re.compile(r"X_?(\d+)")
 
 
 def expand(file: str, found: Variables) -> dict[str, Variable]:
@@ -54,7 +54,7 @@ def _is_pair(v: Variable) -> bool:
 
 
 def _of_analyser(found: Variables, records: Variables) -> Iterator[Variable]:
-    """Yield the time records with their times and units, and what is none of the analyser's pairs."""
+    """Yield the time records with their times and units."""
     words = {name: v.inner() for name, v in found.items() if name in ("Unit", "ChanNum") and v.inner is not None}
     listed = words.get("Unit")
     units = listed.split("\n") if isinstance(listed, str) else list(listed or ())
@@ -66,7 +66,6 @@ def _of_analyser(found: Variables, records: Variables) -> Iterator[Variable]:
         unit = unit_of.get(name.removeprefix("X").strip("_"), "")
         clock = partial(_axis_clock, f"first column of {name}", lambda pair=pair: pair()[0], "s")
         yield Variable(name, (v.shape[0],), v.kind, lambda pair=pair: pair()[1], unit, clock=clock)  # type: ignore[misc]
-    yield from (v for name, v in found.items() if not (_ANALYSER.fullmatch(name) and v.shape[1:] == (2,)))
 
 
 def _pair(v: Variable) -> tuple[Array, Array]:

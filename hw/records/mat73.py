@@ -54,7 +54,11 @@ def _content(file: str, file_bytes: int, node: h5py.Group | h5py.Dataset, left: 
     if not isinstance(node, h5py.Dataset):
         inner = {n: node[n] for n in node if isinstance(node.get(n, getlink=True), h5py.HardLink)}
         found = {n: _content(file, file_bytes, part, left, depth + 1) for n, part in inner.items()}
-        lists = [len(x) for n, x in found.items() if isinstance(x, list) and _kind(inner[n]) == REFERENCES]
+        lists = [
+            len(x)
+            for n, x in found.items()
+            if isinstance(x, list) and isinstance(inner[n], h5py.Dataset) and _kind(inner[n]) == REFERENCES
+        ]
         if lists and len(set(lists)) == 1 and len(lists) == len(found) and "MATLAB_class" in node.attrs:
             return [{n: x[i] for n, x in found.items()} for i in range(lists[0])]  # an array of structures
         return found | _attributes(node)

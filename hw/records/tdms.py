@@ -66,43 +66,44 @@ def _variable(file: str, raw: bytes, found: Any, channel: Any, name: str, first:
     x_name, x_unit = (str(p.get(n, "")).strip() for n in ("wf_xname", "wf_xunit_string"))
     if "freq" in x_name.lower() or x_unit.endswith("Hz"):
         return Variable(name, shape, f"spectrum over {x_name or x_unit}")
-    kind = channel.dtype.kind
-    clock = partial(_clock, file, channel, first, x_unit) if "wf_increment" in p else None
     group, own = channel.group_name, channel.name
-    if _is_date(channel):  # a column of dates is a time vector
-        return Variable(name, shape, "double", lambda: _dates(raw, group, own), "s")
-    if kind not in "iuf":
-        return Variable(name, shape, f"TDMS {channel.dtype}")
+    clock = partial(_clock, file, channel, first, x_unit) if "wf_increment" in p else None
+    problem = _scale_problem(channel, (p, found[group].properties, found.properties))
 
     def load() -> Array:
-        _vet_scales(file, name, (channel.properties, found[group].properties, found.properties), kind)
+        if problem:
+            raise RecordError(f"{file}: channel '{name}' {problem}; export the file with scaled values")
         with TdmsFile.open(io.BytesIO(raw)) as again:
             return np.asarray(again[group][own][:], np.float64).ravel()
 
+    if _is_date(channel):  # a column of dates is a time vector
+        return Variable(name, shape, "double", lambda: _dates(raw, group, own), "s")
+    if not problem and channel.dtype.kind not in "iuf":
+        return Variable(name, shape, f"TDMS {channel.dtype}")
     return Variable(name, shape, "double", load, spelled(unit), clock=clock)
 
 
-def _vet_scales(file: str, name: str, levels: tuple[Any, ...], kind: str) -> None:
-    """Raise RecordError if the numbers are raw and a scale of the channel, its group or its file cannot be applied."""
+def _scale_problem(channel: Any, levels: tuple[Any, ...]) -> str:
+    """Return why the numbers would stay raw although the channel, its group or its file states a scale; "" if not."""
     for p in levels:
-        stated = {key: str(value) for key, value in p.items() if _SCALE.fullmatch(key)}
-        if p.get("NI_Scaling_Status", "unscaled") != "unscaled" or not (stated or "NI_Number_Of_Scales" in p):
+        stated = {str(value) for key, value in p.items() if _SCALE.fullmatch(key)}
+        status = p.get("NI_Scaling_Status", "")
+        if status == "scaled":
             continue
-        unknown = sorted(set(stated.values()) - SCALES)
-        if unknown:
-            what = f"states the scale {', '.join(unknown)}, which cannot be applied here: its values are raw"
-        elif stated and not p.get("NI_Number_Of_Scales"):
-            what = f"states {', '.join(stated)} without NI_Number_Of_Scales: its values are raw"
-        else:
-            return
-        raise RecordError(f"{file}: channel '{name}' {what}; export the file with scaled values")
-    if (
-        any(p.get("NI_Scaling_Status") == "unscaled" and not p.get("NI_Number_Of_Scales") for p in levels)
-        and kind != "f"
-    ):
-        raise RecordError(
-            f"{file}: channel '{name}' holds raw counts and states no scale; export it with scaled values"
-        )
+        if unknown := sorted(stated - SCALES):
+            return f"states the scale {', '.join(unknown)}, which cannot be applied here: its values are raw"
+        count = int(p.get("NI_Number_Of_Scales", len(stated)))
+        if stated and count == 0:
+            return f"states the scale {', '.join(sorted(stated))} and NI_Number_Of_Scales = 0: its values are raw"
+        if status == "unscaled" and count == 0:
+            return "holds raw values and states no scale"
+        if count:
+            break  # the nearest scale counts
+    try:
+        _ = channel.dtype  # looks every scale up
+    except (LookupError, ValueError) as e:
+        return f"states a scale that cannot be read ({e})"
+    return ""
 
 
 def _is_date(channel: Any) -> bool:
@@ -135,5 +136,7 @@ def _clock(file: str, channel: Any, first: tuple[int, int], x_unit: str) -> Cloc
     if date is None:
         return Clock("wf_increment", scale * step, scale * offset, origin="no date")
     since = date[0] - first[0] + (date[1] - first[1]) * 2.0**-64
-    shown = str(np.datetime64("1904-01-01", "us") + np.timedelta64(date[0] * 10**6 + (date[1] * 10**6 >> 64), "us"))
+    shown = str(
+        np.datetime64("1904-01-01", "us") + np.timedelta64(date[0] * 10**6 + ((date[1] * 10**6 + 2**63) >> 64), "us")
+    )
     return Clock("wf_increment", scale * step, since + scale * offset, shown=shown)

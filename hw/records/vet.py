@@ -20,7 +20,7 @@ JITTER = 0.05
 SLOWEST_Hz = 20.0
 # No channel of the bench, in SI, comes near; a flipped exponent bit does, and its square would overflow later.
 PLAUSIBLE = 1e9
-PLAUSIBLE_TIME = 1e12  # s; clocks count from 1970
+PLAUSIBLE_TIME = 1e19  # clocks count from 1970, some in ns
 # Converters of the bench are ±10 V (±10.24 V with overrange); 1 % is left for gain and offset correction.
 CONVERTER_V = (9.9, 10.3)
 # Full-scale samples in a row. Two neighbours at the same largest code happen at the crest of an unclipped sine.
@@ -63,7 +63,7 @@ def vet_time(file: str, t: Array, min_samples: int) -> None:
 
 def vet_rate(file: str, source: str, step: float, in_seconds: bool) -> None:
     """Raise RecordError if times without a unit give a sampling rate at which nothing is measured here."""
-    if not in_seconds and step > 1.0 / SLOWEST_Hz:
+    if not in_seconds and step * SLOWEST_Hz > 1.0 + JITTER:
         guess = "ms" if step < 1000.0 / SLOWEST_Hz else "us"
         raise RecordError(
             f"{file}: its time '{source}' has no unit; in s it would be sampled at {1.0 / step:.3g} Hz, and the "

@@ -123,6 +123,14 @@ def unusable_units(record: Record) -> list[Reason]:
     return [r for r in _wrong_sizes(_sampled_columns(record)) if r.cause is Cause.CHANNEL_UNIT]
 
 
+def unusable_sizes(record: Record) -> list[Reason]:
+    """Return a reason for each channel of the bench, in V or m, whose size does not fit its name."""
+    columns = {
+        n: x for n, x in _sampled_columns(record).items() if record.units.get(n) == ("m" if n in MOTIONS else "V")
+    }
+    return list(_wrong_sizes(columns))
+
+
 def _sampled_columns(record: Record) -> dict[str, Array]:
     """Return some samples of every known channel, enough to judge its size."""
     return {n: record[n][::LOOKED_AT] for n in LOOKS if n in record.channels}

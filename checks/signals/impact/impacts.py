@@ -68,7 +68,13 @@ def ringing(fs: float, rules: ImpactRules) -> float:
 def upright(force: Array) -> Array:
     """Return the force (N,) without its offset (the median), hits positive whatever the sensor's polarity."""
     centred = force - np.median(force)
-    return centred if centred.max() >= -centred.min() else -centred
+    return centred if is_upright(force) else -centred
+
+
+def is_upright(force: Array) -> bool:
+    """Return whether the hits in a force (N,) are positive."""
+    middle = np.median(force)
+    return bool(force.max() - middle >= middle - force.min())
 
 
 def find_impacts(upward: Array, fs: float, rules: ImpactRules) -> tuple[Impact, ...]:

@@ -31,9 +31,14 @@ def test_channels_and_their_time(tmp_path):
 
 
 def test_a_time_channel_goes_before_the_properties(tmp_path):
-    t = np.linspace(0.0, 1.0, N)
+    t = 7.0 + 1e-3 * np.arange(N)
     record = read(written(tmp_path / "run.tdms", {**DATA, "t": t}), SERIES)
     np.testing.assert_array_equal(record.t, t)
+
+
+def test_a_time_channel_and_properties_that_contradict_each_other(tmp_path):
+    with pytest.raises(RecordError, match=r"0.001 s by 'wf_increment' and 0.00502513 s by 't'"):
+        read(written(tmp_path / "run.tdms", {**DATA, "t": np.linspace(0.0, 1.0, N)}), SERIES)
 
 
 def test_several_segments_are_one_channel(tmp_path):
@@ -57,7 +62,7 @@ def test_names_of_two_groups_and_units(tmp_path):
         ({}, "lacks 't'"),
         ({"wf_increment": -1.0}, "no time"),
         ({"wf_increment": float("nan")}, "no time|different times"),
-        ({**WAVE, "unit_string": "mV"}, "is in mV, expected V"),
+        ({**WAVE, "unit_string": "mV"}, "'d': mV does not fit here; use m"),
     ],
 )
 def test_what_a_record_must_tell(properties, words, tmp_path):
