@@ -94,8 +94,8 @@ def hammer_responses(
     rules = rules or ImpactRules()
     if first.fs * rules.double_hit_s < LEAST_SAMPLES:
         raise RecordError(
-            f"{first.name}: sampled at {first.fs:.4g} Hz, too slow for hits: {1e3 * rules.double_hit_s:g} ms, in which a "
-            f"double hit is looked for, hold fewer than {LEAST_SAMPLES} samples; is the time in ms?"
+            f"{first.name}: sampled at {first.fs:.4g} Hz, too slow for hits: {1e3 * rules.double_hit_s:g} ms, in which "
+            f"a double hit is looked for, hold fewer than {LEAST_SAMPLES} samples; is the time in ms?"
         )
     band = f_lo, first.fs / ANALYSER if f_hi is None else min(f_hi, first.fs / 2)
     tracks = [(record[input], [record[c] for c in channels]) for record in records]
@@ -114,8 +114,8 @@ def hammer_responses(
     pulled = [r.name for r in records if not is_upright(r[input])]
     if pulled:
         hit_notes.append(
-            f"{', '.join(pulled)}: the hits are negative in {input}; its sign is turned, so that the phase is relative to "
-            "a push"
+            f"{', '.join(pulled)}: the hits are negative in {input}; its sign is turned, so that the phase is relative "
+            "to a push"
         )
     frf = cut(frf, band[0], band[1], (*hit_notes, *frf.notes))
     units = {name: first.units.get(name, "") for name in (input, *channels)}

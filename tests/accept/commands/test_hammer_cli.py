@@ -5,14 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 from typer.testing import CliRunner
 
 import accept
 from accept.analysis.hammer import U_of
 from accept.cli.main import app
 from checks.acceptance import CHECKS
+from checks.errors import RecordError
 from checks.record import Record
-from hw.records import write_mat
+from hw.records import read, write_mat
 from specs.spec import CheckSpec
 from tests.checks.signals.hammer_plant import FS, Struck, clean, noisy
 
@@ -137,3 +139,95 @@ def test_as_good_as_a_maintained_library_on_the_same_records() -> None:
         errors.append([x for m, (f, d, _) in zip(found, TWO, strict=True) for x in (m.f_Hz - f, m.damping_ratio - d)])
     rms = np.sqrt(np.mean(np.square(errors), axis=0))
     assert (rms < [0.0079, 2.5e-5, 0.151, 1.98e-4]).all()
+
+
+def analyser(path: Path, start: float, channels: int = 3, seed: int = 1) -> Path:
+    """A file as an analyser with a trigger stores one hit: every variable a pair [axis, value], X time records from
+    10 ms before the hit on, beside spectra, a response and a coherence. Channel k answers k times as much."""
+    n = 4096
+    hit = Struck(TWO, ((start, 70.0),))
+    force, y = noisy(clean(hit), np.random.default_rng(seed), rotation=1e-7)
+    first = round((start - 0.01) * FS)
+    t = -0.01 + np.arange(n) / FS
+    tracks = [force[first : first + n], *((k + 1) * y[first : first + n] for k in range(channels - 1))]
+    f = np.arange(1601) * 0.125
+    content: dict = {"ChanNum": np.arange(1, channels + 1)[:, None], "Unit": np.array(["N", *["g"] * (channels - 1)])}
+    for k, x in enumerate(tracks, start=1):
+        content |= {
+            f"X{k}": np.c_[t, x],
+            f"W{k}": np.c_[t, 0.5 * x],
+            f"S{k}": np.c_[f, f + 1j],
+            f"G{k}_{k}": np.c_[f, f],
+        }
+        content |= {f"H1_{k}": np.c_[f, f + 2j], f"C1_{k}": np.c_[f, 0.5 + 0 * f]} if k > 1 else {}
+    savemat(path, content)
+    return path
+
+
+@pytest.mark.parametrize("channels", [2, 5])
+def test_hits_that_an_analyser_stored_with_its_pretrigger(channels: int, tmp_path: Path) -> None:
+    """The force is found by its unit; the time of each pair counts, so that a file's own step is used."""
+    files = [analyser(tmp_path / f"{k}.mat", 0.5, channels, seed=k) for k in range(3)]
+    found = run("frf", "--hammer", *files, "--json", tmp_path / "h.json")
+    assert "Track1 from 'X1'" in found.stderr
+    assert "X2 stays in g" in found.stderr
+    (response,) = json.loads((tmp_path / "h.json").read_text())["responses"]
+    assert [(i["good"], round(i["time_s"], 2)) for i in response["impacts"]] == [(True, 0.0)] * 3
+    assert list(response["H"]) == [f"X{k}" for k in range(2, channels + 1)]
+    assert response["units"]["X2"] == "g"
+    mode = next(m for m in response["modes"] if m["channel"] == "X2")
+    assert abs(mode["f_Hz"] - TWO[0][0]) < 2.0 * mode["U_Hz"]  # 4 u of scatter: one in 16,000
+
+
+def test_a_force_that_pulls_is_said(files: list[Path], tmp_path: Path) -> None:
+    force, y = noisy(clean(Struck(TWO, HITS)), np.random.default_rng(1), rotation=1e-7)
+    write_mat(tmp_path / "n.mat", {"Track1": -force, "Track2": y, "Track1_X_Resolution": np.array([1 / FS])})
+    said = run("frf", "--hammer", tmp_path / "n.mat").stderr
+    assert "the hits are negative in Track1; its sign is turned" in said
+    assert "negative" not in run("frf", "--hammer", files[0]).stderr
+
+
+def hits_in(path: Path, header: str, scale: tuple[float, float]) -> Path:
+    force, y = noisy(clean(Struck(TWO, HITS)), np.random.default_rng(1), rotation=1e-7)
+    table = np.c_[np.arange(force.size) / FS, scale[0] * force, scale[1] * y]
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.9g")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("header", "scale", "words"),
+    [
+        ("t,force [N],acc [mm]", (1.0, 1e3), None),
+        ("t,force [N],acc", (1.0, 1.0), "acc states no unit, in a.csv m"),
+        ("t,force [lbf],acc [m]", (1 / 4.448, 1.0), "force states lbf, in a.csv N"),
+    ],
+)
+def test_hits_of_other_units(header: str, scale: tuple[float, float], words: str | None, tmp_path: Path) -> None:
+    """Converted if both files state a unit that is known, else refused: the mean of both would be no response."""
+    pair = hits_in(tmp_path / "a.csv", "t,force [N],acc [m]", (1.0, 1.0)), hits_in(tmp_path / "b.csv", header, scale)
+    if words is None:
+        both, one = (accept.hammer_response(*each, input="force") for each in (pair, (pair[0], pair[0])))
+        np.testing.assert_allclose(both.frf.H, one.frf.H, rtol=1e-6)  # nine digits in the file
+        return
+    with pytest.raises(RecordError, match=words):
+        accept.hammer_response(*pair, input="force")
+
+
+def test_a_record_that_is_too_slow_for_hits_is_refused_in_words(tmp_path: Path) -> None:
+    for header, words in (("t", "is the time in ms"), ("t [s]", "too slow for hits")):
+        n = 12_000
+        force = np.where(np.arange(n) % 2000 == 900, 50.0, 0.0) + 0.01 * np.sin(np.arange(n))
+        table = np.c_[np.arange(n) / 4.0, force, np.roll(force, 1)]
+        np.savetxt(tmp_path / "s.csv", table, delimiter=",", header=f"{header},force,acc", comments="")
+        with pytest.raises(RecordError, match=words):
+            accept.hammer_response(tmp_path / "s.csv", input="force")
+
+
+def test_two_sampling_times_of_the_tracks_are_refused(tmp_path: Path) -> None:
+    force, y = noisy(clean(Struck(TWO, HITS)), np.random.default_rng(1), rotation=1e-7)
+    steps = {"Track1_X_Resolution": np.array([1 / FS]), "Track2_X_Resolution": np.array([2 / FS])}
+    write_mat(tmp_path / "r.mat", {"Track1": force, "Track2": y, **steps})
+    with pytest.raises(RecordError, match=r"'Track2'.* by 'Track2_X_Resolution' and .* by 'Track1_X_Resolution'"):
+        accept.hammer_response(tmp_path / "r.mat")
+    with pytest.raises(RecordError, match="by 'Track2_X_Resolution'"):
+        read(tmp_path / "r.mat", CHECKS["spurious_modes"].inputs["x_bending"])

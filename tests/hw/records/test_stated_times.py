@@ -360,3 +360,4 @@ def test_a_slow_record_is_none_in_milliseconds(tmp_path: Path) -> None:
 def test_times_that_are_not_in_seconds_are_asked_about(step: float, guess: str, tmp_path: Path) -> None:
     savemat(tmp_path / "a.mat", {"t": step * np.arange(N), "Va": VA[:N], "de": DE[:N]})
     refused_at_both_doors(tmp_path / "a.mat", f"is the time in {guess}")
+    assert accept.read_record(tmp_path / "a.mat", step_s=step).fs == pytest.approx(1.0 / step)  # it is said to be slow

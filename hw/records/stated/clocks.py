@@ -38,7 +38,8 @@ def agreed(file: str, channel: str, stated: list[Clock], min_samples: int) -> Cl
         first = replace(first, origin=f"{aside[0].start:.9g} s")
     origins = [c.origin for c in stated if c.origin]
     first = replace(first, origin=first.origin or next(iter(origins), ""))
-    vet_rate(file, first.source, first.step, first.in_seconds)
+    in_seconds = first.in_seconds or any(c.in_seconds and c.step > 0 for c in stated)
+    vet_rate(file, first.source, first.step, in_seconds)
     return first
 
 
