@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from checks.arrays import Array, Complex
 from checks.errors import RecordError
 from hw.records import uff58
-from hw.records.foreign_record import columns_of
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.mat5 import vet_unpacked
 from hw.records.source import SIGNATURE, Source, load_bytes
+from hw.records.textfile import open_columns
 from hw.records.uff58 import DELIMITER, FRF, UNNAMED
 from specs.units import UnitMismatch, factor, parse_header
 
@@ -161,7 +161,7 @@ def _own_json(source: Source) -> ResponseFile:
 def _table(source: Source, input: str, there: Mapping[str, str]) -> ResponseFile:
     """Return the responses of a table with columns NAME_re and NAME_im, maybe NAME_coherence and NAME_var, units in the
     header: `de_re [m/V]`."""
-    columns = columns_of(source)
+    columns = open_columns(source.file, source.raw)
     plain = {head: parse_header(head)[0] for head in columns}
     axes = [h for h, name in plain.items() if there.get(name) == "f"] or [
         h for h, name in plain.items() if name.lower() in FREQUENCIES

@@ -36,7 +36,7 @@ class Source:
 
     @property
     def is_text(self) -> bool:
-        """Return whether the file is a table: its ending says so, and its content is none of the other formats."""
+        """Return whether the file is a table, by its ending, unless its content is that of another format."""
         raw = self.raw
         binary = raw.startswith((SIGNATURE, TDMS)) or raw.startswith(SIGNATURE, USERBLOCK_BYTES)
         other = binary or raw[124:128] in MATLAB5 or DELIMITER.match(raw)

@@ -17,7 +17,7 @@ from nptdms.log import log_manager
 
 from checks.arrays import Array
 from checks.errors import RecordError
-from hw.records.stated.statements import seconds, spelled
+from hw.records.clocks import seconds, spelled
 from hw.records.variable import CLOCK, Clock, Variable, unique
 
 TIME = "t"
