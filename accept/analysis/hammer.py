@@ -89,7 +89,7 @@ def hammer_responses(
             if theirs != ours:
                 raise RecordError(
                     f"{record.name}: {name} states {theirs}, in {first.name} {ours}; hits are averaged in one unit: "
-                    f"state it alike, in a header as '{name} [UNIT]'"
+                    f"write the same unit into both headers, such as '{name} (m)'"
                 )
     rules = rules or ImpactRules()
     if first.fs * rules.double_hit_s < LEAST_SAMPLES:
