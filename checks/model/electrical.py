@@ -14,7 +14,7 @@ class Electrical:
     """gain: volts on the stacks per volt of Va; ga [N/V] force pair on the actuator stacks per volt on them;
     gs [V/m] sensor voltage per elongation of the sensor stack; amplifier_Hz: its bandwidth, infinite for none;
     highpass_Hz: of the sensor stack and its resistor; crosstalk [V/V] of the amplifier's output into Vs, pickup [s] of
-    its derivative by the cables' capacitance; tau [s] delay;
+    its derivative, by a return wire that both share; tau [s] delay;
     second_order, charge_highpass: corner [Hz] and damping ratio of an amplifier and of a charge amplifier's high-pass
     of second order, off at an infinite corner and at one of zero.
     """
@@ -31,8 +31,8 @@ class Electrical:
     charge_highpass: tuple[float, float] = (0.0, 0.7)
 
     def coupling(self, f: Array) -> Complex:
-        """Return the part (F,) of the amplifier's output that comes into Vs beside the stack: a constant one, and by
-        capacitance its derivative, up to `PICKUP_TO_HZ`."""
+        """Return the part (F,) of the amplifier's output that comes into Vs beside the stack: a constant one, and
+        its derivative, up to `PICKUP_TO_HZ`."""
         s = 2j * np.pi * f
         return np.asarray(self.crosstalk + self.pickup * s / (1.0 + 1j * f / PICKUP_TO_HZ))
 

@@ -125,7 +125,7 @@ def _is_sentence(effect: str, text: str) -> bool:
         return True
     if effect not in EFFECTS:
         return False
-    templates = (EFFECTS[effect].sentence, EFFECTS[effect].below)
+    templates = (EFFECTS[effect].sentence, EFFECTS[effect].below, *EFFECTS[effect].earlier)
     patterns = (_NUMBER.join(map(re.escape, re.split(r"\{[^}]*\}", t))) for t in templates if t)
     return any(re.fullmatch(pattern, text) for pattern in patterns)
 

@@ -104,7 +104,7 @@ class Effect:
 
     does: what it does to the model, as a formula if it has one; channels: where it must show; sign: its mark in words;
     sentence: what it means, with the parameters' names in braces; below: the same if its one value is below zero, with
-    its absolute value; sources: keys of its descriptions ("[STB] 3.1.6"); experiment: the measurement that shows it
+    its absolute value; earlier: sentences that it had before, which certificates state; sources: keys of its descriptions ("[STB] 3.1.6"); experiment: the measurement that shows it
     separately. How it enters the model, one of: its parameters' `sets` and `adds`; `turns`, parameters whose sign
     changes (it is then found before any search, on its channel); `factor`, (values, s (F,)) -> (F,) by which its
     channels are multiplied. None of these: responses do not show it. slow: how it is seen in slow records. How it is
@@ -121,6 +121,7 @@ class Effect:
     sign: str
     sentence: str
     below: str = ""
+    earlier: tuple[str, ...] = ()
     sources: tuple[str, ...]
     experiment: Experiment
     resembles: str = ""

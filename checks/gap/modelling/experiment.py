@@ -9,6 +9,7 @@ class Experiment(Enum):
 
     MASS = "repeat with +0.5 kg on the payload: an added mass moves what depends on the payload, nothing else"
     UNPLUG = "unplug the sensor stack at the amplifier and record Vs: what is left is cross-talk"
+    OWN_RETURN = "repeat with a return wire of its own for the sensor stack: what a shared one adds to Vs is then gone"
     TURN = "turn the strut by 180 degrees about its axis: what is the strut's stays what it is, the bench's changes"
     LEVEL = "repeat at half the drive level: what is linear stays, hysteresis and saturation change"
     LOOP_BACK = "feed Va to each channel's converter in turn: its latency and its filter show without the strut"

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from checks.gap.effects import EFFECTS
 from checks.gap.workflow import run
 from checks.model.channel_paths import LATENCIES
 from tests.checks.gap.shared.gap_cases import F, inputs
@@ -50,11 +51,13 @@ def test_what_the_band_shows_is_named(effect: str, values: dict[str, float]) -> 
     assert [n.effect for n in found.named] == [effect]
 
 
-def test_a_capacitive_pickup_is_no_latency() -> None:
+def test_a_common_return_is_no_latency() -> None:
     """Below the first zero of Vs its derivative looks like an earlier sample. Red before it was in the library: Vs is
     sampled 13 us earlier."""
     found = run(inputs(3, {"sensor_pickup": {"tau_us": -3.0}}), quiet)
     assert [n.effect for n in found.named] == ["sensor_pickup"]
+    assert "return wire" in found.named[0].sentence
+    assert "return wire of its own" in EFFECTS["sensor_pickup"].experiment.value
 
 
 @pytest.mark.parametrize("learned", [True, False])

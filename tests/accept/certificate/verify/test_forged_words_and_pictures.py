@@ -189,6 +189,14 @@ NAMED = {"effect": "sensor_polarity", "sentence": EFFECTS["sensor_polarity"].sen
             "de / Va",
             None,
         ),
+        (  # as it was worded when the certificate was made
+            {
+                "effect": "sensor_pickup",
+                "sentence": "The derivative of the amplifier's output, times -2.97 us, adds to Vs.",
+            },
+            "de / Va",
+            None,
+        ),
     ],
 )
 def test_a_gap_analysis_speaks_in_the_words_of_the_library(
