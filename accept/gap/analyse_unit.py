@@ -67,8 +67,9 @@ class GapAnalysis:
 
     def profile(self, name: str) -> LikelihoodProfile:
         """Return the profile of the likelihood of a fitted value, such as "misalignment.dy_um": a fit for each of seven
-        values about it, on the responses that were fitted. Raises ModelError for a name that was not fitted."""
-        return profile(self.result.after.response, self.result.fit, name)
+        values about it, on all that was fitted: unnamed effects and experiments too. Raises ModelError for a name that
+        was not fitted."""
+        return profile(self.result.fit, name)
 
     @property
     def document(self) -> dict[str, Any]:

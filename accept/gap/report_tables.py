@@ -94,7 +94,7 @@ def _identifiability(result: Result) -> PageTable:
     for name, it in determined(result.fit, [n.effect for n in result.named]).items():
         effect, _, parameter = name.partition(".")
         label = f"{words_of(effect)}: {symbol(effect, parameter)} [{unit(effect, parameter) or '1'}]"
-        ends = (result.fit.interval(name), profile(result.after.response, result.fit, name).ci95)
+        ends = (result.fit.interval(name), profile(result.fit, name).ci95)
         shown = (" to ".join(rounded(x, it.sd) if isfinite(x) else "open" for x in pair) for pair in ends)
         rival = value_label(result.after.response.model, it.rival)
         rows.append((label, *shown, f"{it.inflation:.3g}", f"{rival} ({it.correlation:+.3f})"))

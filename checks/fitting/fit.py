@@ -44,9 +44,10 @@ SHOWN = 4  # values of a fit in its short form
 class Fit:
     """names (p,), values (p,), cov (p, p) of the posterior, in the names' units, never rescaled by the residual.
 
-    cost: half the sum of squared whitened residuals plus prior_cost, half that of the priors. residuals: (F, C) of
-    every dataset, data minus model. starts: cost of every start. at_bound: names whose value lies on a bound."""
+    response: what was fitted, with all that it held beside the model. cost: half the sum of squared whitened residuals
+    plus prior_cost, half that of the priors. residuals: (F, C) of every dataset, data minus model. starts: cost of every start. at_bound: names whose value lies on a bound."""
 
+    response: Response
     names: tuple[str, ...]
     values: Array
     cov: Array
@@ -244,7 +245,7 @@ def resume(response: Response, found: Fit, datasets: Sequence[Dataset]) -> Fit:
     return _result(problem, end, found.starts)
 
 
-def cost_with(response: Response, found: Fit, name: str, value: float) -> float:
+def cost_with(found: Fit, name: str, value: float) -> float:
     """Return the least cost of a fit with one parameter held at a value and all others fitted again, on the same bins
     with the same weights: minus the profile of ln L, but for a constant ([PAWITAN01] 3.4). Raises ModelError."""
     k = found.names.index(name)
@@ -253,7 +254,7 @@ def cost_with(response: Response, found: Fit, name: str, value: float) -> float:
     free = (*found.free[:k], held, *found.free[k + 1 :])
     near = found.values + found.cov[:, k] / found.cov[k, k] * (value - found.values[k])  # where the others lie then
     near[k] = value
-    problem = _FitProblem(response, found.datasets, free, found.joint)
+    problem = _FitProblem(found.response, found.datasets, free, found.joint)
     end = descend(problem, np.clip(problem.coordinates.x(near), *problem.bounds()), STEPS, EXACT)
     return end.cost + (0.5 * ((value - own.prior) / own.sd) ** 2 if np.isfinite(own.sd) else 0.0)
 
@@ -370,6 +371,7 @@ def _result(problem: _FitProblem, found: Descent, starts: tuple[float, ...], mes
     near = AT_BOUND * np.sqrt(np.diag(cov))
     bound = (values - at.lo < near) | (at.hi - values < near)
     return Fit(
+        response=problem.response,
         names=problem.names,
         values=values,
         cov=cov,

@@ -9,7 +9,6 @@ import numpy as np
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting.fit import Fit, cost_with
-from checks.fitting.response import Response
 
 REACH, POINTS = 3.0, 7  # of a profile: standard uncertainties to either side, and values looked at
 TWO_SIDED = 1.959964  # standard deviations of a normal that hold 95 %
@@ -64,7 +63,7 @@ class LikelihoodProfile:
     ci95: tuple[float, float]
 
 
-def profile(response: Response, found: Fit, name: str, reach: float = REACH, points: int = POINTS) -> LikelihoodProfile:
+def profile(found: Fit, name: str, reach: float = REACH, points: int = POINTS) -> LikelihoodProfile:
     """Return the profile of the likelihood of a fitted parameter over `reach` standard uncertainties to either side
     ([PAWITAN01] 3.4; [RAUE09]): a fit for each value. Its interval needs no Fisher information: a profile that stays
     low, or rises on one side only, is of a value that the data do not determine. Raises ModelError."""
@@ -72,7 +71,7 @@ def profile(response: Response, found: Fit, name: str, reach: float = REACH, poi
         raise ModelError(f"'{name}' was not fitted (fitted: {', '.join(found.names)})")
     free, at, sd = found.free[found.names.index(name)], found.at[name], found.sds[name]
     values = np.unique(np.clip(at + reach * sd * np.linspace(-1.0, 1.0, points), free.lo, free.hi))
-    cost = np.array([cost_with(response, found, name, float(v)) for v in values])
+    cost = np.array([cost_with(found, name, float(v)) for v in values])
     fall = np.maximum(cost - min(found.cost, float(cost.min())), 0.0)
     z = np.sqrt(2.0 * fall) * np.sign(values - at)  # a normal's is straight: its ends are those of Fisher
     rising = np.maximum.accumulate(z)

@@ -15,7 +15,8 @@ from tests.checks.fitting.function_response import FunctionResponse
 def fit_of(cov: list[list[float]]) -> Fit:
     names = ("effect.a", "joint.b", "bench.c")[: len(cov)]
     free = tuple(Free(n, 0.0) for n in names)
-    return Fit(names, np.zeros(len(cov)), np.array(cov), free, 0.0, 0.0, True, "", (), (), (), ())
+    nothing = FunctionResponse(lambda v, f, _: f[:, None] + 0j, {})
+    return Fit(nothing, names, np.zeros(len(cov)), np.array(cov), free, 0.0, 0.0, True, "", (), (), (), ())
 
 
 def test_two_values_share_what_their_correlation_says() -> None:
@@ -58,7 +59,7 @@ def test_the_profile_of_a_straight_line_is_the_parabola_of_fisher() -> None:
     data = measured((2.0 + 3.0 * F)[:, None] + 0j, 0.1)
     found = fit(line, data, [Free("a.x", 1.0, scale=1.0), Free("b.x", 1.0, 2.0)])  # b with a prior
     for name in ("a.x", "b.x"):
-        it = profile(line, found, name)
+        it = profile(found, name)
         z = (it.values - found.at[name]) / found.sds[name]
         np.testing.assert_allclose(it.fall, 0.5 * z**2, rtol=1e-3, atol=1e-3)
         np.testing.assert_allclose(it.ci95, found.interval(name), rtol=1e-3)
@@ -70,11 +71,11 @@ def test_an_end_that_the_data_do_not_show_is_open() -> None:
     lag = FunctionResponse(lambda v, f, _: (1.0 / (1.0 + 1j * f / v["lag.f"]))[:, None], {"lag.f": 1e-3})
     data = measured(np.ones((F.size, 1), complex), 0.3)
     found = fit(lag, data, [Free("lag.f", 30.0, lo=0.1, scale=10.0)])
-    it = profile(lag, found, "lag.f")
+    it = profile(found, "lag.f")
     assert it.ci95[1] == np.inf
     assert 0.0 < it.ci95[0] < found.at["lag.f"]
 
 
 def test_a_profile_of_a_strange_name_is_refused() -> None:
     with pytest.raises(ModelError, match=r"effect\.a"):
-        profile(FunctionResponse(lambda v, f, _: f[:, None] + 0j, {}), fit_of([[4.0]]), "b")
+        profile(fit_of([[4.0]]), "b")
