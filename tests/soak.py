@@ -37,6 +37,14 @@ HEAVY: Mapping[str, Heavy] = {
         ],
         "a name beside disagreement; a resonance that is no effect's, in test_never_worse.py",
     ),
+    "tests/accept/gap/test_gap_every_verdict.py": Heavy(
+        ["accept/gap", "checks/gap", "checks/fitting"],
+        [
+            "test_every_verdict_is_reported_whole[name beside a refused remainder, experiment]",
+            "test_every_verdict_is_reported_whole[unexplained, experiment]",
+        ],
+        "the same verdicts without an experiment, the other verdicts with one",
+    ),
     "tests/checks/gap/test_never_worse.py": Heavy(
         ["checks/gap"],
         ["test_records_turned_without_need_are_taken_as_they_came"],

@@ -45,7 +45,8 @@ class Fit:
     """names (p,), values (p,), cov (p, p) of the posterior, in the names' units, never rescaled by the residual.
 
     response: what was fitted, with all that it held beside the model. cost: half the sum of squared whitened residuals
-    plus prior_cost, half that of the priors. residuals: (F, C) of every dataset, data minus model. starts: cost of every start. at_bound: names whose value lies on a bound."""
+    plus prior_cost, half that of the priors. residuals: (F, C) of every dataset, data minus model. starts: cost of
+    every start. at_bound: names whose value lies on a bound."""
 
     response: Response
     names: tuple[str, ...]

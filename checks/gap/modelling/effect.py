@@ -104,13 +104,14 @@ class Effect:
 
     does: what it does to the model, as a formula if it has one; channels: where it must show; sign: its mark in words;
     sentence: what it means, with the parameters' names in braces; below: the same if its one value is below zero, with
-    its absolute value; earlier: sentences that it had before, which certificates state; sources: keys of its descriptions ("[STB] 3.1.6"); experiment: the measurement that shows it
-    separately. How it enters the model, one of: its parameters' `sets` and `adds`; `turns`, parameters whose sign
-    changes (it is then found before any search, on its channel); `factor`, (values, s (F,)) -> (F,) by which its
-    channels are multiplied. None of these: responses do not show it. slow: how it is seen in slow records. How it is
-    simulated in time, if it is not a parameter of the model: bends, (values, amplitude [V]) -> what the drive (N,) [V]
-    becomes; path, values -> the filter in the path of each of its channels, whose response is `factor`. resembles:
-    other causes whose responses are the same, in words: a model file can hold such an effect, and no search names it.
+    its absolute value; earlier: sentences that it had before, which certificates state; sources: keys of its
+    descriptions ("[STB] 3.1.6"); experiment: the measurement that shows it separately. How it enters the model, one of:
+    its parameters' `sets` and `adds`; `turns`, parameters whose sign changes (it is then found before any search, on
+    its channel); `factor`, (values, s (F,)) -> (F,) by which its channels are multiplied. None of these: responses do
+    not show it. slow: how it is seen in slow records. How it is simulated in time, if it is not a parameter of the
+    model: bends, (values, amplitude [V]) -> what the drive (N,) [V] becomes; path, values -> the filter in the path of
+    each of its channels, whose response is `factor`. resembles: other causes whose responses are the same, in words: a
+    model file can hold such an effect, and no search names it.
     lags: it is a delay of its channels if its corner lies far above the band."""
 
     name: str

@@ -1,6 +1,6 @@
 """Part of the amplifier's output couples into the sensor's wire and adds to Vs at every frequency ([PREUMONT18] 3.9:
-feedthrough moves the zeros of a collocated pair; [STB] 3.2.4 for Vs). The capacitance between the cables does so: it and
-the sensor stack, a capacitor above 0.4 Hz, divide the drive."""
+feedthrough moves the zeros of a collocated pair; [STB] 3.2.4 for Vs). The capacitance between the cables does so: with
+the sensor stack, a capacitor above 0.4 Hz, it divides the drive."""
 
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
