@@ -1,11 +1,14 @@
 """Plug-ins: objects that other packages declare under an entry point group ([project.entry-points]).
 
 A plug-in that cannot be used is skipped and reported in one line; its name is then refused as unknown, so that no unit
-is judged by a part of it. It can add, never replace: a name that the program has stays the program's."""
+is judged by a part of it. It can add, never replace: a name that the program has stays the program's.
+
+The installed products stand here too: the program's own and theirs."""
 
 import os
+import re
 import sys
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -13,6 +16,10 @@ from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from pathlib import Path
 from pkgutil import walk_packages
 from typing import Any
+
+from specs import products as own_products
+from specs.errors import AcceptError
+from specs.products import Product
 
 CHECKS, EFFECTS, INSTRUMENTS = "accept.checks", "accept.effects", "accept.instruments"
 RECORDERS, PRODUCTS = "accept.recorders", "accept.products"
@@ -103,3 +110,60 @@ def _installed(path: tuple[str, ...]) -> dict[str, EntryPoints]:
 def _origin(entry: EntryPoint) -> str:
     package = f" of {entry.dist.name} {entry.dist.version}" if entry.dist else ""
     return f"'{entry.name}'{package} ({entry.group}: {entry.value})"
+
+
+PRODUCT_NAME = re.compile(r"[a-z][a-z0-9_-]{0,30}")  # stands in file names, tables and entry points
+_PRODUCTS: dict[str, Product] = {}
+_FILES = [import_module(name) for name in listed(own_products.__name__)]
+BUILT_IN: Mapping[str, Product] = {file.PRODUCT.name: file.PRODUCT for file in _FILES if hasattr(file, "PRODUCT")}
+
+
+class ProductError(AcceptError, ValueError):
+    """A product that is not installed or not usable."""
+
+
+def products() -> Mapping[str, Product]:
+    """Return the installed products by name: the program's own, then those of other packages, which can add but never
+    replace. Packages are asked once."""
+    if not _PRODUCTS:
+        _PRODUCTS.update(BUILT_IN)
+        _PRODUCTS.update(plugins(PRODUCTS, product_problem, BUILT_IN))
+    return _PRODUCTS
+
+
+def product_named(name: str) -> Product:
+    """Return an installed product. Raises ProductError naming those that are installed."""
+    try:
+        return products()[name]
+    except KeyError:
+        raise ProductError(f"no such product '{name}' (installed: {', '.join(products())})") from None
+
+
+def add_product(product: Product) -> None:
+    """Add a product that is not installed, until `remove_product`, to check it. Raises ProductError."""
+    if problem := product_problem(product):
+        raise ProductError(problem)
+    if product.name in products():
+        raise ProductError(f"the name '{product.name}' is taken (installed: {', '.join(products())})")
+    _PRODUCTS[product.name] = product
+
+
+def remove_product(name: str) -> None:
+    """Remove a product that was added."""
+    if name not in BUILT_IN:
+        _PRODUCTS.pop(name, None)
+
+
+def product_problem(product: Any) -> str:
+    """Return what is wrong with a product of another package, "" if it is valid. Its spec and its model are read when
+    they are used."""
+    if not isinstance(product, Product):
+        return f"is a {type(product).__name__}, expected a Product"
+    if not PRODUCT_NAME.fullmatch(product.name):
+        return f"a product cannot be called '{product.name}': expected small letters, digits, '_' and '-'"
+    if not (product.title and product.plural):
+        return f"product '{product.name}' has no title or no plural"
+    for what in (product.spec, product.model):
+        if isinstance(what, Path) and not what.is_file():
+            return f"product '{product.name}': {what} is not there"
+    return ""

@@ -8,7 +8,7 @@ from typing import Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from specs.patterns import pattern_problem
-from specs.products import product_named
+from specs.plugins import product_named
 from specs.strict import Finite, Positive, SpecError, Strict, Words, file_bytes, parse_as
 from specs.units import unit_of
 

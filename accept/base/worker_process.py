@@ -45,8 +45,10 @@ def limit_memory(gigabytes: float) -> None:
     Windows has no such limit, macOS has its name and refuses it: what a file may hold is bounded before it is read."""
     if sys.platform != "linux":
         return
-    import resource
-
+    try:
+        import resource
+    except ImportError:  # a Python that was built without it
+        return
     import numpy  # noqa: F401 - the buffers of its threads exist from now on, and do not count
 
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)

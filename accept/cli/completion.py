@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.home import HomeError, home
-from specs.products import products
+from specs.plugins import products
 
 MOST = 200  # serials that are offered at once
 OF_UNITS = ("unit_judged", "attempt_started")  # events

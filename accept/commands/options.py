@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from specs.products import products
+from specs.plugins import products
 
 Json = Annotated[Path | None, typer.Option("--json", help="JSON file to write.")]
 JsonAnswer = Annotated[

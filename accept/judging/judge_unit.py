@@ -29,7 +29,7 @@ from checks.quantity import Outcome, Quantity
 from checks.record import Record
 from checks.verdict import Finding, bounds, judge, largest_U, unit_verdict
 from specs import plugins
-from specs.products import BUILT_IN, product_named, products
+from specs.plugins import BUILT_IN, product_named, products
 from specs.spec import CheckSpec, Spec, load
 from specs.strict import SpecError
 

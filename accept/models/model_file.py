@@ -23,7 +23,7 @@ from checks.model.unidentified import Element, element
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, PopulationRecord
-from specs.products import product_named
+from specs.plugins import product_named
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 AS_BUILT = "strut-as-built"  # its modes are as uncertain as they are from unit to unit

@@ -12,7 +12,8 @@ from checks.acceptance import CHECKS, check_problem
 from specs import plugins
 from specs.distribution import NAME as DISTRIBUTION
 from specs.errors import AcceptError
-from specs.products import Product, ProductError, add_product, product_problem, products, remove_product
+from specs.plugins import ProductError, add_product, product_problem, products, remove_product
+from specs.products import Product
 from specs.strict import SpecError, file_bytes, toml_of
 
 PROJECT_FILE = "pyproject.toml"

@@ -22,7 +22,7 @@ from checks.errors import RecordError
 from specs.bench import TIME, Channels
 from specs.errors import AcceptError
 from specs.files import read_bounded
-from specs.products import products
+from specs.plugins import products
 from specs.strict import toml_of
 
 UNIT_FILE = "unit.toml"

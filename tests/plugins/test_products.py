@@ -14,7 +14,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from accept.cli.main import app
-from specs.products import BUILT_IN, Product, ProductError, product_named, product_problem
+from specs.plugins import BUILT_IN, ProductError, product_named, product_problem
+from specs.products import Product
 
 ROOT = Path(__file__).parents[2]
 NAME = "lever_2"

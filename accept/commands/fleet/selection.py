@@ -17,7 +17,7 @@ from accept.fleet.measurements import measurements
 from accept.judging.judge_unit import load_spec
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
-from specs.products import ProductError, product_named
+from specs.plugins import ProductError, product_named
 from specs.spec import Spec
 
 NAMED = 10  # serials in a sentence

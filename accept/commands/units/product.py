@@ -13,7 +13,8 @@ from accept.base.documents.listings import ProductList, ProductListed
 from accept.base.exit_codes import Exit
 from accept.commands.options import JsonAnswer
 from specs import plugins
-from specs.products import BUILT_IN, Product, ProductError, product_named, products
+from specs.plugins import BUILT_IN, ProductError, product_named, products
+from specs.products import Product
 
 OWN = "built-in"
 

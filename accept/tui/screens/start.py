@@ -21,7 +21,7 @@ from accept.tui.background.load_module import load_module
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
-from specs.products import products
+from specs.plugins import products
 
 if TYPE_CHECKING:
     from accept.units.unit_folder import UnitFolder

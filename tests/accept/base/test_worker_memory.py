@@ -1,6 +1,7 @@
 """The memory limit of a worker on systems that have none, or refuse it."""
 
 import resource
+import subprocess
 import sys
 
 import pytest
@@ -25,3 +26,18 @@ def test_it_is_not_asked_for_outside_linux(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(sys, "platform", "darwin")
     worker_process.limit_memory(4.0)
     assert not asked
+
+
+def test_workers_of_a_cluster_do_without_the_module_resource() -> None:
+    """Red before in `limit_memory`. psutil comes first: on Windows it has a module of its own for that system."""
+    pytest.importorskip("distributed")
+    code = """
+import psutil, sys
+sys.modules["resource"] = None
+from accept.base.cluster import dask_workers
+from accept.base.worker_process import limit_memory
+limit_memory(4.0)
+dask_workers.Labelled()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

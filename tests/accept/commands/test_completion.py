@@ -16,7 +16,7 @@ from accept.store.payloads import AttemptStarted, UnitJudged
 from accept.store.store import NewEvent
 from checks.acceptance import CHECKS
 from specs.model import builtin_models
-from specs.products import products
+from specs.plugins import products
 from specs.spec import builtin, load
 
 HEAVY = ("numpy", "scipy", "pandas", "sqlalchemy", "textual", "matplotlib", "hw", "checks")

@@ -17,7 +17,7 @@ from accept.store import open_store
 from accept.store.formats import DOCUMENTS
 from checks.gap.effects import EFFECTS
 from specs.model import builtin_models
-from specs.products import products
+from specs.plugins import products
 from specs.spec import builtin, load
 
 ROOT = Path(__file__).parents[3]
