@@ -1,44 +1,76 @@
 """Two realisations of everything that was measured: one to fit, one to judge with; of a unit as it is and under every
 condition of its experiments."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from accept.gap.responses import Responses, records_of, refuse_faults
 from accept.units.loaded_unit import LoadedUnit
+from checks.arrays import Array
 from checks.errors import RecordError
 from checks.fitting.dataset import Dataset, dataset_from_records
 from checks.gap.conditions.trial import ConditionTrial
 from checks.gap.workflow import GapRefused, check_same_unit
 from checks.record import Record
+from checks.signals.mode_shifts import BANDS_Hz, ModeShift, mode_shifts
 
 F_LO = 5.0  # [Hz] below [STB]'s 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
 RESISTOR = ("sensor_highpass", "resistor_ohm")  # section and key of unit.toml with the unit's own resistor
 DRIFT, SURE = 3e-3, 6.0  # of a gain from record to record, and standard deviations, from which on it is said
+OFF = 10.0  # standard deviations of one bin beyond which the modes of its band are compared
+ASIDE = 0.25  # of its frequency about a mode that moved: bins in which a gain is not looked for
 HALVES = "a single realisation: one half of it is fitted, the other half judged, so the sensitivity is reduced"
 
 
 def realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Dataset, tuple[str, ...]]:
     """Return A to fit, B to judge with, and notes: a single realisation is cut in two halves, and a note states it."""
     if measured.second is not None:
-        return measured.first, measured.second, gain_notes(measured.first, measured.second)
+        shifts = _mode_shifts(measured.first, measured.second, measured)
+        notes = (*_shift_notes(shifts), *gain_notes(measured.first, measured.second, shifts))
+        return measured.first, measured.second, notes
     A, B = _halves(measured, measured.records, tolerance)
     return A, B, (HALVES,)
 
 
-def gain_notes(A: Dataset, B: Dataset) -> tuple[str, ...]:
+def gain_notes(A: Dataset, B: Dataset, shifts: Sequence[ModeShift] = ()) -> tuple[str, ...]:
     """Return a note on channels whose gain differs between the realisations, as a drifting gain makes it: by a real
-    factor at all frequencies, estimated by weighted least squares, beyond noise and `DRIFT`."""
+    factor at all frequencies, estimated by weighted least squares, beyond noise and `DRIFT`. shifts: of modes between
+    the two; about these nothing is compared, and twice their size may be the stiffness that moved them."""
     if A.H.shape != B.H.shape:
         return ()
-    weight = 1.0 / (A.noise + B.noise)
-    power = np.sum(weight * np.abs(A.H) ** 2, axis=0)
-    change = np.sum(weight * (A.H.conj() * (B.H - A.H)).real, axis=0) / power
-    significant = np.abs(change) > np.maximum(DRIFT, SURE / np.sqrt(power))
+    apart = np.all([np.abs(A.f / m.f_Hz - 1.0) > ASIDE for m in shifts], axis=0) if shifts else np.ones(A.f.size, bool)
+    weight = apart[:, None] / (A.noise + B.noise)
+    power, change = np.sum(weight * np.abs(A.H) ** 2, axis=0), gain_change(A, B, weight)
+    least = DRIFT + 2.0 * max((abs(m.relative) for m in shifts), default=0.0)
+    significant = np.abs(change) > np.maximum(least, SURE / np.sqrt(power))
     parts = [f"{c} {100 * x:+.1f} %" for c, x, told in zip(A.channels, change, significant, strict=True) if told]
     return (f"gain of the second realisation over the first: {', '.join(parts)}",) if parts else ()
+
+
+def gain_change(A: Dataset, B: Dataset, weight: Array) -> Array:
+    """Return by which part (C,) each channel of B is larger than in A."""
+    power = np.sum(weight * np.abs(A.H) ** 2, axis=0)
+    return np.asarray(np.sum(weight * (A.H.conj() * (B.H - A.H)).real, axis=0) / power)
+
+
+def _mode_shifts(A: Dataset, B: Dataset, measured: Responses) -> tuple[ModeShift, ...]:
+    """Return the modes that moved between the realisations, of the encoder if it was recorded. Only bands are looked at
+    in which they differ by more than a gain."""
+    channel = next((c for c in ("de", "da", "Vs") if c in A.channels), None)
+    if channel is None or A.H.shape != B.H.shape:
+        return ()
+    k, noise = A.channels.index(channel), A.noise + B.noise
+    change = gain_change(A, B, 1.0 / noise)
+    off = np.abs(B.H[:, k] - (1.0 + change[k]) * A.H[:, k]) > OFF * np.sqrt(noise[:, k])
+    bands = [(lo, hi) for lo, hi in BANDS_Hz if hi <= measured.merge_Hz and off[(A.f >= lo) & (A.f <= hi)].any()]
+    return mode_shifts(measured.records["low"], measured.records["low_repeat"], channel, bands)
+
+
+def _shift_notes(shifts: Sequence[ModeShift]) -> tuple[str, ...]:
+    each = [f"{100.0 * m.relative:+.2g} % ({m.f_Hz:.2f} to {m.to_Hz:.2f} Hz)" for m in shifts]
+    return (f"modes shifted between the records of the two realisations: {', '.join(each)}",) if shifts else ()
 
 
 def trials_of(

@@ -1,0 +1,48 @@
+"""Modes that lie elsewhere in a second record of the same unit: what changes then is a frequency, and no gain."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.record import Record
+from checks.signals.spectral.poles import Transforms
+from checks.signals.spectral.resonance import Resonance, find
+
+BANDS_Hz = ((60.0, 140.0), (140.0, 235.0), (235.0, 330.0))  # the axial mode, and the strut's own that the encoder sees
+LEAST, SURE = 5e-4, 6.0  # shift, and standard uncertainties, from which on it is said
+FARTHEST = 0.03  # more is another mode
+ALIKE = 1.5  # ratio of damping and of amplitude within which two resonances are one mode
+
+
+@dataclass(frozen=True)
+class ModeShift:
+    """A mode at f_Hz in one record and at `to_Hz` in another one."""
+
+    f_Hz: float
+    to_Hz: float
+
+    @property
+    def relative(self) -> float:
+        return self.to_Hz / self.f_Hz - 1.0
+
+
+def mode_shifts(
+    first: Record, second: Record, channel: str, bands: Sequence[tuple[float, float]] = BANDS_Hz, drive: str = "Va"
+) -> tuple[ModeShift, ...]:
+    """Return the modes of a channel that moved from one record to another: the strongest of each band [Hz], if it is
+    the same mode in both and its frequencies differ beyond their uncertainties."""
+    both = [Transforms.of(record, drive, (channel,)) for record in (first, second)] if bands else []
+    found = []
+    for lo, hi in bands:
+        a, b = (find(each.window(lo, hi, channel), lo, hi) for each in both)
+        if a is not None and b is not None and _moved(a, b):
+            found.append(ModeShift(a.f_Hz, b.f_Hz))
+    return tuple(found)
+
+
+def _moved(a: Resonance, b: Resonance) -> bool:
+    shift = b.f_Hz / a.f_Hz - 1.0
+    u = float(np.hypot(np.hypot(a.u_Hz, a.u_Hz_model), np.hypot(b.u_Hz, b.u_Hz_model))) / a.f_Hz
+    ratios = a.damping_ratio / b.damping_ratio, float(a.amplitude[0] / b.amplitude[0])
+    return max(LEAST, SURE * u) < abs(shift) < FARTHEST and all(1.0 / ALIKE < r < ALIKE for r in ratios)
