@@ -69,6 +69,10 @@ class Cause(Enum):
         "the times of the samples scatter by {jitter_us:.2g} us (standard deviation): errors go with the velocity of "
         "the channels"
     )
+    CLOCKS_APART = (
+        "{channel} and {reference} were sampled by clocks that run apart by {ppm:.2g} parts per million: the lag between "
+        "them grows by {grows_us:.3g} us over the record"
+    )
     CHANNEL_COPIED = "{other} is {channel} times a number at every sample: a channel was stored twice or looped back"
     CHANNEL_DELAYED = "{channel} is {samples:.2f} samples behind {reference}; expected 0 to {most:g} samples"
     CHANNEL_OFFSET = "{channel} is stored {samples:.2f} samples behind {other}; at most {most:g} are possible"

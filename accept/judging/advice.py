@@ -38,6 +38,7 @@ ADVICE: Mapping[Cause, str] = {
     Cause.CHANNEL_SLIPPED: _LOST,
     Cause.SAMPLES_LOST: _LOST,
     Cause.CHANNEL_DISTURBED: "check the plug of {channel}, then record again",
+    Cause.CLOCKS_APART: "record {channel} and {reference} with one clock: one recorder, or two that share their clock",
     Cause.SAMPLING_JITTER: "let one clock of hardware time every sample, then record again",
     Cause.CHANNEL_COPIED: "check that {channel} and {other} are on inputs of their own, then record again",
     Cause.CHANNEL_DELAYED: _OFFSET,

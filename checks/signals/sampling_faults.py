@@ -1,4 +1,5 @@
-"""Faults of sampling, seen in a record before any model: clipped or held values, lost samples, a clock that jitters.
+"""Faults of sampling, seen in a record before any model: clipped or held values, lost samples, a clock that jitters,
+clocks that run apart.
 
 Such a fault is not a linear effect of the strut or its bench, and each leads to responses that look sound but are
 noisier, or have poles without a resonance. Two tests find them. The part that the drive does not explain, block by
@@ -16,6 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from checks.arrays import Array, Complex
 from checks.cause import Cause, Reason, because
 from checks.record import Record
+from checks.signals.clock_drift import clock_drift
 from checks.signals.record_checks import dead, overload
 from checks.signals.spectral.segments import hann
 from checks.signals.spectral.unexplained import SHARE, DrivePart, blocks, power
@@ -41,6 +43,7 @@ DISTURBED = 0.5  # of a channel's standard deviation that the drive does not exp
 SPREAD = 8 * SLOT  # samples about a burst in which it may have begun
 UNEXPLAINED = 0.1  # of the power at its largest: a shift within the record leaves more
 PART = 16  # samples whose motion and error are compared
+ALIKE = 0.2  # of a drift: all channels that have it stand against the drive
 JITTER_s = 1.5e-6  # a clock has below 0.1 us; 2 us take 2 % of a response at 2 kHz away as noise
 JITTER_SURE = 10.0  # standard deviations
 JITTER_SHARE = 0.1  # of the residual: below, jitter does not matter
@@ -99,7 +102,31 @@ def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason,
     if part is None or not moving:
         return ()
     look = _Look(record, drive, part, {c: part.left(record[c]) for c in moving})
-    return _loss_faults(look) or _jitter(look)
+    return _clock_faults(look) or _loss_faults(look) or _jitter(look)
+
+
+def _clock_faults(look: _Look) -> tuple[Reason, ...]:
+    """Return a reason for each channel whose clock runs apart from the drive's; one of the drive if all channels do so
+    alike."""
+    u, seconds = look.record[look.drive], look.record.t.size / look.record.fs
+    found = {c: d for c in look.left if (d := clock_drift(u, look.record[c])) is not None}
+    if (
+        len(found) > 1
+        and len(found) == len(look.left)
+        and np.ptp(list(found.values())) < ALIKE * max(map(abs, found.values()))
+    ):
+        found = {look.drive: found[next(iter(look.left))]}
+    other = {look.drive: next(iter(look.left))}
+    return tuple(
+        because(
+            Cause.CLOCKS_APART,
+            channel=c,
+            reference=other.get(c, look.drive),
+            ppm=1e6 * abs(drift),
+            grows_us=1e6 * abs(drift) * seconds,
+        )
+        for c, drift in found.items()
+    )
 
 
 def _hold_faults(record: Record, channel: str, drive: str) -> tuple[Reason, ...]:

@@ -1,0 +1,70 @@
+"""Clocks that run apart: a channel that was sampled by another clock than the drive comes later and later, or earlier
+and earlier. The response of each part of the record to the drive then has the phase of a lag that grows in proportion
+to time, at all frequencies; a mode that moves turns it about its own frequency only."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.signals.spectral.segments import hann
+
+PARTS = 8  # of the record, whose lags are compared
+SEGMENT = 4096  # samples of a transform
+DRIVEN = 1e-3  # of the largest cross power: less is not driven
+FINE = 16  # places within a sample at which the lag is looked for
+SURE = 8.0  # standard deviations of the mean step between two parts
+STEADY = 0.25  # of a step: how far the lags may lie off a straight line
+LEAST_PARTS_PER_MILLION = 2.0
+ALONG = 0.6  # share of the driven bins' phases that a lag has to explain
+
+
+def clock_drift(drive: Array, y: Array) -> float | None:
+    """Return by which part y (N,) is sampled by a faster clock than the drive (N,): its lag grows by so much of the
+    time. None if the lag does not grow steadily, or if the record is too short to show it."""
+    size = drive.size // PARTS
+    if size < 2 * SEGMENT:
+        return None
+    spectra = [_cross_spectrum(drive[k * size : (k + 1) * size], y[k * size : (k + 1) * size]) for k in range(PARTS)]
+    steps = [_lag(b * np.conj(a)) for a, b in pairwise(spectra)]
+    known = np.array([s for s in steps if s is not None])
+    if known.size < len(steps):
+        return None
+    lags = np.concatenate([[0.0], np.cumsum(known)])
+    k = np.arange(PARTS) - (PARTS - 1) / 2
+    step = float(k @ lags / (k @ k))
+    off = lags - lags.mean() - step * k
+    sd = float(np.sqrt(off @ off / (PARTS - 2) / (k @ k)))
+    steady = float(np.abs(off).max()) < STEADY * abs(step) * (PARTS - 1)
+    drift = step / size
+    return drift if steady and abs(step) > SURE * sd and abs(drift) > 1e-6 * LEAST_PARTS_PER_MILLION else None
+
+
+def _cross_spectrum(u: Array, y: Array) -> Complex:
+    window, total = hann(SEGMENT), np.zeros(SEGMENT // 2 + 1, dtype=complex)
+    for begin in range(0, u.size - SEGMENT + 1, SEGMENT // 2):
+        U, Y = (np.fft.rfft(window * (x - x.mean())) for x in (u[begin : begin + SEGMENT], y[begin : begin + SEGMENT]))
+        total += U.conj() * Y
+    return total
+
+
+def _lag(product: Complex) -> float | None:
+    """Return by how many samples the later of two parts lags more, from the product of its cross spectrum with the
+    other's conjugate; None if no lag explains the phases."""
+    size = np.abs(product)
+    at = np.flatnonzero(size > DRIVEN**2 * size.max())
+    at = at[at > 1]
+    if at.size < 20:
+        return None
+    phases = product[at] / size[at]
+    along = np.fft.irfft(np.bincount(at, phases.real, product.size) + 1j * np.bincount(at, phases.imag, product.size))
+    coarse = int(np.argmax(along))
+    lag = -float(coarse if coarse <= along.size // 2 else coarse - along.size)
+    turn = 2.0 * np.pi * at / SEGMENT
+    near = lag + np.arange(-FINE, FINE + 1) / FINE
+    lag = float(near[np.argmax(np.cos(np.angle(phases)[None, :] + near[:, None] * turn).sum(axis=1))])
+    for _ in range(5):
+        left = np.angle(phases * np.exp(1j * turn * lag))
+        weight = 1.0 / (1.0 + (left / 0.1) ** 2)  # a zero or a resonance that noise turns counts little
+        lag -= float(np.sum(weight * turn * left) / np.sum(weight * turn * turn))
+    return lag if float(np.mean(np.abs(left) < 0.3)) > ALONG else None
