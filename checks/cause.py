@@ -70,8 +70,8 @@ class Cause(Enum):
         "the channels"
     )
     CLOCKS_APART = (
-        "{channel} and {reference} were sampled by clocks that run apart by {ppm:.2g} parts per million: the lag between "
-        "them grows by {grows_us:.3g} us over the record"
+        "{channel} and {reference} were sampled by clocks that run apart by {ppm:.2g} parts per million: the lag "
+        "between them grows by {grows_us:.3g} us over the record"
     )
     CHANNEL_COPIED = "{other} is {channel} times a number at every sample: a channel was stored twice or looped back"
     CHANNEL_DELAYED = "{channel} is {samples:.2f} samples behind {reference}; expected 0 to {most:g} samples"

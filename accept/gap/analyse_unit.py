@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -40,10 +40,11 @@ from checks.gap.effects import effect_named
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.model import Model
 from checks.record import Record
-from checks.signals.disturbances import hum
+from checks.signals.disturbances import Hum, at_rail, bursts, hum, is_motion
 from checks.signals.interpolation import error_notes
 
 SLOW_SINES = "hysteresis"  # section of unit.toml with the record of slow sines
+SHOWN_IN = {"Vs": (1e3, "mV"), "de": (1e9, "nm"), "da": (1e9, "nm")}
 NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
 
 
@@ -121,7 +122,7 @@ def analyse(
         merge_Hz=measured.merge_Hz,
         slow=_slow(held),
         without=frozenset(without),
-        notes=(*notes, *more, *_quality(A), *_hum(low), *error_notes(measured.first.taken_out), *lost),
+        notes=(*notes, *more, *_quality(A), *_disturbances(low), *error_notes(measured.first.taken_out), *lost),
         trials=trials,
     )
     try:
@@ -180,16 +181,35 @@ def _quality(A: Dataset) -> tuple[str, ...]:
     return tuple(f"{c} hardly follows the drive in {100 * p:.0f} % of the bins" for c, p in poor.items() if p > 0.5)
 
 
-def _hum(low: Record) -> tuple[str, ...]:
-    """Return a note on mains hum in the records."""
-    units = {"Vs": (1e3, "mV"), "de": (1e9, "nm"), "da": (1e9, "nm")}
-    lines = hum(low, tuple(units))
+def _disturbances(low: Record) -> tuple[str, ...]:
+    """Return notes on what disturbs the low record: lines, bursts, a drive that was cut off."""
+    outputs = tuple(SHOWN_IN)
+    lines = hum(low, outputs)
+    near = {c: line for c, line in lines.items() if line.may_be_mains}
+    far = {c: line for c, line in lines.items() if c not in near}
+    hummed = "mains hum or a motion of {} Hz in the records" if is_motion(near) else "mains hum of {} Hz in the records"
+    notes = [*_line_notes(hummed, near)]
+    motion = (
+        "a motion of {} Hz that the drive does not explain, not the mains: de and da show it as they show the payload"
+    )
+    notes += _line_notes(motion if is_motion(far) else "a line of {} Hz that the drive does not explain", far)
+    for burst in bursts(low, outputs):
+        where = f"{burst.channels[0]} alone" if len(burst.channels) == 1 else ", ".join(burst.channels)
+        begun = f"a burst of {1e3 * burst.seconds:.2g} ms in {where} at {burst.at_s:.2f} s"
+        notes.append(f"{begun}, which the drive does not explain")
+    if (rail := at_rail(low["Va"])) is not None:
+        words = "what an amplifier or converter at its end adds is no linear response"
+        notes.append(f"the drive Va is at its rail: {rail[0]} samples hold {rail[1]:.3g} V; {words}")
+    return tuple(notes)
+
+
+def _line_notes(words: str, lines: Mapping[str, Hum]) -> tuple[str, ...]:
     if not lines:
         return ()
-    sizes = {c: line.amplitude * units[c][0] for c, line in lines.items()}
+    sizes = {c: line.amplitude * SHOWN_IN[c][0] for c, line in lines.items()}
     most = lines[max(sizes, key=lambda c: sizes[c])].f_Hz
-    listed = ", ".join(f"{c} {size:.2g} {units[c][1]}" for c, size in sizes.items())
-    return (f"mains hum of {most:.2f} Hz in the records: {listed}",)
+    listed = ", ".join(f"{c} {size:.2g} {SHOWN_IN[c][1]}" for c, size in sizes.items())
+    return (f"{words.format(f'{most:.2f}')}: {listed}",)
 
 
 def _slow(unit: LoadedUnit) -> Record | None:
