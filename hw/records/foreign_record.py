@@ -6,7 +6,6 @@ stands for one vector, and units only as the unit's [channels] states them (`hw.
 
 import io
 import math
-import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,14 +18,13 @@ from checks.record import Record
 from hw.records.foreign_structures import Column, vectors
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.source import SIGNATURE, Source, load_bytes
-from hw.records.variable import Variable
+from hw.records.textfile import SUFFIXES, open_columns
+from hw.records.textlayout import TIMES
+from hw.records.variable import Remarked, Variable, remarks_of
 from hw.records.vet import vet_channel, vet_time
 from specs.bench import TIME, Channels, ChannelSource
 from specs.units import UnitMismatch, factor, parse_header
 
-TIMES = ("t", "time", "time_s", "timestamp", "zeit")
-_DIGIT = re.compile(r"\d")
-_DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 STEPS = ("ts", "dt", "sampletime", "sample_time")  # a single number of that name is the sampling time [s]
 _MOST = 400  # names of one file
 OBJECTS = "MATLAB objects (timeseries, Dataset) cannot be read: write the run with hw/records/matlab/accept_export.m"
@@ -57,7 +55,11 @@ def foreign_record(
         step_s = channels[TIME].sampling_time_s
     found |= {there: _convert(source.file, found[there], channels[here]) for here, there in theirs.items()}
     taken = set(theirs.values())
-    named = theirs | {_plain(name): name for name in found if name not in taken and _plain(name) not in theirs}
+    free = [name for name in found if name not in taken and _plain(name) not in theirs]
+    if source.suffix in SUFFIXES and len({_plain(name) for name in free}) < len(free):
+        twice = [name for name in free if [_plain(n) for n in free].count(_plain(name)) > 1]
+        raise RecordError(f"{source.file}: {', '.join(twice)} have one name; choose with --map {_plain(twice[0])}=NAME")
+    named = theirs | {_plain(name): name for name in free}
     if input not in named:
         raise RecordError(f"{source.file}: no channel '{input}'; use --map {input}=NAME. It holds {_listing(found)}")
     length = found[named[input]].values.size
@@ -76,12 +78,12 @@ def foreign_record(
     if not outputs:
         raise RecordError(f"{source.file}: no output as long as '{input}' ({length}); it holds {_listing(found)}")
     data = {n: _in_unit(source.file, n, found[named[n]], units.get(n, "")) for n in (input, *outputs)}
-    t = _times(source.file, None if time is None else found[named[time]], length, step_s)
+    t = _times(source.file, None if time is None else found[named[time]], length, step_s, _remarks(found))
     for name, x in data.items():
         vet_channel(source.file, name, units.get(name, ""), x, t)
         x.flags.writeable = False
     mapping = ", ".join(f"{n}{'' if n == named[n] else f' from {named[n]!r}'}{_unit(found[named[n]])}" for n in data)
-    words = f"{source.file}: {mapping}; {length} samples, {clock}, {1 / (t[1] - t[0]):.6g} Hz"
+    words = f"{source.file}: {mapping}; {length} samples, {clock}, {1 / (t[1] - t[0]):.6g} Hz{_remarks(found)}"
     return Record(t, data, {n: units.get(n, "") for n in data}, source.file, source.sha256), words
 
 
@@ -122,8 +124,10 @@ def columns_of(source: Source) -> dict[str, Column]:
     """Return every vector of numbers that a file holds, by name; of structures as `outer.inner`. Raises RecordError."""
     head = source.raw[:1024]
     try:
-        if source.suffix in (".csv", ".txt", ".dat"):
-            found = _text(source)
+        if source.suffix in SUFFIXES:
+            read = open_columns(source.file, source.raw)
+            columns = {n: Column(v.load(), v.unit) for n, v in read.items() if v.load is not None}
+            found: dict[str, Column] = Remarked(columns, read.remarks)
         elif head.startswith(SIGNATURE) or head.startswith(SIGNATURE, 512):
             found = _hdf5(source)
         elif b"IM" in head[124:128] or b"MI" in head[124:128]:
@@ -137,51 +141,6 @@ def columns_of(source: Source) -> dict[str, Column]:
     if len(found) > _MOST:
         raise RecordError(f"{source.file}: holds {len(found)} vectors; at most {_MOST} are taken")
     return found
-
-
-def _text(source: Source) -> dict[str, Column]:
-    """Return a table with one header line, and maybe a line of units below it; fields apart by `;`, tab or comma; with
-    `;` or tab also decimal commas."""
-    if b"\0" in source.raw:
-        raise Unreadable(f"{source.file}: is not text")
-    lines = [line for line in _decode(source.raw).splitlines() if line.strip()]
-    if len(lines) < 2:
-        raise RecordError(f"{source.file}: holds no rows below a header")
-    apart = next((c for c in (";", "\t") if c in lines[0]), ",")
-    second = [field.strip(' "[]()') for field in lines[1].split(apart)]
-    units = second if not any(map(_DIGIT.search, second)) else []
-    body = lines[2:] if units else lines[1:]
-    rows = body if apart == "," else [_DECIMAL_COMMA.sub(".", line) for line in body]
-    heads = [h.strip().strip('"') for h in lines[0].split(apart)]
-    _vet_table(source.file, heads, [row.count(apart) + 1 for row in rows], apart)
-    try:
-        table = np.loadtxt(io.StringIO("\n".join(rows)), delimiter=apart, comments=None, ndmin=2)
-    except ValueError as e:
-        raise RecordError(f"{source.file}: {e}") from e
-    stated = units if len(units) == len(heads) else [""] * len(heads)
-    of = {head: parse_header(head)[1] or unit for head, unit in zip(heads, stated, strict=True)}
-    return {head: Column(np.ascontiguousarray(table[:, i]), of[head]) for i, head in enumerate(heads)}
-
-
-def _vet_table(file: str, heads: list[str], fields: list[int], apart: str) -> None:
-    """Raise RecordError if rows differ in length. fields: their number in each row."""
-    if not fields:
-        raise RecordError(f"{file}: holds no numbers below its header")
-    if twice := next((h for h in heads if heads.count(h) > 1), None):
-        raise RecordError(f"{file}: two columns have the name '{twice}'")
-    for row, count in enumerate(fields):
-        if count == len(heads):
-            continue
-        hint = "; decimal commas need ';' between the fields" if apart == "," else ""
-        raise RecordError(f"{file}: row {row + 1} has {count} fields, the header has {len(heads)}{hint}")
-
-
-def _decode(raw: bytes) -> str:
-    """Return the text of UTF-8 bytes, else as Windows writes text in western Europe."""
-    try:
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return raw.decode("cp1252", "replace")
 
 
 def _matlab(source: Source) -> dict[str, Column]:
@@ -260,13 +219,15 @@ def _in_unit(file: str, name: str, column: Column, wanted: str) -> Array:
         raise RecordError(f"{file}: channel '{name}': {e}") from e
 
 
-def _times(file: str, column: Column | None, length: int, step_s: float | None) -> Array:
+def _times(file: str, column: Column | None, length: int, step_s: float | None, remarks: str) -> Array:
     if step_s is not None:
         if not (math.isfinite(step_s) and step_s > 0):
             raise RecordError(f"--ts {step_s:g}: expected a sampling time above 0 s")
         return step_s * np.arange(length, dtype=np.float64)
     if column is None:
-        raise RecordError(f"{file}: no time vector ({', '.join(TIMES[:2])}); give the sampling time with --ts SECONDS")
+        raise RecordError(
+            f"{file}: no time vector ({', '.join(TIMES[:2])}); give the sampling time with --ts SECONDS{remarks}"
+        )
     t = _in_unit(file, "time", column, "s")
     vet_time(file, t, DEFAULT_LIMITS.min_samples)
     return t
@@ -278,4 +239,9 @@ def _unit(column: Column) -> str:
 
 def _listing(found: Mapping[str, Column]) -> str:
     names = [f"{name} ({column.values.size})" for name, column in found.items() if column.values.size > 1]
-    return ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "") or "no vectors"
+    shown = ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "") or "no vectors"
+    return shown + _remarks(found)
+
+
+def _remarks(found: Mapping[str, Column]) -> str:
+    return "".join(f"; {words}" for words in remarks_of(found))

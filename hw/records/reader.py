@@ -10,11 +10,12 @@ from checks.declare import Series
 from checks.errors import RecordError
 from checks.record import Record
 from hw.records.damage import refused
-from hw.records.foreign_record import OBJECTS, TIMES, nested_variables
+from hw.records.foreign_record import OBJECTS, nested_variables
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import Source, load_bytes
 from hw.records.textfile import ROWS
-from hw.records.variable import OWN_RECORD, Variables, listing
+from hw.records.textlayout import TIMES
+from hw.records.variable import OWN_RECORD, Variables, listing, remarks_of
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
 from specs.bench import NO_CHANNELS, TIME, Channels, ChannelSource, channel_source
 from specs.units import UnitMismatch, factor, parse_header
@@ -53,7 +54,7 @@ def record_of(
         wanted = _wanted_variables(source, found, series, sources)
         units = {TIME: "s", **series.channels, **series.optional_channels}
         arrays = _arrays(source.file, wanted, limits)
-        remarks: list[str] = []
+        remarks = list(remarks_of(found))
         if TIME in wanted and TIME not in sources and wanted[TIME].name != TIME:  # as other tools call it
             remarks.append(f"time from '{wanted[TIME].name}'")
         for name, x in arrays.items():

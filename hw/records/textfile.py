@@ -1,84 +1,245 @@
-"""CSV files: a header row with the names, maybe with units as `de [nm]`, then one row per sample. Numbers with a
-decimal point, commas between."""
+"""Tables in text files, the one reader for records, tables, responses and gauge studies: what the file states of its
+encoding, separator, decimal mark, units and times is used, or it is refused with line and column.
 
+Read are UTF-8, UTF-16 with its mark and Windows-1252; fields apart by comma, `;`, tab or blanks; with all but the comma
+also decimal commas; lines above the names (`sep=;`, comments, the header of LabVIEW); a row of units below them.
+"""
+
+import codecs
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 
 from checks.arrays import Array
 from checks.errors import RecordError
-from hw.records.variable import Variable, unique
-from specs.units import parse_header
+from hw.records.labview import MAGIC, lvm_layout
+from hw.records.textlayout import CLOCK, EMPTY, NUMBERS, TEXT, TIMES, Layout, find_layout, split, wrong_count
+from hw.records.textnumbers import Row, parse, seconds
+from hw.records.variable import Remarked, Variable
+from specs.units import UnitMismatch, factor, parse_header
 
+SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".lvm", ".asc")
 ROWS = "rows"  # kind of a column
+_AS_UTF8 = "save it as UTF-8"
+_LIKE = 1000  # rows before the last that it is compared with
 
 
-def open_csv(file: str, raw: bytes) -> dict[str, Variable]:
-    """Return the columns of the bytes of a CSV file. Raises RecordError and the errors that `damage.refused` converts.
+def open_csv(file: str, raw: bytes) -> Remarked[Variable]:
+    """Return the columns of the bytes of a text file by their names, or by their whole headers where two have one name
+    (`de [nm]` beside `de [um]`). Raises RecordError."""
+    table = read_text(file, raw)
+    names = [parse_header(head)[0] for head in table.layout.heads]
+    if len(set(names)) < len(names):
+        names = list(table.layout.heads)
+    return _variables(table, names)
 
-    Every column is read or the file is refused: a row with a field too many or too few would shift the columns.
-    """
-    header, *rows = _lines(file, raw)
-    names = _names(file, header)
+
+def open_columns(file: str, raw: bytes) -> Remarked[Variable]:
+    """Return the columns of the bytes of a text file by their whole headers; that its last line has no end is said.
+    Raises RecordError."""
+    table = read_text(file, raw, open_end=True)
+    return _variables(table, table.layout.heads)
+
+
+def _variables(table: "TextTable", names: Sequence[str]) -> Remarked[Variable]:
+    layout, count = table.layout, len(table.rows)
+    wanted = [i for i, kind in enumerate(layout.kinds) if kind in (NUMBERS, CLOCK)]
+    values = cache(lambda: dict(zip(wanted, table.numbers(wanted), strict=True)))
+
+    def variable(i: int) -> Variable:
+        if layout.kinds[i] in (TEXT, EMPTY):
+            return Variable(names[i], (count,), table.what_kind(i))
+        return Variable(names[i], (count,), ROWS, lambda: values()[i], layout.units[i])
+
+    found = [variable(i) for i in range(len(names))]
+    if layout.clock is not None:
+        start, step = layout.clock
+        found.append(Variable("t", (count,), ROWS, lambda: start + step * np.arange(count, dtype=np.float64), "s"))
+    return Remarked({v.name: v for v in found}, layout.remarks)
+
+
+@dataclass(frozen=True, eq=False)
+class TextTable:
+    """A table as text. rows: its lines that are not blank, below the header; blank: index of the blank lines among
+    them."""
+
+    file: str
+    layout: Layout
+    rows: list[str]
+    blank: tuple[int, ...]
+
+    def fields(self) -> Iterator[Row]:
+        """Yield the line and the fields of each row. Raises RecordError if a row does not fit the header."""
+        layout = self.layout
+        line, blank, last = layout.first + 1, set(self.blank), layout.columns[-1]
+        unnamed = set(range(layout.width)) - set(layout.columns)
+        for k, row in enumerate(self.rows):
+            while line - 1 in blank:
+                line += 1
+            fields = split(row, layout.apart)
+            beyond = [] if layout.commented else fields[layout.width :]
+            if len(fields) <= last or any(beyond):
+                raise RecordError(wrong_count(self.file, line, k + 1, len(fields), layout.width, layout.apart))
+            wrong = next((i for i in unnamed if i < len(fields) and fields[i]), None)
+            if wrong is not None:
+                words = f"{self.file}: line {line} holds '{fields[wrong]}' in column {wrong + 1}"
+                raise RecordError(f"{words}, which has no name in line {layout.header + 1}; name it or delete it")
+            yield line, fields
+            line += 1
+
+    def texts(self, column: int) -> list[str]:
+        """Return the fields of a column as written."""
+        place = self.layout.columns[column]
+        return [fields[place] for _, fields in self.fields()]
+
+    def what_kind(self, column: int) -> str:
+        """Return in words what a column without numbers holds."""
+        if self.layout.kinds[column] == EMPTY:
+            return "no values"
+        return f"text ('{split(self.rows[0], self.layout.apart)[self.layout.columns[column]][:40]}')"
+
+    def numbers(self, wanted: Sequence[int]) -> list[Array]:
+        """Return the values (N,) of columns. Raises RecordError, with line and column, if a field is no number or two
+        columns of times differ."""
+        layout = self.layout
+        if list(wanted) == list(range(layout.width)) and set(layout.kinds) == {NUMBERS} and self._is_plain():
+            found = list(self._parsed(self.rows, layout.apart, wanted))
+        else:
+            found = self._by_field(wanted)
+        self._vet_times(wanted, found)
+        return found
+
+    def _is_plain(self) -> bool:
+        """Return whether the rows are the numbers and the separators alone."""
+        apart = self.layout.apart
+        return not self.layout.commented and not any('"' in row or row.endswith(apart) for row in self.rows)
+
+    def _by_field(self, wanted: Sequence[int]) -> list[Array]:
+        layout, rows = self.layout, list(self.fields())
+        for i, (head, kind, place) in enumerate(zip(layout.heads, layout.kinds, layout.columns, strict=True)):
+            value = next((f"line {n}: column '{head}' holds '{f[place]}'" for n, f in rows if f[place]), None)
+            if kind == EMPTY and value is not None and i not in wanted:
+                raise RecordError(f"{self.file}: {value} and is empty above; fill it or delete it")
+        timed = [i for i in wanted if layout.kinds[i] == CLOCK]
+        numeric = [i for i in wanted if i not in timed]
+        lines = ["\t".join([f[layout.columns[i]].replace("\t", " ") for i in numeric]) for _, f in rows]
+        found = dict(zip(numeric, self._parsed(lines, "\t", numeric), strict=True)) if numeric else {}
+        for i in timed:
+            place = layout.columns[i]
+            found[i] = seconds(self.file, layout.heads[i], ((line, f[place]) for line, f in rows))
+        return [found[i] for i in wanted]
+
+    def _parsed(self, rows: list[str], apart: str, wanted: Sequence[int]) -> Array:
+        names = [self.layout.heads[i] for i in wanted]
+        places = [self.layout.columns[i] for i in wanted]
+
+        def listed() -> Iterator[Row]:
+            for line, fields in self.fields():
+                yield line, [fields[i] for i in places]
+
+        return parse(self.file, rows, apart, self.layout.decimal, names, listed)
+
+    def _vet_times(self, wanted: Sequence[int], table: Sequence[Array]) -> None:
+        """Raise RecordError if two columns of times run apart."""
+        units, first = self.layout.units, None
+        for k, i in enumerate(wanted):
+            head = self.layout.heads[i]
+            if parse_header(head)[0].lower() not in TIMES:
+                continue
+            try:
+                t = (table[k] - table[k][0]) * factor(units[i] or "s", "s")
+            except UnitMismatch:
+                continue  # said where the time is converted
+            if first is None:
+                first = head, t
+            elif not np.allclose(t, first[1], rtol=1e-6, atol=1e-9):
+                raise RecordError(f"{self.file}: columns '{first[0]}' and '{head}' are two times that differ; keep one")
+
+
+def read_text(file: str, raw: bytes, open_end: bool = False) -> TextTable:
+    """Return the table of the bytes of a text file. open_end: whether a last line without an end is said and not
+    refused. Raises RecordError."""
+    text = decode(file, raw)
+    lines = text.split("\n")
+    whole = lines[-1] == ""
+    if whole:
+        lines.pop()
+    layout = lvm_layout(file, lines) if lines and lines[0].startswith(MAGIC) else find_layout(file, lines)
+    end = len(lines)
+    while end > layout.first and not lines[end - 1].strip(
+        f' "\t{layout.apart}'
+    ):  # rows of a spreadsheet without values
+        end -= 1
+    body = lines[layout.first : end]
+    blank = tuple(layout.first + i for i, line in enumerate(body) if not line.strip())
+    rows = [line for line in body if line.strip()] if blank else body
+    table = TextTable(file, layout, rows, blank)
     if not rows:
         raise RecordError(f"{file}: holds a header and no rows")
-    table = cache(lambda: _numbers(file, rows, names))
-
-    def variable(index: int, name: str, unit: str) -> Variable:
-        return Variable(name, (len(rows),), ROWS, lambda: table()[index], unit)
-
-    plain = [parse_header(name) for name in names]
-    if len({name for name, _ in plain}) < len(plain):  # `de [nm]` beside `de [um]`: each by its whole header
-        plain = [(name, "") for name in names]
-    return unique(file, [variable(i, name, unit) for i, (name, unit) in enumerate(plain)])
-
-
-def _lines(file: str, raw: bytes) -> list[str]:
-    """Return the header and every row; empty lines are left out."""
-    text = raw.decode("utf-8-sig")
-    if "\x00" in text:
-        raise RecordError(f"{file}: is not text: character {text.index(chr(0))} is zero")
-    if not text.endswith("\n"):
-        # A number cut short is still a number: "-15.5" becomes "-1".
-        raise RecordError(f"{file}: its last line has no end, so it may be cut; if it is whole, end it with a newline")
-    return [line for line in text.split("\n") if line.strip()] or [""]
+    if len(rows) < layout.samples:
+        raise RecordError(f"{file}: states {layout.samples} samples and has {len(rows)} rows; copy the file again")
+    remarks = [f"{len(lines) - end} rows without values at its end are left out"] if end < len(lines) else []
+    if not whole and end == len(lines) and _may_be_cut(table):
+        words = f"line {end} has no end, so its last number '{split(rows[-1], layout.apart)[-1]}' may be cut"
+        if not open_end:
+            raise RecordError(f"{file}: {words}; if the file is whole, add a newline at its end")
+        remarks.append(words)
+    return replace(table, layout=replace(layout, remarks=(*layout.remarks, *remarks)))
 
 
-def _names(file: str, header: str) -> list[str]:
-    names = [name.strip().strip('"') for name in header.split(",")]
-    if len(names) == 1 and ";" in header:
-        raise RecordError(f"{file}: fields are separated by ';', expected ',' and a decimal point")
-    wrong = [name for name in names if not name or _is_number(name)]
-    if wrong:
-        raise RecordError(f"{file}: the first line must name the columns, but holds {wrong[0]!r}")
-    return names
-
-
-def _is_number(text: str) -> bool:
+def decode(file: str, raw: bytes) -> str:
+    """Return the text, newlines between its lines. Raises RecordError that names an encoding that is not read."""
+    if raw.startswith((codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)):
+        raise RecordError(f"{file}: is UTF-32; {_AS_UTF8}")
     try:
-        float(text)
-    except ValueError:
+        if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            text = raw.decode("utf-16")
+        elif b"\0" in raw:
+            raise RecordError(f"{file}: {_with_zeros(raw)}")
+        else:
+            text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as e:
+        if e.encoding.startswith("utf-16"):
+            raise RecordError(f"{file}: is UTF-16 and breaks off or is damaged at byte {e.start}; copy it again") from e
+        text = _windows(file, raw)
+    if "\0" in text:
+        raise RecordError(f"{file}: is not text: character {text.index(chr(0)) + 1} is zero")
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
+
+
+def _with_zeros(raw: bytes) -> str:
+    """Return in words what bytes with zeros among them are."""
+    head = raw[:400]
+    for step, name in ((4, "UTF-32"), (2, "UTF-16")):
+        zeros = [head[i::step].count(0) * step >= 0.9 * len(head) for i in range(step)]
+        if sum(zeros) == step - 1:
+            return f"is {name} without its mark (BOM); {_AS_UTF8}"
+    return f"is not text: byte {raw.index(0) + 1} is zero"
+
+
+def _windows(file: str, raw: bytes) -> str:
+    """Return the text as Windows writes it in western Europe. Raises RecordError."""
+    try:
+        return raw.decode("cp1252")
+    except UnicodeDecodeError as e:
+        raise RecordError(
+            f"{file}: is neither UTF-8 nor Windows-1252 (byte {e.start + 1} is 0x{raw[e.start]:02x}); {_AS_UTF8}"
+        ) from e
+
+
+def _may_be_cut(table: TextTable) -> bool:
+    """Return whether the last number of a line without an end may be cut: it is not if it has the decimals of all before
+    it. A number cut short is still a number: "-15.5" becomes "-1"."""
+    layout = table.layout
+    if table.rows[-1].rstrip().endswith(('"', layout.apart)) or layout.kinds[-1] == TEXT:
         return False
-    return True
+    ends = [_decimals(split(row, layout.apart)[-1]) for row in table.rows[-_LIKE:]]
+    return len(ends) < 3 or len(set(ends)) > 1 or ends[0] == (0, 0)
 
 
-def _numbers(file: str, rows: list[str], names: list[str]) -> Array:
-    """Return (columns, rows) of the fields, all of which must be numbers."""
-    try:
-        table = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
-    except ValueError as e:
-        raise RecordError(f"{file}: {_first_wrong(rows, names) or e}") from e
-    if table.shape[1] != len(names):
-        raise RecordError(f"{file}: {_first_wrong(rows, names)}")
-    return np.ascontiguousarray(table.T)
-
-
-def _first_wrong(rows: list[str], names: list[str]) -> str:
-    for i, row in enumerate(rows, start=1):
-        fields = row.split(",")
-        if len(fields) != len(names):
-            return f"row {i} below the header has {len(fields)} fields, the header has {len(names)}"
-        for name, field in zip(names, fields, strict=True):
-            if not _is_number(field):
-                return f"row {i} below the header holds {field.strip()!r} in column '{name}', expected a number"
-    return ""
+def _decimals(number: str) -> tuple[int, int]:
+    """Return the digits behind the decimal mark and those of the exponent."""
+    mantissa, _, exponent = number.lower().partition("e")
+    return len(mantissa.replace(",", ".").partition(".")[2]), len(exponent.lstrip("+-"))

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 from checks.arrays import Array
 from checks.errors import RecordError
@@ -37,6 +38,22 @@ class Variable:
 
 
 Variables = Mapping[str, Variable]
+T = TypeVar("T")
+
+
+class Remarked(dict[str, T]):
+    """What was read of a file, by name. remarks: how, in words, where it is not as written."""
+
+    def __init__(self, items: Mapping[str, T], remarks: tuple[str, ...] = ()) -> None:
+        super().__init__(items)
+        self.remarks = remarks
+
+
+def remarks_of(found: Mapping[str, object]) -> tuple[str, ...]:
+    """Return the remarks of what was read, if its reader makes any."""
+    return found.remarks if isinstance(found, Remarked) else ()
+
+
 OWN_RECORD = "accept_record"  # a variable of records that this program wrote: their channels have our names, in SI
 
 
