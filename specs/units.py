@@ -55,8 +55,7 @@ def without_unit(quantity: str) -> str:
 PREFIXES = {"p": 1e-12, "n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 BASES = frozenset({"F", "m", "Hz", "V", "s", "ohm", "N", "g", "rad"})
 ALIASES = {"\u03a9": "ohm", "\u2126": "ohm", "Ohm": "ohm", "Ohms": "ohm", "ohms": "ohm"}  # Greek omega, ohm sign
-ALIASES |= {"Volt": "V", "Volts": "V", "volts": "V", "meter": "m", "meters": "m", "Meters": "m", "Newtons": "N",
-            "newtons": "N", "sec": "s", "seconds": "s", "Seconds": "s", "inch": "in", "thou": "mil"}  # fmt: skip
+ALIASES |= {"inch": "in"}
 WITHOUT_PREFIX = {"in": (0.0254, "m"), "mil": (25.4e-6, "m"), "min": (60.0, "s"), "deg": (math.pi / 180.0, "rad"),
                   "percent": (0.01, "1"), "1": (1.0, "1")}  # fmt: skip
 SAME = {"%": "percent", "°": "deg", "": "1", "-": "1", '"': "in"}
@@ -87,6 +86,11 @@ def factor(given: str, wanted: str) -> float:
     if source is None or target is None or source[1] != target[1]:
         raise UnitMismatch(f"{given} does not fit here; use {wanted}")
     return source[0] / target[0]
+
+
+def is_unit(text: str) -> bool:
+    """Return whether a text is a unit that is known here."""
+    return _parts(SAME.get(text.strip(), text.strip())) is not None
 
 
 def _parts(unit: str) -> tuple[float, tuple[str, ...]] | None:

@@ -27,10 +27,8 @@ from checks.signals.spectral.poles import Transforms
 from checks.signals.spectral.resonance import Resonance, find
 from checks.signals.spectral.transient import concentration, is_broadband, is_transient
 from hw.records import list_channels, read
-from hw.records.foreign_record import Unreadable, foreign_record
-from hw.records.textlayout import TIMES
+from hw.records.foreign_record import TIMES, Unreadable, foreign_record
 from hw.records.uff import frf_bytes
-from hw.records.vet import vet_rate
 from hw.records.writers import frd_mat, response_csv
 from specs.bench import NO_CHANNELS, ChannelSource, channel_map
 
@@ -176,7 +174,6 @@ def read_any(
     if not channels and step_s is None:
         try:
             record = _read(path, input)
-            vet_rate(path.name, record.t)
             for words in record.remarks:
                 say(words)
             return record
@@ -184,13 +181,10 @@ def read_any(
             first = e
         try:
             record, words = foreign_record(path, input, NO_CHANNELS, step_s, UNITS)
-            vet_rate(path.name, record.t)
         except Unreadable as e:
             raise first from e
     else:
         record, words = foreign_record(path, input, channel_map(channels), step_s, UNITS, mapped_only)
-        if step_s is None:
-            vet_rate(path.name, record.t)
     say(words)
     return record
 

@@ -27,8 +27,8 @@ LIMITS = ReadLimits(max_bytes=10_000_000)  # of a table: ten thousand times what
 
 
 def read_table(path: Path, columns: Sequence[str] = COLUMNS) -> pd.DataFrame:
-    """Read a text table with these columns; value and reference are numbers, in one unit. Raises FleetError naming the
-    wrong line or column."""
+    """Read a text table with these columns; value and reference are numbers, in one unit. attrs["remarks"]: how it was
+    read. Raises FleetError naming the wrong line or column."""
     try:
         source = load_bytes(path, LIMITS)
         table = read_text(source.file, source.raw, open_end=True)
@@ -54,7 +54,7 @@ def read_table(path: Path, columns: Sequence[str] = COLUMNS) -> pd.DataFrame:
             row = int(np.flatnonzero(~np.isfinite(x))[0])
             raise FleetError(f"{path.name}: row {row + 1} below the header: column '{name}' holds {x[row]}")
     frame = pd.DataFrame({name: values.get(name, texts.get(name)) for name in columns})
-    frame.attrs["remarks"] = [words for words in table.layout.remarks if not words.startswith("column ")]
+    frame.attrs["remarks"] = [f"{source.file}: {words}" for words in table.layout.remarks]
     return frame
 
 

@@ -19,7 +19,7 @@ from hw.records.foreign_structures import Column, vectors
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.source import SIGNATURE, Source, load_bytes
 from hw.records.textfile import SUFFIXES, open_columns
-from hw.records.textlayout import TIMES
+from hw.records.textlayout import TIMES as TIMES
 from hw.records.variable import Remarked, Variable, remarks_of
 from hw.records.vet import vet_channel, vet_time
 from specs.bench import TIME, Channels, ChannelSource
@@ -55,11 +55,7 @@ def foreign_record(
         step_s = channels[TIME].sampling_time_s
     found |= {there: _convert(source.file, found[there], channels[here]) for here, there in theirs.items()}
     taken = set(theirs.values())
-    free = [name for name in found if name not in taken and _plain(name) not in theirs]
-    if source.suffix in SUFFIXES and len({_plain(name) for name in free}) < len(free):
-        twice = [name for name in free if [_plain(n) for n in free].count(_plain(name)) > 1]
-        raise RecordError(f"{source.file}: {', '.join(twice)} have one name; choose with --map {_plain(twice[0])}=NAME")
-    named = theirs | {_plain(name): name for name in free}
+    named = theirs | {_plain(name): name for name in found if name not in taken and _plain(name) not in theirs}
     if input not in named:
         raise RecordError(f"{source.file}: no channel '{input}'; use --map {input}=NAME. It holds {_listing(found)}")
     length = found[named[input]].values.size
@@ -78,12 +74,14 @@ def foreign_record(
     if not outputs:
         raise RecordError(f"{source.file}: no output as long as '{input}' ({length}); it holds {_listing(found)}")
     data = {n: _in_unit(source.file, n, found[named[n]], units.get(n, "")) for n in (input, *outputs)}
-    t = _times(source.file, None if time is None else found[named[time]], length, step_s, _remarks(found))
+    t = _times(source.file, None if time is None else found[named[time]], length, step_s)
     for name, x in data.items():
         vet_channel(source.file, name, units.get(name, ""), x, t)
         x.flags.writeable = False
     mapping = ", ".join(f"{n}{'' if n == named[n] else f' from {named[n]!r}'}{_unit(found[named[n]])}" for n in data)
-    words = f"{source.file}: {mapping}; {length} samples, {clock}, {1 / (t[1] - t[0]):.6g} Hz{_remarks(found)}"
+    words = f"{source.file}: {mapping}; {length} samples, {clock}, {1 / (t[1] - t[0]):.6g} Hz" + "".join(
+        f"; {remark}" for remark in remarks_of(found)
+    )
     return Record(t, data, {n: units.get(n, "") for n in data}, source.file, source.sha256), words
 
 
@@ -219,15 +217,13 @@ def _in_unit(file: str, name: str, column: Column, wanted: str) -> Array:
         raise RecordError(f"{file}: channel '{name}': {e}") from e
 
 
-def _times(file: str, column: Column | None, length: int, step_s: float | None, remarks: str) -> Array:
+def _times(file: str, column: Column | None, length: int, step_s: float | None) -> Array:
     if step_s is not None:
         if not (math.isfinite(step_s) and step_s > 0):
             raise RecordError(f"--ts {step_s:g}: expected a sampling time above 0 s")
         return step_s * np.arange(length, dtype=np.float64)
     if column is None:
-        raise RecordError(
-            f"{file}: no time vector ({', '.join(TIMES[:2])}); give the sampling time with --ts SECONDS{remarks}"
-        )
+        raise RecordError(f"{file}: no time vector ({', '.join(TIMES[:2])}); give the sampling time with --ts SECONDS")
     t = _in_unit(file, "time", column, "s")
     vet_time(file, t, DEFAULT_LIMITS.min_samples)
     return t
@@ -239,9 +235,4 @@ def _unit(column: Column) -> str:
 
 def _listing(found: Mapping[str, Column]) -> str:
     names = [f"{name} ({column.values.size})" for name, column in found.items() if column.values.size > 1]
-    shown = ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "") or "no vectors"
-    return shown + _remarks(found)
-
-
-def _remarks(found: Mapping[str, Column]) -> str:
-    return "".join(f"; {words}" for words in remarks_of(found))
+    return ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "") or "no vectors"

@@ -15,6 +15,7 @@ _APART = {"tab": "\t", "comma": ","}
 _SPOKEN = {"Writer_Version", "Reader_Version", "Time_Pref", "Operator", "Description", "Project", "Notes", "Test_Name",
            "Test_Numbers", "Test_Series", "Model_Number", "Serial_Number", "UUT_Name", "UUT_S/N", "UUT_M/N",
            "Y_Dimension", "X_Unit_Label"}  # fmt: skip
+_UNITS = {"volts": "V", "meters": "m", "newtons": "N"}  # as the maker's drivers write them
 _USED = {"Separator", "Decimal_Separator", "Multi_Headings", "X_Columns", "Channels", "Samples", "Date", "Time",
          "Y_Unit_Label", "X_Dimension", "X0", "Delta_X"}  # fmt: skip
 
@@ -47,7 +48,9 @@ def lvm_layout(file: str, lines: Sequence[str]) -> Layout:
     live = [i for i in range(count) if samples[i] or not any(samples)]
     start, step = _clock(file, segment, live, count, decimal)
     labels = _row(segment, "Y_Unit_Label", count, "")
-    units = [label or parse_header(name)[1] for label, name in zip(labels, names, strict=True)]
+    units = [
+        _UNITS.get(label.lower(), label) or parse_header(name)[1] for label, name in zip(labels, names, strict=True)
+    ]
     kinds = [NUMBERS if i in live else EMPTY for i in range(count)]
     time, clock = _time_of(segment), None
     columns = list(range(1, count + 1))
@@ -102,21 +105,21 @@ def _clock(
     file: str, segment: Mapping[str, Sequence[str]], live: Sequence[int], count: int, decimal: str
 ) -> tuple[float, float]:
     """Return start and step that all channels have. Raises RecordError if they have several."""
+    default = {"X0": "0", "X_Dimension": "Time"}
+    own: dict[str, list[str | float]] = {}
     for key in ("X_Dimension", "Date", "Time", "X0", "Delta_X"):
-        own = _row(segment, key, count, "")
-        several = list(dict.fromkeys(own[i] for i in live))
-        if len(several) > 1:
-            raise RecordError(
-                f"{file}: its channels have several {key}: {', '.join(several[:3])}; one record has one time"
-            )
-    at = live[0] if live else 0
-    if (dimension := _row(segment, "X_Dimension", count, "Time")[at]) not in ("Time", "Frequency"):
-        raise RecordError(f"{file}: states X_Dimension {dimension}; expected Time or Frequency")
-    texts = _row(segment, "X0", count, "0")[at], _row(segment, "Delta_X", count, "")[at]
-    try:
-        start, step = (float(text.replace(decimal, ".")) for text in texts)
-    except ValueError as e:
-        raise RecordError(f"{file}: states X0 '{texts[0]}' and Delta_X '{texts[1]}'; expected numbers") from e
+        texts = [_row(segment, key, count, default.get(key, ""))[i] for i in live]
+        try:
+            values = [float(text.replace(decimal, ".")) if key in ("X0", "Delta_X") else text for text in texts]
+        except ValueError as e:
+            raise RecordError(f"{file}: states {key} {', '.join(texts)}; expected a number for each channel") from e
+        own[key] = list(dict.fromkeys(values))
+        if len(own[key]) != 1:
+            words = f"{file}: its channels have several {key}: {', '.join(dict.fromkeys(texts))}"
+            raise RecordError(f"{words}; one record has one time: write one file for each")
+    if own["X_Dimension"][0] not in ("Time", "Frequency"):
+        raise RecordError(f"{file}: states X_Dimension {own['X_Dimension'][0]}; expected Time or Frequency")
+    start, step = float(own["X0"][0]), float(own["Delta_X"][0])
     if not step > 0.0:
         raise RecordError(f"{file}: states Delta_X {step:g}; expected a step above zero")
     return start, step

@@ -10,11 +10,10 @@ from checks.declare import Series
 from checks.errors import RecordError
 from checks.record import Record
 from hw.records.damage import refused
-from hw.records.foreign_record import OBJECTS, nested_variables
+from hw.records.foreign_record import OBJECTS, TIMES, nested_variables
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import Source, load_bytes
 from hw.records.textfile import ROWS
-from hw.records.textlayout import TIMES
 from hw.records.variable import OWN_RECORD, Variables, listing, remarks_of
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
 from specs.bench import NO_CHANNELS, TIME, Channels, ChannelSource, channel_source

@@ -16,7 +16,7 @@ from checks.arrays import Array
 from checks.errors import RecordError
 from hw.records.labview import MAGIC, lvm_layout
 from hw.records.textlayout import CLOCK, EMPTY, NUMBERS, TEXT, TIMES, Layout, find_layout, split, wrong_count
-from hw.records.textnumbers import Row, parse, seconds
+from hw.records.textnumbers import Row, is_date, parse, seconds
 from hw.records.variable import Remarked, Variable
 from specs.units import UnitMismatch, factor, parse_header
 
@@ -57,7 +57,8 @@ def _variables(table: "TextTable", names: Sequence[str]) -> Remarked[Variable]:
     if layout.clock is not None:
         start, step = layout.clock
         found.append(Variable("t", (count,), ROWS, lambda: start + step * np.arange(count, dtype=np.float64), "s"))
-    return Remarked({v.name: v for v in found}, layout.remarks)
+    left = [f"column '{v.name}' holds {v.kind} and is left out" for v in found if v.load is None]
+    return Remarked({v.name: v for v in found}, (*layout.remarks, *left))
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +99,10 @@ class TextTable:
         """Return in words what a column without numbers holds."""
         if self.layout.kinds[column] == EMPTY:
             return "no values"
-        return f"text ('{split(self.rows[0], self.layout.apart)[self.layout.columns[column]][:40]}')"
+        first = split(self.rows[0], self.layout.apart)[self.layout.columns[column]][:40]
+        if is_date(first):
+            return f"dates ('{first}', not YYYY-MM-DD HH:MM:SS; without them give the sampling time)"
+        return f"text ('{first}')"
 
     def numbers(self, wanted: Sequence[int]) -> list[Array]:
         """Return the values (N,) of columns. Raises RecordError, with line and column, if a field is no number or two
@@ -124,7 +128,7 @@ class TextTable:
                 raise RecordError(f"{self.file}: {value} and is empty above; fill it or delete it")
         timed = [i for i in wanted if layout.kinds[i] == CLOCK]
         numeric = [i for i in wanted if i not in timed]
-        lines = ["\t".join([f[layout.columns[i]].replace("\t", " ") for i in numeric]) for _, f in rows]
+        lines = ["\t".join([f[layout.columns[i]].replace("\t", " ") or "?" for i in numeric]) for _, f in rows]
         found = dict(zip(numeric, self._parsed(lines, "\t", numeric), strict=True)) if numeric else {}
         for i in timed:
             place = layout.columns[i]
@@ -230,8 +234,8 @@ def _windows(file: str, raw: bytes) -> str:
 
 
 def _may_be_cut(table: TextTable) -> bool:
-    """Return whether the last number of a line without an end may be cut: it is not if it has the decimals of all before
-    it. A number cut short is still a number: "-15.5" becomes "-1"."""
+    """Return whether the last number of a line without an end may be cut, which is still a number: "-15.5" becomes
+    "-1". It is whole if it has the decimals that all before it have."""
     layout = table.layout
     if table.rows[-1].rstrip().endswith(('"', layout.apart)) or layout.kinds[-1] == TEXT:
         return False

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from checks.errors import RecordError
-from hw.records.textnumbers import is_clock, is_number
-from specs.units import UnitMismatch, factor, parse_header
+from hw.records.textnumbers import is_clock, is_like_number, is_number
+from specs.units import UnitMismatch, factor, is_unit, parse_header
 
 NUMBERS, CLOCK, EMPTY, TEXT = "numbers", "times", "empty", "text"  # kinds of columns
 _TIMES = ("t", "time", "zeit", "timestamp")
@@ -116,7 +116,7 @@ def _names(line: str, apart: str) -> list[str]:
     line = unicodedata.normalize("NFC", line)
     without = _COMMENT.sub("", line)
     if apart == " ":
-        return re.split(r"\s+(?![\[(])", without.strip())
+        return [name.strip('"') for name in re.split(r"\s+(?![\[(])", without.strip())]
     names = split(without, apart)
     return names if names and names[0] else split(line, apart)
 
@@ -161,11 +161,15 @@ def _is_value(text: str) -> bool:
 
 
 def _kind(fields: Sequence[str]) -> str:
-    """Return the kind of a column by its first rows."""
-    if not any(fields):
+    """Return the kind of a column by its first rows. One that holds text in places, or numbers in another form, is one
+    of numbers, so that its wrong field is named."""
+    given = [each for each in fields if each]
+    if not given:
         return EMPTY
-    first = fields[0]
-    return NUMBERS if is_number(first) or not first else CLOCK if is_clock(first) else TEXT
+    if is_clock(given[0]):
+        return CLOCK
+    numbers = sum(is_like_number(each) for each in given)
+    return NUMBERS if 2 * numbers > len(given) else TEXT
 
 
 def _only_first(file: str, shown: Sequence[Line], stated: str) -> Layout:
@@ -214,12 +218,8 @@ def _with_statements(file: str, found: Layout, above: Sequence[Line], shown: Seq
     remarks = list(found.remarks)
     if len(found.columns) < found.width:
         remarks.append(f"{found.width - len(found.columns)} columns without name and values are left out")
-    row = next(split(line, found.apart) for at, line in shown if at >= found.first)
-    for head, kind, place in zip(found.heads, found.kinds, found.columns, strict=True):
-        if kind in (TEXT, EMPTY):
-            what = "is empty" if kind == EMPTY else f"holds text ('{row[place][:40]}')"
-            remarks.append(f"column '{head}' {what} and is left out")
-        elif kind == CLOCK:
+    for head, kind in zip(found.heads, found.kinds, strict=True):
+        if kind == CLOCK:
             remarks.append(f"column '{head}' holds times of day, taken as seconds after its first row")
     found = replace(found, units=units)
     for at, text in above:
@@ -246,6 +246,8 @@ def _unit(file: str, line: int, head: str, below: str, kind: str) -> str:
     them differ."""
     name, unit = parse_header(head)
     end = _UNIT_AT_END.search(name) or _TIME_AT_END.search(name)
+    if below and unit and head.endswith(")") and not is_unit(unit):
+        unit = ""  # a word in parentheses, the unit below it
     stated = [each for each in (unit, below, end["unit"] if end else "") if each]
     if kind == CLOCK:
         return "s" if all(_CLOCK_FORM.fullmatch(each) for each in stated) else stated[0]

@@ -16,10 +16,11 @@ _CLOCK = re.compile(
     r"(?:(?P<year>\d{4})([-/])(?P<month>\d\d?)\2(?P<day>\d\d?)[T ]\s*)?(?P<h>\d\d?):(?P<m>\d\d):(?P<s>\d\d)"
     r"(?:[.,](?P<part>\d{1,18}))?(?P<zone>Z|[+-]\d\d:?\d\d)?"
 )
-_DATE_LIKE = re.compile(r"\d+[:./-]\d+[:./-]\d+")
+_DATE_LIKE = re.compile(r"\d{1,4}([./-])\d\d?\1\d{1,4}\b|\d\d?:\d\d")
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 _SPACED = re.compile(r"[+-]?\d{1,3}(?:[ '\u00a0\u2009\u202f\u2019]\d{3})+(?:[.,]\d*)?")
 _POINTED = re.compile(r"[+-]?\d{1,3}(?:[.,]\d{3})+(?:[.,]\d*)?")
+_DIGITS = re.compile(r"[+\u2212\u2013-]?\d+(?:[ .,'\u00a0\u2009\u202f\u2019]\d+)*")
 WITHOUT = "write the numbers without thousands marks"
 Row = tuple[int, Sequence[str]]  # line of the file, its fields
 Fields = Callable[[], Iterable[Row]]
@@ -29,6 +30,16 @@ _SCANNED = 20_000  # rows in which thousands marks are looked for
 def is_number(field: str) -> bool:
     """Return whether a field is a number with at most one mark, a point or a comma."""
     return _NUMBER.fullmatch(field) is not None
+
+
+def is_like_number(field: str) -> bool:
+    """Return whether a field is a number, maybe with thousands marks or another sign."""
+    return is_number(field) or _DIGITS.fullmatch(field) is not None
+
+
+def is_date(field: str) -> bool:
+    """Return whether a field looks like a date or a time of day of any form."""
+    return _DATE_LIKE.match(field) is not None
 
 
 def is_clock(field: str) -> bool:
@@ -78,8 +89,8 @@ def _refuse_groups(file: str, table: Array, names: Sequence[str], fields: Fields
     """Raise RecordError if a column can be meant in thousands: 998, 999, 1.000, 1.001 without any other decimals."""
     with np.errstate(all="ignore"):
         thousandths = table[:1000] * 1000.0
-        whole = np.isclose(thousandths, np.round(thousandths), rtol=0.0, atol=1e-6).all(axis=0)
-        whole &= (np.abs(table[:1000]) < 1000.0).all(axis=0)
+        near = np.abs(thousandths - np.round(thousandths)) < 1e-6
+        whole = np.all(near & (np.abs(table[:1000]) < 1000.0), axis=0).tolist()
         suspects = [i for i in range(len(names)) if whole[i] and (table[:, i] % 1.0 != 0.0).any()]
     for i in suspects:
         plain: dict[bool, str] = {}
@@ -113,7 +124,7 @@ def _expected(field: str) -> str:
     """Return what was expected in place of a field that is no number, and what to do."""
     if _SPACED.fullmatch(field) or _POINTED.fullmatch(field):
         return f"expected a number: {WITHOUT}"
-    if _DATE_LIKE.search(field):
+    if is_date(field):
         return "a date or a time of day; expected seconds or YYYY-MM-DD HH:MM:SS.fff in every row"
     if field.startswith(("\u2212", "\u2013")):
         return "expected a number: write '-' for its sign"

@@ -20,8 +20,6 @@ PLAUSIBLE = 1e9
 PLAUSIBLE_TIME = 1e12  # s; clocks count from 1970
 # Converters of the bench are ±10 V (±10.24 V with overrange); 1 % is left for gain and offset correction.
 CONVERTER_V = (9.9, 10.3)
-# A bench samples at 1 to 51.2 kHz: times in ms that are taken for seconds give 1 to 51.2 Hz.
-SLOWEST_HZ = 60.0
 # Full-scale samples in a row. Two neighbours at the same largest code happen at the crest of an unclipped sine.
 CLIPPED_RUN = 3
 
@@ -58,16 +56,6 @@ def vet_time(file: str, t: Array, min_samples: int) -> None:
         f"{file}: time 't' {how} from sample {i} to {i + 1}: {t[i]:.9g} s to {t[i + 1]:.9g} s, "
         f"expected a step of {usual:.6g} s ± {JITTER:.0%} ({off.size} such steps)"
     )
-
-
-def vet_rate(file: str, t: Array) -> None:
-    """Raise RecordError if times t (N,) are so far apart that they can only be in milliseconds or microseconds."""
-    rate = (t.size - 1) / (t[-1] - t[0])
-    if rate < SLOWEST_HZ:
-        raise RecordError(
-            f"{file}: is sampled at {rate:.4g} Hz by its times: are they in ms? Label their unit, as 't [ms]', or give "
-            "the sampling time with --ts SECONDS (step_s in Python)"
-        )
 
 
 def vet_step(file: str, name: str, values: Array) -> float:
