@@ -64,12 +64,13 @@ def _variables(table: "TextTable", names: Sequence[str]) -> Remarked[Variable]:
 @dataclass(frozen=True, eq=False)
 class TextTable:
     """A table as text. rows: its lines that are not blank, below the header; blank: index of the blank lines among
-    them."""
+    them; plain: whether no field is quoted and no row ends with a separator."""
 
     file: str
     layout: Layout
     rows: list[str]
     blank: tuple[int, ...]
+    plain: bool
 
     def fields(self) -> Iterator[Row]:
         """Yield the line and the fields of each row. Raises RecordError if a row does not fit the header."""
@@ -108,17 +109,12 @@ class TextTable:
         """Return the values (N,) of columns. Raises RecordError, with line and column, if a field is no number or two
         columns of times differ."""
         layout = self.layout
-        if list(wanted) == list(range(layout.width)) and set(layout.kinds) == {NUMBERS} and self._is_plain():
+        if list(wanted) == list(range(layout.width)) and set(layout.kinds) == {NUMBERS} and self.plain:
             found = list(self._parsed(self.rows, layout.apart, wanted))
         else:
             found = self._by_field(wanted)
         self._vet_times(wanted, found)
         return found
-
-    def _is_plain(self) -> bool:
-        """Return whether the rows are the numbers and the separators alone."""
-        apart = self.layout.apart
-        return not self.layout.commented and not any('"' in row or row.endswith(apart) for row in self.rows)
 
     def _by_field(self, wanted: Sequence[int]) -> list[Array]:
         layout, rows = self.layout, list(self.fields())
@@ -150,7 +146,8 @@ class TextTable:
         units, first = self.layout.units, None
         for k, i in enumerate(wanted):
             head = self.layout.heads[i]
-            if parse_header(head)[0].lower() not in TIMES:
+            name = parse_header(head)[0]
+            if name.lower() not in TIMES or (name == "T" and first is not None):  # beside a time a temperature
                 continue
             try:
                 t = (table[k] - table[k][0]) * factor(units[i] or "s", "s")
@@ -172,19 +169,24 @@ def read_text(file: str, raw: bytes, open_end: bool = False) -> TextTable:
         lines.pop()
     layout = lvm_layout(file, lines) if lines and lines[0].startswith(MAGIC) else find_layout(file, lines)
     end = len(lines)
-    while end > layout.first and not lines[end - 1].strip(
-        f' "\t{layout.apart}'
-    ):  # rows of a spreadsheet without values
+    empty = f' "\t{layout.apart}'  # a spreadsheet writes rows without values
+    while end > layout.first and not lines[end - 1].strip(empty):
         end -= 1
     body = lines[layout.first : end]
-    blank = tuple(layout.first + i for i, line in enumerate(body) if not line.strip())
-    rows = [line for line in body if line.strip()] if blank else body
-    table = TextTable(file, layout, rows, blank)
+    blank: tuple[int, ...] = ()
+    rows = body
+    if not all(map(str.strip, body)):
+        blank = tuple(layout.first + i for i, line in enumerate(body) if not line.strip())
+        rows = [line for line in body if line.strip()]
     if not rows:
         raise RecordError(f"{file}: holds a header and no rows")
+    start = sum(len(line) + 1 for line in lines[: layout.first])
+    marked = any(text.find(mark, start) >= 0 for mark in ('"', f"{layout.apart}\n"))
+    plain = not (layout.commented or marked or text.endswith(layout.apart))
+    table = TextTable(file, layout, rows, blank, plain)
     if len(rows) < layout.samples:
         raise RecordError(f"{file}: states {layout.samples} samples and has {len(rows)} rows; copy the file again")
-    remarks = [f"{len(lines) - end} rows without values at its end are left out"] if end < len(lines) else []
+    remarks = [f"rows without values at its end are left out ({len(lines) - end})"] if end < len(lines) else []
     if not whole and end == len(lines) and _may_be_cut(table):
         words = f"line {end} has no end, so its last number '{split(rows[-1], layout.apart)[-1]}' may be cut"
         if not open_end:
@@ -210,6 +212,7 @@ def decode(file: str, raw: bytes) -> str:
         text = _windows(file, raw)
     if "\0" in text:
         raise RecordError(f"{file}: is not text: character {text.index(chr(0)) + 1} is zero")
+    text = text.rstrip("\x1a")  # DOS ends a file so
     return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 

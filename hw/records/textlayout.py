@@ -18,6 +18,10 @@ _WINDOW = 200  # lines in which the layout is looked for
 _COMMENT = re.compile(r"^\s*(?:[#%]+|//)\s*")
 _UNIT_AT_END = re.compile(r"_(?P<unit>nm|um|µm|mm|us|µs|ms|mV|kV|Hz|kHz|kN|mN)$")
 _TIME_AT_END = re.compile(r"^(?:t|time|zeit|timestamp)_(?P<unit>s)$", re.IGNORECASE)
+_SPELLED = re.compile(
+    r"(?:milli|micro|nano|kilo)?(?:volt|met(?:er|re)|newton|second|sec|hertz)s?|m/s[\^*]*2|m/s²|[mk]?A|[kM]?Pa|K|°C|dB|g|rpm",
+    re.IGNORECASE,
+)
 _CLOCK_FORM = re.compile(r"[hHmsdDyYMSf:.,/ T-]+")
 _STATEMENT = re.compile(r"^(?P<key>[^:=;,\t]*[^\s:=;,])\s*[:=;,\t]+\s*(?P<value>.*?)[\s;,]*$")
 _SCALING = re.compile(
@@ -63,21 +67,25 @@ def split(line: str, apart: str) -> list[str]:
     """Return the fields of a line without blanks and quotes around them."""
     if apart == " ":
         return line.split()
-    try:
-        fields = next(csv.reader([line], delimiter=apart, skipinitialspace=True)) if '"' in line else line.split(apart)
-    except csv.Error:  # a field of 100,000 characters
-        fields = line.split(apart)
-    return [each.strip() for each in fields]
+    if '"' in line:
+        try:
+            line_of_one = csv.reader([line], delimiter=apart, skipinitialspace=True, strict=True)
+            return [each.strip() for each in next(line_of_one)]
+        except csv.Error:  # a quote that is not closed, a field of 100,000 characters
+            pass
+    return [each.strip() for each in line.split(apart)]
 
 
 def find_layout(file: str, lines: Sequence[str]) -> Layout:
     """Return the layout of a table. Raises RecordError if no line can be its header, or if a line above it changes the
     numbers and is not used."""
     shown: list[Line] = []
+    rows = 0
     for i, line in enumerate(lines):
         if line.strip():
             shown.append((i, line))
-        if len(shown) > _WINDOW:
+            rows += _COMMENT.match(line) is None
+        if rows > _WINDOW or len(shown) > 10 * _WINDOW:
             break
     if not shown:
         raise RecordError(f"{file}: is blank; expected the names of the columns in the first line")
@@ -148,6 +156,9 @@ def _units_below(rows: Sequence[Sequence[str]], named: Sequence[int]) -> Sequenc
     """Return the row of units between the header and the numbers; empty without one."""
     if len(rows) < 2 or not _fits(rows[0], named) or any(_is_value(each) for each in rows[0]) or not any(rows[0]):
         return ()
+    given = [each.strip("[]() ") for each in rows[0] if each]
+    if 2 * sum(is_unit(each) or _SPELLED.fullmatch(each) is not None for each in given) < len(given):
+        return ()
     return rows[0] if _fits(rows[1], named) and all(_is_value(rows[1][i]) or not rows[1][i] for i in named) else ()
 
 
@@ -169,7 +180,7 @@ def _kind(fields: Sequence[str]) -> str:
     if is_clock(given[0]):
         return CLOCK
     numbers = sum(is_like_number(each) for each in given)
-    return NUMBERS if 2 * numbers > len(given) else TEXT
+    return NUMBERS if 2 * numbers >= len(given) else TEXT
 
 
 def _only_first(file: str, shown: Sequence[Line], stated: str) -> Layout:
@@ -217,12 +228,19 @@ def _with_statements(file: str, found: Layout, above: Sequence[Line], shown: Seq
     units = tuple(_unit(file, line, head, below, kind) for head, below, kind in heads)
     remarks = list(found.remarks)
     if len(found.columns) < found.width:
-        remarks.append(f"{found.width - len(found.columns)} columns without name and values are left out")
+        remarks.append(f"columns without name and values are left out ({found.width - len(found.columns)})")
     for head, kind in zip(found.heads, found.kinds, strict=True):
         if kind == CLOCK:
             remarks.append(f"column '{head}' holds times of day, taken as seconds after its first row")
     found = replace(found, units=units)
     for at, text in above:
+        fields = re.split(r"[;,\t ]+", text.strip(";,\t "))
+        if len(fields) > 1 and all(map(is_number, fields)):
+            names = ", ".join(found.heads[:4])
+            raise RecordError(
+                f"{file}: line {at + 1} holds numbers, above the names in line {line} ({names}): are these two tables? "
+                "Write one file for each"
+            )
         words = _COMMENT.sub("", text).strip(' ";,\t')
         statement = _STATEMENT.match(words)
         if statement is None:
