@@ -19,16 +19,17 @@ _COMMENT = re.compile(r"^\s*(?:[#%]+|//)\s*")
 _UNIT_AT_END = re.compile(r"_(?P<unit>nm|um|µm|mm|us|µs|ms|mV|kV|Hz|kHz|kN|mN)$")
 _TIME_AT_END = re.compile(r"^(?:t|time|zeit|timestamp)_(?P<unit>s)$", re.IGNORECASE)
 _SPELLED = re.compile(
-    r"(?:milli|micro|nano|kilo)?(?:volt|met(?:er|re)|newton|second|sec|hertz)s?|m/s[\^*]*2|m/s²|[mk]?A|[kM]?Pa|K|°C|dB|g|rpm",
+    r"(?:milli|micro|nano|kilo)?(?:volt|met(?:er|re)|newton|second|sec|hertz)s?|m/s[\^*]*2|m/s²|[mk]?A|[kM]?Pa"
+    r"|K|°C|dB|g|rpm",
     re.IGNORECASE,
 )
 _CLOCK_FORM = re.compile(r"[hHmsdDyYMSf:.,/ T-]+")
 _STATEMENT = re.compile(r"^(?P<key>[^:=;,\t]*[^\s:=;,])\s*[:=;,\t]+\s*(?P<value>.*?)[\s;,]*$")
 _SCALING = re.compile(
-    r"scal|skal|gain|factor|faktor|offset|sensitiv|empfindl|multipl|calib|kalib|\bunits?\b|einheit|verst|slope|invert"
-    r"|polarity|decimal|dezimal|thousand|tausend",
-    re.IGNORECASE,
+    r"scal|skal|gain|factor|faktor|offset|sensitiv|empfindl|multipl|calib|kalib|verst|slope|steigung", re.IGNORECASE
 )
+_FORM = re.compile(r"invert|polarity|polarit|decimal|dezimal|thousand|tausend", re.IGNORECASE)
+_UNIT = re.compile(r"\bunits?\b|einheit", re.IGNORECASE)
 _SAMPLING = r"(?:sampl\w*|abtast\w*|scan|time)[ _-]*"
 _RATE = re.compile(_SAMPLING + r"(?:rate|freq\w*)|(?:abtast|sampling)(?:rate|freq\w*)|fs|f_s|rate", re.IGNORECASE)
 _STEP = re.compile(
@@ -157,7 +158,7 @@ def _units_below(rows: Sequence[Sequence[str]], named: Sequence[int]) -> Sequenc
     if len(rows) < 2 or not _fits(rows[0], named) or any(_is_value(each) for each in rows[0]) or not any(rows[0]):
         return ()
     given = [each.strip("[]() ") for each in rows[0] if each]
-    if 2 * sum(is_unit(each) or _SPELLED.fullmatch(each) is not None for each in given) < len(given):
+    if 2 * sum(map(_is_unit_word, given)) < len(given):
         return ()
     return rows[0] if _fits(rows[1], named) and all(_is_value(rows[1][i]) or not rows[1][i] for i in named) else ()
 
@@ -192,7 +193,7 @@ def _only_first(file: str, shown: Sequence[Line], stated: str) -> Layout:
     wrong = next((name for name in names if is_number(name) or is_clock(name)), None)
     if wrong is not None or not any(names):
         raise RecordError(
-            f"{file}: line {at + 1} is no header: the names of the columns are expected above the numbers; it holds "
+            f"{file}: line {at + 1} does not name the columns: names are expected above the numbers; it holds "
             f"'{line.strip()[:60]}'"
         )
     if len(shown) == 1:
@@ -203,7 +204,7 @@ def _only_first(file: str, shown: Sequence[Line], stated: str) -> Layout:
         if all(map(is_number, row)) or (len(row) > len(names) > 1 and halves):
             raise RecordError(wrong_count(file, shown[1][0] + 1, 1, len(row), len(names), apart))
         raise RecordError(
-            f"{file}: line {at + 1} is no header: one name for every column is expected above the numbers; it holds "
+            f"{file}: line {at + 1} does not name the columns: a name for each is expected above the numbers; it holds "
             f"'{line.strip()[:60]}', line {shown[1][0] + 1} '{shown[1][1].strip()[:60]}'"
         )
     named = tuple(i for i, name in enumerate(names) if name)
@@ -245,7 +246,7 @@ def _with_statements(file: str, found: Layout, above: Sequence[Line], shown: Seq
         statement = _STATEMENT.match(words)
         if statement is None:
             continue
-        if _SCALING.search(statement["key"]):
+        if _changes_numbers(statement["key"], statement["value"]):
             raise RecordError(
                 f"{file}: line {at + 1} states '{words[:60]}', which is not used: write it into the numbers or, as "
                 "'de [nm]', into the header, and delete the line"
@@ -255,8 +256,20 @@ def _with_statements(file: str, found: Layout, above: Sequence[Line], shown: Seq
             found = _clocked(file, found, f"line {at + 1} states '{words[:60]}'", step, shown)
     if above:
         lines = f"line {above[0][0] + 1}" if len(above) == 1 else f"lines {above[0][0] + 1} to {above[-1][0] + 1}"
-        remarks.append(f"{lines} above the names not used ('{above[0][1].strip()[:40]}')")
+        remarks.append(f"{lines} above the names left out ('{above[0][1].strip()[:40]}')")
     return replace(found, remarks=(*remarks, *found.remarks))
+
+
+def _changes_numbers(key: str, value: str) -> bool:
+    """Return whether a statement changes what the numbers mean: a factor or an offset, a form, a unit."""
+    words = [each.strip("x×*%[]()") for each in re.split(r"[;,\t ]+", value) if each]
+    if _SCALING.search(key) and words and is_number(words[0]):
+        return True
+    return bool(_FORM.search(key) or (_UNIT.search(key) and any(map(_is_unit_word, words))))
+
+
+def _is_unit_word(text: str) -> bool:
+    return is_unit(text) or _SPELLED.fullmatch(text) is not None
 
 
 def _unit(file: str, line: int, head: str, below: str, kind: str) -> str:
@@ -307,7 +320,10 @@ def _clocked(file: str, found: Layout, words: str, step: float, shown: Sequence[
     rows = [split(line, found.apart) for i, line in shown if i >= found.first][:2]
     if found.kinds[at] != NUMBERS or len(rows) < 2:
         return found
-    t = [float(row[found.columns[at]].replace(",", ".") or "nan") for row in rows]
+    texts = [row[found.columns[at]] for row in rows]
+    if not all(map(is_number, texts)):
+        return found  # said where the rows are read
+    t = [float(text.replace(",", ".")) for text in texts]
     try:
         own = (t[1] - t[0]) * factor(found.units[at] or "s", "s")
     except UnitMismatch:

@@ -42,7 +42,7 @@ T = TypeVar("T")
 
 
 class Remarked(dict[str, T]):
-    """What was read of a file, by name. remarks: how, in words, where it is not as written."""
+    """What was read of a file, by name. remarks: in words, on what was not taken as written."""
 
     def __init__(self, items: Mapping[str, T], remarks: tuple[str, ...] = ()) -> None:
         super().__init__(items)

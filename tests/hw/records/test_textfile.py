@@ -170,6 +170,7 @@ def test_decimal_commas_between_commas(tmp_path):
         ("".join(f"# line {k}\n" for k in range(300)), "lines 1 to 300", ","),
         ("Kanal 0;Kanal 1;Kanal 2\n", "line 1", ";"),
         ("fs = 4000 Hz\n", "line 1", ","),
+        ("Unit: A-01\nVerstaerker: PD200\n", "lines 1 to 2", ","),
         ("Sample interval [ms];0,25\n", "line 1", ";"),
     ],
 )
@@ -190,6 +191,7 @@ def test_lines_above_the_names(bare, first, sep, tmp_path):
         ("Sample rate,5000\n", "a sampling time of 0.0002 s, but column 't' has steps of 0.00025 s"),
         ("dt = 1 ms\n", "a sampling time of 0.001 s, but column 't'"),
         ("t,da\n0,1\n1,2\n", "line 2 holds numbers, above the names in line 4"),
+        ("Polarity,inverted\n", "line 1 states 'Polarity,inverted'"),
         ("Vertical Units,V,V\n", "line 1 states 'Vertical Units,V,V'"),
     ],
 )
@@ -205,8 +207,8 @@ def test_a_stated_rate_is_the_time_of_a_table_without_one(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (table().partition("\n")[2], "line 1 is no header: the names of the columns are expected above the numbers"),
-        ("Run 7\nAnn\n", "line 1 is no header|line 2: column 'Run 7'"),
+        (table().partition("\n")[2], "line 1 does not name the columns: names are expected above the numbers"),
+        ("Run 7\nAnn\n", "line 1 does not name|line 2: column 'Run 7'"),
         ("t,Va,de\n", "holds a header and no rows"),
         (" \n\n", "is blank"),
         ("t,Va,Va\n" + table().partition("\n")[2], "line 1: two columns have the name 'Va'"),
@@ -305,10 +307,10 @@ def test_empty_columns_and_rows_of_a_spreadsheet(tmp_path):
 
 def test_values_under_no_name_are_refused(tmp_path):
     index = pd.DataFrame({"t": T, "Va": VA, "de": DE_NM}).to_csv()  # a column of indices without name
-    refused(write(tmp_path, index), "line 2 holds '0' in column 1, which has no name in line 1")
+    refused(write(tmp_path, index), "line 2 holds '0' in column 1, which line 1 does not name")
     late = table().replace("\n", ",\n").splitlines()
     late[300] += "7"
-    refused(write(tmp_path, "\n".join([*late, ""])), "line 301 holds '7' in column 4, which has no name in line 1")
+    refused(write(tmp_path, "\n".join([*late, ""])), "line 301 holds '7' in column 4, which line 1 does not name")
 
 
 @pytest.mark.parametrize(
