@@ -288,8 +288,9 @@ def _unit(file: str, line: int, head: str, below: str, kind: str) -> str:
         except UnitMismatch:
             same = False
         if not same:
+            bare = name[: end.start("unit") - 1] if end else name
             words = f"{file}: line {line}: column '{head}' states two units, {stated[0]} and {other}"
-            raise RecordError(f"{words}; which one is it? Keep one of them")
+            raise RecordError(f"{words}: which is right? Write '{bare} [{stated[0]}]' or '{bare} [{other}]'")
     return stated[0] if stated else ""
 
 
