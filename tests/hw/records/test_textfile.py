@@ -365,11 +365,11 @@ def test_heights_in_the_unit_that_their_column_states(head, scale, tmp_path):
 def test_a_column_whose_name_and_unit_differ_is_refused(unit, tmp_path):
     """`z_um [nm]` would be judged a thousand times too small if the name were right."""
     text = f"x_mm,y_mm,z_um [{unit}]\n-29.5,9,9000\n16,-9,-2500\n"
-    with pytest.raises(
-        RecordError,
-        match=rf"column 'z_um \[{unit}\]' states two units, {unit} and um.*Write 'z \[{unit}\]' or 'z \[um\]'",
-    ):
+    with pytest.raises(RecordError) as error:
         records.read_table(write(tmp_path, text), HEIGHTS)
+    words = f"line 1: column 'z_um [{unit}]' states two units, {unit} and um"
+    assert words in str(error.value)
+    assert f"Write 'z [{unit}]' or 'z [um]'" in str(error.value)
 
 
 @pytest.mark.parametrize("how", ["utf-16", "semicolons", "trailing", "cp1252"])
