@@ -3,6 +3,7 @@
 The unit of a quantity is the suffix of its name; without a suffix it is SI or dimensionless.
 """
 
+import math
 import re
 
 # Longest suffix first: `k_N_per_um` ends in `_um` too.
@@ -51,10 +52,13 @@ def without_unit(quantity: str) -> str:
     return quantity
 
 
-PREFIXES = {"p": 1e-12, "n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6, "G": 1e9}
+PREFIXES = {"p": 1e-12, "n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 BASES = frozenset({"F", "m", "Hz", "V", "s", "ohm", "N", "g", "rad"})
 ALIASES = {"\u03a9": "ohm", "\u2126": "ohm", "Ohm": "ohm", "Ohms": "ohm", "ohms": "ohm"}  # Greek omega, ohm sign
-SAME = {"%": "percent", "°": "deg", "": "1"}
+ALIASES |= {"inch": "in"}
+WITHOUT_PREFIX = {"in": (0.0254, "m"), "mil": (25.4e-6, "m"), "min": (60.0, "s"), "deg": (math.pi / 180.0, "rad"),
+                  "percent": (0.01, "1"), "1": (1.0, "1")}  # fmt: skip
+SAME = {"%": "percent", "°": "deg", "": "1", "-": "1", '"': "in"}
 
 
 _HEADER = re.compile(r"^(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\])]*)\s*[\])]$")
@@ -91,6 +95,11 @@ def to_si(unit: str) -> tuple[float, str] | None:
     return None if parts is None or "g" in parts[1] else (parts[0], "/".join(parts[1]))
 
 
+def is_unit(text: str) -> bool:
+    """Return whether a text is a unit that is known here."""
+    return _parts(SAME.get(text.strip(), text.strip())) is not None
+
+
 def _parts(unit: str) -> tuple[float, tuple[str, ...]] | None:
     """Return the scale to the base units, and those in order: `N/um` is (1e6, ("N", "m"))."""
     scale, bases = 1.0, []
@@ -107,6 +116,8 @@ def _simple(word: str) -> tuple[float, str] | None:
     word = _plain(word)
     if word in BASES:
         return 1.0, word
+    if word in WITHOUT_PREFIX:
+        return WITHOUT_PREFIX[word]
     prefix, base = word[:1], _plain(word[1:])
     return (PREFIXES[prefix], base) if prefix in PREFIXES and base in BASES else None
 

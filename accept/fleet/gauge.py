@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -11,43 +10,52 @@ import pandas as pd
 
 from accept.fleet.errors import FleetError
 from checks.arrays import Array
+from checks.errors import RecordError
 from checks.picture import Band, Line, Mark, Panel
 from checks.process_control.gauge_bias import BiasStudy, LinearityStudy, bias_study, linearity_study
 from checks.process_control.gauge_study import STUDY_SIGMAS, GaugeStudy, gauge_study
+from hw.records.limits import ReadLimits
+from hw.records.source import load_bytes
+from hw.records.textfile import read_text
+from specs.units import parse_header
 
 COLUMNS = ("part", "operator", "value")
 NUMBERS = ("value", "reference")
 COVERAGE = 2.0
 _UPPER_RANGE = {2: 3.267, 3: 2.574, 4: 2.282, 5: 2.114}  # D4 of so many repeats ([AIAG-SPC] appendix E)
-LARGEST = 10_000_000  # bytes of a table: ten thousand times what a study holds
+LIMITS = ReadLimits(max_bytes=10_000_000)  # of a table: ten thousand times what a study holds
 
 
 def read_table(path: Path, columns: Sequence[str] = COLUMNS) -> pd.DataFrame:
-    """Read a CSV file with these columns; value and reference are numbers. Raises FleetError naming the wrong row or
-    column."""
-    if not path.is_file():
-        raise FleetError(f"{path}: is not a file")
-    if path.stat().st_size > LARGEST:
-        raise FleetError(f"{path}: {path.stat().st_size} bytes, expected at most {LARGEST}")
+    """Read a text table with these columns; value and reference are numbers, in one unit. attrs["remarks"]: how it was
+    read. Raises FleetError naming the wrong line or column."""
     try:
-        text = path.read_text("utf-8-sig")
-        semicolons = ";" in text.split("\n", 1)[0]  # as spreadsheets of half of Europe write it
-        frame = pd.read_csv(StringIO(text), dtype=str, keep_default_na=False, sep=";" if semicolons else ",")
-    except (ValueError, UnicodeDecodeError) as e:
-        raise FleetError(f"{path}: is not a CSV table: {e}") from e
-    frame = frame.rename(columns=lambda name: str(name).strip().lower()).map(str.strip)
-    missing = [name for name in columns if name not in frame.columns]
-    if missing:
-        raise FleetError(f"{path}: no column {', '.join(missing)}; expected {', '.join(columns)}")
-    for name in set(columns) & set(NUMBERS):
-        texts = frame[name].str.replace(",", ".") if semicolons else frame[name]
-        numbers = pd.to_numeric(texts, errors="coerce")
-        bad = ~np.isfinite(numbers.to_numpy(dtype=float))
-        if bad.any():
-            row = int(np.flatnonzero(bad)[0])
-            raise FleetError(f"{path}, line {row + 2}: {name} '{frame[name].iloc[row]}' is not a number")
-        frame = frame.assign(**{name: numbers})
-    return frame[list(columns)]
+        source = load_bytes(path, LIMITS)
+        table = read_text(source.file, source.raw, open_end=True)
+        names = [parse_header(head)[0].lower() for head in table.layout.heads]
+        missing = [name for name in columns if name not in names]
+        if missing:
+            raise RecordError(f"{source.file}: no column {', '.join(missing)}; it has {', '.join(names)}")
+        twice = [name for name in columns if names.count(name) > 1]
+        if twice:
+            raise RecordError(f"{source.file}: two columns have the name '{twice[0]}'; keep one")
+        numeric = [name for name in columns if name in NUMBERS]
+        places = {name: names.index(name) for name in columns}
+        units = {name: table.layout.units[places[name]] for name in numeric}
+        if len(set(units.values())) > 1:
+            stated = ", ".join(f"{name} in '{unit}'" for name, unit in units.items())
+            raise RecordError(f"{source.file}: {stated}; expected one unit for both")
+        values = dict(zip(numeric, table.numbers([places[name] for name in numeric]), strict=True))
+        texts = {name: table.texts(places[name]) for name in columns if name not in numeric}
+    except RecordError as e:
+        raise FleetError(str(e)) from e
+    for name, x in values.items():
+        if not np.isfinite(x).all():
+            row = int(np.flatnonzero(~np.isfinite(x))[0])
+            raise FleetError(f"{path.name}: row {row + 1} below the header: column '{name}' holds {x[row]}")
+    frame = pd.DataFrame({name: values.get(name, texts.get(name)) for name in columns})
+    frame.attrs["remarks"] = [f"{source.file}: {words}" for words in table.layout.remarks]
+    return frame
 
 
 def from_store(frame: pd.DataFrame) -> pd.DataFrame:

@@ -19,6 +19,7 @@ _TWO_STEPS = "add the mass once and remove it once, ten seconds apart, within on
 
 _GAP = "run the gap analysis: it tells what differs, the bench or the part"
 _LOST = "close other programs on the recorder, or sample more slowly; then record again"
+FILE_REFUSED = "copy, correct or export the file again, as its reason says"
 ADVICE: Mapping[Cause, str] = {
     Cause.ENTRY_MISSING: "enter the {entry}",
     Cause.FILE_DAMAGED: "copy the file again, or record again",
@@ -154,7 +155,7 @@ def _lines(check: Check, reason: Reason) -> list[str]:
     if reason.cause is Cause.IMPACTS_BAD:
         found = [IMPACT_ADVICE[fault] for fault in parameters["faults"] if fault in IMPACT_ADVICE]
     elif reason.cause is Cause.IN_WORDS and reason.record:  # of a file that its reader refused
-        found = [ADVICE[Cause.FILE_DAMAGED]]
+        found = [FILE_REFUSED]
     else:
         found = [ADVICE[reason.cause].format(**parameters)] if reason.cause in ADVICE else []
     declared = check.inputs.get(reason.record)

@@ -28,6 +28,7 @@ from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
 from checks.record import Record
 from checks.verdict import Finding, bounds, judge, largest_U, unit_verdict
+from hw.records.variable import Remarked
 from specs import plugins
 from specs.plugins import BUILT_IN, product_named, products
 from specs.spec import CheckSpec, Spec, load
@@ -154,7 +155,8 @@ def _notes_of_unit(held: LoadedUnit, spec: Spec) -> list[str]:
     for section in dict.fromkeys(CHECKS[name].reads for name in spec.checks):
         with suppress(RecordError, KeyError):  # said with the findings
             values = held.values(section)
-            found += [f"{section}: {words}" for v in values.values() if isinstance(v, Record) for words in v.remarks]
+            read = [v.remarks for v in values.values() if isinstance(v, Record | Remarked)]
+            found += [f"{section}: {words}" for remarks in read for words in remarks]
     return found + [f"{n}: {line}" for n, lines in held.folder.notes.items() if n in spec.checks for line in lines]
 
 

@@ -29,8 +29,8 @@ from hw.records.damage import refused
 from hw.records.foreign_structures import expand
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import Source, load_bytes
-from hw.records.textfile import open_columns
-from hw.records.variable import CLOCK, NESTED, OWN_RECORD, Clock, Variable, Variables, listing
+from hw.records.textfile import open_csv
+from hw.records.variable import CLOCK, NESTED, OWN_RECORD, Clock, Variable, Variables, listing, remarks_of
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
 from specs.bench import NO_CHANNELS, TIME, Channels, ChannelSource, channel_source
 from specs.units import UnitMismatch, factor, parse_header, to_si
@@ -108,7 +108,8 @@ def record_by_input(
     if step_s is not None and not (math.isfinite(step_s) and step_s > 0):
         raise RecordError(f"--ts {step_s:g}: expected a sampling time above 0 s")
     with refused(source.file):
-        found = _variables(source)
+        found = open_csv(source.file, source.raw, open_end=True) if source.is_text else source.variables()
+        remarks = remarks_of(found)
         channels = NO_CHANNELS if OWN_RECORD in found else channels
         own = {n: v for n, v in found.items() if n == step_name}
         found = {n: v for n, v in found.items() if n != step_name}
@@ -123,18 +124,9 @@ def record_by_input(
             if given is not None
             else None
         )
-        return assemble(source.file, source.sha256, replace(chosen, step=step), limits)
-
-
-def _variables(source: Source) -> dict[str, Variable]:
-    """Return the variables of a file, of a table those of other tools too. Raises RecordError."""
-    if not source.is_text:
-        return source.variables()
-    found = open_columns(source.file, source.raw)
-    names = [parse_header(name)[0] for name in found]
-    if len(set(names)) < len(names):
-        return found
-    return {n: replace(v, name=n) for n, v in zip(names, found.values(), strict=True)}
+        return assemble(
+            source.file, source.sha256, replace(chosen, step=step, remarks=(*chosen.remarks, *remarks)), limits
+        )
 
 
 def _declared(file: str, found: Variables, series: Series, sources: Channels) -> Selection:
@@ -144,6 +136,7 @@ def _declared(file: str, found: Variables, series: Series, sources: Channels) ->
         there = (sources[name].name or name) if name in sources else name
         return there if there in found else parse_header(there)[0]
 
+    remarks = remarks_of(found)
     names = [n for n in series.channels if n != TIME]
     plainly = {n: v for n, v in found.items() if v.kind not in NESTED}
     if any(theirs(n) not in plainly for n in names):
@@ -172,7 +165,8 @@ def _declared(file: str, found: Variables, series: Series, sources: Channels) ->
         step, time = _step_of(file, found[theirs(series.step)]), None
     elif TIME in sources and (given := sources[TIME].sampling_time_s) is not None:
         step = Clock(GIVEN, given)
-    return Selection(wanted, sources, {**series.channels, **series.optional_channels}, found, time, step)
+    units = {**series.channels, **series.optional_channels}
+    return Selection(wanted, sources, units, found, time, step, remarks)
 
 
 def _by_input(
@@ -353,7 +347,7 @@ def _refuse_twins(file: str, wanted: Variables) -> None:
 
 
 def _single(file: str, wanted: str, found: Variables) -> str:
-    hits = _hits(wanted, found)
+    hits = _hits(wanted, found) or _hits(parse_header(wanted)[0], found)
     if len(hits) != 1:
         raise RecordError(f"{file}: no single '{wanted}'; it holds {_listing(found)}")
     return hits[0]

@@ -10,7 +10,7 @@ from pathlib import Path
 from checks.errors import RecordError
 from hw.records.limits import ReadLimits
 from hw.records.mat5 import HEADER_BYTES, open_mat5
-from hw.records.textfile import open_csv
+from hw.records.textfile import SUFFIXES, open_csv
 from hw.records.uff58 import DELIMITER
 from hw.records.uffrecord import open_uff
 from hw.records.variable import Variable
@@ -40,7 +40,7 @@ class Source:
         raw = self.raw
         binary = raw.startswith((SIGNATURE, TDMS)) or raw.startswith(SIGNATURE, USERBLOCK_BYTES)
         other = binary or raw[124:128] in MATLAB5 or DELIMITER.match(raw)
-        return self.suffix in (".csv", ".txt", ".dat") and not other
+        return self.suffix in SUFFIXES and not other
 
     def variables(self) -> dict[str, Variable]:
         """Return the variables by name, in the file's order. Raises RecordError and the errors that `damage.refused`
@@ -58,7 +58,7 @@ class Source:
             return open_tdms(self.file, raw)
         if DELIMITER.match(raw):
             return open_uff(self.file, raw)
-        if self.suffix == ".csv":
+        if self.suffix in SUFFIXES:
             return open_csv(self.file, raw)
         raise RecordError(
             f"{self.file}: is none of MATLAB 5 to 7.3 (.mat), .csv, .uff, .tdms; it starts with {ascii(raw[:20])[1:]}"

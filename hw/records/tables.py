@@ -11,27 +11,40 @@ from hw.records.damage import refused
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.source import Source, load_bytes
 from hw.records.textfile import open_csv
-from hw.records.variable import listing
+from hw.records.variable import Remarked, listing
 from hw.records.vet import loaded
+from specs.units import UnitMismatch, factor, unit_of, without_unit
 
 
-def read_table(path: Path, table: CsvTable) -> dict[str, Array]:
+def read_table(path: Path, table: CsvTable) -> Remarked[Array]:
     """Return column -> (N,) of a CSV file: see `table_of`. Raises RecordError, also if the file cannot be read."""
     return table_of(load_bytes(path, DEFAULT_LIMITS), table)
 
 
-def table_of(source: Source, table: CsvTable) -> dict[str, Array]:
-    """Return column -> (N,) of the bytes of a CSV file with the declared columns. Raises RecordError if a column or a
-    row is missing, or a field is not a finite number."""
-    with refused(source.file):
-        found = open_csv(source.file, source.raw)
-        missing = [c for c in table.columns if c not in found]
+def table_of(source: Source, table: CsvTable) -> Remarked[Array]:
+    """Return column -> (N,) of the bytes of a text file with the declared columns, each in the unit of its name: `z_um`
+    is read as it is, or `z [nm]` converted. Raises RecordError if a column or a row is missing, or a field is not a
+    finite number."""
+    file = source.file
+    with refused(file):
+        found = open_csv(file, source.raw)
+        there = {c: c if c in found else without_unit(c) for c in table.columns}
+        missing = [c for c, name in there.items() if name not in found or (name != c and not found[name].unit)]
         if missing:
-            raise RecordError(f"{source.file}: lacks column {', '.join(missing)}; it has {listing(found)}")
-        columns = {c: loaded(source.file, c, found[c]) for c in table.columns}
-    for name, values in columns.items():
-        _vet(source.file, name, values, table.min_rows)
-    return columns
+            raise RecordError(f"{file}: lacks column {', '.join(missing)}; it has {listing(found)}")
+        columns = {c: loaded(file, c, found[name]) for c, name in there.items()}
+    remarks = list(found.remarks)
+    for c, name in there.items():
+        _vet(file, c, columns[c], table.min_rows)
+        theirs, ours = found[name].unit or unit_of(c), unit_of(c)
+        try:
+            scale = factor(theirs, ours)
+        except UnitMismatch as e:
+            raise RecordError(f"{file}: column '{name}': {e}") from e
+        if scale != 1.0:
+            columns[c] = columns[c] * scale
+            remarks.append(f"{name} is in {theirs}, converted to {ours}")
+    return Remarked(columns, (f"{file}: {', '.join(remarks)}",) if remarks else ())
 
 
 def _vet(file: str, name: str, values: Array, min_rows: int) -> None:

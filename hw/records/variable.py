@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from checks.arrays import Array
 from checks.errors import RecordError
@@ -70,6 +70,22 @@ class Variable:
 Variables = Mapping[str, Variable]
 NESTED = ("struct", "cell")  # kinds of variables that may hold channels
 CLOCK = "clock"  # kind of the time in a list of channels, if the file states start and step instead of a vector
+T = TypeVar("T")
+
+
+class Remarked(dict[str, T]):
+    """What was read of a file, by name. remarks: in words, on what was not taken as written."""
+
+    def __init__(self, items: Mapping[str, T], remarks: tuple[str, ...] = ()) -> None:
+        super().__init__(items)
+        self.remarks = remarks
+
+
+def remarks_of(found: Mapping[str, object]) -> tuple[str, ...]:
+    """Return the remarks of what was read, if its reader makes any."""
+    return found.remarks if isinstance(found, Remarked) else ()
+
+
 OWN_RECORD = "accept_record"  # a variable of records that this program wrote: their channels have our names, in SI
 
 

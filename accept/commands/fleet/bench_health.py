@@ -1,6 +1,7 @@
 """`accept rr` and `accept golden`: is the measurement itself sound."""
 
 import datetime
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -24,6 +25,15 @@ from accept.store import open_store
 from checks.process_control.gauge_bias import CAPABLE
 from checks.process_control.gauge_study import CATEGORIES
 
+
+def _read(table: Path, columns: Sequence[str]) -> pd.DataFrame:
+    """Read a table of readings and say what was not read as written."""
+    frame = gauge.read_table(table, columns)
+    for words in frame.attrs["remarks"]:
+        say(words)
+    return frame
+
+
 AtTheBench = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who is at the bench.")]
 
 
@@ -43,7 +53,7 @@ def gauge_study(
     if wanted.tolerance == 0.0:
         raise FleetError("--tolerance 0: the distance between the limits must be above zero")
     if table is not None:
-        frame = gauge.read_table(table)
+        frame = _read(table, gauge.COLUMNS)
     else:
         with open_store() as store:
             frame = chosen(measurements_of(store, str(wanted.quantity)), choice)
@@ -86,7 +96,7 @@ def gauge_bias(
     """Evaluate repeated readings of one reference. Bias with its t test, Cg and Cgk; exit 3 if not capable."""
     check(outputs)
     check_plot(plot)
-    frame = gauge.read_table(table, ("value",))
+    frame = _read(table, ("value",))
     found = gauge.bias(frame, reference, tolerance)
     document = gauge.bias_document(found, reference, tolerance)
     b = found.bias
@@ -113,7 +123,7 @@ def gauge_linearity(
     """Evaluate readings of several references. The line of the bias over the range; exit 4 if it is significant."""
     check(outputs)
     check_plot(plot)
-    frame = gauge.read_table(table, ("reference", "value"))
+    frame = _read(table, ("reference", "value"))
     found = gauge.linearity(frame)
     document = gauge.linearity_document(found)
     rows = [{"reference": r["reference"], "bias": r["value"], "from": r["lo"], "to": r["hi"], "p": r["p"]}

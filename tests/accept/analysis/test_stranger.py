@@ -4,11 +4,13 @@ page alone."""
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import accept
 from accept.analysis.record_responses import read_any
 from accept.models.model_file import open_model
+from accept.units.loaded_unit import loaded
 from tests.checks.gap.shared.gap_units import make_strut
 from tests.checks.misalignment.misaligned import table_of
 
@@ -41,3 +43,25 @@ def test_from_a_strangers_file_to_the_misalignment(tmp_path: Path, monkeypatch: 
     assert abs(off.dy.value + 120.0) < 1.5 * off.dy.U
     assert (tmp_path / "response.png").read_bytes().startswith(b"\x89PNG")
     assert accept.fit_model(names["response"], "strut").after  # the same response goes into a fit
+
+
+def test_the_same_files_in_a_unit_folder(tmp_path: Path) -> None:
+    """As the page says: `[frf]` names the files, `[channels]` the columns."""
+    page = PAGE.read_text()
+    assert all(words in page for words in ('low = "tief.csv"', 'high = "hoch.csv"', 'Va = "Ausgang"'))
+    unit = make_strut(tmp_path / "X", "X", ("misalignment", {"dx_um": 20.0, "dy_um": -120.0}), repeats=False)
+    truth = {}
+    document = (unit / "unit.toml").read_text()
+    for key, source, name in (("low", "frf_noise.mat", "tief.csv"), ("high", "frf_noise_hf.mat", "hoch.csv")):
+        truth[key] = read_any(unit / source, "Va", {}, None)
+        german_csv(unit / source, unit / name)
+        document = document.replace(source, name)
+    names = {channel: head.partition(" ")[0] for head, (channel, _) in COLUMNS.items()}
+    document += "\n[channels]\n" + "".join(f'{here} = "{there}"\n' for here, there in names.items())
+    (unit / "unit.toml").write_text(document)
+    values = loaded(unit).values("frf")
+    for key, record in truth.items():
+        for channel, x in record.channels.items():  # nine digits are written
+            np.testing.assert_allclose(values[key][channel], x, rtol=1e-8, atol=1e-8 * np.abs(x).max())
+        assert "Geber" not in values[key].channels
+        assert "de is in nm, converted to m" in "".join(values[key].remarks)

@@ -331,11 +331,11 @@ def test_a_table_as_a_german_spreadsheet_writes_it(tmp_path):
     ("text", "words"),
     [
         ("part,value\n1,2\n", "operator"),
-        ("part,operator,value\na,b,x\n", "line 2: value 'x'"),
+        ("part,operator,value\na,b,x\n", "line 2: column 'value' holds 'x'"),
         ("part,operator,value\na,b,1\na,b,2\nc,b,1\nc,b,2\n", "1 operator"),
         ("part,operator,value\na,x,1\na,x,2\na,y,1\nb,x,1\nb,x,2\nb,y,1\nb,y,2\n", "equally often"),
         ("part,operator,value\na,x,1\na,x,1\na,y,1\na,y,1\nb,x,1\nb,x,1\nb,y,1\nb,y,1\n", "all 8 readings are 1"),
-        ("", "not a CSV table"),
+        ("", "is empty"),
     ],
 )
 def test_tables_that_are_no_study(tmp_path, text, words):
