@@ -11,7 +11,7 @@ from accept.analysis.record_responses import UNITS, MeasuredResponse
 from accept.base.console import say
 from checks.errors import RecordError
 from checks.signals.spectral.frf import Frf
-from hw.records.response_files import ResponseFile, read_response_file
+from hw.records.responses import ResponseFile, read_response_file
 from specs.units import UnitMismatch, factor
 
 DIGITS = 1e-6  # relative: universal files state frequencies with seven digits
@@ -44,7 +44,7 @@ def import_response(
 ) -> ImportedResponse:
     """Return the response of a file, in the units of this program.
 
-    input: name of the input, that of the file or Va if empty; names: channel here -> in the file; averages: segments
+    input: name of the input; if empty that of the file, else by its unit (force for N), else Va; names: channel here -> in the file; averages: segments
     behind the coherence that the file states; noise: relative standard deviation of H, if the file states neither
     variance nor averages. Raises RecordError."""
     if not path.is_file():
@@ -55,7 +55,7 @@ def import_response(
         raise RecordError(f"noise = {noise:g}: expected a relative standard deviation between 0 and 1")
     found = read_response_file(path, input, names)
     called = found.input or "Va"
-    H, units = _in_our_units(found, called)
+    H, units, conversions = _in_our_units(found, called)
     scale = np.abs(H) / np.where(found.H == 0.0, 1.0, np.abs(found.H))
     var, nu, notes = _noise(found, H, found.var * scale**2, averages, noise)
     frf = Frf(
@@ -70,14 +70,15 @@ def import_response(
         estimator="imported",
         notes=notes,
     )
-    say(f"{found.file}: {found.said}")
+    say(f"{found.file}: {'; '.join([found.said, *conversions])}")
     return ImportedResponse((), frf, units, {}, found.file, found.sha256)
 
 
-def _in_our_units(found: ResponseFile, input: str) -> tuple[Any, dict[str, str]]:
-    """Return H (F, C) and the units, of the channels that have one here in that; others stay as they are."""
+def _in_our_units(found: ResponseFile, input: str) -> tuple[Any, dict[str, str], list[str]]:
+    """Return H (F, C), the units, of the channels that have one here in that (others stay as they are), and the words
+    on conversions. Raises RecordError for a unit that does not fit a channel."""
     given = {input: found.units.get(found.input, ""), **{c: found.units.get(c, "") for c in found.channels}}
-    units, scales = dict(given), dict.fromkeys(given, 1.0)
+    units, scales, words = dict(given), dict.fromkeys(given, 1.0), []
     for name, unit in given.items():
         wanted = UNITS.get(name, "")
         if not wanted:
@@ -87,9 +88,13 @@ def _in_our_units(found: ResponseFile, input: str) -> tuple[Any, dict[str, str]]
             try:
                 scales[name] = factor(unit, wanted)
             except UnitMismatch as e:
-                raise RecordError(f"{found.file}: channel '{name}': {e}") from e
+                other = f"give it another name (--map NAME={name})" if name != input else "name the input with --input"
+                raise RecordError(
+                    f"{found.file}: '{name}' is in {unit}, which does not fit: {name} is in {wanted} here; {other}, or convert it"
+                ) from e
+            words += [f"{name} in {unit} converted to {wanted}"] if scales[name] != 1.0 else []
     H = found.H * np.array([scales[c] / scales[input] for c in found.channels])
-    return H, units
+    return H, units, words
 
 
 def _noise(

@@ -9,6 +9,7 @@ import numpy as np
 from checks.errors import RecordError
 from hw.records.uff58 import Axis, UffFunction
 from hw.records.uff164 import UnitSystem
+from hw.records.unit_text import plain_unit, split_ratio
 from specs.units import UnitMismatch, factor
 
 # Specific data type: what it is, its exponents of length and force, its SI unit.
@@ -42,15 +43,6 @@ class AxisUnit(NamedTuple):
     unit: str
     scale: float
     said: str = ""
-
-
-def plain_unit(text: str) -> str:
-    """Return a unit in one way of writing: `m/s^2`, `m/s**2`, `m/s²` and `(m / s2)` are "m/s2"."""
-    text = re.sub(r"\*\*|\^", "", text.strip().replace("²", "2").replace("µ", "u").replace("μ", "u"))
-    text = re.sub(r"\s*/\s*", "/", text)
-    text = re.sub(r"(?<=/)(sec|seconds?)\b", "s", text.replace("/s/s", "/s2"))
-    text = re.sub(r"/sec2\b", "/s2", text)
-    return text[1:-1].strip() if re.fullmatch(r"\([^()]*\)", text) else text
 
 
 def kind_of(unit: str) -> str:
@@ -95,7 +87,8 @@ def ordinate_unit(file: str, f: UffFunction, axis: Axis, of: str) -> AxisUnit:
     if len(set(kinds.values())) > 1:
         raise RecordError(f"{file}: {of}: {' and '.join(kinds)} contradict each other; correct its records 8 to 10")
     if unit:
-        _vet_label(file, f.system, unit, labelled, of)
+        for part in split_ratio(unit):
+            _vet_label(file, f.system, part, kind_of(part), of)
         return AxisUnit(unit, 1.0)
     kind = next(iter(kinds.values()), "")
     if kind == "voltage":
