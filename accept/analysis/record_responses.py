@@ -342,10 +342,14 @@ def _finite(values: Array) -> list[float | None]:
 
 
 def universal_file(response: MeasuredResponse) -> bytes:
-    """Return the response as a universal file, data set 58. Raises RecordError if it has no usable bin."""
+    """Return the response as a universal file, data set 58, with coherence, variance and averages if they are known.
+
+    Raises RecordError if it has no usable bin."""
     frf, good = response.frf, known(response.frf)
+    averages = float(np.min(frf.nu)) + 1.0 if np.isfinite(frf.nu).all() else None
+    more = (frf.coherence[good], frf.var[good], averages)
     try:
-        return frf_bytes(frf.f[good], frf.H[good], frf.channels, frf.input, response.units)
+        return frf_bytes(frf.f[good], frf.H[good], frf.channels, frf.input, response.units, *more)
     except ValueError as e:
         raise RecordError(f"{response.title}: {e}") from e
 

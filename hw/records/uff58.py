@@ -22,6 +22,7 @@ HEADER_LINES = 11  # records 1 to 11 of the set, before its values
 REAL_SINGLE, REAL_DOUBLE, COMPLEX_SINGLE, COMPLEX_DOUBLE = 2, 4, 5, 6  # ordinate data types of record 7
 DIRECTIONS = {0: "", 1: "+X", -1: "-X", 2: "+Y", -2: "-Y", 3: "+Z", -3: "-Z",
               4: "+RX", -4: "-RX", 5: "+RY", -5: "-RY", 6: "+RZ", -6: "-RZ"}  # fmt: skip
+VARIANCE = "variance of "  # begins ID line 1 of a function of type 0 that this program wrote
 TURNING = 4  # directions from here on are rotations
 UNNAMED = ("", "NONE")
 FUNCTION_TYPES = {

@@ -21,7 +21,6 @@ TURNS = {"rad": 1.0 / TAU, "cycles": 1.0, "cycle": 1.0, "rev": 1.0}
 FREQUENCIES = ("f", "freq", "freqs", "frequency", "frequencies", "frequenz", "freq_domain", "hz", "f_hz", "faxis")
 ANGULAR = ("w", "omega")  # of no use without a unit: radians per second, or per sample
 _AXIS = re.compile(r"^(?:f|freqs?|frequency|frequencies|w|omega)_(hz|khz|mhz|ghz|rpm|rad_s|rad_per_s|rads)$", re.I)
-_FROM_NAME = {"khz": "kHz", "mhz": "MHz", "ghz": "GHz", "rpm": "rpm", "hz": "Hz"}
 LARGEST_ROUNDING = 1e-6  # of a coherence in single precision above 1
 EXPECTED = "expected Hz, kHz, MHz, GHz, rad/s or rpm"
 
@@ -58,7 +57,7 @@ def axis_unit(name: str) -> str | None:
     """Return the unit that the name of a frequency axis has, "" if it has none, None if it names no frequencies."""
     found = _AXIS.match(name)
     if found:
-        return _FROM_NAME.get(found[1].lower(), "rad/s")
+        return "rad/s" if found[1].lower().startswith("rad") else found[1]
     return "" if name.lower() in (*FREQUENCIES, *ANGULAR) else None
 
 

@@ -11,12 +11,11 @@ from hw.records import uff58
 from hw.records.responses.file import Curve, ResponseFile, response_file
 from hw.records.responses.units import converted, hertz, is_frequency_unit
 from hw.records.source import Source
-from hw.records.uff58 import COHERENCE, FRF, GENERAL, UffFunction, listing
+from hw.records.uff58 import COHERENCE, FRF, GENERAL, VARIANCE, UffFunction, listing
 from hw.records.uffunits import KINDS, AxisUnit, ordinate_unit
 
 FREQUENCY_TYPES = {0: "Hz", 1: "Hz", 18: "Hz", 19: "rpm"}  # specific data type of the abscissa: unit without a label
 AVERAGES = re.compile(r"^averages (\d+(?:\.\d+)?)$")  # of this program, in ID line 5
-VARIANCE = "variance of "  # begins ID line 1 of a function of type 0, of this program
 F_DIGITS = 1e-6  # relative: of the abscissas of two functions
 
 

@@ -128,9 +128,10 @@ def test_what_is_written_comes_back(ending: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(back.frf.H[:, order], made.frf.H, rtol=1e-11)
     assert back.units == made.units
     assert back.frf.input == "Va"
-    if ending != "uff":  # which holds neither
-        np.testing.assert_allclose(back.frf.coherence[:, order], made.frf.coherence, rtol=1e-12)
-        np.testing.assert_allclose(back.frf.var[:, order], made.frf.var, rtol=1e-9)
+    np.testing.assert_allclose(back.frf.coherence[:, order], made.frf.coherence, rtol=1e-11)  # 13 digits in a .uff
+    np.testing.assert_allclose(back.frf.var[:, order], made.frf.var, rtol=1e-9)
+    if ending != "csv":  # which has no place for the averages
+        np.testing.assert_allclose(back.frf.nu, made.frf.nu, rtol=1e-9)
 
 
 def test_the_matlab_struct_has_the_fields_of_frd(tmp_path: Path) -> None:
