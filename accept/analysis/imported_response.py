@@ -10,6 +10,7 @@ import numpy as np
 from accept.analysis.record_responses import UNITS, MeasuredResponse
 from accept.base.console import say
 from checks.errors import RecordError
+from checks.signals.spectral.conjugate import conjugate_resonances
 from checks.signals.spectral.frf import Frf
 from hw.records.responses import ResponseFile, read_response_file
 from specs.units import UnitMismatch, factor
@@ -56,6 +57,12 @@ def import_response(
     found = read_response_file(path, input, names)
     called = found.input or "Va"
     H, units, conversions = _in_our_units(found, called)
+    if rising := conjugate_resonances(found.f, H):
+        raise RecordError(
+            f"{found.file}: at {', '.join(f'{pole.f_Hz:.4g}' for pole in rising[:3])} Hz the phase rises through a resonance, "
+            "where that of a stable structure falls: the file holds the complex conjugate (phase of e^-jwt); export it "
+            "with the other sign, or change that of its phase or imaginary part"
+        )
     scale = np.abs(H) / np.where(found.H == 0.0, 1.0, np.abs(found.H))
     var, nu, notes = _noise(found, H, found.var * scale**2, averages, noise)
     frf = Frf(

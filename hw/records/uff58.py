@@ -203,7 +203,9 @@ def _body(file: str, raw: bytes, at: int, number: bytes, form: str) -> tuple[np.
     """Return the layout of the values that start at `at`, their end, and the earliest start of the next set."""
     kind, count, even = (_int(file, 7, form[at : at + 10]) for at in (0, 10, 20))
     if even not in (0, 1):
-        raise RecordError(f"{file}: record 7 of a data set 58 has the spacing {even}; 0 (uneven) and 1 (even) are known")
+        raise RecordError(
+            f"{file}: record 7 of a data set 58 has the spacing {even}; 0 (uneven) and 1 (even) are known"
+        )
     if kind not in (REAL_SINGLE, REAL_DOUBLE, COMPLEX_SINGLE, COMPLEX_DOUBLE) or count < 0:
         raise RecordError(f"{file}: a data set 58 declares {count} values of type {kind}")
     order = _byte_order(number)

@@ -67,7 +67,9 @@ def _split(source: Source, rows: list[list[str]], at: int) -> tuple[Source, list
     said = []
     if not above:
         if 0 in wide:
-            raise RecordError(f"{source.file}: has no header, and its first column is complex; expected frequencies there")
+            raise RecordError(
+                f"{source.file}: has no header, and its first column is complex; expected frequencies there"
+            )
         names = [f"H{k}" if width > 2 else "H" for k in range(width)]
         above = [["f", *names[1:]]]
         said = [f"no header: column 1 taken as frequencies, column {', '.join(str(k + 1) for k in wide)} as responses"]

@@ -66,9 +66,7 @@ def response_file(
     coherence, var = [], []
     for c in curves:
         quality, more = fraction(file, f"the coherence of {c.name}", *c.coherence) if c.coherence else (empty, [])
-        noise, less = (
-            variance(file, f"the variance of {c.name}", *c.var, (c.unit, c.per)) if c.var else (empty, [])
-        )
+        noise, less = variance(file, f"the variance of {c.name}", *c.var, (c.unit, c.per)) if c.var else (empty, [])
         coherence.append(quality)
         var.append(noise)
         words += more + less
@@ -100,7 +98,9 @@ def _vet_bins(r: ResponseFile) -> ResponseFile:
         )
     if not (np.diff(f) > 0).all():
         twice = f[:-1][np.diff(f) <= 0][0]
-        raise RecordError(f"{r.file}: the frequency {twice:.6g} Hz comes twice; frequencies must rise, none of them twice")
+        raise RecordError(
+            f"{r.file}: the frequency {twice:.6g} Hz comes twice; frequencies must rise, none of them twice"
+        )
     if not np.isfinite(H).all():
         bad = f[~np.isfinite(H).all(axis=1)][0]
         raise RecordError(f"{r.file}: the response at {bad:.6g} Hz is NaN or infinite; leave that row out")

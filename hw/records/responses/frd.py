@@ -26,7 +26,10 @@ def read_frd(source: Source, own: Fields, input: str) -> ResponseFile:
     unit = stated_unit or DEFAULT_UNIT
     f = np.asarray(own["Frequency"], float).ravel() * hertz(file, "Frequency", unit, time_unit)
     shown = unit if "timeunit" not in unit.lower() else unit.replace("TimeUnit", time_unit or "second")
-    said = ["the fields of an frd object", *([] if stated_unit else [f"no FrequencyUnit: {DEFAULT_UNIT}, as in MATLAB"])]
+    said = [
+        "the fields of an frd object",
+        *([] if stated_unit else [f"no FrequencyUnit: {DEFAULT_UNIT}, as in MATLAB"]),
+    ]
     said += converted("frequencies", shown)
     names = {side: _text(own, f"{side}Name") for side in ("Input", "Output")}
     H = _cube(file, own, f.size, names)
@@ -34,7 +37,9 @@ def read_frd(source: Source, own: Fields, input: str) -> ResponseFile:
     if inputs > 1:
         known = [n for n in names["Input"] if n]
         if input not in known:
-            way = f" ({', '.join(known)}); name one of them with --input" if known else " without names; save one of them"
+            way = (
+                f" ({', '.join(known)}); name one of them with --input" if known else " without names; save one of them"
+            )
             raise RecordError(f"{file}: has {inputs} inputs{way}")
         column = names["Input"].index(input)
     else:

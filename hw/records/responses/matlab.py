@@ -22,7 +22,9 @@ from hw.records.source import Source
 from hw.records.unit_text import split_ratio
 from specs.units import CHANNEL_LABELS
 
-SPECTRUM = re.compile(r"cross|spec|psd|asd|csd|auto|power|fft|^(?:pxx|pxy|pyy|pyx|sxx|sxy|syx|syy|sff|sxf|sfx|gxx|gxy|gyy)", re.I)
+SPECTRUM = re.compile(
+    r"cross|spec|psd|asd|csd|auto|power|fft|^(?:pxx|pxy|pyy|pyx|sxx|sxy|syx|syy|sff|sxf|sfx|gxx|gxy|gyy)", re.I
+)
 COHERENT = re.compile(r"coh|^gamma|^g(?:am)?2|^c_?\d|^c(?:xy|yx|uy)", re.I)
 RESPONDS = re.compile(r"^(?:h|frf|tf|transfer|response|receptance|compliance|mobility|accelerance|inertance)", re.I)
 RESPONDS_EXACTLY = ("g", "txy", "tyx", "tuy")
@@ -77,7 +79,9 @@ def read_matlab(source: Source, input: str, there: Mapping[str, str]) -> Respons
     said += [f"left out, no responses: {', '.join(rest)}"] if rest else []
     channel = {hit[1] for n in responses if (hit := INDEXED.match(_last(n)))}
     if len(channel) > 1:
-        raise RecordError(f"{source.file}: has responses to the channels {', '.join(sorted(channel))}; choose with --map")
+        raise RecordError(
+            f"{source.file}: has responses to the channels {', '.join(sorted(channel))}; choose with --map"
+        )
     said += [f"per {curves[0].per} of channel {channel.pop()}"] if channel and curves[0].per else []
     return response_file(source, first.f * scale, curves, input, said)
 

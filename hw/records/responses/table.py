@@ -173,5 +173,7 @@ def _pair_unnamed(file: str, parts: dict[str, _Parts], responses: Mapping[str, o
     (only,) = responses
     for part, column in loose.items():
         if part in parts[only].columns:
-            raise RecordError(f"{file}: '{column[0]}' and '{parts[only].columns[part][0]}' are both the {part} of {only}")
+            raise RecordError(
+                f"{file}: '{column[0]}' and '{parts[only].columns[part][0]}' are both the {part} of {only}"
+            )
         parts[only].columns[part] = column

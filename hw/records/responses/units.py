@@ -93,7 +93,9 @@ def variance(file: str, name: str, values: Array, unit: str, of: tuple[str, str]
     conversion. of: units of channel and input. Raises RecordError if it is negative or of another unit."""
     if (values < 0.0).any():
         low = float(np.nanmin(values))
-        raise RecordError(f"{file}: {name} has {low:.6g}; a variance is not negative: write the squared standard deviation")
+        raise RecordError(
+            f"{file}: {name} has {low:.6g}; a variance is not negative: write the squared standard deviation"
+        )
     wanted = "/".join(part for part in of if part)
     if not unit.strip():
         return values, [f"{name} taken in ({wanted})^2"] if wanted and not np.isnan(values).all() else []
@@ -112,4 +114,6 @@ def variance(file: str, name: str, values: Array, unit: str, of: tuple[str, str]
 def _root(unit: str) -> str | None:
     """Return `um/V` of `um2/V2`, None if a part is no square."""
     parts = unit.split("/")
-    return "/".join(part[:-1] for part in parts) if all(part.endswith("2") and len(part) > 1 for part in parts) else None
+    return (
+        "/".join(part[:-1] for part in parts) if all(part.endswith("2") and len(part) > 1 for part in parts) else None
+    )

@@ -55,9 +55,7 @@ def read_universal(source: Source, input: str) -> ResponseFile:
     return response_file(source, f, curves, input or stated, [words, *said], min(own) if own else None)
 
 
-def _curve(
-    file: str, f: UffFunction, unit: AxisUnit, per: AxisUnit, beside: dict[int, tuple[Array, str]]
-) -> Curve:
+def _curve(file: str, f: UffFunction, unit: AxisUnit, per: AxisUnit, beside: dict[int, tuple[Array, str]]) -> Curve:
     scale = unit.scale / per.scale
     H = uff58.ordinate(file, f) * scale
     var = beside.get(GENERAL)
