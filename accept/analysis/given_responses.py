@@ -80,8 +80,8 @@ def responses_given(
         if not (band.var > 0.0).all():
             raise RecordError(
                 f"{given.title}: its variance is 0 at {int((band.var <= 0.0).any(axis=1).sum())} of {band.f.size} "
-                "frequencies, as where a coherence is rounded to 1 or of a single average; state a relative noise in place "
-                "of the averages (noise=0.005, --noise 0.005)"
+                "frequencies, as where a coherence is rounded to 1 or of a single average; state a relative noise "
+                "instead of the averages (noise=0.005, --noise 0.005)"
             )
         first = _part(dataset_of(given.frf, name=given.title), tolerance, f_lo, f_hi, channels)
         return Responses(given.title, "strut", first, None, 0.0, inputs=given.inputs)

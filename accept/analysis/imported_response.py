@@ -45,9 +45,10 @@ def import_response(
 ) -> ImportedResponse:
     """Return the response of a file, in the units of this program.
 
-    input: name of the input; if empty that of the file, else by its unit (force for N), else Va; names: channel here -> in the file; averages: segments
-    behind the coherence that the file states; noise: relative standard deviation of H, if the file states neither
-    variance nor averages. Raises RecordError."""
+    input: name of the input; if empty that of the file, else by its unit (force for N), else Va; names: channel here ->
+    in the file; averages: segments behind the coherence that the file states; noise: relative standard deviation of H,
+    if the file states neither variance nor averages. Raises RecordError, also for the complex conjugate of a
+    response."""
     if not path.is_file():
         raise RecordError(f"{path}: {'is a folder, expected a file' if path.is_dir() else 'no such file'}")
     if averages is not None and not averages >= 2.0:
@@ -58,10 +59,11 @@ def import_response(
     called = found.input or "Va"
     H, units, conversions = _in_our_units(found, called)
     if rising := conjugate_resonances(found.f, H):
+        where = ", ".join(f"{pole.f_Hz:.4g}" for pole in rising[:3])
         raise RecordError(
-            f"{found.file}: at {', '.join(f'{pole.f_Hz:.4g}' for pole in rising[:3])} Hz the phase rises through a resonance, "
-            "where that of a stable structure falls: the file holds the complex conjugate (phase of e^-jwt); export it "
-            "with the other sign, or change that of its phase or imaginary part"
+            f"{found.file}: at {where} Hz the phase rises through a resonance, where that of a stable structure falls: "
+            "the file holds the complex conjugate (phase of e^-jwt); export it with the other sign, or change that of "
+            "its phase or imaginary part"
         )
     scale = np.abs(H) / np.where(found.H == 0.0, 1.0, np.abs(found.H))
     var, nu, notes = _noise(found, H, found.var * scale**2, averages, noise)
@@ -97,7 +99,8 @@ def _in_our_units(found: ResponseFile, input: str) -> tuple[Any, dict[str, str],
             except UnitMismatch as e:
                 other = f"give it another name (--map NAME={name})" if name != input else "name the input with --input"
                 raise RecordError(
-                    f"{found.file}: '{name}' is in {unit}, which does not fit: {name} is in {wanted} here; {other}, or convert it"
+                    f"{found.file}: '{name}' is in {unit}, which does not fit: {name} is in {wanted} here; {other}, or "
+                    "convert it"
                 ) from e
             words += [f"{name} in {unit} converted to {wanted}"] if scales[name] != 1.0 else []
     H = found.H * np.array([scales[c] / scales[input] for c in found.channels])

@@ -79,6 +79,9 @@ def _common_spans(file: str, names: list[str], records: list[UffFunction]) -> li
                 "their samples were not taken together"
             )
         offsets.append(round(offset))
+    if not any(offsets):
+        short = next(n for n, f in zip(names, records, strict=True) if f.count != first.count)
+        raise RecordError(f"{file}: channel '{short}' has another time axis than '{names[0]}': it is shorter or longer")
     start = max(offsets)
     stop = min(k + f.count for k, f in zip(offsets, records, strict=True))
     if stop <= start:

@@ -133,8 +133,8 @@ def _by_type(
         return AxisUnit(unit, 1.0)
     if not name and axis.kind != 1 and exponents == (0, 0):
         raise RecordError(
-            f"{file}: data set 164 has {system.name}, and {of} has neither a unit label nor a data type, so its unit is "
-            "not known; write its unit into records 9 and 10"
+            f"{file}: data set 164 has {system.name}, and {of} has neither a unit label nor a data type, so its unit "
+            "is not known; write its unit into records 9 and 10"
         )
     scale = system.length ** exponents[0] * system.force ** exponents[1]
     said = f"{of} in units of {system.name} by data set 164, converted to {unit or 'SI'}" if scale != 1.0 else ""

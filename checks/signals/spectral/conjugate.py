@@ -1,5 +1,5 @@
-"""The sign of the phase: at each resonance of a stable system the pole lies in the left half plane, and in the right one
-if the response was stored as its complex conjugate (phase of e^-jwt)."""
+"""The sign of the phase: the poles of a stable system lie in the left half plane, and in the right one if its response
+was stored as the complex conjugate (phase of e^-jwt)."""
 
 from dataclasses import dataclass
 

@@ -22,8 +22,8 @@ def arrays_of(source: Source) -> dict[str, NDArray[Any]]:
         return dict(_hdf5(source))
     if len(raw) < 128 or raw[124:128] not in (b"\x00\x01IM", b"\x01\x00MI"):
         raise RecordError(
-            f"{source.file}: is none of a universal file, MATLAB 5 to 7.3 (.mat), a table (.csv, .txt), JSON; it starts "
-            f"with {ascii(raw[:20])[1:]}"
+            f"{source.file}: is none of a universal file, MATLAB 5 to 7.3 (.mat), a table (.csv, .txt), JSON; it "
+            f"starts with {ascii(raw[:20])[1:]}"
         )
     from scipy.io import loadmat  # loads slowly: only when wanted
 
@@ -43,7 +43,7 @@ def _flatten(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, NDArr
             own = name if np.size(value) == 1 else f"{name}({i + 1})"
             yield from _flatten(own, {key: part[key] for key in value.dtype.names}, depth + 1)
     elif isinstance(value, np.ndarray) and value.dtype == object:
-        cells = [cell for cell in value.ravel()]
+        cells = list(value.ravel())
         words = [_word(cell) for cell in cells]
         if all(word is not None for word in words):
             yield name, np.array(words, dtype=str)

@@ -94,7 +94,8 @@ def _vet_bins(r: ResponseFile) -> ResponseFile:
     f, H = r.f[order], r.H[order]
     if f[0] < 0.0:
         raise RecordError(
-            f"{r.file}: its frequencies run from {f[0]:.6g} to {f[-1]:.6g} Hz: it is two-sided; save the half from 0 Hz on"
+            f"{r.file}: its frequencies run from {f[0]:.6g} to {f[-1]:.6g} Hz: it is two-sided; save the half from "
+            "0 Hz on"
         )
     if not (np.diff(f) > 0).all():
         twice = f[:-1][np.diff(f) <= 0][0]

@@ -104,8 +104,8 @@ def _delays(
     step = _number(own, "Ts") * seconds
     if step > 0.0 and f.max() * 2.0 * step > NYQUIST:
         raise RecordError(
-            f"{file}: Ts = {step:g} s, and its frequencies run to {f.max():.6g} Hz, above half of the sampling's; is the "
-            f"FrequencyUnit right?"
+            f"{file}: Ts = {step:g} s, and its frequencies run to {f.max():.6g} Hz, above half of the sampling's; is "
+            "the FrequencyUnit right?"
         )
     outputs, inputs = shape[:2]
     total = np.zeros((outputs, inputs))

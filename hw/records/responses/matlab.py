@@ -20,7 +20,7 @@ from hw.records.responses.frd import read_frd
 from hw.records.responses.units import ANGULAR, axis_unit, converted, hertz
 from hw.records.source import Source
 from hw.records.unit_text import split_ratio
-from specs.units import CHANNEL_LABELS
+from specs.units import RESPONSE_UNITS
 
 SPECTRUM = re.compile(
     r"cross|spec|psd|asd|csd|auto|power|fft|^(?:pxx|pxy|pyy|pyx|sxx|sxy|syx|syy|sff|sxf|sfx|gxx|gxy|gyy)", re.I
@@ -118,7 +118,7 @@ def _axis(file: str, arrays: Mapping[str, NDArray[Any]], there: Mapping[str, str
 
 
 def _candidates(arrays: Mapping[str, NDArray[Any]], axis: str) -> Iterator[tuple[str, _Candidate]]:
-    """Yield the vectors over frequencies: pairs of axis and values, and columns as long as the vector of frequencies."""
+    """Yield what stands over frequencies: pairs of axis and values, and columns as long as the frequencies."""
     vector = _vector(arrays[axis]) if axis else None
     f = None if vector is None else np.asarray(vector.real, float)
     for name, x in arrays.items():
@@ -164,7 +164,7 @@ def _choose(
 
 def _is_response(name: str) -> bool:
     plain = name.partition("[")[0]
-    if plain in CHANNEL_LABELS:
+    if plain in RESPONSE_UNITS:
         return True
     if SPECTRUM.search(plain) or COHERENT.search(plain):
         return False
@@ -212,8 +212,8 @@ def _stated_units(file: str, arrays: Mapping[str, NDArray[Any]]) -> dict[str, st
         upper, colon, lower = scaling.partition(":")
         if kind.lower() != "real/imag" or (colon and upper != lower):
             raise RecordError(
-                f"{file}: '{name}' is stated as '{form}', '{scaling}'; export real and imaginary parts, both sides scaled "
-                "alike (0-Z:0-Z)"
+                f"{file}: '{name}' is stated as '{form}', '{scaling}'; export real and imaginary parts, both sides "
+                "scaled alike (0-Z:0-Z)"
             )
         units[name] = unit.strip()
     channels = [str(v).strip() for v in np.ravel(arrays["Unit"])] if "Unit" in arrays else []

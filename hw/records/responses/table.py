@@ -46,12 +46,15 @@ def read_table(source: Source, input: str, there: Mapping[str, str]) -> Response
     file = source.file
     source, said = split_complex(source)
     columns = {head: _header(head, column) for head, column in columns_of(source).items()}
+    hits = {h: AROUND.match(name) or PART.match(name) or SHORT.match(name) for h, (name, _) in columns.items()}
     axes = {h: c for h, (name, c) in columns.items() if there.get(name) == "f"} or {
-        h: c for h, (name, c) in columns.items() if axis_unit(name) is not None or is_frequency_unit(c.unit)
+        h: c
+        for h, (name, c) in columns.items()
+        if axis_unit(name) is not None or (is_frequency_unit(c.unit) and not hits[h])
     }
     parts: dict[str, _Parts] = {}
-    for head, (name, column) in columns.items():
-        hit = AROUND.match(name) or PART.match(name) or SHORT.match(name)
+    for head, (_, column) in columns.items():
+        hit = hits[head]
         if head not in axes and hit is not None:
             own = parts.setdefault(hit["name"] or UNNAMED, _Parts()).columns
             part = WORDS[hit["part"].lower()]
@@ -62,7 +65,7 @@ def read_table(source: Source, input: str, there: Mapping[str, str]) -> Response
     if not axes:
         raise RecordError(f"{file}: no column of frequencies (such as 'f [Hz]' or 'freq'); it has {has}")
     f, words = _frequencies(file, {h: (columns[h][0], c) for h, c in axes.items()}, bool(there))
-    responses = {name: H for name, p in parts.items() if (H := _response(file, name, p)) is not None}
+    responses = {name: one for name, p in parts.items() if (one := _response(file, name, p)) is not None}
     if not responses:
         raise RecordError(
             f"{file}: no pair of columns NAME_re and NAME_im, NAME_dB and NAME_deg, or NAME_mag and NAME_phase [deg]; "
@@ -159,7 +162,8 @@ def _polar(
         if (values < 0.0).any():
             raise RecordError(f"{file}: the magnitude '{size[0]}' is negative; in dB? write [dB] behind its name")
         how = f"{name} from magnitude and phase in {angle}"
-    return values * np.exp(1j * (np.deg2rad(phase[1].values) if angle == "deg" else phase[1].values)), per, how
+    turn = np.deg2rad(phase[1].values) if angle == "deg" else phase[1].values
+    return np.asarray(values * np.exp(1j * turn), np.complex128), per, how
 
 
 def _pair_unnamed(file: str, parts: dict[str, _Parts], responses: Mapping[str, object]) -> None:

@@ -35,8 +35,8 @@ def read_universal(source: Source, input: str) -> ResponseFile:
         found = [f for f in found if f.input == input]
     if real := next((f for f in found if not f.is_complex), None):
         raise RecordError(
-            f"{file}: the response '{real.name}' has real values (ordinate data type 2 or 4), so it has no phase; export "
-            "complex values"
+            f"{file}: the response '{real.name}' has real values (ordinate data type 2 or 4), so it has no phase; "
+            "export complex values"
         )
     f, said = _frequencies(file, found[0])
     for other in found[1:]:

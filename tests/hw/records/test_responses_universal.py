@@ -73,7 +73,9 @@ ORDINATES = {
         [units(5, 1e3, 1e3), function(data=1e3 * H, ordinate_spec_data_type=8, orddenom_axis_lab="Voltage")], H,
     ),
     "inch by 164": (
-        [units(7, 1 / 0.0254, 0.224808943), function(data=H / 0.0254, ordinate_spec_data_type=8, orddenom_axis_lab="Voltage")], H,
+        [units(7, 1 / 0.0254, 0.224808943), function(data=H / 0.0254, ordinate_spec_data_type=8,
+                                                     orddenom_axis_lab="Voltage")],
+        H,
     ),
     "foot by 164 of the user": (
         [units(9, 1 / FOOT, 1.0), function(data=H / FOOT, ordinate_spec_data_type=8, orddenom_axis_units_lab="V")], H,
@@ -100,7 +102,9 @@ def test_the_unit_of_the_ordinate_is_used(case: str, tmp_path: Path, capsys: pyt
 
 
 FORCES = {
-    "labels": ([function(ordinate_axis_units_lab="m/s^2", orddenom_axis_units_lab="N", ref_ent_name="NONE")], 1.0, "m/s2"),
+    "labels": (
+        [function(ordinate_axis_units_lab="m/s^2", orddenom_axis_units_lab="N", ref_ent_name="NONE")], 1.0, "m/s2",
+    ),
     "types": ([function(ordinate_spec_data_type=12, orddenom_spec_data_type=13, ref_ent_name="NONE")], 1.0, "m/s2"),
     "types, mm and N": (
         [units(10, 1e3, 1.0), function(ordinate_spec_data_type=12, orddenom_spec_data_type=13, ref_ent_name="NONE")],
@@ -138,7 +142,7 @@ REFUSED = {
     "acceleration labelled m": ([function(ordinate_spec_data_type=12, ordinate_axis_units_lab="m")], "contradict"),
     "displacement labelled m/s2": ([function(ordinate_spec_data_type=8, ordinate_axis_units_lab="m/s2")], "contradict"),
     "axis label Velocity": ([function(ordinate_spec_data_type=8, ordinate_axis_lab="Velocity")], "contradict"),
-    "unit against axis label": ([function(ordinate_axis_lab="Acceleration", ordinate_axis_units_lab="mm")], "contradict"),
+    "unit against label": ([function(ordinate_axis_lab="Acceleration", ordinate_axis_units_lab="mm")], "contradict"),
     "force of Va": ([function(orddenom_spec_data_type=13)], "Va is in V here"),
     "exponents": ([function(ordinate_spec_data_type=8, ordinate_force_unit_exp=1)], "exponents"),
     "label against 164": ([units(5, 1e3, 1e3), function(ordinate_axis_units_lab="m")], "data set 164 has mm"),
@@ -148,8 +152,7 @@ REFUSED = {
     "real ordinate": ([function(data=np.abs(H), ord_data_type=4)], "no phase"),
     "cross spectrum": ([function(func_type=3)], r"cross spectrum \(type 3\) of de"),
     "auto spectrum": ([function(func_type=2, data=np.abs(H), ord_data_type=4)], r"auto spectrum \(type 2\) of de"),
-    "spectrum": ([function(func_type=12)], r"spectrum \(type 12\) of de"),
-    "two inputs": ([function(), function(ref_ent_name="Vb", rsp_ent_name="da")], "Va, Vb; name one of them with --input"),
+    "two inputs": ([function(), function(ref_ent_name="Vb", rsp_ent_name="da")], "Va, Vb; name one of them"),
     "two alike": ([function(), function(id1="y")], "two responses have one name"),
     "other frequencies": ([function(), function(rsp_ent_name="da", x=F + 0.5)], "other frequencies"),
 }  # fmt: skip
