@@ -26,6 +26,7 @@ def open_uff(file: str, raw: bytes) -> dict[str, Variable]:
             f"{file}: holds no time record (data set 58 of function type {TIME}); it has {listing(functions)}"
         )
     names = _names(records)
+    unique(file, [Variable(name, (f.count,), "double", None) for name, f in zip(names, records, strict=True)])
     spans = _common_spans(file, names, records)
     count = spans[0].stop - spans[0].start
     channels = [_channel(file, *each) for each in zip(names, records, spans, strict=True)]
