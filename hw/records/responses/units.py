@@ -67,7 +67,7 @@ def converted(name: str, unit: str) -> list[str]:
 
 
 def fraction(file: str, name: str, values: Array, unit: str) -> tuple[Array, list[str]]:
-    """Return a coherence (F,) in 0..1, NaN where it is not stated, and the words on its conversion. Raises RecordError
+    """Return a coherence (F,) in 0..1, NaN if not stated, and the words on its conversion. Raises RecordError
     for values outside, and for dB: 10 or 20 lg are both in use."""
     plain = unit.strip().lower()
     if "db" in plain:
@@ -89,7 +89,7 @@ def fraction(file: str, name: str, values: Array, unit: str) -> tuple[Array, lis
 
 
 def variance(file: str, name: str, values: Array, unit: str, of: tuple[str, str]) -> tuple[Array, list[str]]:
-    """Return a variance (F,) in the squared unit of its response, NaN where it is not stated, and the words on its
+    """Return a variance (F,) in the squared unit of its response, NaN if not stated, and the words on its
     conversion. of: units of channel and input. Raises RecordError if it is negative or of another unit."""
     if (values < 0.0).any():
         low = float(np.nanmin(values))

@@ -51,7 +51,10 @@ def read_universal(source: Source, input: str) -> ResponseFile:
         curves.append(_curve(file, each, unit, per, beside[each.name]))
     stated = found[0].input
     own = [float(n[1]) for each in found if (n := AVERAGES.match(each.id5))]
-    words = f"{', '.join(each.name for each in found)} over {stated or 'an input without a name'}"
+    words = f"{', '.join(each.name for each in found)} over {stated or 'an unnamed input'}"
+    taken = {id(f) for f in found} | {id(each) for each, _ in _beside(functions, found)}
+    left = [each for each in functions if id(each) not in taken]
+    said += [f"left out: {listing(left)}"] if left else []
     return response_file(source, f, curves, input or stated, [words, *said], min(own) if own else None)
 
 
@@ -84,17 +87,25 @@ def _frequencies(file: str, f: UffFunction) -> tuple[Array, list[str]]:
     return uff58.abscissa(file, f) * scale, converted("abscissa", unit)
 
 
+def _beside(functions: Sequence[UffFunction], found: Sequence[UffFunction]) -> list[tuple[UffFunction, str]]:
+    """Return the coherences and variances of the responses, with their names in messages."""
+    names = [each.name for each in found]
+    return [
+        (each, f"the {'coherence' if each.kind == COHERENCE else 'variance'} of {each.name}")
+        for each in functions
+        if (each.kind == COHERENCE or (each.kind == GENERAL and each.id1.startswith(VARIANCE)))
+        and each.name in names
+        and each.input in ("", found[0].input)
+    ]
+
+
 def _quality(
     file: str, functions: Sequence[UffFunction], found: Sequence[UffFunction], f: Array
 ) -> dict[str, dict[int, tuple[Array, str]]]:
     """Return coherence and variance by the name of their response. Raises RecordError if there are two, or if they
     stand over other frequencies."""
     beside: dict[str, dict[int, tuple[Array, str]]] = {each.name: {} for each in found}
-    for each in functions:
-        ours = each.kind == COHERENCE or (each.kind == GENERAL and each.id1.startswith(VARIANCE))
-        if not ours or each.name not in beside or each.input not in ("", found[0].input):
-            continue
-        what = f"the {'coherence' if each.kind == COHERENCE else 'variance'} of {each.name}"
+    for each, what in _beside(functions, found):
         if not _same(f, _frequencies(file, each)[0]):
             raise RecordError(f"{file}: {what} stands over other frequencies than its response; export both alike")
         if each.kind in beside[each.name]:
