@@ -120,7 +120,10 @@ def _noise(
         return np.abs(H) ** 2 * (1.0 - coherence) / coherence / (n - 1.0), n - 1.0, ()
     if noise is not None:
         return (noise * np.abs(H)) ** 2, np.inf, (f"noise of {100 * noise:g} % of |H|, as stated by the user",)
-    has = "states its coherence without averages" if np.isfinite(found.coherence).any() else "states no coherence"
+    known = np.isfinite(found.coherence)
+    has = "states its coherence without averages" if known.any() else "states no coherence"
+    if known.any() and n is not None:
+        has = f"states no coherence at {int((~known).any(axis=1).sum())} of {found.f.size} frequencies"
     return np.full(H.shape, np.nan), np.inf, (f"the file {has}: its noise is not known",)
 
 

@@ -2,6 +2,7 @@
 
 import re
 
+WORDS = {"volt": "V", "newton": "N", "meter": "m", "metre": "m", "micron": "um", "hertz": "Hz", "radian": "rad"}
 PER_TIME = ("s", "s2", "sec", "min")  # a unit that ends so is a velocity or an acceleration
 
 
@@ -11,6 +12,7 @@ def plain_unit(text: str) -> str:
     text = re.sub(r"\s*/\s*", "/", text)
     text = re.sub(r"(?<=/)(sec|seconds?)\b", "s", text.replace("/s/s", "/s2"))
     text = re.sub(r"/sec2\b", "/s2", text)
+    text = re.sub(r"[A-Za-z]+", lambda word: WORDS.get(word[0].lower().removesuffix("s"), word[0]), text)
     return text[1:-1].strip() if re.fullmatch(r"\([^()]*\)", text) else text
 
 

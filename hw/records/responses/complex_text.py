@@ -64,6 +64,9 @@ def _split(source: Source, rows: list[list[str]], at: int) -> tuple[Source, list
         if len(row) != width:
             raise RecordError(f"{source.file}: row {i + 1} has {len(row)} fields, the first row of numbers has {width}")
     wide = [k for k in range(width) if any(COMPLEX.match(row[k]) for row in body)]
+    if wide[0] == 0 and all(float(_parts(row[0], True)[1]) == 0.0 for row in body):  # frequencies stored as complex
+        body = [[_parts(row[0], True)[0], *row[1:]] for row in body]
+        wide = wide[1:]
     said = []
     if not above:
         if 0 in wide:

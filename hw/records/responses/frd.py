@@ -22,7 +22,8 @@ def read_frd(source: Source, own: Fields, input: str) -> ResponseFile:
     """Return the responses to one input. ResponseData (C, M, F), or with one input or output without that side;
     frequencies, names, units, delays and sampling time as the fields state them. Raises RecordError."""
     file = source.file
-    stated_unit, time_unit = _text(own, "FrequencyUnit")[0], _text(own, "TimeUnit")[0]
+    stated_unit = _text(own, "FrequencyUnit")[0] or _text(own, "Units")[0]  # its name before 2012
+    time_unit = _text(own, "TimeUnit")[0]
     unit = stated_unit or DEFAULT_UNIT
     f = np.asarray(own["Frequency"], float).ravel() * hertz(file, "Frequency", unit, time_unit)
     shown = unit if "timeunit" not in unit.lower() else unit.replace("TimeUnit", time_unit or "second")
@@ -61,6 +62,13 @@ def read_frd(source: Source, own: Fields, input: str) -> ResponseFile:
         return np.asarray(given, float).reshape(outputs, f.size)
 
     coherence, var = table("Coherence"), table("Variance")
+    covariance = np.asarray(own.get("CovarianceData", ()), float)  # of an idfrd object: of real and imaginary part
+    if var is None and covariance.size:
+        if covariance.size != 4 * outputs * inputs * f.size:
+            raise RecordError(
+                f"{file}: CovarianceData has {covariance.size} values, expected 2 x 2 for each of the response"
+            )
+        var = np.trace(covariance.reshape(outputs, inputs, f.size, 2, 2)[:, column], axis1=2, axis2=3)
     curves = [
         Curve(
             name,

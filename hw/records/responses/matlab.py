@@ -55,6 +55,13 @@ def read_matlab(source: Source, input: str, there: Mapping[str, str]) -> Respons
     axis = _axis(source.file, arrays, there)
     found = dict(_candidates(arrays, axis))
     responses, left = _choose(source.file, arrays, found, there, axis)
+    channel = {hit[1] for n in responses if (hit := INDEXED.match(_last(n)))}
+    if len(channel) > 1:
+        if input not in channel:
+            listed = ", ".join(sorted(channel))
+            raise RecordError(f"{source.file}: has responses to the channels {listed}; name one of them with --input")
+        responses = {n: each for n, each in responses.items() if (hit := INDEXED.match(_last(n))) and hit[1] == input}
+        channel, input = {input}, ""
     first = next(iter(responses.values()))
     for name, each in responses.items():
         if each.f.size != first.f.size or not np.allclose(each.f, first.f, rtol=SAME_AXIS, atol=0.0):
@@ -77,11 +84,6 @@ def read_matlab(source: Source, input: str, there: Mapping[str, str]) -> Respons
     said += [f"with their coherence {', '.join(sorted(used))}"] if used else []
     rest = [n for n in left if n not in used]
     said += [f"left out, no responses: {', '.join(rest)}"] if rest else []
-    channel = {hit[1] for n in responses if (hit := INDEXED.match(_last(n)))}
-    if len(channel) > 1:
-        raise RecordError(
-            f"{source.file}: has responses to the channels {', '.join(sorted(channel))}; choose with --map"
-        )
     said += [f"per {curves[0].per} of channel {channel.pop()}"] if channel and curves[0].per else []
     return response_file(source, first.f * scale, curves, input, said)
 

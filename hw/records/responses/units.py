@@ -18,10 +18,13 @@ TIME_UNITS = {
 HERTZ = {"hz": 1.0, "khz": 1e3, "ghz": 1e9, "hertz": 1.0, "cps": 1.0, "rpm": 1 / 60, "cpm": 1 / 60, "1/min": 1 / 60,
          "u/min": 1 / 60, "rev/min": 1 / 60, "r/min": 1 / 60}  # fmt: skip
 TURNS = {"rad": 1.0 / TAU, "cycles": 1.0, "cycle": 1.0, "rev": 1.0}
-FREQUENCIES = ("f", "freq", "freqs", "frequency", "frequencies", "frequenz", "freq_domain", "hz", "f_hz", "faxis")
 ANGULAR = ("w", "omega")  # of no use without a unit: radians per second, or per sample
-_AXIS = re.compile(r"^(?:f|freqs?|frequency|frequencies|w|omega)_(hz|khz|mhz|ghz|rpm|rad_s|rad_per_s|rads)$", re.I)
-LARGEST_ROUNDING = 1e-6  # of a coherence in single precision above 1
+_AXIS = re.compile(
+    r"^(?:(?:f|fre?qs?|frequency|frequencies|frequenz)(?:_?(?:vec|vector|axis|domain|range|list))?|hz|w|omega)"
+    r"(?:_(?P<unit>hz|khz|mhz|ghz|rpm|rad_s|rad_per_s|rads))?$",
+    re.IGNORECASE,
+)
+LARGEST_ROUNDING = 1e-5  # of a coherence in single precision above 1
 EXPECTED = "expected Hz, kHz, MHz, GHz, rad/s or rpm"
 
 
@@ -56,9 +59,10 @@ def is_frequency_unit(unit: str) -> bool:
 def axis_unit(name: str) -> str | None:
     """Return the unit that the name of a frequency axis has, "" if it has none, None if it names no frequencies."""
     found = _AXIS.match(name)
-    if found:
-        return "rad/s" if found[1].lower().startswith("rad") else found[1]
-    return "" if name.lower() in (*FREQUENCIES, *ANGULAR) else None
+    if found is None:
+        return None
+    unit = found["unit"] or ""
+    return "rad/s" if unit.lower().startswith("rad") else unit
 
 
 def converted(name: str, unit: str) -> list[str]:

@@ -238,6 +238,29 @@ def test_pairs_alone_keep_their_coherence(tmp_path: Path) -> None:
     assert np.isfinite(found.frf.var).all()
 
 
+def test_of_two_references_the_named_one_is_taken(tmp_path: Path) -> None:
+    savemat(tmp_path / "a.mat", {"freq": F, "H1_2": H, "H2_1": 2 * H, "H2_3": 3 * H})
+    found = accept.read_response(tmp_path / "a.mat", input="2").frf
+    assert (found.channels, found.input) == (("H2_1", "H2_3"), "Va")
+    np.testing.assert_allclose(found.H, np.column_stack([2 * H, 3 * H]), rtol=1e-12)
+
+
+def test_the_covariance_of_idfrd_is_used(tmp_path: Path) -> None:
+    """CovarianceData (C, M, F, 2, 2) of real and imaginary part; Units as frd had it before 2012."""
+    covariance = np.zeros((1, 1, F.size, 2, 2))
+    covariance[0, 0, :, 0, 0], covariance[0, 0, :, 1, 1] = 1e-16, 3e-16
+    more = {"CovarianceData": covariance, "FrequencyUnit": None, "Units": "Hz"}
+    found = accept.read_response(frd(tmp_path / "a.mat", **more))
+    np.testing.assert_allclose(found.frf.var, 4e-16)
+    np.testing.assert_allclose(found.frf.f, F)
+
+
+@pytest.mark.parametrize("name", ["f", "F", "freq_vec", "frequency", "Freq_Hz", "frq", "Freq_domain", "freqs"])
+def test_names_of_frequencies(name: str, tmp_path: Path) -> None:
+    savemat(tmp_path / "a.mat", {name: F, "H": H})
+    np.testing.assert_allclose(accept.read_response(tmp_path / "a.mat").frf.f, F)
+
+
 def test_a_signal_without_phase_is_refused(tmp_path: Path) -> None:
     info = np.array(["Signal H1_2", "Mag g / N", "0-Z:0-Z"])
     savemat(tmp_path / "a.mat", {"H1_2": np.column_stack([F, H]), "DP_Info": info})

@@ -43,6 +43,7 @@ TAKEN = {
         "f": F,
         "de": [f"{h.real:.17g} {'+' if h.imag >= 0 else '-'} {abs(h.imag):.17g}i" for h in H],
     },
+    "words": {"f [Hertz]": F, "de_re [microns/Volt]": 1e6 * H.real, "de_im [microns/Volt]": 1e6 * H.imag},
     "rad/s": {"w [rad/s]": 2 * np.pi * F, "de_re [m/V]": H.real, "de_im [m/V]": H.imag},
     "rad/s in the name": {"omega_rad_s": 2 * np.pi * F, "de_re [m/V]": H.real, "de_im [m/V]": H.imag},
     "kHz": {"Frequency (kHz)": F / 1e3, "de_re [um/V]": 1e6 * H.real, "de_im [um/V]": 1e6 * H.imag},
@@ -65,11 +66,13 @@ def test_complex_numbers_without_a_header(tmp_path: Path, capsys: pytest.Capture
     both = np.column_stack([F, H, 2 * H])
     lines = [f"{f:g}\t{h:.17g}\t{2 * h:.17g}".replace(".", ",") for f, h in zip(F, H, strict=True)]
     (tmp_path / "german.txt").write_text("\n".join(lines) + "\n")
-    np.savetxt(tmp_path / "numpy.txt", both[:, 1:], header="x", comments="")
+    np.savetxt(tmp_path / "numpy.txt", both[:, 1:])
+    np.savetxt(tmp_path / "whole.txt", both)
     found = read(tmp_path / "german.txt", channels={"de": "H1", "da": "H2"})
     np.testing.assert_allclose(found.frf.H, both[:, 1:], rtol=1e-12)
     np.testing.assert_allclose(found.frf.f, F)
     assert "column 1 taken as frequencies, column 2, 3 as responses" in capsys.readouterr().err
+    np.testing.assert_allclose(read(tmp_path / "whole.txt").frf.H, both[:, 1:], rtol=1e-12)
     with pytest.raises(accept.AcceptError, match="first column is complex"):
         read(tmp_path / "numpy.txt")
 
