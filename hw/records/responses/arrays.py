@@ -28,7 +28,10 @@ def arrays_of(source: Source) -> dict[str, NDArray[Any]]:
     from scipy.io import loadmat  # loads slowly: only when wanted
 
     vet_unpacked(source.file, raw, 16 * DEFAULT_LIMITS.max_samples)
-    found = loadmat(io.BytesIO(raw))
+    try:
+        found = loadmat(io.BytesIO(raw))
+    except Exception as e:  # of a damaged file also NameError
+        raise RecordError(f"{source.file}: is damaged or cut: its variables cannot be read; copy it again") from e
     return dict(_flatten("", {k: v for k, v in found.items() if not k.startswith("__")}))
 
 

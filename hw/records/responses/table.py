@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -31,14 +30,8 @@ UNITS_IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]$")
 DECIBEL = re.compile(r"^dB\s*(?:(?:re|ref|rel)\.?\s+)?(?:1\s*)?\(?(?P<unit>.*?)\)?$", re.IGNORECASE)
 DEGREES, RADIANS = ("deg", "°", "degree", "degrees", "grad"), ("rad", "radian", "radians")
 UNNAMED = "H"  # name of a response without one
+Parts = dict[str, tuple[str, Column]]  # the columns of one response by their part, with their headers
 ALIKE = 1e-3  # relative: how far two statements of one value may lie apart
-
-
-@dataclass
-class _Parts:
-    """The columns of one response by their part, with their units."""
-
-    columns: dict[str, tuple[str, Column]] = field(default_factory=dict)
 
 
 def read_table(source: Source, input: str, there: Mapping[str, str]) -> ResponseFile:
@@ -52,11 +45,11 @@ def read_table(source: Source, input: str, there: Mapping[str, str]) -> Response
         for h, (name, c) in columns.items()
         if axis_unit(name) is not None or (is_frequency_unit(c.unit) and not hits[h])
     }
-    parts: dict[str, _Parts] = {}
+    parts: dict[str, Parts] = {}
     for head, (_, column) in columns.items():
         hit = hits[head]
         if head not in axes and hit is not None:
-            own = parts.setdefault(hit["name"] or UNNAMED, _Parts()).columns
+            own = parts.setdefault(hit["name"] or UNNAMED, {})
             part = WORDS[hit["part"].lower()]
             if part in own:
                 raise RecordError(f"{file}: '{own[part][0]}' and '{head}' are both the {part} of one response")
@@ -74,7 +67,7 @@ def read_table(source: Source, input: str, there: Mapping[str, str]) -> Response
     _pair_unnamed(file, parts, responses)
     curves, taken = [], set(axes)
     for name, (H, unit, how) in responses.items():
-        own = parts[name].columns
+        own = parts[name]
         beside = {part: (own[part][1].values, own[part][1].unit) for part in ("coherence", "var") if part in own}
         curves.append(Curve(name, H, *split_ratio(unit), beside.get("coherence"), beside.get("var")))
         taken |= {head for head, _ in own.values()}
@@ -113,10 +106,9 @@ def _frequencies(file: str, axes: Mapping[str, tuple[str, Column]], mapped: bool
     return found[0][1], found[0][2]
 
 
-def _response(file: str, name: str, parts: _Parts) -> tuple[Complex, str, str] | None:
+def _response(file: str, name: str, own: Parts) -> tuple[Complex, str, str] | None:
     """Return a response, its unit and how it was taken; None if the table has neither of its pairs. Raises RecordError
     for half a pair, two units, a phase without a unit, and pairs that contradict each other."""
-    own = parts.columns
     sizes, phases = [p for p in ("mag", "dB") if p in own], [p for p in ("phase", "deg", "rad") if p in own]
     cartesian = [p for p in ("re", "im") if p in own]
     if not cartesian and not sizes and not phases:
@@ -166,18 +158,16 @@ def _polar(
     return np.asarray(values * np.exp(1j * turn), np.complex128), per, how
 
 
-def _pair_unnamed(file: str, parts: dict[str, _Parts], responses: Mapping[str, object]) -> None:
+def _pair_unnamed(file: str, parts: dict[str, Parts], responses: Mapping[str, object]) -> None:
     """Give a coherence or variance without a name to the only response. Raises RecordError if there are several."""
     if UNNAMED in responses or UNNAMED not in parts:
         return
-    loose = parts.pop(UNNAMED).columns
+    loose = parts.pop(UNNAMED)
     if len(responses) > 1:
         heads = ", ".join(head for head, _ in loose.values())
         raise RecordError(f"{file}: {heads}: of which response? Its name goes before, such as de_coherence")
     (only,) = responses
     for part, column in loose.items():
-        if part in parts[only].columns:
-            raise RecordError(
-                f"{file}: '{column[0]}' and '{parts[only].columns[part][0]}' are both the {part} of {only}"
-            )
-        parts[only].columns[part] = column
+        if part in parts[only]:
+            raise RecordError(f"{file}: '{column[0]}' and '{parts[only][part][0]}' are both the {part} of {only}")
+        parts[only][part] = column
