@@ -97,7 +97,7 @@ def _in_our_units(found: ResponseFile, input: str) -> tuple[Any, dict[str, str],
             try:
                 scales[name] = factor(unit, wanted)
             except UnitMismatch as e:
-                other = f"give it another name (--map NAME={name})" if name != input else "name the input with --input"
+                other = "give it another name (--map NAME=THERE)" if name != input else "name the input with --input"
                 raise RecordError(
                     f"{found.file}: '{name}' is in {unit}, which does not fit: {name} is in {wanted} here; {other}, or "
                     "convert it"

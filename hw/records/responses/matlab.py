@@ -217,7 +217,7 @@ def _stated_units(file: str, arrays: Mapping[str, NDArray[Any]]) -> dict[str, st
                 f"{file}: '{name}' is stated as '{form}', '{scaling}'; export real and imaginary parts, both sides "
                 "scaled alike (0-Z:0-Z)"
             )
-        units[name] = unit.strip()
+        units[name] = unit.strip().removeprefix("EU").strip()
     channels = [str(v).strip() for v in np.ravel(arrays["Unit"])] if "Unit" in arrays else []
     numbers = [str(v) for v in np.ravel(arrays.get("ChanNum", np.arange(1, len(channels) + 1)))]
     of = dict(zip(numbers, channels, strict=False))
