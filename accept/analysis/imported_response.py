@@ -99,8 +99,8 @@ def _in_our_units(found: ResponseFile, input: str) -> tuple[Any, dict[str, str],
             except UnitMismatch as e:
                 other = "give it another name (--map NAME=THERE)" if name != input else "name the input with --input"
                 raise RecordError(
-                    f"{found.file}: '{name}' is in {unit}, which does not fit: {name} is in {wanted} here; {other}, or "
-                    "convert it"
+                    f"{found.file}: '{name}' has the unit {unit}, which does not fit: {name} is in {wanted} here; "
+                    f"{other}, or convert it"
                 ) from e
             words += [f"{name} in {unit} converted to {wanted}"] if scales[name] != 1.0 else []
     H = found.H * np.array([scales[c] / scales[input] for c in found.channels])

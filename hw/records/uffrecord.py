@@ -71,7 +71,13 @@ def _common_spans(file: str, names: list[str], records: list[UffFunction]) -> li
     offsets = []
     for name, f, axis in zip(names, records, axes, strict=True):
         even = "x" not in (f.layout.names or ()) and "x" not in (first.layout.names or ())
-        if not even or not np.isclose(f.step * time_scale(file, f), step, rtol=1e-9, atol=0.0) or not step > 0.0:
+        own = f.step * time_scale(file, f)
+        if even and not np.isclose(own, step, rtol=1e-9, atol=0.0):
+            raise RecordError(
+                f"{file}: channel '{name}' has another time axis than '{names[0]}': sampled in steps of {own:g} s "
+                f"and of {step:g} s; export both with one sampling time"
+            )
+        if not even or not step > 0.0:
             raise RecordError(f"{file}: channel '{name}' has another time axis than '{names[0]}'")
         offset = (axis[0] - x[0]) / step if axis.size and x.size else 0.0
         if abs(offset - round(offset)) > WHOLE:

@@ -1,5 +1,6 @@
 """A file of responses as it is handed on, and its making from what each format states."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -11,6 +12,10 @@ from hw.records.responses.units import fraction, variance
 from hw.records.source import Source
 from hw.records.uffunits import kind_of
 
+# Names of functions of two channels, or of one, that are no response.
+SPECTRUM = re.compile(
+    r"cross|spec|psd|asd|csd|auto|power|fft|^(?:pxx|pxy|pyy|pyx|sxx|sxy|syx|syy|sff|sxf|sfx|gxx|gxy|gyy)", re.I
+)
 INPUTS = {"voltage": "", "force": "force"}  # an input by its kind, if neither file nor user names it
 
 

@@ -15,16 +15,13 @@ from numpy.typing import NDArray
 from checks.arrays import Array
 from checks.errors import RecordError
 from hw.records.responses.arrays import arrays_of
-from hw.records.responses.file import Curve, ResponseFile, response_file
+from hw.records.responses.file import SPECTRUM, Curve, ResponseFile, response_file
 from hw.records.responses.frd import read_frd
 from hw.records.responses.units import ANGULAR, axis_unit, converted, hertz
 from hw.records.source import Source
 from hw.records.unit_text import split_ratio
 from specs.units import RESPONSE_UNITS
 
-SPECTRUM = re.compile(
-    r"cross|spec|psd|asd|csd|auto|power|fft|^(?:pxx|pxy|pyy|pyx|sxx|sxy|syx|syy|sff|sxf|sfx|gxx|gxy|gyy)", re.I
-)
 COHERENT = re.compile(r"coh|^gamma|^g(?:am)?2|^c_?\d|^c(?:xy|yx|uy)", re.I)
 RESPONDS = re.compile(r"^(?:h|frf|tf|transfer|response|receptance|compliance|mobility|accelerance|inertance)", re.I)
 RESPONDS_EXACTLY = ("g", "txy", "tyx", "tuy")
@@ -52,6 +49,11 @@ def read_matlab(source: Source, input: str, there: Mapping[str, str]) -> Respons
         own = {n.removeprefix(dot): x for n, x in arrays.items() if n.startswith(dot)}
         if {"ResponseData", "Frequency"} <= set(own):
             return read_frd(source, own, input)
+    if not any(x.dtype.kind == "c" for x in arrays.values()):
+        raise RecordError(
+            f"{source.file}: holds no complex values: a magnitude has no phase; save the complex response. It has "
+            f"{', '.join(arrays)}"
+        )
     axis = _axis(source.file, arrays, there)
     found = dict(_candidates(arrays, axis))
     responses, left = _choose(source.file, arrays, found, there, axis)

@@ -10,7 +10,7 @@ from checks.errors import RecordError
 from hw.records.foreign_record import columns_of
 from hw.records.foreign_structures import Column
 from hw.records.responses.complex_text import split_complex
-from hw.records.responses.file import Curve, ResponseFile, response_file
+from hw.records.responses.file import SPECTRUM, Curve, ResponseFile, response_file
 from hw.records.responses.units import ANGULAR, axis_unit, converted, hertz, is_frequency_unit
 from hw.records.source import Source
 from hw.records.unit_text import plain_unit, split_ratio
@@ -59,6 +59,12 @@ def read_table(source: Source, input: str, there: Mapping[str, str]) -> Response
         raise RecordError(f"{file}: no column of frequencies (such as 'f [Hz]' or 'freq'); it has {has}")
     f, words = _frequencies(file, {h: (columns[h][0], c) for h, c in axes.items()}, bool(there))
     responses = {name: one for name, p in parts.items() if (one := _response(file, name, p)) is not None}
+    spectra = [name for name in responses if SPECTRUM.search(name)]
+    if spectra and len(spectra) == len(responses):
+        raise RecordError(
+            f"{file}: holds spectra ({', '.join(spectra)}) and no response; export the frequency response"
+        )
+    responses = {name: one for name, one in responses.items() if name not in spectra}
     if not responses:
         raise RecordError(
             f"{file}: no pair of columns NAME_re and NAME_im, NAME_dB and NAME_deg, or NAME_mag and NAME_phase [deg]; "

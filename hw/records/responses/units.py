@@ -100,6 +100,10 @@ def variance(file: str, name: str, values: Array, unit: str, of: tuple[str, str]
         raise RecordError(
             f"{file}: {name} has {low:.6g}; a variance is not negative: write the squared standard deviation"
         )
+    if np.isinf(values).any():
+        raise RecordError(
+            f"{file}: {name} is infinite at {int(np.isinf(values).sum())} frequencies; leave those rows out"
+        )
     wanted = "/".join(part for part in of if part)
     if not unit.strip():
         return values, [f"{name} taken in ({wanted})^2"] if wanted and not np.isnan(values).all() else []

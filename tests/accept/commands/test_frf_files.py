@@ -29,7 +29,7 @@ def table(path: Path, header: str, *columns: np.ndarray) -> Path:
 
 
 RESPONSES = {
-    "acceleration": ("f [Hz],da_re [m/s2/V],da_im [m/s2/V]", "in m/s2, which does not fit"),
+    "acceleration": ("f [Hz],da_re [m/s2/V],da_im [m/s2/V]", "unit m/s2, which does not fit"),
     "two units": ("f [Hz],de_re [um/V],de_im [m/V]", "two units"),
     "phase": ("Frequency (Hz),Magnitude,Phase", "write [deg] or [rad]"),
     "no pair": ("f [Hz],x,y", "no pair of columns"),
@@ -71,7 +71,7 @@ CASES = {
     "09-frf/complex.csv": "", "09-frf/matlabi.csv": "", "09-frf/dbdeg.csv": "", "09-frf/german.csv": "",
     "09-frf/good.csv": "", "09-frf/khz.csv": "", "09-frf/rads.csv": "",
     "09-frf/magphase.csv": "write [deg] or [rad]", "09-frf/neg.csv": "two-sided", "09-frf/mixunit.csv": "two units",
-    "09-frf/accel.csv": "in m/s2, which does not fit",
+    "09-frf/accel.csv": "unit m/s2, which does not fit",
     "13-uff-164/frf_mm_164.uff": "", "13-uff-164/frf_mm_label.uff": "", "13-uff-164/frf_si.uff": "",
     "14-uff-abscissa/rads.uff": "", "14-uff-abscissa/khz.uff": "", "14-uff-abscissa/rpm.uff": "",
     **{f"16-mat-frd/{n}.mat": "" for n in ("cyc", "default", "hz", "khz", "none", "rads", "rpm", "two")},

@@ -58,7 +58,7 @@ REFUSED = {
     "frequency": ([record("Va", VA, abscissa_spec_data_type=18), record("de", DE)], "expected a time"),
     "Hz": ([record("Va", VA, abscissa_axis_units_lab="Hz"), record("de", DE)], "expected s, ms or us"),
     "part of a sample": ([record("Va", VA), record("de", DE, 0.4 * STEP)], "no whole number"),
-    "other step": ([record("Va", VA), record("de", DE, x=2 * STEP * np.arange(N))], "another time axis"),
+    "other step": ([record("Va", VA), record("de", DE, x=2 * STEP * np.arange(N))], "0.0005 s and of 0.00025 s"),
     "no time in common": ([record("Va", VA), record("de", DE, 10.0)], "no time in common"),
     "spectra": ([record("Va", VA, func_type=9, abscissa_spec_data_type=18)], r"spectral density \(type 9\) of Va"),
 }  # fmt: skip

@@ -95,7 +95,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "length": ({"Frequency": F[:-1, None]}, "1 x 1 x 300 for 299 frequencies"),
     "names": ({"OutputName": cells("de", "da")}, "2 names of outputs for 1"),
     "output in N": ({"OutputUnit": cells("N")}, "does not fit"),
-    "input in N": ({"InputUnit": cells("N")}, "'Va' is in N"),
+    "input in N": ({"InputUnit": cells("N")}, "'Va' has the unit N"),
     "coherence": ({"Coherence": 100 * QUALITY}, "is it in percent"),
     "length of coherence": ({"Coherence": QUALITY[:-1]}, "299 values"),
     "variance": ({"Variance": -QUALITY}, "not negative"),
@@ -172,12 +172,13 @@ def test_names_of_responses_and_their_coherence(names: tuple[str, str], coherenc
         ({"freq": F, "H": np.abs(H)}, "no phase"),
         ({"w": F, "H": H}, "rad/s or per sample"),
         ({"f": F, "w": F, "H": H}, "contradict each other"),
+        ({"w": F, "mag": np.abs(H), "phase": np.angle(H)}, "a magnitude has no phase"),
         ({"freq": F, "freq_kHz": F, "H": H}, "contradict each other"),
         ({"freq": F, "H1_2": H, "H2_3": H}, "channels 1, 2"),
         ({"freq": F, "H1_2": H, "C1_2": 100 * QUALITY}, "is it in percent"),
         ({"H1_2": np.column_stack([F, H]), "C1_2": np.column_stack([F + 0.5, QUALITY])}, "other frequencies"),
         ({"H1_2": np.column_stack([F, H]), "H1_3": np.column_stack([F + 0.5, H])}, "other frequencies"),
-        ({"freq": F, "x": NOISE}, "no complex vector over freq"),
+        ({"freq": F, "x": NOISE}, "no complex values"),
     ],
 )
 def test_what_is_no_response_is_refused(variables: dict, words: str, tmp_path: Path) -> None:
@@ -227,7 +228,7 @@ def test_pairs_of_an_analyser(reference: int, outputs: tuple[int, ...], tmp_path
         assert abs(found.frf.H[-1, i]) == pytest.approx(
             k * 200**2 / abs(50**2 - 200**2 + 2j * 0.02 * 50 * 200), rel=1e-9
         )
-    with pytest.raises(accept.AcceptError, match="in g, which does not fit"):
+    with pytest.raises(accept.AcceptError, match="unit g, which does not fit"):
         accept.read_response(tmp_path / "a.mat", channels={"de": f"H{reference}_{outputs[0]}"})
 
 

@@ -87,8 +87,8 @@ REFUSED = {
     "two-sided": ({"f": F - 150, "de_re": H.real, "de_im": H.imag}, "two-sided; save the half from 0 Hz on"),
     "twice": ({"f": np.round(F / 2), "de_re": H.real, "de_im": H.imag}, "comes twice"),
     "two units": ({"f": F, "de_re [um/V]": H.real, "de_im [m/V]": H.imag}, "two units"),
-    "acceleration": ({"f": F, "de_re [m/s2/V]": H.real, "de_im [m/s2/V]": H.imag}, "in m/s2, which does not fit"),
-    "acceleration in brackets": ({"f": F, "de [(m/s^2)/V]": H}, "in m/s2, which does not fit"),
+    "acceleration": ({"f": F, "de_re [m/s2/V]": H.real, "de_im [m/s2/V]": H.imag}, "unit m/s2, which does not fit"),
+    "acceleration in brackets": ({"f": F, "de [(m/s^2)/V]": H}, "unit m/s2, which does not fit"),
     "per newton, Va": ({"f": F, "Va_re [m/N]": H.real, "Va_im [m/N]": H.imag}, "does not fit"),
     "two inputs": (
         {"f": F, "de_re [m/V]": H.real, "de_im [m/V]": H.imag, "da_re [m/N]": H.real, "da_im [m/N]": H.imag},
@@ -101,6 +101,7 @@ REFUSED = {
     "polar against cartesian": (
         {"f": F, "de_re": H.real, "de_im": H.imag, "de_mag": SIZE, "de_deg": -DEG}, "contradict its magnitude",
     ),
+    "cross spectrum": ({"f": F, "Gxy_re": H.real, "Gxy_im": H.imag}, r"spectra \(Gxy\) and no response"),
     "conjugate": ({"f": F, "de": H.conj()}, "complex conjugate"),
     "loose coherence": (
         {"f": F, "de_re": H.real, "de_im": H.imag, "da_re": H.real, "da_im": H.imag, "coherence": QUALITY},
@@ -147,6 +148,7 @@ def test_variance_is_converted(name: str, scale: float, tmp_path: Path) -> None:
         ("de_coherence", 10 * np.log10(QUALITY), r"is it in dB\?"),
         ("de_coherence [m]", QUALITY, "expected a number from 0 to 1"),
         ("de_var", -QUALITY, "not negative"),
+        ("de_var", np.where(F == 7.0, np.inf, QUALITY), "infinite at 1 frequencies"),
         ("de_var [um/V]", QUALITY, "expected the square of um/V"),
         ("de_var [s^2]", QUALITY, "expected the square of um/V"),
     ],
@@ -160,7 +162,7 @@ def test_an_input_is_named_by_its_unit(tmp_path: Path) -> None:
     found = read(table(tmp_path / "a.csv", f=F, **{"de_re [um/N]": 1e6 * H.real, "de_im [um/N]": 1e6 * H.imag}))
     assert (found.frf.input, found.ratios) == ("force", {"de": "m/N"})
     np.testing.assert_allclose(found.frf.H[:, 0], H, rtol=1e-12)
-    with pytest.raises(accept.AcceptError, match="'Va' is in N"):
+    with pytest.raises(accept.AcceptError, match="'Va' has the unit N"):
         read(tmp_path / "a.csv", input="Va")
 
 
