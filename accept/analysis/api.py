@@ -247,11 +247,13 @@ def read_response(
 
     Universal files (data set 58, function type 4, with coherence of type 6), MATLAB (a struct with the fields of an frd
     object; complex vectors beside one of frequencies; H1_2 with C1_2), tables with columns `de_re [m/V]` and `de_im
-    [m/V]`, and what this program writes itself.
+    [m/V]`, dB and degrees or complex numbers, and what this program writes itself. What a file states of its units,
+    phase and noise is used, or the file is refused with the reason.
 
     Args:
         file: .uff, .mat, .csv or .json.
-        input: name of the input; by default that of the file, else Va.
+        input: name of the input, of several the one to take; by default that of the file, else by its unit: force for
+            N, Va without one.
         channels: name here -> name in the file, {"de": "H1_2"}; "f" for the frequencies.
         averages: how many averages are behind the coherence that the file states.
         noise: relative standard deviation of the response, if the file states neither variance nor averages.

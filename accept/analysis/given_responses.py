@@ -76,6 +76,13 @@ def responses_given(
                 f"{given.title}: states no noise, and a fit needs it: name the averages beside the coherence "
                 "(averages=20, --averages 20), or a relative noise (noise=0.005, --noise 0.005)"
             )
+        band = given.frf.band(f_lo, f_hi)
+        if not (band.var > 0.0).all():
+            raise RecordError(
+                f"{given.title}: its variance is 0 at {int((band.var <= 0.0).any(axis=1).sum())} of {band.f.size} "
+                "frequencies, as where a coherence is rounded to 1 or of a single average; state a relative noise "
+                "instead of the averages (noise=0.005, --noise 0.005)"
+            )
         first = _part(dataset_of(given.frf, name=given.title), tolerance, f_lo, f_hi, channels)
         return Responses(given.title, "strut", first, None, 0.0, inputs=given.inputs)
     return Responses(given.name, "strut", _part(given, tolerance, f_lo, f_hi, channels), None, 0.0)

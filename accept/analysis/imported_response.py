@@ -10,8 +10,9 @@ import numpy as np
 from accept.analysis.record_responses import UNITS, MeasuredResponse
 from accept.base.console import say
 from checks.errors import RecordError
+from checks.signals.spectral.conjugate import conjugate_resonances
 from checks.signals.spectral.frf import Frf
-from hw.records.response_files import ResponseFile, read_response_file
+from hw.records.responses import ResponseFile, read_response_file
 from specs.units import UnitMismatch, factor
 
 DIGITS = 1e-6  # relative: universal files state frequencies with seven digits
@@ -44,9 +45,10 @@ def import_response(
 ) -> ImportedResponse:
     """Return the response of a file, in the units of this program.
 
-    input: name of the input, that of the file or Va if empty; names: channel here -> in the file; averages: segments
-    behind the coherence that the file states; noise: relative standard deviation of H, if the file states neither
-    variance nor averages. Raises RecordError."""
+    input: name of the input; if empty that of the file, else by its unit (force for N), else Va; names: channel here ->
+    in the file; averages: segments behind the coherence that the file states; noise: relative standard deviation of H,
+    if the file states neither variance nor averages. Raises RecordError, also for the complex conjugate of a
+    response."""
     if not path.is_file():
         raise RecordError(f"{path}: {'is a folder, expected a file' if path.is_dir() else 'no such file'}")
     if averages is not None and not averages >= 2.0:
@@ -55,7 +57,14 @@ def import_response(
         raise RecordError(f"noise = {noise:g}: expected a relative standard deviation between 0 and 1")
     found = read_response_file(path, input, names)
     called = found.input or "Va"
-    H, units = _in_our_units(found, called)
+    H, units, conversions = _in_our_units(found, called)
+    if rising := conjugate_resonances(found.f, H):
+        where = ", ".join(f"{pole.f_Hz:.4g}" for pole in rising[:3])
+        raise RecordError(
+            f"{found.file}: at {where} Hz the phase rises through a resonance, where that of a stable structure falls: "
+            "the file holds the complex conjugate (phase of e^-jwt); export it with the other sign, or change that of "
+            "its phase or imaginary part"
+        )
     scale = np.abs(H) / np.where(found.H == 0.0, 1.0, np.abs(found.H))
     var, nu, notes = _noise(found, H, found.var * scale**2, averages, noise)
     frf = Frf(
@@ -70,14 +79,15 @@ def import_response(
         estimator="imported",
         notes=notes,
     )
-    say(f"{found.file}: {found.said}")
+    say(f"{found.file}: {'; '.join([found.said, *conversions])}")
     return ImportedResponse((), frf, units, {}, found.file, found.sha256)
 
 
-def _in_our_units(found: ResponseFile, input: str) -> tuple[Any, dict[str, str]]:
-    """Return H (F, C) and the units, of the channels that have one here in that; others stay as they are."""
+def _in_our_units(found: ResponseFile, input: str) -> tuple[Any, dict[str, str], list[str]]:
+    """Return H (F, C), the units, of the channels that have one here in that (others stay as they are), and the words
+    on conversions. Raises RecordError for a unit that does not fit a channel."""
     given = {input: found.units.get(found.input, ""), **{c: found.units.get(c, "") for c in found.channels}}
-    units, scales = dict(given), dict.fromkeys(given, 1.0)
+    units, scales, words = dict(given), dict.fromkeys(given, 1.0), []
     for name, unit in given.items():
         wanted = UNITS.get(name, "")
         if not wanted:
@@ -87,9 +97,14 @@ def _in_our_units(found: ResponseFile, input: str) -> tuple[Any, dict[str, str]]
             try:
                 scales[name] = factor(unit, wanted)
             except UnitMismatch as e:
-                raise RecordError(f"{found.file}: channel '{name}': {e}") from e
+                other = "give it another name (--map NAME=THERE)" if name != input else "name the input with --input"
+                raise RecordError(
+                    f"{found.file}: '{name}' has the unit {unit}, which does not fit: {name} is in {wanted} here; "
+                    f"{other}, or convert it"
+                ) from e
+            words += [f"{name} in {unit} converted to {wanted}"] if scales[name] != 1.0 else []
     H = found.H * np.array([scales[c] / scales[input] for c in found.channels])
-    return H, units
+    return H, units, words
 
 
 def _noise(
@@ -105,7 +120,10 @@ def _noise(
         return np.abs(H) ** 2 * (1.0 - coherence) / coherence / (n - 1.0), n - 1.0, ()
     if noise is not None:
         return (noise * np.abs(H)) ** 2, np.inf, (f"noise of {100 * noise:g} % of |H|, as stated by the user",)
-    has = "states its coherence without averages" if np.isfinite(found.coherence).any() else "states no coherence"
+    known = np.isfinite(found.coherence)
+    has = "states its coherence without averages" if known.any() else "states no coherence"
+    if known.any() and n is not None:
+        has = f"states no coherence at {int((~known).any(axis=1).sum())} of {found.f.size} frequencies"
     return np.full(H.shape, np.nan), np.inf, (f"the file {has}: its noise is not known",)
 
 

@@ -28,7 +28,7 @@ from checks.signals.spectral.transient import concentration, is_broadband, is_tr
 from hw.records import DEFAULT_LIMITS
 from hw.records.reader import record_by_input
 from hw.records.source import load_bytes
-from hw.records.uff import frf_bytes
+from hw.records.uff.write import frf_bytes
 from hw.records.writers import frd_mat, response_csv
 from specs.bench import ChannelSource, channel_map
 
@@ -321,10 +321,14 @@ def _finite(values: Array) -> list[float | None]:
 
 
 def universal_file(response: MeasuredResponse) -> bytes:
-    """Return the response as a universal file, data set 58. Raises RecordError if it has no usable bin."""
+    """Return the response as a universal file, data set 58, with coherence, variance and averages if they are known.
+
+    Raises RecordError if it has no usable bin."""
     frf, good = response.frf, known(response.frf)
+    averages = float(np.min(frf.nu)) + 1.0 if np.isfinite(frf.nu).all() else None
+    more = (frf.coherence[good], frf.var[good], averages)
     try:
-        return frf_bytes(frf.f[good], frf.H[good], frf.channels, frf.input, response.units)
+        return frf_bytes(frf.f[good], frf.H[good], frf.channels, frf.input, response.units, *more)
     except ValueError as e:
         raise RecordError(f"{response.title}: {e}") from e
 

@@ -16,7 +16,7 @@ from checks.process_control.gauge_bias import BiasStudy, LinearityStudy, bias_st
 from checks.process_control.gauge_study import STUDY_SIGMAS, GaugeStudy, gauge_study
 from hw.records.limits import ReadLimits
 from hw.records.source import load_bytes
-from hw.records.textfile import read_text
+from hw.records.text.file import read_text
 from specs.units import parse_header
 
 COLUMNS = ("part", "operator", "value")

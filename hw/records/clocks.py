@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from checks.errors import RecordError
-from hw.records.variable import Clock, Variable, Variables
+from hw.records.contents.variable import Clock, Variable, Variables
 from hw.records.vet import JITTER, vet_rate, vet_time
 from specs.units import UnitMismatch, factor, parse_header
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from checks.arrays import Array
 from checks.errors import RecordError
+from hw.records.contents.variable import NESTED, Variable, unique
 from hw.records.limits import DEFAULT_LIMITS
-from hw.records.variable import NESTED, Variable, unique
 
 HEADER_BYTES = 128  # of a file, before its first array ([MATFILE])
 COMPRESSED, MATRIX = 15, 14  # types of an element ([MATFILE] table 1-1)

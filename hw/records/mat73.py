@@ -9,9 +9,9 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.errors import RecordError
+from hw.records.contents.variable import Variable, unique
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.mat5 import DEEPEST, DEFLATE_RATIO, NUMBERS
-from hw.records.variable import Variable, unique
 
 # MATLAB compresses with deflate; any other filter would load a plug-in from outside.
 FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32}

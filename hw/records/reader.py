@@ -25,12 +25,12 @@ from hw.records.clocks import (
     time_unit,
     unit_of,
 )
+from hw.records.contents.variable import CLOCK, NESTED, OWN_RECORD, Clock, Variable, Variables, listing, remarks_of
 from hw.records.damage import refused
 from hw.records.foreign_structures import expand
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import Source, load_bytes
-from hw.records.textfile import open_csv
-from hw.records.variable import CLOCK, NESTED, OWN_RECORD, Clock, Variable, Variables, listing, remarks_of
+from hw.records.text.file import open_csv
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
 from specs.bench import NO_CHANNELS, TIME, Channels, ChannelSource, channel_source
 from specs.units import UnitMismatch, factor, parse_header, to_si

@@ -8,12 +8,12 @@ from functools import cached_property
 from pathlib import Path
 
 from checks.errors import RecordError
+from hw.records.contents.variable import Variable
 from hw.records.limits import ReadLimits
 from hw.records.mat5 import HEADER_BYTES, open_mat5
-from hw.records.textfile import SUFFIXES, open_csv
-from hw.records.uff58 import DELIMITER
-from hw.records.uffrecord import open_uff
-from hw.records.variable import Variable
+from hw.records.text.file import SUFFIXES, open_csv
+from hw.records.uff.record import open_uff
+from hw.records.uff.set58 import DELIMITER
 from specs.files import read_bounded
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"

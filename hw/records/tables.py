@@ -7,11 +7,11 @@ import numpy as np
 from checks.arrays import Array
 from checks.declare import CsvTable
 from checks.errors import RecordError
+from hw.records.contents.variable import Remarked, listing
 from hw.records.damage import refused
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.source import Source, load_bytes
-from hw.records.textfile import open_csv
-from hw.records.variable import Remarked, listing
+from hw.records.text.file import open_csv
 from hw.records.vet import loaded
 from specs.units import UnitMismatch, factor, unit_of, without_unit
 

@@ -18,7 +18,7 @@ from nptdms.log import log_manager
 from checks.arrays import Array
 from checks.errors import RecordError
 from hw.records.clocks import seconds, spelled
-from hw.records.variable import CLOCK, Clock, Variable, unique
+from hw.records.contents.variable import CLOCK, Clock, Variable, unique
 
 TIME = "t"
 log_manager.set_level(logging.ERROR)  # what it warns of is refused here, in one line

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from checks.arrays import Array
 from checks.cause import Cause, because
 from checks.errors import RecordError
-from hw.records.variable import Variable
+from hw.records.contents.variable import Variable
 
 # Largest distance of a time stamp from the uniform grid, in sampling periods. The analysis takes the grid for the
 # time: at a fifth of the sampling frequency 0.05 is 0.06 rad. A time vector stored in single precision strays by 0.04

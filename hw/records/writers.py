@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from checks.arrays import Array, Complex
-from hw.records.variable import OWN_RECORD
+from hw.records.contents.variable import OWN_RECORD
 
 HEADER = b"MATLAB 5.0 MAT-file, written by accept"
 HEADER_TEXT_BYTES = 116  # [MATFILE]: free text at the head of the file

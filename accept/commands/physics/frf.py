@@ -42,6 +42,7 @@ from checks.rounding import fixed, rounded, rounded_U
 from checks.signals.impact.impacts import ImpactRules
 from checks.signals.spectral.bode import bode
 from checks.signals.spectral.frf import Frf
+from hw.records.responses import Content, content_of
 from specs.bench import ChannelSource, load_bench
 
 COHERENT = 0.9  # above it the random error of a response stays below 24 % / sqrt(segments)
@@ -79,7 +80,7 @@ def run(
     format = None if outputs.plot is None else format_of(outputs.plot)
     input = sources.input or (FORCE if hits.hammer else "Va")
     settings = EstimatorSettings(estimator, segment_s, f_lo, f_hi, input, merge_Hz)
-    responses = _estimate([_read(path, sources, others, input) for path in records], settings, hits)
+    responses = _estimate([_read(path, sources, others, input, hits.hammer) for path in records], settings, hits)
     if len(responses) > 1 and (place := next((p for p in single.values() if p is not None), None)):
         kind = "a universal file" if place == outputs.uff else "this file"
         raise RecordError(f"{place}: {kind} takes one response, not {len(responses)}; merge them or name one")
@@ -122,8 +123,12 @@ def _estimate(
     return [*responses_of(taken, settings), *imported] if taken else [*imported]
 
 
-def _read(path: Path, sources: SourceOptions, others: ResponseOptions, input: str) -> Record | ImportedResponse:
-    """Read a record with the channels of the bench file and of the command line, the latter first; else a response."""
+def _read(
+    path: Path, sources: SourceOptions, others: ResponseOptions, input: str, only_records: bool
+) -> Record | ImportedResponse:
+    """Read a record with the channels of the bench file and of the command line, the latter first; else a response.
+
+    Raises RecordError with the reason of the reader that the content is for, of both if it has both axes."""
     rig = None if sources.bench is None else load_bench(sources.bench).rig
     if sources.bench is not None and rig is None:
         raise RecordError(f"{sources.bench}: has no [rig]")
@@ -131,11 +136,16 @@ def _read(path: Path, sources: SourceOptions, others: ResponseOptions, input: st
     try:
         return read_any(path, input, channels, sources.ts, rig is not None)
     except RecordError as e:
+        content = content_of(path, input)
+        if content is Content.RECORD or only_records or sources.ts is not None:
+            raise
         first = e
     try:
         return _import(path, sources, others)
     except RecordError as e:
-        raise first from e
+        if content is Content.RESPONSE:
+            raise
+        raise RecordError(f"{first}; as a response: {e}") from e
 
 
 def _import(path: Path, sources: SourceOptions, others: ResponseOptions) -> ImportedResponse:

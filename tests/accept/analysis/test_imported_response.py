@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import accept
 from accept.cli.main import app
-from hw.records.uff import frf_bytes
+from hw.records.uff.write import frf_bytes
 from hw.records.writers import mat_bytes
 
 F = np.arange(15.0, 601.0, 1.5)
@@ -128,9 +128,36 @@ def test_what_is_written_comes_back(ending: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(back.frf.H[:, order], made.frf.H, rtol=1e-11)
     assert back.units == made.units
     assert back.frf.input == "Va"
-    if ending != "uff":  # which holds neither
-        np.testing.assert_allclose(back.frf.coherence[:, order], made.frf.coherence, rtol=1e-12)
-        np.testing.assert_allclose(back.frf.var[:, order], made.frf.var, rtol=1e-9)
+    np.testing.assert_allclose(back.frf.coherence[:, order], made.frf.coherence, rtol=1e-11)  # 13 digits in a .uff
+    np.testing.assert_allclose(back.frf.var[:, order], made.frf.var, rtol=1e-9)
+    if ending != "csv":  # which has no place for the averages
+        np.testing.assert_allclose(back.frf.nu, made.frf.nu, rtol=1e-9)
+
+
+def test_a_universal_file_is_fitted_with_its_noise(tmp_path: Path) -> None:
+    """Coherence, variance and averages come back, so that the fit of the file is that of the response."""
+    given = accept.read_response(analyser(tmp_path / "a.mat"), channels=NAMED, averages=20)
+    back = accept.read_response(given.save(tmp_path / "a.uff"))
+    np.testing.assert_allclose(back.frf.coherence, given.frf.coherence, rtol=1e-11)
+    np.testing.assert_allclose(back.frf.var, given.frf.var, rtol=1e-11)
+    np.testing.assert_array_equal(back.frf.nu, given.frf.nu)
+    first, second = (accept.fit_model(each, "strut-2dof").fit for each in (given, back))
+    for name in TRUE:
+        assert second.sds[name] == pytest.approx(first.sds[name], rel=1e-3), name
+        assert abs(second.at[name] - first.at[name]) < 0.01 * first.sds[name], name  # frequencies of seven digits
+
+
+def test_pyuff_reads_what_is_written(tmp_path: Path) -> None:
+    pyuff = pytest.importorskip("pyuff")
+    made = measured(tmp_path)
+    path = made.save(tmp_path / "a.uff")
+    sets = pyuff.UFF(str(path)).read_sets()
+    assert [each["func_type"] for each in sets] == [4, 6, 0] * len(made.frf.channels)
+    for i, c in enumerate(made.frf.channels):
+        assert [each["rsp_ent_name"] for each in sets[3 * i : 3 * i + 3]] == [c] * 3
+        np.testing.assert_allclose(sets[3 * i]["data"], made.frf.H[:, i], rtol=1e-11)
+        np.testing.assert_allclose(sets[3 * i + 1]["data"], made.frf.coherence[:, i], rtol=1e-11)
+        np.testing.assert_allclose(sets[3 * i + 2]["data"], made.frf.var[:, i], rtol=1e-11)
 
 
 def test_the_matlab_struct_has_the_fields_of_frd(tmp_path: Path) -> None:

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from checks.arrays import Array
 from checks.errors import RecordError
-from hw.records import uff58
 from hw.records.damage import refused
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import load_bytes
-from hw.records.uff58 import FRF, UNNAMED, UffFunction
+from hw.records.uff import set58 as uff58
+from hw.records.uff.set58 import FRF, UNNAMED, UffFunction
 
 
 @dataclass(frozen=True, eq=False)

@@ -376,7 +376,7 @@ def test_what_universal_files_may_not_hold(refusal, tmp_path):
     data = made.channels()
     path = tmp_path / "made.uff"
     assert "channel 'de': mV does not fit here; use m" in refusal(made.uff(data, path, ordinate_axis_units_lab="mV"))
-    assert "channel 't': mV does not fit here; use s" in refusal(made.uff(data, path, abscissa_axis_units_lab="mV"))
+    assert "its time axis is in mV; expected s" in refusal(made.uff(data, path, abscissa_axis_units_lab="mV"))
     assert "holds no time record" in refusal(made.uff(data, path, func_type=4))
     assert "channel 'Va' is of kind complex" in refusal(
         made.uff({k: v + 0j for k, v in data.items()}, path, x=data["t"])

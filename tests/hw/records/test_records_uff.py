@@ -7,7 +7,7 @@ import pytest
 import pyuff
 
 from checks.errors import RecordError
-from hw.records import uff
+from hw.records.uff import write as uff
 from tests.hw.records.read_uff import read_frf
 
 UNITS = {"de": "m", "Vs": "V", "Va": "V"}

@@ -14,7 +14,7 @@ from checks.declare import CsvTable, Series
 from checks.errors import RecordError
 from checks.record import Record
 from hw import records
-from hw.records.response_files import read_response_file
+from hw.records.responses import read_response_file
 from specs.bench import channel_map
 
 N, FS = 400, 4000.0

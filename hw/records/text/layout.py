@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from checks.errors import RecordError
-from hw.records.textnumbers import is_clock, is_like_number, is_number
+from hw.records.text.numbers import is_clock, is_like_number, is_number
 from specs.units import UnitMismatch, factor, is_unit, parse_header
 
 NUMBERS, CLOCK, EMPTY, TEXT = "numbers", "times", "empty", "text"  # kinds of columns

@@ -6,7 +6,7 @@ The form is that of the maker's specification of the LabVIEW measurement file; i
 from collections.abc import Mapping, Sequence
 
 from checks.errors import RecordError
-from hw.records.textlayout import EMPTY, NUMBERS, Layout, split
+from hw.records.text.layout import EMPTY, NUMBERS, Layout, split
 from specs.units import parse_header
 
 MAGIC, END = "LabVIEW Measurement", "***End_of_Header***"

@@ -14,10 +14,10 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.errors import RecordError
-from hw.records.labview import MAGIC, lvm_layout
-from hw.records.textlayout import CLOCK, EMPTY, NUMBERS, TEXT, TIMES, Layout, find_layout, split, wrong_count
-from hw.records.textnumbers import Row, is_date, parse, seconds
-from hw.records.variable import Remarked, Variable
+from hw.records.contents.variable import Remarked, Variable
+from hw.records.text.labview import MAGIC, lvm_layout
+from hw.records.text.layout import CLOCK, EMPTY, NUMBERS, TEXT, TIMES, Layout, find_layout, split, wrong_count
+from hw.records.text.numbers import Row, is_date, parse, seconds
 from specs.units import UnitMismatch, factor, parse_header
 
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".lvm", ".asc")

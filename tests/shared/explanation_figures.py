@@ -1,7 +1,7 @@
 """The figures of the pages that explain the physics: `make pictures` computes them with the project's own models,
 simulation and checks, and writes them small.
 
-Run by hand: `python tests/explanation_figures.py docs/img`.
+Run by hand: `python tests/shared/explanation_figures.py docs/img`.
 """
 
 import os
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 import accept
 from accept.models.model_file import open_model
 from accept.pictures.draw import picture

@@ -1,0 +1,1 @@
+"""Tables in text files: numbers, units and times as other programs write them."""
