@@ -4,7 +4,7 @@ shells as they are built. Plain text, so that the contract of the file is tested
 from pathlib import Path
 
 from validation.sets import DAMPING, Set
-from validation.shell import MATRICES
+from validation.shell import matrices
 from validation.strut import MODEL_FILE
 
 AFTER_DAMPING = "damping_ratio = { value = 0.010, sd = 0.003 }\n"
@@ -13,7 +13,7 @@ AFTER_ARM = "arm_y_mm = { value = 15.0, sd = 0.3 }\n"
 
 def text_for(it: Set) -> str:
     """Return the TOML of the model from which a set is judged."""
-    text = _replaced(MODEL_FILE.read_text(), '"APA300ML.mat"', f'"{MATRICES.resolve().as_posix()}"')
+    text = _replaced(MODEL_FILE.read_text(), '"APA300ML.mat"', f'"{matrices().resolve().as_posix()}"')
     if it.stated:
         scatter = f"mode_scatter = {{ frequency = {it.stated:g}, damping = {DAMPING:g} }}\n"
         text = _replaced(text, AFTER_DAMPING, AFTER_DAMPING + scatter)

@@ -15,9 +15,7 @@ REPEATS, LONG = (200, 200) if SOAK else (20, 6)  # LONG: of units that take some
 CHANCE = 1e-4  # of a sound interval to be called too short, for each of some sixty quantities
 
 
-@pytest.mark.parametrize(
-    "section", [pytest.param(n, marks=pytest.mark.needs_data) if s.needs_data else n for n, s in SECTIONS.items()]
-)
+@pytest.mark.parametrize("section", SECTIONS)
 @pytest.mark.slow
 def test_every_interval_holds_the_truth(section: str) -> None:
     """Red before: loop widths of the stroke held 45 of 100, the ratio of stiffnesses 74, harmonics of bending and the
@@ -34,7 +32,7 @@ def test_every_quantity_is_looked_at() -> None:
     seen = set(WITHOUT_U) | set(BY_OTHER_PROOFS)
     rng = np.random.default_rng(1)
     for section in SECTIONS.values():
-        seen |= {"ga_N_per_V", "gs_V_per_m"} if section.needs_data else set(section.simulated(rng).truth)
+        seen |= set(section.simulated(rng).truth)
     assert {q for check in CHECKS.values() for q in check.quantities} <= seen
 
 

@@ -22,7 +22,6 @@ from validation.shell import Built
 from validation.studies.false_acceptance import Answer, table
 
 Array = NDArray[np.float64]
-pytestmark = pytest.mark.needs_data
 
 
 def unchanged() -> Built:
