@@ -13,9 +13,10 @@ from hypothesis import HealthCheck, settings
 from accept.certificate.trust import encrypted_key
 from tests.shared.demo_run import demo_run
 from tests.shared.gap_run import gap_run
+from tests.shared.recorded_units import recorded_units
 from tests.soak import is_heavy, runs, unknown
 
-__all__ = ["demo_run", "gap_run"]
+__all__ = ["demo_run", "gap_run", "recorded_units"]
 
 DATA = Path(__file__).parent.parent / "../shared/data"
 CHROMIUM = next((p for name in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(name))), None)

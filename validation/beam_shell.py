@@ -15,6 +15,7 @@ from scipy import linalg
 from validation.beams import Section, between
 
 Array = NDArray[np.float64]
+Sides = tuple[float, float, float]
 
 INTERFACE = 7  # nodes
 STEEL = (200e9, 0.3, 7850.0)  # Young's modulus, Poisson's ratio, density
@@ -44,7 +45,7 @@ class _Net:
 
     points: list[Array] = field(default_factory=list)
     beams: list[tuple[int, int, Array, Section]] = field(default_factory=list)
-    boxes: list[tuple[int, Array, tuple[float, float, float]]] = field(default_factory=list)
+    boxes: list[tuple[int, Array, Sides]] = field(default_factory=list)
 
     def node(self, x: float, z: float) -> int:
         self.points.append(np.array([x, 0.0, z]))
@@ -64,7 +65,7 @@ class _Net:
         self.chain([node, joint], Section.rectangle(*WEIGHTLESS, *neck))
         self.box(node, joint, self.points[node] + c * away / np.linalg.norm(away), box)
 
-    def box(self, a: int, b: int, centre: Array, sides: tuple[float, float, float]) -> None:
+    def box(self, a: int, b: int, centre: Array, sides: Sides) -> None:
         self.boxes += [(node, centre - self.points[node], sides) for node in (a, b)]
 
     def matrices(self) -> tuple[Array, Array]:

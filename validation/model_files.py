@@ -1,6 +1,7 @@
 """The model file that a set is judged with: the strut's file and, if a set asks for it, what it states of
 shells as they are built. Plain text, so that the contract of the file is tested and not the code that writes one."""
 
+import os
 from pathlib import Path
 
 from validation.sets import DAMPING, Set
@@ -35,6 +36,7 @@ def _replaced(text: str, old: str, new: str) -> str:
 def write_model(it: Set, folder: Path) -> Path:
     """Write the file into a folder and return its path."""
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "model.toml"
-    path.write_text(text_for(it))
+    path, part = folder / "model.toml", folder / f"model-{os.getpid()}.toml"
+    part.write_text(text_for(it))
+    part.replace(path)  # at once, as other processes may read it
     return path

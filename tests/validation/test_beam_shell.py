@@ -1,4 +1,4 @@
-"""The shell of beams that stands for the public matrices where they are absent: their figures, and a file of its own."""
+"""The shell of beams that stands for the public matrices where they are absent: its figures, and its file."""
 
 from collections.abc import Iterator
 from pathlib import Path
