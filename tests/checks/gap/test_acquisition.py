@@ -88,8 +88,8 @@ def test_a_drift_between_records_is_no_effect(recorded: Inputs) -> None:
 @pytest.mark.soak
 def test_two_close_modes_of_the_bench(recorded: Inputs) -> None:
     """No single mode is two: nothing but a mode may be said, and none while its own band stays unexplained."""
-    f = recorded.A.f
     given, f = recorded, recorded.A.f
+    static = given.model.frf(np.array([5.0]), channels=("da",))[0, 0].real
     two = sum(part * static * second_order(at, 0.01)(f) for part, at in ((0.01, 178.0), (0.008, 182.0)))
     more = np.column_stack([two if c != "Vs" else np.zeros_like(f) for c in given.A.channels])
     A, B = (replace(d, H=d.H + more) for d in (given.A, given.B))
