@@ -38,9 +38,12 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the heavy proofs, and put first what waits for programs: it is never what is left at the end, when other
-    processes have no more."""
+    """Mark the heavy proofs, and what reads the recorded data if they are there; put first what waits for programs: it
+    is never what is left at the end, when other processes have no more."""
     for item in items:
+        takes = "recorded_units" in getattr(item, "fixturenames", ()) or item.get_closest_marker("takes_data")
+        if takes and DATA.is_dir():
+            item.add_marker("needs_data")
         if is_heavy(item.nodeid):
             item.add_marker("soak")
     if not any("::" in argument for argument in config.args):

@@ -104,6 +104,7 @@ def test_the_built_in_models_of_the_design() -> None:
     assert set(builtin_models()) == {"apa-2dof", "apa-frame", "strut-2dof", "strut", "strut-as-built"}
 
 
+@pytest.mark.takes_data
 def test_the_nominal_strut() -> None:
     spec = load_model(NOMINAL)
     assert spec.apa_file is not None

@@ -26,6 +26,7 @@ from validation.sets import SETS, draw_set, order_of
 from validation.strut import Flexible, Support
 
 Array = NDArray[np.float64]
+pytestmark = pytest.mark.takes_data
 ON_BENCHES = [name for name, it in SETS.items() if it.benches is not None]
 
 

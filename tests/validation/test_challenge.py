@@ -38,6 +38,7 @@ from validation.scoring.scores import (
 from validation.sets import SETS
 
 Json = dict[str, Any]
+pytestmark = pytest.mark.takes_data
 BLIND = 24 if SOAK else 4
 SEED = 7  # of development: what `make challenge` reports is drawn from another
 

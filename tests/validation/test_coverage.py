@@ -9,6 +9,8 @@ from validation.effects import LIBRARY
 from validation.outsiders import OUTSIDERS
 from validation.studies.coverage import BESIDE, EFFECTS, draw, intervals, noise_alone, report
 
+pytestmark = pytest.mark.takes_data
+
 
 def case_of(effect: str) -> Case:
     return next(c for c in draw(5, 24, benches=True) if effect in c.effects)

@@ -41,6 +41,7 @@ MODULES = (
     sets,
     model_files,
 )
+pytestmark = pytest.mark.takes_data
 needs_data = pytest.mark.needs_data
 
 TRUTH = {  # field of Strut -> name in truth.json, factor to SI

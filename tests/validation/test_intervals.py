@@ -15,7 +15,10 @@ REPEATS, LONG = (200, 200) if SOAK else (20, 6)  # LONG: of units that take some
 CHANCE = 1e-4  # of a sound interval to be called too short, for each of some sixty quantities
 
 
-@pytest.mark.parametrize("section", SECTIONS)
+@pytest.mark.parametrize(
+    "section",
+    [pytest.param(name, marks=pytest.mark.takes_data) if name == "constants of a strut" else name for name in SECTIONS],
+)
 @pytest.mark.slow
 def test_every_interval_holds_the_truth(section: str) -> None:
     """Red before: loop widths of the stroke held 45 of 100, the ratio of stiffnesses 74, harmonics of bending and the

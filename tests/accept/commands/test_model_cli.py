@@ -162,6 +162,7 @@ def test_effects_are_built_in_and_written(tmp_path: Path) -> None:
     assert "# centre of rotation" in (tmp_path / "n.toml").read_text()  # comments stay
 
 
+@pytest.mark.takes_data
 def test_the_superelement_is_found_from_the_new_place(tmp_path: Path) -> None:
     written = write_model(tmp_path / "a" / "b" / "m.toml", load_model(NOMINAL), {"joint.kz_N_per_um": 88.5})
     assert written.apa_file is not None

@@ -28,6 +28,8 @@ ELSEWHERE = (
     "support_mode",
 )
 
+pytestmark = pytest.mark.takes_data
+
 
 def unit(name: str | None) -> Case:
     rng = np.random.default_rng(SEED)

@@ -27,6 +27,8 @@ SECONDS = 5.0, 30.0  # median and worst of one core
 
 SCATTERS = pytest.mark.parametrize("scatter", [0.01, *(pytest.param(s, marks=pytest.mark.soak) for s in (0.005, 0.02))])
 
+pytestmark = pytest.mark.takes_data
+
 
 def answer(s: AsBuilt, scatter: float, beside: bool = False) -> tuple[float, float, float, float] | None:
     """dx, U, dy, U [um], or None where there is no result."""

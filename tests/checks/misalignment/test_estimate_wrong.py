@@ -16,7 +16,7 @@ from tests.checks.misalignment.misaligned import draw
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 DRAWS = 15 if SOAK else 1
-PAIRS = ["builtin by itself", "finite elements by the frame"]
+PAIRS = ["builtin by itself", pytest.param("finite elements by the frame", marks=pytest.mark.takes_data)]
 
 
 def answer(pair: str, seed: int, wrong: Callable[[Dataset], Dataset], kg: float | None = None) -> Cause | None:
