@@ -17,7 +17,7 @@ import scipy.io
 from numpy.typing import NDArray
 from scipy import linalg
 
-from validation.beam_shell import beam_shell
+from validation.data.beam_shell import beam_shell
 
 Array = NDArray[np.float64]
 

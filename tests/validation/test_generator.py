@@ -19,11 +19,12 @@ from accept.units.unit_folder import read
 from checks.arrays import Array
 from tests.conftest import DATA
 from tests.soak import SOAK
-from validation import beam_shell, beams, bench, benches, model_files, outsiders, rational, sets, shell
+from validation import beams, bench, benches, model_files, outsiders, rational, sets, shell
 from validation import cases as blind_cases
 from validation import effects as blind_effects
 from validation import strut as blind_strut
 from validation.bench import FS, Playing, Setting, World
+from validation.data import beam_shell
 from validation.strut import Strut
 
 ROOT = Path(__file__).parents[2]
