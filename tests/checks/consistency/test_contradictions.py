@@ -19,7 +19,7 @@ from tests.shared.recorded_units import RecordedUnits
 from tests.soak import SOAK
 
 HONEST = ["A-01", "A-03", *(f"S-0{n}" for n in range(1, 7))]
-BATCH = [f"P-0{n}" for n in range(1, 9)]
+BATCH = [pytest.param(f"P-0{n}", marks=pytest.mark.needs_data) for n in range(1, 9)]
 # As recorded of a sound unit; those of [STB] itself stand in the second column.
 SOUND = {
     "sensor_capacitance_implied_uF": (5.10, 4.9),
@@ -50,19 +50,13 @@ def contradictions(result: UnitResult) -> list[str]:
     return [name for name, found in causes.items() if any(r.cause is Cause.CONTRADICTION for r in found)]
 
 
-@pytest.mark.parametrize("unit", HONEST if SOAK else ["A-01", "S-03"])
+@pytest.mark.parametrize("unit", [*HONEST, *BATCH] if SOAK else ["A-01", "S-03"])
 def test_recorded_units_do_not_contradict_themselves(unit: str, recorded_units: RecordedUnits) -> None:
     """Of an independent simulation with hysteresis, creep and another permittivity at each frequency."""
-    result = recorded(recorded_units.folder(unit), "apa" if "A-" in unit else "strut")
+    folder = DATA / "population" / unit if "P-" in unit else recorded_units.folder(unit)
+    result = recorded(folder, "apa" if "A-" in unit else "strut")
     assert not contradictions(result)
     assert result.verdict in (UnitVerdict.ACCEPTED, UnitVerdict.INCOMPLETE)
-
-
-@pytest.mark.needs_data
-@pytest.mark.skipif(not SOAK, reason="runs in make soak")
-@pytest.mark.parametrize("unit", BATCH)
-def test_nor_do_those_of_a_batch(unit: str) -> None:
-    assert not contradictions(recorded(DATA / "population" / unit, "strut"))
 
 
 @pytest.mark.parametrize("column", [0, 1], ids=["recorded", "published"])
