@@ -159,7 +159,7 @@ def test_a_channel_that_is_early_beside_a_lag_of_the_drive_may_be_the_others_lat
     assert not early_channels(on_learned_bench(found), claims)  # there it is one from what its units have in common
 
 
-@pytest.mark.takes_data
+@pytest.mark.needs_data
 @pytest.mark.skipif(not SOAK, reason="twenty seconds: runs in make soak")
 def test_two_halves_of_one_mode_have_no_name(tmp_path: Path) -> None:
     """A neighbour's voltage in Vs near the axial mode: a mode of all channels, and one of the bench with its pole that
@@ -168,7 +168,7 @@ def test_two_halves_of_one_mode_have_no_name(tmp_path: Path) -> None:
     assert "bench_mode" not in [n["effect"] for n in gap["named"]]
 
 
-@pytest.mark.takes_data
+@pytest.mark.needs_data
 @pytest.mark.skipif(not SOAK, reason="thirty seconds: runs in make soak")
 def test_rivals_are_compared_with_the_same_form_of_damping(tmp_path: Path) -> None:
     """A filter of de on a bench that was not learned is as well a latency."""

@@ -12,7 +12,7 @@ from validation.sets import SETS, draw_set
 OFF_MM = (-4.0, 5.0)  # from where the drawing has it; the prior's sd are 0.5 and 1 mm
 
 
-@pytest.mark.takes_data
+@pytest.mark.needs_data
 def test_a_ruler_read_beside_its_place_is_named(tmp_path: Path) -> None:
     case = next(c for b in draw_set("batch", 21, 40) for c in b.judge if not c.effects and not c.outside)
     strut = case.strut

@@ -242,6 +242,7 @@ def test_the_blind_test(cluster: Cluster, tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.soak
+@pytest.mark.needs_data
 def test_the_blind_test_by_the_real_workflow(cluster: Cluster) -> None:
     cases = draw_cases(2, 7)
     truth = json.loads(seal(cases)[0])
