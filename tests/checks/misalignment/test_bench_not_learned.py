@@ -16,7 +16,7 @@ from tests.soak import SOAK
 from validation.model_files import write_model
 from validation.sets import SETS, draw_set, order_of
 
-pytestmark = pytest.mark.takes_data
+pytestmark = pytest.mark.needs_data
 NAME, SEED = "laboratory-unlearned", 11  # a seed for development
 DRAWN = 24
 # One whose U left out that scales differ: it was 8 um and the error 29 um.
