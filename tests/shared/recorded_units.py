@@ -20,7 +20,7 @@ from validation.bench import Setting, World, write_unit
 from validation.effects import LIBRARY, OUTSIDE
 
 UNITS = Path(__file__).parents[3] / "shared" / "data" / "units"
-SEED = 50  # by which none of the ten 95 % intervals in test_estimate.py misses its truth, as one in twenty may
+SEED = 50
 EFFECTS: Mapping[str, Mapping[str, Mapping[str, float]]] = {
     "S-01": {},
     "S-02": {"misalignment": {"dx_um": 50.0, "dy_um": 210.0}},
