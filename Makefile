@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 DEV    := $(VENV)/.developer
 LOCK   := uv pip compile --universal --no-strip-extras --python-version 3.11 --generate-hashes --no-annotate --no-header
 
-.PHONY: demo test tests changed clone-tests quick docs test-python coverage soak bench challenge false-acceptance format lint lock clean setup pictures
+.PHONY: demo test tests changed quick docs test-python coverage soak bench challenge false-acceptance format lint lock clean setup pictures
 
 demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
@@ -31,11 +31,6 @@ lint: $(DEV)
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-
-# The tests of a clone alone, with nothing beside it: what needs more must be skipped.
-clone-tests: $(DEV)
-	place=$$(mktemp -d) && git clone -q . $$place/a/accept && cd $$place/a/accept && \
-	$(abspath $(BIN))/python -m pytest -n 4 --dist worksteal; done=$$?; rm -rf $$place; exit $$done
 
 # The lane for the hands: linters, and of each package the tests that say most in least time. Under 90 s on two cores.
 QUICK := tests/test_sources.py tests/test_imports.py tests/specs \

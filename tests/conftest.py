@@ -13,9 +13,10 @@ from hypothesis import HealthCheck, settings
 from accept.certificate.trust import encrypted_key
 from tests.shared.demo_run import demo_run
 from tests.shared.gap_run import gap_run
+from tests.shared.recorded_units import recorded_units
 from tests.soak import is_heavy, runs, unknown
 
-__all__ = ["demo_run", "gap_run"]
+__all__ = ["demo_run", "gap_run", "recorded_units"]
 
 DATA = Path(__file__).parent.parent / "../shared/data"
 CHROMIUM = next((p for name in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(name))), None)
@@ -37,9 +38,12 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the heavy proofs, and put first what waits for programs: it is never what is left at the end, when other
-    processes have no more."""
+    """Mark the heavy proofs, and what reads the recorded data if they are there; put first what waits for programs: it
+    is never what is left at the end, when other processes have no more."""
     for item in items:
+        takes = "recorded_units" in getattr(item, "fixturenames", ()) or item.get_closest_marker("takes_data")
+        if takes and DATA.is_dir():
+            item.add_marker("needs_data")
         if is_heavy(item.nodeid):
             item.add_marker("soak")
     if not any("::" in argument for argument in config.args):

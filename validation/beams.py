@@ -2,7 +2,7 @@
 their section's stiffness. Cubic shapes for the mass, with the section's rotary inertia."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Section:
-    """EA [N], EI [N m2] alike in both directions, GJ [N m2], GA [N] (with its shear factor); mass per length [kg/m],
-    and that of inertia against bending [kg m]."""
+    """EA [N], EI [N m2], GJ [N m2], GA [N] (with its shear factor); mass per length [kg/m], and that of inertia against
+    bending [kg m]. EI and inertia are those of bending in the beam's x-z plane; EI_y, inertia_y of bending in its y-z
+    plane, if that differs."""
 
     EA: float
     EI: float
@@ -21,6 +22,27 @@ class Section:
     GA: float
     mass: float = 0.0
     inertia: float = 0.0
+    EI_y: float | None = None
+    inertia_y: float | None = None
+
+    @classmethod
+    def rectangle(cls, E: float, poisson: float, density: float, width: float, height: float) -> "Section":
+        """Return the section of a bar of width along its y and height along its x [m], by Saint-Venant's torsion
+        ([ROARK02] table 10.1) and the shear factor 5/6."""
+        area, G = width * height, E / (2 * (1 + poisson))
+        a, b = max(width, height), min(width, height)
+        J = a * b**3 * (1 / 3 - 0.21 * (b / a) * (1 - (b / a) ** 4 / 12))
+        second, second_y = width * height**3 / 12, height * width**3 / 12
+        return cls(
+            EA=E * area,
+            EI=E * second,
+            GJ=G * J,
+            GA=G * area * 5 / 6,
+            mass=density * area,
+            inertia=density * second,
+            EI_y=E * second_y,
+            inertia_y=density * second_y,
+        )
 
 
 def element(section: Section, length: float) -> tuple[Array, Array]:
@@ -31,13 +53,19 @@ def element(section: Section, length: float) -> tuple[Array, Array]:
     K[np.ix_([2, 8], [2, 8])] += section.EA / length * ends
     M[np.ix_([2, 8], [2, 8])] += section.mass * length * shares
     K[np.ix_([5, 11], [5, 11])] += section.GJ / length * ends
-    M[np.ix_([5, 11], [5, 11])] += 2 * section.inertia * length * shares
-    bending, moving = _in_a_plane(section, length)
-    for (u, theta), turn in (((0, 4), 1.0), ((1, 3), -1.0)):  # dux/dz = thy, duy/dz = -thx
+    in_y = (_or(section.EI_y, section.EI), _or(section.inertia_y, section.inertia))
+    M[np.ix_([5, 11], [5, 11])] += (section.inertia + in_y[1]) * length * shares
+    planes = (((0, 4), 1.0, section), ((1, 3), -1.0, replace(section, EI=in_y[0], inertia=in_y[1])))
+    for (u, theta), turn, bent in planes:  # dux/dz = thy, duy/dz = -thx
+        bending, moving = _in_a_plane(bent, length)
         at, sign = [u, theta, u + 6, theta + 6], np.array([1.0, turn, 1.0, turn])
         K[np.ix_(at, at)] += bending * np.outer(sign, sign)
         M[np.ix_(at, at)] += moving * np.outer(sign, sign)
     return K, M
+
+
+def _or(value: float | None, other: float) -> float:
+    return other if value is None else value
 
 
 def _in_a_plane(section: Section, L: float) -> tuple[Array, Array]:

@@ -25,7 +25,7 @@ from validation.scoring.report import report_of_set, summary
 from validation.scoring.results_store import Mixed, Store, stamp
 from validation.scoring.scores import Lesson, Outcome
 from validation.sets import SETS, Batch, Set, draw_set, order_of
-from validation.shell import MATRICES
+from validation.shell import PUBLIC
 
 REPORTED_SEED = 20270901  # another one after every change that a reported run has led to
 DEVELOPMENT_SEEDS = range(1000)
@@ -144,8 +144,8 @@ def main() -> int:
         "--method", "--workflow", default=METHOD, help="name, module:function, or a command with {unit} and {model}"
     )
     a = parser.parse_args()
-    if not MATRICES.exists():
-        print(f"skipped: {MATRICES} is not there; python -m validation.data.fetch", file=sys.stderr)
+    if not PUBLIC.exists():
+        print(f"skipped: {PUBLIC} is not there; python -m validation.data.fetch", file=sys.stderr)
         return 0
     try:
         return 0 if challenge(a) else 3

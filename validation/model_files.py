@@ -1,10 +1,11 @@
 """The model file that a set is judged with: the strut's file and, if a set asks for it, what it states of
 shells as they are built. Plain text, so that the contract of the file is tested and not the code that writes one."""
 
+import os
 from pathlib import Path
 
 from validation.sets import DAMPING, Set
-from validation.shell import MATRICES
+from validation.shell import matrices
 from validation.strut import MODEL_FILE
 
 AFTER_DAMPING = "damping_ratio = { value = 0.010, sd = 0.003 }\n"
@@ -13,7 +14,7 @@ AFTER_ARM = "arm_y_mm = { value = 15.0, sd = 0.3 }\n"
 
 def text_for(it: Set) -> str:
     """Return the TOML of the model from which a set is judged."""
-    text = _replaced(MODEL_FILE.read_text(), '"APA300ML.mat"', f'"{MATRICES.resolve().as_posix()}"')
+    text = _replaced(MODEL_FILE.read_text(), '"APA300ML.mat"', f'"{matrices().resolve().as_posix()}"')
     if it.stated:
         scatter = f"mode_scatter = {{ frequency = {it.stated:g}, damping = {DAMPING:g} }}\n"
         text = _replaced(text, AFTER_DAMPING, AFTER_DAMPING + scatter)
@@ -35,6 +36,7 @@ def _replaced(text: str, old: str, new: str) -> str:
 def write_model(it: Set, folder: Path) -> Path:
     """Write the file into a folder and return its path."""
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "model.toml"
-    path.write_text(text_for(it))
+    path, part = folder / "model.toml", folder / f"model-{os.getpid()}.toml"
+    part.write_text(text_for(it))
+    part.replace(path)  # at once, as other processes may read it
     return path

@@ -24,7 +24,7 @@ from validation.cases import Case
 from validation.methods.call import PATIENCE_S, method_of
 from validation.scoring.results_store import Store, stamp
 from validation.scoring.scores import Outcome
-from validation.shell import MATRICES
+from validation.shell import matrices
 from validation.strut import MODEL_FILE
 
 METHOD = "gap"
@@ -182,7 +182,7 @@ def run_far(item: tuple[Job, Mapping[str, str]]) -> Outcome:
 
 def looks_of(model: Path) -> Mapping[str, str]:
     """Return the hashes of everything that a unit is run with: code (of this validation too), matrices, model file."""
-    return {"code": _code(), str(MATRICES): _hash(MATRICES), str(model): _hash(model)}
+    return {"code": _code(), str(matrices()): _hash(matrices()), str(model): _hash(model)}
 
 
 @cache

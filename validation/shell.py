@@ -1,9 +1,12 @@
-"""The free shell as it is built: every mode differs from the finite elements in frequency and damping, and a shell that
-is not symmetric lets them exchange energy.
+"""The free shell as it is built: every mode differs from its matrices in frequency and damping, and a shell that is not
+symmetric lets them exchange energy. The matrices are the public finite-element ones, or those of beams where they are
+absent.
 
 The super-element's 156 elastic modes make up its whole stiffness, so what each of them lacks the statics lack as well.
 """
 
+import io
+import os
 import sys
 from dataclasses import dataclass
 from functools import cache
@@ -14,11 +17,14 @@ import scipy.io
 from numpy.typing import NDArray
 from scipy import linalg
 
+from validation.data.beam_shell import beam_shell
+
 Array = NDArray[np.float64]
 
 BESIDE = Path(__file__).parents[2] / "shared" / "data" / "superelements" / "APA300ML.mat"
 FETCHED = Path(__file__).parent / "data" / "APA300ML.mat"  # by `python -m validation.data.fetch`
-MATRICES = BESIDE if BESIDE.exists() else FETCHED
+PUBLIC = BESIDE if BESIDE.exists() else FETCHED
+BEAMS = Path(__file__).parent / "data" / "beams.mat"  # drawn where the public ones are absent
 NODES = {"bottom": 0, "top": 1, "sensor_left": 2, "sensor_right": 3, "actuator_left": 4, "actuator_right": 6}
 RIGID_BELOW_HZ = 20.0  # six modes of the free shell are rigid, 0..0.6 Hz by rounding; elastic ones start at 1.9 kHz
 LOPSIDED_MODES = 40
@@ -35,10 +41,29 @@ class Built:
     coupling: Array
 
 
+def matrices() -> Path:
+    """Return the file of the shell's matrices: the public one or, if it is absent, that of the project's own shell."""
+    return PUBLIC if PUBLIC.exists() else _drawn()
+
+
+@cache
+def _drawn() -> Path:
+    """Write the matrices of the shell of beams, unless they are there, and return their file."""
+    K, M, places = beam_shell()
+    held = io.BytesIO()
+    scipy.io.savemat(held, {"K": K, "M": M, "int_xyz": places})
+    content = b"MATLAB 5.0 MAT-file: a shell of beams".ljust(116) + held.getvalue()[116:]  # no date: a hash tells it
+    if not (BEAMS.exists() and BEAMS.read_bytes() == content):
+        part = BEAMS.with_name(f"beams-{os.getpid()}.mat")
+        part.write_bytes(content)
+        part.replace(BEAMS)  # at once, as others read it
+    return BEAMS
+
+
 @cache
 def _elastic() -> tuple[Array, Array, Array, Array, Array]:
     """Return the matrices K, M of the file, angular frequencies (m,), M V (n, m) and V (n, m) of the elastic modes."""
-    content = scipy.io.loadmat(MATRICES)
+    content = scipy.io.loadmat(matrices())
     K, M = (np.asarray((content[k] + content[k].T) / 2, dtype=float) for k in "KM")
     w2, shapes = linalg.eigh(K, M)
     elastic = w2 > (2 * np.pi * RIGID_BELOW_HZ) ** 2
@@ -46,10 +71,10 @@ def _elastic() -> tuple[Array, Array, Array, Array, Array]:
 
 
 def require_matrices() -> None:
-    """End the program with what to do if the matrices are not there."""
-    if not MATRICES.exists():
+    """End the program with what to do if the public matrices are not there: what is reported is about them."""
+    if not PUBLIC.exists():
         sys.exit(
-            f"{MATRICES} is not there: `python -m validation.data.fetch` gets the matrices from their public repository"
+            f"{PUBLIC} is not there: `python -m validation.data.fetch` gets the matrices from their public repository"
         )
 
 

@@ -12,7 +12,7 @@ from checks.model.build import build, file_nodes
 from checks.model.structure.superelement import Nodes
 from specs.model import ModelSpec, builtin_models, load_model, parse_model
 from specs.strict import SpecError
-from tests.checks.model.units_model import APA300ML, NOMINAL, needs_data
+from tests.checks.model.units_model import APA300ML, NOMINAL
 
 SMALL = """
 name = "small"
@@ -104,7 +104,7 @@ def test_the_built_in_models_of_the_design() -> None:
     assert set(builtin_models()) == {"apa-2dof", "apa-frame", "strut-2dof", "strut", "strut-as-built"}
 
 
-@needs_data
+@pytest.mark.takes_data
 def test_the_nominal_strut() -> None:
     spec = load_model(NOMINAL)
     assert spec.apa_file is not None

@@ -26,7 +26,7 @@ from validation.sets import SETS, draw_set, order_of
 from validation.strut import Flexible, Support
 
 Array = NDArray[np.float64]
-needs_data = pytest.mark.needs_data
+pytestmark = pytest.mark.takes_data
 ON_BENCHES = [name for name, it in SETS.items() if it.benches is not None]
 
 
@@ -61,7 +61,6 @@ def plain_bench(**more: object) -> Bench:
     return Bench(**(still | calm | {"interpolation_m": 0.0, "period_m": 1e-6} | more))
 
 
-@needs_data
 def test_latency_amplifier_filter_and_gains_are_exact_factors() -> None:
     """The skew of each channel is a phase in proportion to frequency, to rounding."""
     late, gains = (13.0, 2.0, 7.5), (1.004, 0.99, 1.0)
@@ -75,7 +74,6 @@ def test_latency_amplifier_filter_and_gains_are_exact_factors() -> None:
     assert set(bench.names) == {"channel_latency_de", "channel_latency_Vs", "amplifier_bandwidth", "channel_lowpass_Vs"}
 
 
-@needs_data
 def test_a_guide_that_holds_is_the_payload_that_moves_along_z_alone() -> None:
     """A thousand times stiffer than any: 1e-4 of the response is left of its giving way."""
     rigid = Support(1e13, 1e13, 1e10, 1e10, 1e10, (0.1, 0.1, 0.1), 0.01)
@@ -84,7 +82,6 @@ def test_a_guide_that_holds_is_the_payload_that_moves_along_z_alone() -> None:
     np.testing.assert_allclose(held, frf(World(strut), f), rtol=2e-3)
 
 
-@needs_data
 def test_a_guide_has_its_modes_where_it_is_drawn() -> None:
     """Half of the benches yield, their modes at 350 to 800 Hz: the strut moves what was drawn at 400 to 680."""
     benches = draw_benches(12, np.random.default_rng(4))
@@ -116,7 +113,6 @@ def test_dispersion_is_one_phase_at_every_frequency() -> None:
     np.testing.assert_allclose(np.abs(H), [10**0.01, 1.0, 10**-0.01], rtol=1e-9)
 
 
-@needs_data
 def test_a_mode_that_drifts_by_nothing_is_a_mode_and_one_that_drifts_moves() -> None:
     """1e-3 of it: its steps are straight lines between samples of twice the rate."""
     mode = Drifting(500.0, 0.01, (1e-6, 0.0, 0.1), 0.0)
@@ -153,7 +149,6 @@ def recorded_alone(high: bool) -> dict[str, Array]:
     return recorded(World(struts.nominal()), high)
 
 
-@needs_data
 @pytest.mark.parametrize("name", sorted(OUTSIDERS))
 def test_every_outsider_is_far_above_noise_and_tolerance(name: str) -> None:
     """In some channel, record and twelfth of an octave the records of the same drive and noise differ by ten times the
@@ -225,6 +220,20 @@ def test_a_cantilever_bends_and_rings_as_in_the_books() -> None:
         np.testing.assert_allclose(omega, roots * np.sqrt(EI / (mass * L**4)), rtol=2e-4)
 
 
+def test_a_flat_bar_bends_across_its_thickness_by_the_third_power_of_it() -> None:
+    """L^3 / 3 EI along either side of the section, wherever the bar points in the plane of its thickness; along its
+    width shear adds 3 EI / (GA L^2), 0.6 %."""
+    E, width, thick, L, n = 200e9, 20e-3, 1.5e-3, 0.2, 8
+    section = Section.rectangle(E, 0.3, 7850.0, width, thick)
+    assert section.mass == pytest.approx(7850.0 * width * thick)
+    for direction in (np.array([0, 0, 1.0]), np.array([0.6, 0, 0.8]), np.array([-1.0, 0, 0])):
+        K, _ = chain([section] * n, [direction * L * k / n for k in range(n + 1)])
+        flexible = np.linalg.inv(K[6:, 6:])[-6:-3, -6:-3]
+        normal, across = np.cross([0.0, 1.0, 0.0], direction), np.array([0.0, 1.0, 0.0])
+        for along, h, b in ((normal, thick, width), (across, width, thick)):
+            assert along @ flexible @ along == pytest.approx(L**3 / (3 * E * b * h**3 / 12), rel=1e-2)
+
+
 def test_a_short_beam_shears_and_a_beam_has_its_mass() -> None:
     section = Section(EA=2e6, EI=3.0, GJ=2.0, GA=1e3, mass=0.4)
     K, M = chain([section] * 3, [np.array([0, 0, 0.1 * k]) for k in range(4)])
@@ -236,7 +245,6 @@ def test_a_short_beam_shears_and_a_beam_has_its_mass() -> None:
     np.testing.assert_allclose(K @ together, 0, atol=1e-6)
 
 
-@needs_data
 def test_a_strut_by_beams_is_one_of_joints_where_it_bends_little() -> None:
     """Stiff brackets: static gains within 0.2 %, clamped modes within 3 % (blocks have their own rotary inertia);
     brackets at 1.2 kHz change de by 5 % and more below 1 kHz and leave the gain."""
@@ -250,7 +258,6 @@ def test_a_strut_by_beams_is_one_of_joints_where_it_bends_little() -> None:
     assert np.all(np.abs(np.abs(ratio[0, 1:]) - 1) > 0.05)
 
 
-@needs_data
 def test_a_bracket_that_is_clamped_rings_at_its_frequency() -> None:
     strut = replace(struts.nominal(), flexible=Flexible(1e-3, 1200.0, 1500.0, 0.01))
     a = struts._Assembly(strut)
@@ -263,7 +270,6 @@ def test_a_bracket_that_is_clamped_rings_at_its_frequency() -> None:
 # --- sets -------------------------------------------------------------------------------------------------------------
 
 
-@needs_data
 @pytest.mark.parametrize("name", ON_BENCHES)
 def test_the_first_so_many_units_are_a_fair_mixture_and_the_same(name: str) -> None:
     it, batches = SETS[name], draw_set(name, 6)
@@ -280,7 +286,6 @@ def test_the_first_so_many_units_are_a_fair_mixture_and_the_same(name: str) -> N
     assert len(taken) == len(batches)
 
 
-@needs_data
 def test_benches_are_shared_and_learned_from_other_units() -> None:
     batches = draw_set("laboratory", 6)
     assert len({json.dumps(b.judge[0].bench.truth()) for b in batches}) == 12
@@ -296,7 +301,6 @@ def test_benches_are_shared_and_learned_from_other_units() -> None:
     assert seen == dict.fromkeys(OUTSIDERS, 2)
 
 
-@needs_data
 def test_the_folder_of_a_unit_does_not_tell_its_truth(tmp_path) -> None:
     case = next(c for b in draw_set("laboratory", 6) for c in b.judge if c.kind == "outsider")
     folder = replace(case, setting=replace(case.setting, seconds=1.0)).write(tmp_path)

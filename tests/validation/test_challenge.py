@@ -38,9 +38,9 @@ from validation.scoring.scores import (
 from validation.sets import SETS
 
 Json = dict[str, Any]
+pytestmark = pytest.mark.takes_data
 BLIND = 24 if SOAK else 4
 SEED = 7  # of development: what `make challenge` reports is drawn from another
-needs_data = pytest.mark.needs_data
 
 
 # --- results made up --------------------------------------------------------------------------------------------------
@@ -327,7 +327,6 @@ def jobs(number: int, workflow: str, model: Path) -> list[Job]:
     return [Job(case, truth[case.serial], workflow, model=model) for case in cases]
 
 
-@needs_data
 def test_the_runner_hands_over_folders_and_keeps_what_was_said(tmp_path: Path, model: Path) -> None:
     store = Store(tmp_path, stamp("sealed"))
     made = jobs(4, "tests.validation.test_challenge:nothing", model)
@@ -342,7 +341,6 @@ def test_the_runner_hands_over_folders_and_keeps_what_was_said(tmp_path: Path, m
     assert "false alarm" in said
 
 
-@needs_data
 def test_a_stopped_run_goes_on_and_never_mixes_versions(tmp_path: Path, model: Path) -> None:
     made = jobs(2, "tests.validation.test_challenge:nothing", model)
     now = stamp("sealed")
@@ -359,14 +357,12 @@ def test_a_stopped_run_goes_on_and_never_mixes_versions(tmp_path: Path, model: P
         run_all(other, workers=0, store=Store(tmp_path, now))
 
 
-@needs_data
 def test_a_crash_of_the_workflow_is_an_outcome(model: Path) -> None:
     (outcome,) = run_all(jobs(4, "tests.validation.test_challenge:crash", model)[:1], workers=0)
     assert outcome.verdict == "error"
     assert outcome.error == f"ValueError: cannot read {outcome.serial}"
 
 
-@needs_data
 def test_what_is_no_json_is_an_error_too(model: Path) -> None:
     (outcome,) = run_all(jobs(4, "tests.validation.test_challenge:not_json", model)[:1], workers=0)
     assert outcome.verdict == "error"
@@ -386,14 +382,12 @@ def blind(model: Path) -> list[Outcome]:
     return run_all(jobs(BLIND, METHOD, model), workers=0)
 
 
-@needs_data
 def test_blind_units_get_no_false_name_and_no_false_alarm(blind: list[Outcome]) -> None:
     assert [f"{o.serial}: {o.error}" for o in blind if o.error] == []
     assert [f"{o.serial}: {o.false_names}, was {dict(o.truth['effects'])}" for o in blind if o.false_names] == []
     assert {o.verdict for o in blind if o.kind == "none"} == {"no_missing_effect"}
 
 
-@needs_data
 def test_blind_units_get_their_right_name(blind: list[Outcome]) -> None:
     """At most one wrong: at the 95 % that the method asks, more happen in 4 of 100 seeds; this is fixed."""
     rows = [(e, o.label) for o, e in single(blind) if o.label != e]

@@ -9,12 +9,13 @@ from validation.effects import LIBRARY
 from validation.outsiders import OUTSIDERS
 from validation.studies.coverage import BESIDE, EFFECTS, draw, intervals, noise_alone, report
 
+pytestmark = pytest.mark.takes_data
+
 
 def case_of(effect: str) -> Case:
     return next(c for c in draw(5, 24, benches=True) if effect in c.effects)
 
 
-@pytest.mark.needs_data
 @pytest.mark.parametrize("benches", [False, True])
 def test_every_unit_hides_one_effect_that_nothing_else_adds_to(benches: bool) -> None:
     cases = draw(5, 24, benches)
@@ -23,7 +24,6 @@ def test_every_unit_hides_one_effect_that_nothing_else_adds_to(benches: bool) ->
     assert not any(set(c.alike) & set(EFFECTS) - {"bench_mode"} for c in cases)
 
 
-@pytest.mark.needs_data
 def test_without_benches_each_has_an_outsider_beside_and_all_kinds_take_turns() -> None:
     cases = draw(5, 24, benches=False)
     assert all(c.bench is None and len(c.outside) == 1 for c in cases)
@@ -31,7 +31,6 @@ def test_without_benches_each_has_an_outsider_beside_and_all_kinds_take_turns() 
     assert not any(c.outside for c in draw(5, 24, benches=True))
 
 
-@pytest.mark.needs_data
 def test_intervals_are_those_of_the_hidden_effect_with_its_truth() -> None:
     case = case_of("crosstalk")
     (true,) = case.effects["crosstalk"].values()

@@ -24,6 +24,7 @@ from validation import cases as blind_cases
 from validation import effects as blind_effects
 from validation import strut as blind_strut
 from validation.bench import FS, Playing, Setting, World
+from validation.data import beam_shell
 from validation.strut import Strut
 
 ROOT = Path(__file__).parents[2]
@@ -31,6 +32,7 @@ MODULES = (
     rational,
     shell,
     beams,
+    beam_shell,
     blind_strut,
     bench,
     benches,
@@ -40,6 +42,7 @@ MODULES = (
     sets,
     model_files,
 )
+pytestmark = pytest.mark.takes_data
 needs_data = pytest.mark.needs_data
 
 TRUTH = {  # field of Strut -> name in truth.json, factor to SI
@@ -166,7 +169,6 @@ def smooth_noise(rng: np.random.Generator, n: int, to_Hz: float = 2000.0) -> Arr
     return signal.sosfilt(sos, rng.standard_normal(n)) * signal.windows.tukey(n, 0.2)
 
 
-@needs_data
 def test_time_domain_gives_the_closed_form() -> None:
     """1e-3 of a channel's rms: the interpolation is of twice the rate, and what straight lines make of it is lifted."""
     path = blind_strut.plant(blind_strut.nominal())
@@ -187,7 +189,6 @@ def test_interpolation_keeps_the_samples_and_the_delay_is_one() -> None:
 # --- mechanics --------------------------------------------------------------------------------------------------------
 
 
-@needs_data
 def test_modes_of_the_mean_strut() -> None:
     """Seed facts: 191, 282, 398 Hz clamped at both ends, 85.7 Hz axial with 5.7 kg; printed to the digit, so half a
     unit of it and what the mean of the priors differs (kz 90 for 93.95): 0.5 %."""
@@ -196,7 +197,6 @@ def test_modes_of_the_mean_strut() -> None:
     np.testing.assert_allclose(blind_strut.modes_Hz(mean)[0], 85.7, rtol=2e-3)
 
 
-@needs_data
 def test_the_poles_give_what_the_matrices_give() -> None:
     strut = replace(blind_strut.nominal(), dx=40e-6, dy=-150e-6)
     M, C, K, inputs, outputs = blind_strut.matrices(strut)
@@ -275,7 +275,6 @@ def test_creep_grows_by_its_share_each_decade() -> None:
     np.testing.assert_allclose(np.diff(step[[10, 100, 1000]]), 0.03, rtol=3e-2)
 
 
-@needs_data
 @pytest.mark.parametrize("name", sorted(blind_effects.LIBRARY))
 def test_effects_mean_what_the_design_says(name: str) -> None:
     """The response with each, from the sentence in [DESIGN] 6, where that fixes it."""
@@ -307,7 +306,6 @@ def test_effects_mean_what_the_design_says(name: str) -> None:
         assert np.max(np.abs(bench.frf(world, f) / bare - 1)) > 0.02
 
 
-@needs_data
 def test_the_cubic_spring_is_the_differential_equation() -> None:
     """Against an ordinary solver of all modes below 1 kHz with the spring in it, over 0.3 s; 2 %: those above are
     statics in one and left out in the other."""
@@ -356,7 +354,6 @@ def test_a_unit_has_the_form_of_a_recorded_one(unit: Path) -> None:
     assert (unit / "unit.toml").read_text() == text.replace("S-01", "B-000")
 
 
-@needs_data
 def test_accept_reads_it(unit: Path) -> None:
     folder = read(unit)
     assert (folder.serial, folder.kind) == ("B-000", "strut")
@@ -380,7 +377,6 @@ def test_excitation_and_floor_are_those_of_the_recorded_units(unit: Path, name: 
         assert abs(10 * np.log10(a[quiet].mean() / b[quiet].mean())) < 1.5, channel
 
 
-@needs_data
 def test_converters_have_their_steps_and_ends(unit: Path) -> None:
     content = load(unit / "frf_noise_hf.mat")
     for channel, step in (("Va", 20 / 2**16), ("Vs", 20 / 2**16), ("de", 2.5e-9), ("da", 1e-10)):
@@ -389,7 +385,6 @@ def test_converters_have_their_steps_and_ends(unit: Path) -> None:
     assert bench.quantise(np.array([12.0, -12.0]), 20 / 2**16, 10.0).tolist() == [10.0 - 20 / 2**16, -10.0]
 
 
-@needs_data
 def test_what_would_clip_is_played_softer() -> None:
     loud = replace(blind_strut.nominal(), zeta=0.001, guide=3.0)
     content = bench.record(Playing(World(loud)), Setting(), np.random.default_rng(3), high=False)
@@ -397,7 +392,6 @@ def test_what_would_clip_is_played_softer() -> None:
     assert np.std(content["Va"]) < 0.75 * Setting().low_rms_V
 
 
-@needs_data
 def test_an_estimate_from_the_records_is_the_closed_form() -> None:
     """Welch's H1, away from lightly damped peaks, against the response with every linear effect at once; three standard
     deviations of what the coherence leaves, and 0.5 % for leakage."""
@@ -429,7 +423,6 @@ def test_the_mix_is_the_stated_one() -> None:
     )
 
 
-@needs_data
 def test_a_new_effect_shifts_no_set_that_was_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """A sealed set names what it draws from."""
     before = [blind_cases.seal(cases)[1] for cases in (blind_cases.draw_cases(12, seed=3), blind_cases.draw_weak(2, 3))]
@@ -439,7 +432,6 @@ def test_a_new_effect_shifts_no_set_that_was_drawn(monkeypatch: pytest.MonkeyPat
     assert after == before
 
 
-@needs_data
 def test_effects_take_turns_and_priors_are_drawn() -> None:
     cases = blind_cases.draw_cases(300, seed=3)
     single = [name for case in cases if case.kind == "one" for name in case.effects]
@@ -459,7 +451,6 @@ def test_effects_take_turns_and_priors_are_drawn() -> None:
     assert {c.strut.payload for c in counted} == {mean}
 
 
-@needs_data
 def test_weak_effects_are_weak_and_spread() -> None:
     """Of the asked 2..100 standard deviations, but for what is not in proportion to its parameters."""
     number = 24 if SOAK else 6
@@ -471,7 +462,6 @@ def test_weak_effects_are_weak_and_spread() -> None:
         assert np.sum(seen > 15) >= 6
 
 
-@needs_data
 def test_a_seed_settles_everything_and_the_seal_notices_a_change(tmp_path: Path) -> None:
     first, again, other = (blind_cases.draw_cases(8, seed=s) for s in (21, 21, 22))
     assert blind_cases.seal(first) == blind_cases.seal(again)
@@ -489,7 +479,6 @@ def test_a_seed_settles_everything_and_the_seal_notices_a_change(tmp_path: Path)
     assert not any(name.encode() in held for name in (*blind_effects.LIBRARY, "outside") if name != "hysteresis")
 
 
-@needs_data
 def test_detectability_is_nothing_without_an_effect_and_grows_with_it() -> None:
     strut, setting = blind_strut.nominal(), Setting()
 

@@ -104,7 +104,7 @@ def test_scores_of_a_table_are_counted_by_truth() -> None:
     assert rows["95 % intervals of right names that hold"].startswith("1 of 1 [")
 
 
-@needs_data
+@pytest.mark.takes_data
 def test_every_method_gets_the_same_units_and_finished_ones_are_kept(tmp_path: Path) -> None:
     cases = {"exact": compare.drawn(3, 1)["exact"]}
     both = {"one": "tests.validation.test_methods:right", "two": "unheard-of"}
@@ -241,7 +241,7 @@ def test_matrices_are_taken_by_their_hash(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_without_matrices_a_program_says_how_to_get_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shell, "MATRICES", tmp_path / "APA300ML.mat")
+    monkeypatch.setattr(shell, "PUBLIC", tmp_path / "APA300ML.mat")
     with pytest.raises(SystemExit, match=r"validation\.data\.fetch"):
         shell.require_matrices()
 
@@ -260,6 +260,7 @@ def test_the_strut_is_that_of_the_recorded_units() -> None:
     assert own == recorded
 
 
+@pytest.mark.takes_data
 def test_reported_units_are_drawn_alike_each_time() -> None:
     kinds = [[c.truth() for c in each] for each in compare.drawn(5, 2).values()]
     assert kinds == [[c.truth() for c in each] for each in compare.drawn(5, 2).values()]

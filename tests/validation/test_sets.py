@@ -22,7 +22,7 @@ from validation.shell import Built
 from validation.studies.false_acceptance import Answer, table
 
 Array = NDArray[np.float64]
-pytestmark = pytest.mark.needs_data
+pytestmark = pytest.mark.takes_data
 
 
 def unchanged() -> Built:

@@ -1,1 +1,1 @@
-"""Data of the simulation: the strut with its priors, and the matrices of the shell once they are fetched."""
+"""Data of the simulation: the strut with its priors, and the matrices of the shell, fetched or of beams."""

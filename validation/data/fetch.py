@@ -12,7 +12,7 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
-from validation.shell import FETCHED, MATRICES
+from validation.shell import FETCHED, PUBLIC
 
 COMMIT = "32330b92f0052dbb0895207a857b0a85b7b84e06"
 URL = f"https://raw.githubusercontent.com/tdehaeze/stewart-simscape/{COMMIT}/mat/APA300ML.mat"
@@ -56,7 +56,7 @@ def main() -> int:
     parser.add_argument("file", type=Path, nargs="?", help="matrices that are on this machine already")
     a = parser.parse_args()
     try:
-        place = MATRICES if MATRICES.exists() and a.file is None else fetch(a.file)
+        place = PUBLIC if PUBLIC.exists() and a.file is None else fetch(a.file)
         checked(place.read_bytes(), str(place))
     except FetchError as e:
         print(e, file=sys.stderr)

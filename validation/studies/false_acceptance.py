@@ -26,7 +26,7 @@ from validation.model_files import write_model
 from validation.scoring.scores import wilson
 from validation.scoring.scores_as_built import LIMITS_UM, inside
 from validation.sets import SETS, draw_set
-from validation.shell import MATRICES
+from validation.shell import PUBLIC
 
 SCATTERS = (0.005, 0.01, 0.02)
 STATED = 0.01  # of the model file, at least: who built them does not know better
@@ -117,8 +117,8 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("out/false_acceptance"))
     a = parser.parse_args()
-    if not MATRICES.exists():
-        print(f"skipped: {MATRICES} is not there; python -m validation.data.fetch", file=sys.stderr)
+    if not PUBLIC.exists():
+        print(f"skipped: {PUBLIC} is not there; python -m validation.data.fetch", file=sys.stderr)
         return 0
     models = {
         scatter: write_model(replace(SETS["limit"], stated=max(scatter, STATED)), a.out / f"{scatter:g}")

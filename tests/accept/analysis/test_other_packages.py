@@ -6,6 +6,8 @@ import pytest
 import accept
 from tests.checks.model.units_model import DATA, needs_data
 
+ema = pytest.importorskip("sdypy.EMA", reason="needs the package sdypy-EMA")
+
 RECORDS = [(unit, record) for unit in ("A-01", "A-02") for record in ("bending_X_top", "bending_Y_top", "torsion_left")]
 ORDERS = range(10, 30)  # of its polynomials; a pole is the median over them
 F_HZ, DAMPING = 3e-5, 5e-3  # relative: how far its poles go apart from order to order, and its damping from the truth
@@ -15,7 +17,6 @@ F_HZ, DAMPING = 3e-5, 5e-3  # relative: how far its poles go apart from order to
 @pytest.mark.parametrize(("unit", "record"), RECORDS)
 @pytest.mark.filterwarnings("ignore")
 def test_poles_are_those_of_least_squares_in_the_frequency_domain(unit: str, record: str) -> None:
-    ema = pytest.importorskip("sdypy.EMA", reason="needs the package sdypy-EMA")
     struck = accept.hammer_response(DATA / "units" / unit / f"{record}.mat")
     theirs = ema.Model(
         frf=struck.frf.H.T, freq=struck.frf.f, lower=60, upper=1000, pol_order_high=30, frf_form="receptance"

@@ -18,8 +18,7 @@ from checks.fitting.calibrate import Calibration
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.model.model import Model
-from tests.accept.units.units import DATA
-from tests.checks.model.units_model import needs_data
+from tests.shared.recorded_units import RecordedUnits
 
 
 @pytest.fixture(scope="module")
@@ -56,10 +55,9 @@ def test_one_convention_of_uncertainty_throughout(misaligned: Path) -> None:
     assert f"± {2 * sd:.3f}"[:6] in row
 
 
-@needs_data
-def test_a_search_that_goes_astray_is_not_written_as_a_fit(tmp_path: Path) -> None:
+def test_a_search_that_goes_astray_is_not_written_as_a_fit(recorded_units: RecordedUnits) -> None:
     """This strut is misaligned by 212 um: the search for other values ended at a G 50 times as large, "converged"."""
-    found = model_fit.fit_unit(DATA / "units" / "S-02", starts=1)
+    found = model_fit.fit_unit(recorded_units.folder("S-02"), starts=1)
     assert not found.explains
     for channel, gap in found.after.items():
         assert gap.G <= found.before[channel].G
@@ -67,8 +65,7 @@ def test_a_search_that_goes_astray_is_not_written_as_a_fit(tmp_path: Path) -> No
         assert found.model.values == {**found.start.values, **found.fit.at}
 
 
-@needs_data
-def test_a_worse_end_is_given_up_for_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worse_end_is_given_up_for_the_start(monkeypatch: pytest.MonkeyPatch, recorded_units: RecordedUnits) -> None:
     def astray(model: Model, data: Dataset, free: Sequence[Free], **_: object) -> Calibration:
         good = real(model, data, free, starts=1)
         values = good.fit.values + 3.0 * np.array([0.1 * p.sd for p in good.fit.free])
@@ -77,16 +74,15 @@ def test_a_worse_end_is_given_up_for_the_start(monkeypatch: pytest.MonkeyPatch) 
 
     real = model_fit.calibrate
     monkeypatch.setattr(model_fit, "calibrate", astray)
-    found = model_fit.fit_unit(DATA / "units" / "S-01", starts=1)
+    found = model_fit.fit_unit(recorded_units.folder("S-01"), starts=1)
     assert not found.fit.converged
     assert "farther" in found.fit.message
     assert found.fit.at == pytest.approx({p.name: p.prior for p in found.fit.free})
 
 
-@needs_data
-def test_G_is_that_of_the_fitted_model() -> None:
+def test_G_is_that_of_the_fitted_model(recorded_units: RecordedUnits) -> None:
     """About the model itself, not about the response of some earlier step."""
-    found = model_fit.fit_unit(DATA / "units" / "S-01", starts=1)
+    found = model_fit.fit_unit(recorded_units.folder("S-01"), starts=1)
     data = found.measured.first
     H = found.model.frf(data.f, channels=data.channels)
     for c, channel in enumerate(data.channels):

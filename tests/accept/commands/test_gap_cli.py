@@ -22,8 +22,9 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.workflow import GapRefused
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.gap.shared.gap_units import make_strut
-from tests.checks.model.units_model import DATA, needs_data, truth
+from tests.checks.model.units_model import NOMINAL, needs_data
 from tests.shared.gap_run import GapRun
+from tests.shared.recorded_units import RecordedUnits
 
 F = np.geomspace(8.0, 1900.0, 60)
 
@@ -229,12 +230,14 @@ def test_misalignment_is_estimated_again_on_the_improved_model(
 
 @needs_data
 @pytest.mark.soak
-@pytest.mark.parametrize("model", ["strut", DATA / "units" / "model.toml"], ids=["built-in", "finite elements"])
+@pytest.mark.parametrize("model", ["strut", NOMINAL], ids=["built-in", "finite elements"])
 @pytest.mark.parametrize("serial", ["S-02", "S-04", "S-05"])
-def test_recorded_misalignment_on_the_improved_model(serial: str, model: object, tmp_path: Path) -> None:
+def test_recorded_misalignment_on_the_improved_model(
+    serial: str, model: object, tmp_path: Path, recorded_units: RecordedUnits
+) -> None:
     """On S-04 a mode of the bench allows no estimate before it is in the model."""
-    unit = DATA / "units" / serial
-    true = {"dx_um": 0.0, "dy_um": 0.0} | truth(serial)["effects"].get("misalignment", {})
+    unit = recorded_units.folder(serial)
+    true = {"dx_um": 0.0, "dy_um": 0.0} | recorded_units.truth(serial)["effects"].get("misalignment", {})
     assert accept("gap", unit, "--model", model, "--out", tmp_path).exit_code == 0
     before, after = (estimated(unit, m, tmp_path) for m in (model, tmp_path / "model.toml"))
     assert (before is None) == (serial == "S-04")

@@ -20,7 +20,8 @@ from specs.model import builtin_models, load_model
 from specs.model_sections import FitRecord
 from specs.strict import SpecError
 from tests.accept.units.modelled_records import write_answers
-from tests.checks.model.units_model import DATA, NOMINAL, needs_data, true_values
+from tests.checks.model.units_model import APA300ML, NOMINAL, needs_data, true_values
+from tests.shared.recorded_units import RecordedUnits
 
 
 def run(*arguments: object) -> tuple[int, str, str]:
@@ -161,15 +162,12 @@ def test_effects_are_built_in_and_written(tmp_path: Path) -> None:
     assert "# centre of rotation" in (tmp_path / "n.toml").read_text()  # comments stay
 
 
-@needs_data
+@pytest.mark.takes_data
 def test_the_superelement_is_found_from_the_new_place(tmp_path: Path) -> None:
-    written = write_model(tmp_path / "a" / "b" / "m.toml", load_model(NOMINAL), true_values("S-01"))
+    written = write_model(tmp_path / "a" / "b" / "m.toml", load_model(NOMINAL), {"joint.kz_N_per_um": 88.5})
     assert written.apa_file is not None
-    assert written.apa_file.resolve() == (DATA / "superelements" / "APA300ML.mat").resolve()
-    assert (
-        open_model(tmp_path / "a" / "b" / "m.toml").values["joint.kz_N_per_um"]
-        == true_values("S-01")["joint.kz_N_per_um"]
-    )
+    assert written.apa_file.resolve() == APA300ML.resolve()
+    assert open_model(tmp_path / "a" / "b" / "m.toml").values["joint.kz_N_per_um"] == 88.5
 
 
 RECORD = {"names": ["a", "b"], "covariance": [[1.0, 0.1], [0.1, 1.0]], "model": "m", "model_sha256": "0"}
@@ -231,9 +229,9 @@ def test_a_strut_is_fitted_with_the_modes_of_its_misalignment_as_far_as_they_hol
 
 @needs_data
 @pytest.mark.soak
-def test_fit_of_a_recorded_strut_holds_the_truth() -> None:
-    fitted = model_fit.fit_unit(DATA / "units" / "S-01")
-    kR = true_values("S-01")["joint.kRy_Nm_per_rad"]
+def test_fit_of_a_recorded_strut_holds_the_truth(recorded_units: RecordedUnits) -> None:
+    fitted = model_fit.fit_unit(recorded_units.folder("S-01"))
+    kR = true_values(recorded_units.truth("S-01"))["joint.kRy_Nm_per_rad"]
     assert abs(fitted.fit.at["joint.kRy_Nm_per_rad"] - kR) < 2.0 * fitted.fit.sds["joint.kRy_Nm_per_rad"]
     assert max(g.G for g in fitted.held_out.values()) < 1.1
 

@@ -20,25 +20,24 @@ from accept.gap.responses import responses
 from checks.cause import Cause, because
 from tests.accept.gap.acquisition_effects import EFFECTS, LOW, AcquisitionEffect, spoilt
 from tests.checks.model.units_model import DATA, NOMINAL, needs_data
+from tests.shared.recorded_units import RecordedUnits
 
-SOURCE, BATCH = DATA / "units" / "S-01", DATA / "population"
+BATCH = DATA / "population"
 HONEST = {  # causes of a missing result that name no effect: what the responses show, not why
     Cause.MODEL_MISFIT.code, Cause.RATIO_UNKNOWN.code, Cause.CHANNEL_OFFSET.code, Cause.SEARCH_FAILED.code,
     Cause.NOT_CONVERGED.code, Cause.PRIOR_EXCEEDED.code, Cause.PRIORS_EXCEEDED.code,
 }  # fmt: skip
 SUMMED_UP = 1.5  # U of an estimate within which the truth lies: 1 in 300 outside
 
-pytestmark = needs_data
-
 
 @pytest.fixture(scope="module")
-def unit_with(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+def unit_with(recorded_units: RecordedUnits, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     """The folder of the unit with an effect, made when it is first asked for."""
     place, made = tmp_path_factory.mktemp("effects"), {}
 
     def of(name: str) -> Path:
         if name not in made:
-            made[name] = spoilt(SOURCE, place / f"unit-{len(made)}", EFFECTS[name])
+            made[name] = spoilt(recorded_units.folder("S-01"), place / f"unit-{len(made)}", EFFECTS[name])
         return made[name]
 
     return of
@@ -59,6 +58,7 @@ REFUSED = [name for name, effect in EFFECTS.items() if effect.cause is not None]
 COMPARED = [name for name, effect in EFFECTS.items() if effect.cause is None]
 
 
+@needs_data
 @pytest.mark.parametrize("name", REFUSED)
 def test_a_fault_of_sampling_is_said_or_refused(name: str, unit_with: Callable[[str], Path], tmp_path: Path) -> None:
     unit, cause = unit_with(name), EFFECTS[name].cause
@@ -131,15 +131,16 @@ def test_a_misfit_of_the_ratio_blames_neither_channel_alone() -> None:
     assert "de or interferometer da" in words[0]
 
 
-def test_a_gain_that_drifts_from_record_to_record_is_said() -> None:
+def test_a_gain_that_drifts_from_record_to_record_is_said(recorded_units: RecordedUnits) -> None:
     """By how much, in every channel; within the tolerance of the model, which then agrees."""
-    measured = responses(SOURCE)
+    measured = responses(recorded_units.folder("S-01"))
     assert measured.second is not None
     assert gain_notes(measured.first, measured.second) == ()
     (note,) = gain_notes(measured.first, replace(measured.second, H=1.01 * measured.second.H))
     assert all(f"{c} +1.0 %" in note for c in ("Vs", "de", "da"))
 
 
+@needs_data
 def test_learning_leaves_an_affected_unit_out_by_name(tmp_path: Path) -> None:
     """One of four units has a channel late: it is no part of what the bench does to all."""
     late = spoilt(BATCH / "P-04", tmp_path / "P-04", EFFECTS["charge amplifier of second order"])

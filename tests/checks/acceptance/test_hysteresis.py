@@ -18,9 +18,10 @@ from checks.verdict import Verdict, judge
 from specs.spec import CheckSpec, load
 from tests.causes import causes, no_result
 from tests.checks.acceptance.play_model import Plays
+from tests.shared.recorded_units import RecordedUnits
 from tests.soak import SOAK
 
-UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
+STRUT = load("strut").checks["hysteresis"]
 BARE = CheckSpec(required=False)
 PLAYS = Plays.of(gain=24e-6, share=0.15, largest=4.5, count=200)  # m per V of Va, up to 4.5 V
 AMPLITUDES = (0.05, 0.2, 1.0, 2.0, 4.0)
@@ -53,17 +54,15 @@ def response() -> np.ndarray:
     return PLAYS.response(sines())
 
 
-def unit_record(unit: str) -> Record:
-    path = UNITS / unit / "hysteresis.mat"
-    if not path.exists():
-        pytest.skip(f"{path} is not here")
-    data = scipy.io.loadmat(path)
+def unit_record(folder: Path) -> Record:
+    data = scipy.io.loadmat(folder / "hysteresis.mat")
     return Record(data["t"].ravel(), {c: data[c].ravel() for c in ("Va", "de")}, {})
 
 
+@pytest.mark.needs_data
 @pytest.mark.parametrize("unit", ["A-01", "A-02", "A-03"])
-def test_recorded_actuators_have_a_loop_that_grows(unit: str) -> None:
-    q = measured(unit_record(unit))
+def test_recorded_actuators_have_a_loop_that_grows(unit: str, recorded_units: RecordedUnits) -> None:
+    q = measured(unit_record(recorded_units.folder(unit)))
     assert q["hysteresis_amplitude_V"].value == pytest.approx(4.0, rel=1e-4)
     # 3.49 percent: read from the last period by two parabolas about mid-voltage, an independent way
     assert q["hysteresis_percent"].value == pytest.approx(3.49, abs=0.02)
@@ -71,16 +70,17 @@ def test_recorded_actuators_have_a_loop_that_grows(unit: str) -> None:
     assert small.value < 2 * (small.U or 0)  # none below Va = 0.4 V, as [STB] 3.1.6 says
 
 
+@pytest.mark.needs_data  # at rest: the simulated struts move with their damped guide, which opens a loop of 0.01 %
 @pytest.mark.parametrize("unit", ["S-01", "S-04", "S-06"])
-def test_recorded_struts_without_hysteresis_show_none(unit: str) -> None:
-    outcome = hysteresis.measure({"record": unit_record(unit)}, load("strut").checks["hysteresis"])
+def test_recorded_struts_without_hysteresis_show_none(unit: str, recorded_units: RecordedUnits) -> None:
+    outcome = hysteresis.measure({"record": unit_record(recorded_units.folder(unit))}, STRUT)
     q = next(q for q in outcome.quantities if q.name == "hysteresis_percent")
     scatter, stored = q.budget
     assert q.value < 4 * scatter.u  # four standard uncertainties
     assert scatter.u < 0.005
     # whether de was stored a sample beside Va the record cannot say: 1 ms of a sine of 1 Hz, evenly distributed
     assert stored.u == pytest.approx(100 * 2e-3 * math.pi / math.sqrt(3), rel=2e-3)
-    found = judge("hysteresis", q, load("strut").checks["hysteresis"].limits["hysteresis_percent"])
+    found = judge("hysteresis", q, STRUT.limits["hysteresis_percent"])
     assert found.verdict is Verdict.PASS  # 0 ± 0.73 lies below 20 percent
     assert found.note == "below what can be measured: at most 0.73 percent"
     (note,) = (note for note in outcome.notes if "no hysteresis is seen" in note)

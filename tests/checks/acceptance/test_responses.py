@@ -1,10 +1,8 @@
 """The frequency response check: against a plant with known roots, against the recorded units, and against bad data."""
 
 import functools
-import json
 import tomllib
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,11 +23,11 @@ from checks.verdict import judge
 from hw import records
 from specs.spec import CheckSpec, load
 from tests.causes import causes, no_result
+from tests.checks.model.units_model import NOMINAL
 from tests.checks.signals.frf_plant import UNITS as PLANT_UNITS
 from tests.checks.signals.frf_plant import Plant, noise_drive, record, unit
 from tests.soak import SOAK
 
-DATA = Path(__file__).parents[3] / "../shared/data/units"
 APA, STRUT = load("apa").checks["frf"], load("strut").checks["frf"]
 BARE = CheckSpec(required=False)
 FS = 1000.0  # of the cheap records: the fits know no sampling but by the bin
@@ -54,14 +52,11 @@ def good_unit():
 
 
 @functools.cache
-def recorded(serial):
-    folder = DATA / serial
-    if not folder.is_dir():
-        pytest.skip(f"no recorded unit {serial} beside the repository")
+def recorded(folder):
     section = tomllib.loads((folder / "unit.toml").read_text())["frf"]
     files = {k: v for k, v in section.items() if isinstance(v, str)}
     values = {k: records.read(folder / v, CHECK.inputs[k]) for k, v in files.items()}
-    return measured({**values, "merge_Hz": Measured(section["merge_Hz"])}, APA if serial[0] == "A" else STRUT)
+    return measured({**values, "merge_Hz": Measured(section["merge_Hz"])}, APA if folder.name[0] == "A" else STRUT)
 
 
 # --- closed form -----------------------------------------------------------------------------------------------------
@@ -319,8 +314,8 @@ def test_actuator_constant_by_the_static_gain():
 
 
 @pytest.mark.parametrize("serial", ["A-01", "A-02", "A-03"])
-def test_recorded_apas(serial):
-    found, _ = recorded(serial)
+def test_recorded_apas(serial, recorded_units):
+    found, _ = recorded(recorded_units.folder(serial))
     # The model behind the records: superelement with 5.0 kg, 93.9 Hz to the digit the data page prints.
     assert found["axial_resonance_Hz"].value == pytest.approx(93.9, rel=0.002)
     assert found["second_resonance_Hz"].reason is not None
@@ -328,9 +323,8 @@ def test_recorded_apas(serial):
     assert found["mass_line_kg"].value == pytest.approx(5.0, rel=0.01)
 
 
-def strut_model(serial):
+def strut_model(truth):
     """The model behind a recorded strut."""
-    truth = json.loads((DATA / "truth.json").read_text())[serial]
     n, effects = truth["nominal"], truth["effects"]
     joint = {f"joint.{k}_Nm_per_rad": n["kR_Nm_per_rad"] for k in ("kRx", "kRy")}
     changes = joint | {
@@ -347,13 +341,14 @@ def strut_model(serial):
     }
     for axis in ("dx", "dy"):
         changes[f"misalignment.{axis}_um"] = effects.get("misalignment", {}).get(f"{axis}_um", 0.0)
-    return open_model(DATA / "model.toml").with_values(changes), truth
+    return open_model(NOMINAL).with_values(changes)
 
 
 @pytest.mark.parametrize("serial", ["S-01", "S-02", "S-03", "S-04", "S-05", "S-06"])
-def test_recorded_struts(serial):
-    found, _ = recorded(serial)
-    model, truth = strut_model(serial)
+def test_recorded_struts(serial, recorded_units):
+    found, _ = recorded(recorded_units.folder(serial))
+    truth = recorded_units.truth(serial)
+    model = strut_model(truth)
     poles = np.abs(model.poles()) / (2 * np.pi)
     names = ("axial_resonance_Hz", "x_bending_Hz", "y_bending_Hz", "z_torsion_Hz")
     for name, near in zip(names, (86.0, 191.0, 282.0, 400.0), strict=True):
@@ -364,23 +359,21 @@ def test_recorded_struts(serial):
         assert abs(found[name].value - truth["nominal"][name]) < found[name].U
 
 
-def test_bench_mode_of_a_recorded_strut_is_a_double_resonance():
-    found, outcome = recorded("S-04")
-    truth = json.loads((DATA / "truth.json").read_text())["S-04"]["effects"]["bench_mode"]
+def test_bench_mode_of_a_recorded_strut_is_a_double_resonance(recorded_units):
+    found, outcome = recorded(recorded_units.folder("S-04"))
+    truth = recorded_units.truth("S-04")["effects"]["bench_mode"]
     assert found["second_resonance_Hz"].value == pytest.approx(truth["f_Hz"], rel=1e-4)
     assert any("double resonance" in note for note in outcome.notes)
 
 
 @pytest.mark.parametrize("serial", ["S-01", "S-02", "S-03", "S-05", "S-06"])
-def test_no_other_strut_has_one(serial):
-    found, _ = recorded(serial)
+def test_no_other_strut_has_one(serial, recorded_units):
+    found, _ = recorded(recorded_units.folder(serial))
     assert found["second_resonance_Hz"].reason is not None
 
 
-def test_exchanged_encoder_and_interferometer_of_a_strut_are_told():
-    folder = DATA / "S-01"
-    if not folder.is_dir():
-        pytest.skip("no recorded unit S-01 beside the repository")
+def test_exchanged_encoder_and_interferometer_of_a_strut_are_told(recorded_units):
+    folder = recorded_units.folder("S-01")
     series = Series("r", "r", {"t": "s", "Va": "V", "Vs": "V", "de": "m", "da": "m"})
     swapped = {
         key: records.read(folder / file, series, {"de": "da", "da": "de"})

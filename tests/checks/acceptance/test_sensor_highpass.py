@@ -1,10 +1,8 @@
 """Corner of the sensor's high-pass: against recorded units, and against a filter integrated here on a ten times finer
 time base."""
 
-import json
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,9 +18,9 @@ from checks.record import Record
 from checks.verdict import judge
 from specs.spec import CheckSpec, Limit, StatedU
 from tests.causes import causes, no_result
+from tests.shared.recorded_units import RecordedUnits
 from tests.soak import SOAK
 
-UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
 BARE = CheckSpec(required=False)
 FINER = 10
 
@@ -70,19 +68,18 @@ def measured(given: dict[str, object], spec: CheckSpec = BARE) -> dict[str, Quan
 
 
 @pytest.mark.parametrize("unit", ["A-01", "A-02", "A-03"])
-def test_recorded_units_agree_with_their_truth(unit: str) -> None:
-    if not (UNITS / unit).exists():
-        pytest.skip(f"{UNITS / unit} is not here")
+def test_recorded_units_agree_with_their_truth(unit: str, recorded_units: RecordedUnits) -> None:
     given: dict[str, object] = {"resistor_ohm": Measured(80600.0)}
     for key, file in (("with_resistor", "sweep_lf_with_R"), ("without_resistor", "sweep_lf")):
-        data = scipy.io.loadmat(UNITS / unit / f"{file}.mat")
+        data = scipy.io.loadmat(recorded_units.folder(unit) / f"{file}.mat")
         given[key] = Record(data["t"].ravel(), {c: data[c].ravel() for c in ("Va", "Vs")}, {})
     q = measured(given)
-    truth = json.loads((UNITS / "truth.json").read_text())[unit]["fc_Hz"]
+    truth = recorded_units.truth(unit)["fc_Hz"]
     corner = q["sensor_highpass_Hz"]
     assert corner.value == pytest.approx(truth, rel=2e-3)  # a tenth of the 2 percent that is asked for
     assert abs(corner.value - truth) < 2 * (corner.U or 0)  # four standard uncertainties
-    assert q["sensor_capacitance_implied_uF"].value == pytest.approx(5.1, abs=0.01)  # the generator's 5.1 uF
+    true_uF = 1e6 / (2 * np.pi * 80600.0 * truth)
+    assert q["sensor_capacitance_implied_uF"].value == pytest.approx(true_uF, rel=2e-3)
     assert causes(q["sensor_highpass_without_Hz"]) == {Cause.NO_CORNER_WITHOUT}
 
 

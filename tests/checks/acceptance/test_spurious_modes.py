@@ -1,8 +1,5 @@
 """The check on simulated hammer tests with known modes, and on the recorded units."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.io import loadmat
@@ -14,7 +11,6 @@ from specs.spec import CheckSpec, Limit, load
 from tests.causes import causes, no_result
 from tests.checks.signals.hammer_plant import FS, Struck, clean, noisy
 
-UNITS = Path(__file__).parents[3] / "../shared/data/units"
 FILES = dict(zip(RECORDS, ("bending_X_top", "bending_Y_top", "torsion_left", "torsion_top"), strict=True))
 SPEC = CheckSpec(limits={"x_bending_Hz": Limit(lower=257.6, upper=302.4, unit="Hz", rule="guarded", source="test")})
 
@@ -204,27 +200,25 @@ def test_a_spec_of_the_bench_may_limit_the_third_mode(unit):
     assert not any("not known" in note for note in outcome.notes)
 
 
-def recorded(serial):
-    folder = UNITS / serial
-    if not folder.is_dir():
-        pytest.skip(f"no recorded unit {serial} beside the repository")
-    out = {}
+def recorded(units, serial):
+    folder, out = units.folder(serial), {}
     for key, stem in FILES.items():
         m = loadmat(folder / f"{stem}.mat", squeeze_me=True)
         out[key] = record(m["Track1"], m["Track2"], f"{stem}.mat", 1.0 / float(m["Track1_X_Resolution"]))
-    return out, json.loads((UNITS / "truth.json").read_text())[serial]["modes_Hz"]
+    return out, units.truth(serial)["modes_Hz"]
 
 
 @pytest.mark.parametrize("serial", ["A-01", "A-02"])
-def test_recorded_units_within_half_a_percent(serial):
-    values, truth = recorded(serial)
+def test_recorded_units_within_half_a_percent(serial, recorded_units):
+    values, truth = recorded(recorded_units, serial)
     found, _ = measured(values)
     for name, f in zip(("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz"), truth, strict=True):
         assert found[name].value == pytest.approx(f, rel=0.005)
 
 
-def test_recorded_double_hits():
-    values, truth = recorded("A-03")
+@pytest.mark.needs_data
+def test_recorded_double_hits(recorded_units):
+    values, truth = recorded(recorded_units, "A-03")
     found, _ = measured(values)
     assert "0 of 11 impacts good: 11 double hits" in str(found["x_bending_Hz"].reason)
     assert found["y_bending_Hz"].value == pytest.approx(truth[1], rel=0.005)

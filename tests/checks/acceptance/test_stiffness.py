@@ -1,6 +1,5 @@
 """Axial stiffness from mass steps: against recorded units with known truth, and against records simulated here."""
 
-import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,9 +17,9 @@ from checks.record import Record
 from checks.signals.slow.steps import find_steps
 from specs.spec import CheckSpec, StatedU
 from tests.causes import causes, no_result
+from tests.shared.recorded_units import RecordedUnits
 from tests.soak import SOAK
 
-UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
 MASS, G = 6.4, 9.80665
 SPEC = CheckSpec(
     required=False,
@@ -83,18 +82,15 @@ def outcome_of(record: Record, spec: CheckSpec = SPEC, mass: Measured | None = N
     return stiffness.measure({"closed_circuit": record, "mass_kg": mass or Measured(MASS), **more}, spec)
 
 
-def unit_record(unit: str, name: str) -> Record:
-    path = UNITS / unit / f"add_mass_{name}.mat"
-    if not path.exists():
-        pytest.skip(f"{path} is not here")
-    data = scipy.io.loadmat(path)
+def unit_record(folder: Path, name: str) -> Record:
+    data = scipy.io.loadmat(folder / f"add_mass_{name}.mat")
     return Record(data["t"].ravel(), {"de": data["de"].ravel()}, {"de": "m"})
 
 
 @pytest.mark.parametrize("unit", ["A-01", "A-02", "A-03"])
-def test_recorded_units_agree_with_their_truth(unit: str) -> None:
-    q = measured(unit_record(unit, "closed_circuit"), open_circuit=unit_record(unit, "open_circuit"))
-    truth = json.loads((UNITS / "truth.json").read_text())[unit]
+def test_recorded_units_agree_with_their_truth(unit: str, recorded_units: RecordedUnits) -> None:
+    folder, truth = recorded_units.folder(unit), recorded_units.truth(unit)
+    q = measured(unit_record(folder, "closed_circuit"), open_circuit=unit_record(folder, "open_circuit"))
     # 0.1 percent: the generator's gravity is rounded to 9.8, which is 0.07 percent off the standard one
     assert q["k_closed_N_per_um"].value == pytest.approx(truth["k_closed"], rel=1e-3)
     assert q["k_open_N_per_um"].value == pytest.approx(truth["k_open"], rel=1e-3)

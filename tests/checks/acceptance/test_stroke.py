@@ -1,8 +1,6 @@
 """Stroke: against recorded units with known truth, and against loops with a closed form."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +16,9 @@ from checks.record import Record
 from specs.spec import CheckSpec, StatedU
 from tests.causes import causes
 from tests.checks.acceptance.play_model import Plays
+from tests.shared.recorded_units import RecordedUnits
 from tests.soak import SOAK
 
-UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
 SPEC = CheckSpec(required=False, uncertainty={"d_um": StatedU(U_percent=1.0, source="gauge")})
 ONE = Plays.of(gain=0.62e-6, share=0.3, largest=100.0)  # m per V
 TWO = Plays.of(gain=1.24e-6, share=0.3, largest=100.0)
@@ -49,15 +47,13 @@ def sine_response() -> np.ndarray:
 
 
 @pytest.mark.parametrize("unit", ["A-01", "A-02", "A-03"])
-def test_recorded_units_agree_with_their_truth(unit: str) -> None:
-    if not (UNITS / unit).exists():
-        pytest.skip(f"{UNITS / unit} is not here")
+def test_recorded_units_agree_with_their_truth(unit: str, recorded_units: RecordedUnits) -> None:
     records = []
     for name in ("one_stack", "two_stacks"):
-        data = scipy.io.loadmat(UNITS / unit / f"stroke_{name}.mat")
+        data = scipy.io.loadmat(recorded_units.folder(unit) / f"stroke_{name}.mat")
         records.append(Record(data["t"].ravel(), {"V": data["V"].ravel(), "d": data["d"].ravel()}, {}))
     q = measured(*records)
-    truth = json.loads((UNITS / "truth.json").read_text())[unit]["stroke_um"]
+    truth = recorded_units.truth(unit)["stroke_um"]
     # The gauge's noise leaves 0.01 um of 370; a tenth of the 0.3 percent that is asked for is 1.1 um.
     assert q["stroke_um"].value == pytest.approx(truth, rel=3e-4)
     assert q["stroke_um"].value == pytest.approx(q["stroke_one_stack_um"].value + q["stroke_two_stacks_um"].value)

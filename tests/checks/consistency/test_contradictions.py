@@ -1,6 +1,5 @@
 """Measurements that must agree: recorded units never trip, a factor of ten or a foreign record makes both no result."""
 
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,9 +15,11 @@ from checks.quantity import Quantity
 from checks.verdict import UnitVerdict, Verdict, judge, unit_verdict
 from specs.spec import load
 from tests.accept.units.units import DATA
+from tests.shared.recorded_units import RecordedUnits
+from tests.soak import SOAK
 
-HONEST = [*(f"units/{u}" for u in ("A-01", "A-03")), *(f"units/S-0{n}" for n in range(1, 7))]
-HONEST += [f"population/P-0{n}" for n in range(1, 9)]
+HONEST = ["A-01", "A-03", *(f"S-0{n}" for n in range(1, 7))]
+BATCH = [pytest.param(f"P-0{n}", marks=pytest.mark.needs_data) for n in range(1, 9)]
 # As recorded of a sound unit; those of [STB] itself stand in the second column.
 SOUND = {
     "sensor_capacitance_implied_uF": (5.10, 4.9),
@@ -37,10 +38,7 @@ def known(column: int = 0, **changed: float) -> dict[str, Quantity]:
     return {name: Quantity(name, value, 0.01 * value) for name, value in values.items()}
 
 
-def recorded(unit: str, kind: str, only: tuple[str, ...] = ()) -> UnitResult:
-    folder = DATA / unit
-    if not (folder / "unit.toml").exists():
-        pytest.skip(f"{folder} is not here")
+def recorded(folder: Path, kind: str, only: tuple[str, ...] = ()) -> UnitResult:
     spec = load_spec("apa" if kind == "apa" else "strut-basic")
     if only:
         spec = spec.model_copy(update={"checks": {name: spec.checks[name] for name in only}})
@@ -52,10 +50,11 @@ def contradictions(result: UnitResult) -> list[str]:
     return [name for name, found in causes.items() if any(r.cause is Cause.CONTRADICTION for r in found)]
 
 
-@pytest.mark.parametrize("unit", HONEST if os.environ.get("ACCEPT_SOAK") else ["units/A-01", "units/S-03"])
-def test_recorded_units_do_not_contradict_themselves(unit: str) -> None:
+@pytest.mark.parametrize("unit", [*HONEST, *BATCH] if SOAK else ["A-01", "S-03"])
+def test_recorded_units_do_not_contradict_themselves(unit: str, recorded_units: RecordedUnits) -> None:
     """Of an independent simulation with hysteresis, creep and another permittivity at each frequency."""
-    result = recorded(unit, "apa" if "A-" in unit else "strut")
+    folder = DATA / "population" / unit if "P-" in unit else recorded_units.folder(unit)
+    result = recorded(folder, "apa" if "A-" in unit else "strut")
     assert not contradictions(result)
     assert result.verdict in (UnitVerdict.ACCEPTED, UnitVerdict.INCOMPLETE)
 
@@ -116,9 +115,10 @@ def test_both_findings_are_without_a_result_and_what_failed_fails() -> None:
     assert unit_verdict([k, f]) is UnitVerdict.REJECTED
 
 
+@pytest.mark.needs_data
 def test_a_recorded_unit_whose_meter_and_corner_contradict_each_other_stays_rejected() -> None:
     """A-02: 1.72 uF by the meter, 5.1 uF by the corner. It fails by the meter as before; the corner passes no more."""
-    result = recorded("units/A-02", "apa", ("capacitance", "sensor_highpass"))
+    result = recorded(DATA / "units" / "A-02", "apa", ("capacitance", "sensor_highpass"))
     found = {f.quantity: f.verdict for f in result.findings}
     assert found == {
         "sensor_uF": Verdict.FAIL,

@@ -1,6 +1,7 @@
 """Fits: what is simulated is recovered, intervals hold what they promise, recorded struts give their parameters."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +19,8 @@ from checks.fitting.response import Response
 from checks.gap.effects import with_effects
 from hw.records import read
 from tests.checks.fitting.function_response import FunctionResponse
-from tests.checks.model import units_model
-from tests.checks.model.units_model import DATA, needs_data, nominal_model, true_values
+from tests.checks.model.units_model import nominal_model, true_values
+from tests.shared.recorded_units import RecordedUnits
 from tests.soak import SOAK
 
 REPEATS = 1000 if SOAK else 100
@@ -234,35 +235,34 @@ def test_nothing_to_fit_is_refused() -> None:
         free_of(model, ["joint.kz"])
 
 
-@needs_data
 @pytest.mark.parametrize("serial", ["S-01"] if not SOAK else ["S-01", "S-02", "S-03", "S-04"])
-def test_true_parameters_of_recorded_struts_lie_in_their_intervals(serial: str) -> None:
-    model = with_effects(nominal_model(), list(units_model.truth(serial)["effects"].items()))
-    calibration = calibrate(model, recorded(serial, model.tolerance))
+def test_true_parameters_of_recorded_struts_lie_in_their_intervals(serial: str, recorded_units: RecordedUnits) -> None:
+    truth, folder = recorded_units.truth(serial), recorded_units.folder(serial)
+    model = with_effects(nominal_model(), list(truth["effects"].items()))
+    calibration = calibrate(model, recorded(folder, model.tolerance))
     chosen, found = calibration.model, calibration.fit
     assert chosen.damping == "modal"  # the bench simulation integrates modes, each with its own damping
-    true = true_values(serial)
+    true = true_values(truth)
     outside = [n for n in found.names if not found.interval(n)[0] <= true[n] <= found.interval(n)[1]]
     assert len(outside) <= 1, outside  # 14 intervals of 95 %: two outside once in 6
     for n in found.names:
         assert abs(found.at[n] - true[n]) < 3.5 * found.sds[n], n
-    repeat = recorded(serial, model.tolerance, "_2")
+    repeat = recorded(folder, model.tolerance, "_2")
     H = chosen.frf(repeat.f, found.at)
     assert all(gap.G <= 1.1 for gap in gaps([repeat.around(H)], [repeat.H - H]).values())
 
 
-def recorded(serial: str, tolerance: float, which: str = "") -> Dataset:
+def recorded(folder: Path, tolerance: float, which: str = "") -> Dataset:
     series = Series("frf", "records", {"t": "s", "Va": "V", "Vs": "V", "de": "m", "da": "m"})
     names = (f"frf_noise{which}.mat", f"frf_noise_hf{which}.mat")
-    low, high = (read(DATA / "units" / serial / name, series) for name in names)
+    low, high = (read(folder / name, series) for name in names)
     return dataset_from_records(low, high, 350.0, tolerance=tolerance)
 
 
-@needs_data
-def test_the_wrong_model_file_shows() -> None:
+def test_the_wrong_model_file_shows(recorded_units: RecordedUnits) -> None:
     """The two-spring strut knows no spurious modes: G says so, in the channel that sees them."""
     model = open_model("strut-2dof")
-    found = fit(model, recorded("S-02", model.tolerance).thinned(400), free_of(model))
+    found = fit(model, recorded(recorded_units.folder("S-02"), model.tolerance).thinned(400), free_of(model))
     assert found.gaps["de"].G > 3
 
 

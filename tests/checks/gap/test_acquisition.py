@@ -6,8 +6,6 @@ The effects are put on by formulas of their own. Red before: the filter of fourt
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,17 +16,18 @@ from accept.gap.responses import responses
 from accept.models.model_file import open_model
 from checks.arrays import Array, Complex
 from checks.gap.workflow import Inputs, run
+from tests.checks.model.units_model import NOMINAL
+from tests.shared.recorded_units import RecordedUnits
 
-UNITS = Path(__file__).parents[3] / "../shared/data/units"
 Factor = Callable[[Array], Complex]
-pytestmark = [pytest.mark.needs_data, pytest.mark.slow]
+pytestmark = pytest.mark.slow
 
 
-@cache
-def recorded() -> Inputs:
+@pytest.fixture(scope="module")
+def recorded(recorded_units: RecordedUnits) -> Inputs:
     """S-01, in which nothing is hidden, at half of its bins."""
-    model = open_model(UNITS / "model.toml")
-    measured = responses(UNITS / "S-01", model.tolerance, f_lo=F_LO)
+    model = open_model(NOMINAL)
+    measured = responses(recorded_units.folder("S-01"), model.tolerance, f_lo=F_LO)
     A, B, _ = realisations(measured, model.tolerance)
     return Inputs(model, A.thinned(500), B.thinned(500), measured.records["low"].fs, measured.merge_Hz)
 
@@ -71,27 +70,25 @@ def put(given: Inputs, channels: tuple[str, ...], factor: Factor) -> Inputs:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_is_named_for_what_it_is(case: str) -> None:
+def test_is_named_for_what_it_is(case: str, recorded: Inputs) -> None:
     channels, factor, right = CASES[case]
-    found = run(put(recorded(), channels, factor), lambda _: None)
+    found = run(put(recorded, channels, factor), lambda _: None)
     names = {n.effect for n in found.named}
     assert names <= right
     assert right <= names or any(right & set(a.effects) for a in found.ambiguous)
 
 
-def test_a_drift_between_records_is_no_effect() -> None:
+def test_a_drift_between_records_is_no_effect(recorded: Inputs) -> None:
     """One per cent from one realisation to the other, within the tolerance of the model."""
-    given = recorded()
-    found = run(replace(given, B=replace(given.B, H=1.01 * given.B.H)), lambda _: None)
+    found = run(replace(recorded, B=replace(recorded.B, H=1.01 * recorded.B.H)), lambda _: None)
     assert not found.named
     assert not found.ambiguous
 
 
 @pytest.mark.soak
-def test_two_close_modes_of_the_bench() -> None:
+def test_two_close_modes_of_the_bench(recorded: Inputs) -> None:
     """No single mode is two: nothing but a mode may be said, and none while its own band stays unexplained."""
-    given = recorded()
-    f = given.A.f
+    given, f = recorded, recorded.A.f
     static = given.model.frf(np.array([5.0]), channels=("da",))[0, 0].real
     two = sum(part * static * second_order(at, 0.01)(f) for part, at in ((0.01, 178.0), (0.008, 182.0)))
     more = np.column_stack([two if c != "Vs" else np.zeros_like(f) for c in given.A.channels])

@@ -25,11 +25,11 @@ from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import GapRefused, check_same_unit, run
 from checks.model.model import Model
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, F, drawn, inputs, recorded, strut
-from tests.checks.model.units_model import DATA, needs_data, truth
+from tests.checks.model.units_model import NOMINAL
+from tests.shared.recorded_units import RecordedUnits
 from tests.shared.source_trees import nodes
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
-UNITS = DATA / "units"
 
 
 HEAVY = (
@@ -234,16 +234,15 @@ FOUND = {
 }
 
 
-@needs_data
 @pytest.mark.parametrize("serial", sorted(FOUND) if SOAK else ["S-01", "S-02", "S-06"])
-def test_recorded_unit(serial: str) -> None:
+def test_recorded_unit(serial: str, recorded_units: RecordedUnits) -> None:
     verdict, effects = FOUND[serial]
-    found = run_gap(UNITS / serial, UNITS / "model.toml")
+    found = run_gap(recorded_units.folder(serial), NOMINAL)
     assert found["verdict"] == verdict
     assert {n["effect"] for n in found["named"]} == effects
     outside = 0
     for named in found["named"]:
-        for key, value in truth(serial)["effects"][named["effect"]].items():
+        for key, value in recorded_units.truth(serial)["effects"][named["effect"]].items():
             p = named["parameters"][key]
             lo, hi = p["ci95"]
             outside += not lo <= value <= hi
@@ -260,11 +259,10 @@ def test_recorded_unit(serial: str) -> None:
         assert found["candidates"]
         pole = found["unnamed"][0]["poles_Hz"][0]
         assert found["unnamed"][0]["channel"] == "Vs"
-        assert pole == pytest.approx(truth(serial)["outside_the_library"]["f_Hz"], rel=0.01)
+        assert pole == pytest.approx(recorded_units.truth(serial)["outside_the_library"]["f_Hz"], rel=0.01)
     json.dumps(found, allow_nan=False)
 
 
-@needs_data
 @pytest.mark.skipif(not SOAK, reason="heavy: ACCEPT_SOAK=1 runs it")
 @pytest.mark.parametrize(
     ("serial", "without", "verdicts", "left"),
@@ -276,7 +274,9 @@ def test_recorded_unit(serial: str) -> None:
         ("S-05", "sensor_highpass", {"partly_explained"}, {"misalignment"}),
     ],
 )
-def test_never_another_name(serial: str, without: str, verdicts: set[str], left: set[str]) -> None:
-    found = run_gap(UNITS / serial, UNITS / "model.toml", without=(without,))
+def test_never_another_name(
+    serial: str, without: str, verdicts: set[str], left: set[str], recorded_units: RecordedUnits
+) -> None:
+    found = run_gap(recorded_units.folder(serial), NOMINAL, without=(without,))
     assert {n["effect"] for n in found["named"]} == left
     assert found["verdict"] in verdicts

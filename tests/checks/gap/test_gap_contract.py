@@ -9,11 +9,10 @@ import pytest
 
 from accept.gap.analyse_unit import run_gap
 from checks.gap.effects import EFFECTS
-from tests.conftest import DATA
+from tests.checks.model.units_model import NOMINAL
 from validation.bench import Setting
 from validation.cases import Case
 from validation.effects import LIBRARY
-from validation.shell import MATRICES
 from validation.strut import nominal
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
@@ -28,7 +27,8 @@ ELSEWHERE = (
     "sensor_pickup",
     "support_mode",
 )
-needs_data = pytest.mark.skipif(not MATRICES.exists(), reason="the matrices are not beside the repository")
+
+pytestmark = pytest.mark.takes_data
 
 
 def unit(name: str | None) -> Case:
@@ -41,11 +41,10 @@ def test_the_generator_knows_every_effect() -> None:
     assert set(LIBRARY) | set(ELSEWHERE) == set(EFFECTS)
 
 
-@needs_data
 @pytest.mark.parametrize("name", sorted(LIBRARY) if SOAK else QUICK)
 def test_found_by_name_with_its_values(name: str, tmp_path: Path) -> None:
     case = unit(name)
-    found = run_gap(case.write(tmp_path), DATA / "units" / "model.toml")
+    found = run_gap(case.write(tmp_path), NOMINAL)
     assert [n["effect"] for n in found["named"]] == [name]
     assert found["verdict"] == "explained"
     for key, value in case.effects[name].items():
@@ -54,8 +53,7 @@ def test_found_by_name_with_its_values(name: str, tmp_path: Path) -> None:
         assert abs(p["value"] - value) <= p["ci95"][1] - p["ci95"][0], key
 
 
-@needs_data
 def test_not_named_where_it_is_not(tmp_path: Path) -> None:
-    found = run_gap(unit(None).write(tmp_path), DATA / "units" / "model.toml")
+    found = run_gap(unit(None).write(tmp_path), NOMINAL)
     assert found["verdict"] == "no_missing_effect"
     assert not found["named"]

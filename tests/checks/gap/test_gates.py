@@ -73,6 +73,7 @@ def test_a_large_misalignment_is_named_beside_some_bins_of_a_mode(tmp_path: Path
     assert abs(named["parameters"]["dy_um"]["value"] - case.effects["misalignment"]["dy_um"]) < 1.0
 
 
+@pytest.mark.needs_data
 @pytest.mark.skipif(not SOAK, reason="ten seconds: runs in make soak")
 def test_a_second_mass_on_the_encoder_is_no_misalignment(tmp_path: Path) -> None:
     """Of 7 um in dy, G 1.3 to 0.6: it was named so in a blind run."""

@@ -14,7 +14,6 @@ from checks.misalignment.estimate import estimate
 from checks.verdict import probability_outside
 from specs.spec import Limit
 from tests.checks.misalignment.as_built import AsBuilt, stated, strut
-from tests.checks.model.units_model import needs_data
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 STRUTS = 30 if SOAK else 2  # of a scatter
@@ -28,7 +27,7 @@ SECONDS = 5.0, 30.0  # median and worst of one core
 
 SCATTERS = pytest.mark.parametrize("scatter", [0.01, *(pytest.param(s, marks=pytest.mark.soak) for s in (0.005, 0.02))])
 
-pytestmark = needs_data
+pytestmark = pytest.mark.takes_data
 
 
 def answer(s: AsBuilt, scatter: float, beside: bool = False) -> tuple[float, float, float, float] | None:

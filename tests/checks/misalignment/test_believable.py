@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,9 +20,9 @@ from checks.misalignment.table import MisalignmentTable
 from checks.model.model import Model
 from tests.accept.units.units import DATA
 from tests.checks.model.units_model import needs_data
+from tests.shared.recorded_units import RecordedUnits
 from tests.soak import SOAK
 
-pytestmark = needs_data
 BENCHES = DATA / "laboratory"
 UNITS = sorted(p.parent.name for p in BENCHES.glob("*/unit.toml")) if SOAK else ["L-04", "M-04"]
 
@@ -34,15 +35,16 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Model, Misalignment
         return model, table_for(model, lambda _: None, 11, 13, workers=1)
 
 
-def measured(folder: str, serial: str) -> tuple[Model, Dataset, Dataset | None]:
-    found = responses(DATA / folder / serial)
+def measured(folder: Path) -> tuple[Model, Dataset, Dataset | None]:
+    found = responses(folder)
     return as_weighed(open_model_file(AS_BUILT), found.serial, found.payload_kg).model, found.first, found.second
 
 
+@needs_data
 @pytest.mark.parametrize("serial", UNITS)
 def test_a_bench_as_it_is(serial: str, built: tuple[Model, MisalignmentTable]) -> None:
     """Channels some microseconds apart and a guide that gives way above 400 Hz: without an answer before."""
-    model, first, second = measured("laboratory", serial)
+    model, first, second = measured(BENCHES / serial)
     found = estimate(model, first, built[1], second)
     assert found.reason is None
     true = json.loads((BENCHES / "truth.json").read_text())[serial]["effects"].get("misalignment", {})
@@ -68,8 +70,10 @@ def dead(data: Dataset) -> Dataset:
 
 
 @pytest.mark.parametrize("spoil", [turned, dead])
-def test_a_sensor_that_is_dead_or_reversed_is_not_needed(spoil, built: tuple[Model, MisalignmentTable]) -> None:
-    model, first, second = measured("units", "S-01")
+def test_a_sensor_that_is_dead_or_reversed_is_not_needed(
+    spoil, built: tuple[Model, MisalignmentTable], recorded_units: RecordedUnits
+) -> None:
+    model, first, second = measured(recorded_units.folder("S-01"))
     assert second is not None
     assert sensor_tells(first, model)
     assert not sensor_tells(spoil(first), model)
@@ -80,8 +84,8 @@ def test_a_sensor_that_is_dead_or_reversed_is_not_needed(spoil, built: tuple[Mod
 
 
 @pytest.fixture(scope="module")
-def sound(built: tuple[Model, MisalignmentTable]) -> MisalignmentEstimate:
-    model, first, second = measured("units", "S-01")
+def sound(built: tuple[Model, MisalignmentTable], recorded_units: RecordedUnits) -> MisalignmentEstimate:
+    model, first, second = measured(recorded_units.folder("S-01"))
     return estimate(model, first, built[1], second)
 
 

@@ -4,6 +4,7 @@ give way, by the independent generator of `validation`."""
 from pathlib import Path
 
 import numpy as np
+import pytest
 from scipy import stats
 
 from accept.gap.responses import responses
@@ -11,12 +12,11 @@ from accept.models.model_file import as_weighed, open_model_file
 from checks.cause import NoResult
 from checks.misalignment.estimate import estimate
 from tests.checks.misalignment.misaligned import table_of
-from tests.checks.model.units_model import needs_data
 from tests.soak import SOAK
 from validation.model_files import write_model
 from validation.sets import SETS, draw_set, order_of
 
-pytestmark = needs_data
+pytestmark = pytest.mark.needs_data
 NAME, SEED = "laboratory-unlearned", 11  # a seed for development
 DRAWN = 24
 # One whose U left out that scales differ: it was 8 um and the error 29 um.

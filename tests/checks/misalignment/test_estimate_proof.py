@@ -14,7 +14,6 @@ from checks.misalignment.estimate import estimate
 from checks.model.model import Model
 from tests.checks.misalignment import misaligned
 from tests.checks.misalignment.misaligned import Drawn, draw
-from tests.checks.model.units_model import needs_data
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 STRUTS = 50 if SOAK else 3  # of each kind
@@ -58,7 +57,7 @@ def covers_as_promised(at: np.ndarray, axis: int) -> bool:
     return lo <= int((np.abs(at[:, axis, 0]) <= at[:, axis, 1]).sum()) <= hi
 
 
-@pytest.mark.parametrize("kind", ["builtin", pytest.param("exact", marks=needs_data)])
+@pytest.mark.parametrize("kind", ["builtin", pytest.param("exact", marks=pytest.mark.takes_data)])
 def test_with_the_matching_model(kind: str) -> None:
     """Simulated and fitted by the same kind of model, right to 1 % as it says."""
     source, model = {
@@ -73,7 +72,7 @@ def test_with_the_matching_model(kind: str) -> None:
         assert covers_as_promised(at, axis)
 
 
-@needs_data
+@pytest.mark.takes_data
 @pytest.mark.parametrize(
     ("first", "dx_max", "dy_max"), [pytest.param(1000, 100.0, 350.0, marks=pytest.mark.soak), (7000, 10.0, 20.0)]
 )

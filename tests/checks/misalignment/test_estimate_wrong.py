@@ -13,11 +13,10 @@ from checks.fitting.dataset import Dataset
 from checks.misalignment.estimate import estimate
 from tests.checks.misalignment import misaligned
 from tests.checks.misalignment.misaligned import draw
-from tests.checks.model.units_model import needs_data
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 DRAWS = 15 if SOAK else 1
-PAIRS = ["builtin by itself", pytest.param("finite elements by the frame", marks=needs_data)]
+PAIRS = ["builtin by itself", pytest.param("finite elements by the frame", marks=pytest.mark.takes_data)]
 
 
 def answer(pair: str, seed: int, wrong: Callable[[Dataset], Dataset], kg: float | None = None) -> Cause | None:

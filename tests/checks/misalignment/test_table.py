@@ -131,7 +131,7 @@ def test_the_limits_of_the_built_in_actuator(name: str) -> None:
     np.testing.assert_array_equal(dy, np.linspace(-600.0, 600.0, 41))
 
 
-@pytest.mark.needs_data
+@pytest.mark.takes_data
 def test_the_limits_of_the_published_matrices() -> None:
     assert limits_um(open_model(NOMINAL)) == (200.0, 600.0)
 

@@ -12,10 +12,10 @@ from checks.model.model import Model, frequency_and_damping
 from checks.model.parameters import derivative_step, is_mode_factor, rule
 from hw.superelement import matrices_of
 from specs.model import load_model
-from tests.checks.model.units_model import NOMINAL, needs_data
+from tests.checks.model.units_model import NOMINAL
 from tests.soak import SOAK
 
-MODELS = ["strut", "apa-frame", pytest.param(str(NOMINAL), marks=needs_data)]
+MODELS = ["strut", "apa-frame", pytest.param(str(NOMINAL), marks=pytest.mark.takes_data)]
 SAME_MATRICES = 1e-6  # issue 4, part 3; measured 1e-11
 UNREDUCED = 1e-3  # issue 4, part 3; measured 4e-5
 AREAS = {"misalignment.dx_um": 200.0, "misalignment.dy_um": 600.0}

@@ -166,7 +166,7 @@ def _about_origin(z: float) -> np.ndarray:
     return T
 
 
-@pytest.fixture(scope="module", params=["strut", pytest.param("superelement", marks=needs_data)])
+@pytest.fixture(scope="module", params=["strut", pytest.param("superelement", marks=pytest.mark.takes_data)])
 def either(request: pytest.FixtureRequest) -> Model:
     return nominal_model() if request.param == "superelement" else open_model(request.param)
 

@@ -1,6 +1,6 @@
-"""The recorded struts and the matrices behind them, for tests of the model."""
+"""The recorded struts and the matrices behind them, for tests of the model; where they are not beside the repository,
+those that stand for them."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,16 @@ from scipy import signal
 
 from accept.models.model_file import open_model
 from checks.model.model import Model
+from validation.model_files import write_model
+from validation.sets import SETS
+from validation.shell import matrices
 
-DATA = Path(__file__).parents[4] / "shared" / "data"
-APA300ML = DATA / "superelements" / "APA300ML.mat"
+ROOT = Path(__file__).parents[3]
+DATA = ROOT.parent / "shared" / "data"
+APA300ML = matrices()
 FLEXOR = DATA / "superelements" / "flexor_025.mat"
-NOMINAL = DATA / "units" / "model.toml"
+RECORDED_MODEL = DATA / "units" / "model.toml"
+NOMINAL = RECORDED_MODEL if RECORDED_MODEL.exists() else write_model(SETS["exact"], ROOT / "build" / "blind")
 
 needs_data = pytest.mark.needs_data
 
@@ -47,13 +52,9 @@ EVERYTHING: list[tuple[str, dict[str, float]]] = [
 ]
 
 
-def truth(serial: str) -> dict[str, Any]:
-    return json.loads((DATA / "units" / "truth.json").read_text())[serial]
-
-
-def true_values(serial: str) -> dict[str, float]:
+def true_values(truth: Mapping[str, Any]) -> dict[str, float]:
     """The model's parameters as they were when a strut was recorded, without its effects."""
-    nominal = truth(serial)["nominal"]
+    nominal = truth["nominal"]
     arm_x, arm_y = nominal["arm_mm"]
     named = {name: nominal[key] for key, names in TRUTH_NAMES.items() for name in names}
     return named | {"encoder.arm_x_mm": arm_x, "encoder.arm_y_mm": arm_y}
@@ -63,9 +64,9 @@ def nominal_model() -> Model:
     return open_model(NOMINAL)
 
 
-def measured(serial: str, record: str, nperseg: int = 10_000) -> tuple[np.ndarray, dict[str, np.ndarray], Mapping]:
+def measured(folder: Path, record: str, nperseg: int = 10_000) -> tuple[np.ndarray, dict[str, np.ndarray], Mapping]:
     """f, channel -> H1, channel -> coherence, by scipy alone: independent of this project's estimators."""
-    content = scipy.io.loadmat(DATA / "units" / serial / f"{record}.mat")
+    content = scipy.io.loadmat(folder / f"{record}.mat")
     t, Va = content["t"].ravel(), content["Va"].ravel()
     fs = (t.size - 1) / (t[-1] - t[0])
     f, Suu = signal.welch(Va, fs, nperseg=nperseg)

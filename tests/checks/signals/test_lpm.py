@@ -1,7 +1,5 @@
 """The local polynomial method against the exact response of a lightly damped mode, and the intervals it states."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy import signal
@@ -13,6 +11,7 @@ from checks.record import Record
 from checks.signals.spectral.frf import h1
 from checks.signals.spectral.local_polynomials import BATCH_BINS
 from checks.signals.spectral.lpm import lpm, lpm_record
+from tests.shared.recorded_units import RecordedUnits
 from tests.soak import SOAK
 
 MODE_HZ, DAMPING, SECONDS = 95.0, 0.005, 20.0
@@ -212,11 +211,9 @@ def test_beginning_and_end_of_a_sweep() -> None:
         assert np.mean(np.abs(frf.H[:, 0] - mode.response(frf.f)) <= frf.radius(0.95)[:, 0]) > 0.75
 
 
-def test_recorded_unit() -> None:
+def test_recorded_unit(recorded_units: RecordedUnits) -> None:
     """A-01 on its bench: the model behind it resonates at 93.9 Hz with 5 kg; a log sweep of 40 s, notched there."""
-    path = Path(__file__).parents[4] / "shared" / "data" / "units" / "A-01" / "frf_sweep.mat"
-    if not path.exists():
-        pytest.skip(f"no recorded unit at {path}")
+    path = recorded_units.folder("A-01") / "frf_sweep.mat"
     raw = {k: np.ravel(v).astype(float) for k, v in loadmat(path).items() if not k.startswith("_")}
     frf = lpm(raw["Va"], {k: raw[k] for k in ("de", "da", "Vs")}, 10_000.0, f_lo=85.0, f_hi=105.0)
     peaks = frf.f[np.argmax(np.abs(frf.H), axis=0)]

@@ -10,9 +10,9 @@ from scipy.io import loadmat
 from checks.cause import Cause
 from checks.signals.record_checks import ExpectedSignal, dead, delay, finest_step, mismatches
 from checks.signals.spectral.frf import Frf, h1
+from tests.shared.recorded_units import RecordedUnits
 
 FS = 10_000.0
-UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
 LOOKS = {
     "Va": ExpectedSignal(1e-2, 10.0, 20 / 2**16),
     "Vs": ExpectedSignal(1e-2, 10.0, 20 / 2**16),
@@ -147,10 +147,7 @@ def test_exchanged_channels_are_told_by_size_and_step(drive: np.ndarray) -> None
     assert mismatches({**true, "Va": true["Vs"], "Vs": true["Va"]}, LOOKS) == ()
 
 
-def recorded(unit: str, name: str) -> dict[str, np.ndarray]:
-    path = UNITS / unit / name
-    if not path.exists():
-        pytest.skip(f"no recorded unit at {path}")
+def recorded(path: Path) -> dict[str, np.ndarray]:
     raw = loadmat(path)
     return {k: np.ravel(raw[k]).astype(float) for k in ("Va", "Vs", "de", "da")}
 
@@ -159,10 +156,10 @@ def response(columns: dict[str, np.ndarray]) -> Frf:
     return h1(columns["Va"], {k: columns[k] for k in ("Vs", "de", "da")}, FS, 5000, input="Va")
 
 
-@pytest.mark.parametrize(("unit", "samples"), [("A-01", 1.0), ("S-01", 0.0)])
-def test_recorded_units(unit: str, samples: float) -> None:
+@pytest.mark.parametrize(("unit", "samples"), [pytest.param("A-01", 1.0, marks=pytest.mark.needs_data), ("S-01", 0.0)])
+def test_recorded_units(unit: str, samples: float, recorded_units: RecordedUnits) -> None:
     """The bench of the APAs stores one sample late (the phase falls by 36 degrees at 1 kHz), that of S-01 does not."""
-    columns = recorded(unit, "frf_noise_hf.mat")
+    columns = recorded(recorded_units.folder(unit) / "frf_noise_hf.mat")
     frf = response(columns)
     for channel in ("Vs", "da"):
         found = delay(frf, channel, FS, 300.0, 2000.0)

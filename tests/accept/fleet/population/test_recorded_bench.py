@@ -20,7 +20,6 @@ MATES = ("L-01", "L-02", "L-03", "L-05")  # of L-04; L-05 has an effect of its o
 pytestmark = [
     pytest.mark.needs_data,
     pytest.mark.slow,
-    pytest.mark.skipif(not LABORATORY.exists(), reason="the recorded laboratory is not beside the repository"),
 ]
 
 
