@@ -45,6 +45,7 @@ from accept.workflow import print_picture, record_folder
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
 from accept.workflow.instruments.port import InstrumentPort, reading
 from accept.workflow.lock import UnitLock
+from accept.workflow.passphrase_guard import refuse_passphrases
 from accept.workflow.record_folder import Proposals
 from accept.workflow.state.unit_state import (
     Attempt,
@@ -365,9 +366,10 @@ class Session:
         printed: bool = False,
     ) -> Event:
         """Keep a note about a step, with copies of its photos or other files. internal: not on the certificate, where
-        every nonconformance is; printed: its photos are shown there, scaled. Raises EntryError if it is empty or a file
-        to print is no picture, OSError if a file cannot be read."""
+        every nonconformance is; printed: its photos are shown there, scaled. Raises EntryError if it is empty or a
+        passphrase, or if a file to print is no picture, OSError if a file cannot be read."""
         words, folder = plain_words(text, "a note"), self.folder / NOTES_FOLDER
+        refuse_passphrases(self.home, [text])
         kept = []
         for path in files:
             scaled = print_picture.scaled(path) if printed else b""  # a file that is no picture stops here
@@ -377,7 +379,9 @@ class Session:
         return self.append(StepNoted(step, words, nonconformance, tuple(kept), internal and not nonconformance))
 
     def remeasure(self, step: str, reason: str) -> Event:
-        """Begin a step anew; its earlier entries stay in the store. Raises EntryError without a reason."""
+        """Begin a step anew; its earlier entries stay in the store. Raises EntryError without a reason, and if it is a
+        passphrase."""
+        refuse_passphrases(self.home, [reason])
         return self.append(StepRemeasured(step, plain_words(reason, "the reason")))
 
     def undo(self, step: str = "") -> Event:

@@ -18,9 +18,10 @@ from textual.worker import get_current_worker
 
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.load_module import load_module
-from accept.tui.screens.ask import Question, QuestionLine
+from accept.tui.screens.ask import Question, QuestionLine, required
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
+from accept.workflow.shift import NOT_TAKEN
 from specs.products import products
 
 if TYPE_CHECKING:
@@ -273,7 +274,12 @@ class StartScreen(Working[Begin | None]):
         ends |= here.id in parts() and not here.value.strip()  # those behind it stay empty too
         if ends or here.id == "serial":
             await self._looked_up.wait()
-        if here.id == "serial" and (problem := self._refused(self._value("serial"))):
+        if not (here.id == "serial" and self._known) and await self.is_secret(here.value):
+            here.value = ""
+            self._refuse(here, NOT_TAKEN)
+        elif here.id == "operator" and not here.value.strip():
+            self._refuse(here, "Enter your name")
+        elif here.id == "serial" and (problem := self._refused(self._value("serial"))):
             self._refuse(here, f"serial '{self._value('serial')}': {problem}")
         elif ends or (here.id == "serial" and self._known):
             self._begin(None)
@@ -295,7 +301,8 @@ class StartScreen(Working[Begin | None]):
             self.say("F8 needs a known unit", "bad")
             return
         words = f"{self._known.serial}, {self._known.words}. Earlier attempts are kept."
-        question = Question("A new attempt", words, [QuestionLine("Reason for the new attempt")])
+        lines = [QuestionLine("Reason for the new attempt")]
+        question = Question("A new attempt", words, lines, required("Type the reason"))
         self.app.push_screen(question, lambda answer: self._begin(answer[0]) if answer else None)
 
     def _begin(self, reason: str | None) -> None:
@@ -316,9 +323,6 @@ class StartScreen(Working[Begin | None]):
             self._refuse(
                 self.query_one(f"#{missing[0]}", Input), f"Enter {' and '.join(filter(None, wanted.values()))}"
             )
-            return
-        if reason is not None and not reason.strip():
-            self.say("Enter the reason for the new attempt", "bad")
             return
         if problem := bench.problem(serial, kind):
             self._refuse(self.query_one("#serial", Input), f"serial '{serial}': {problem}")
