@@ -101,7 +101,7 @@ class Scanning(Working[T]):
             self.say(NOT_TAKEN, "bad")
         elif not known and not self.asks_passphrase and is_value(text):
             await self._take_number(text)
-        elif not known and text != unknown:
+        elif not known and text != unknown and len(text) >= SHORTEST:
             self._unknown = text
             self.say(f"No unit of that serial was begun here. Scan it again: begin it. {self.where_signed}", "bad")
         elif why := await self.bench_app.scanned(text or confirmed, self.bench_app.queue):
@@ -112,7 +112,8 @@ class Scanning(Working[T]):
         """Give a value to the step. Digits alone may be the serial of a new unit: that is asked, lest a value begin
         a unit or a serial become a value."""
         if text.isdigit() and len(text) >= SHORTEST:
-            self.say("No unit of that number was begun here. Enter: begin it. A value: open its step first", "doubt")
+            shown = "of that number" if may_be_passphrase(text) else text
+            self.say(f"No unit {shown} was begun here. Enter: begin it. A value: open its step first", "doubt")
             self._asked_about = text
         else:
             await self.take_value(text)

@@ -275,7 +275,9 @@ class StartScreen(Working[Begin | None]):
         if ends or here.id == "serial":
             await self._looked_up.wait()
         if not (here.id == "serial" and self._known) and await self.is_secret(here.value):
-            here.value = ""
+            with here.prevent(Input.Changed):  # which would take away why
+                here.value = ""
+            self._look()
             self._refuse(here, NOT_TAKEN)
         elif here.id == "operator" and not here.value.strip():
             self._refuse(here, "Enter your name")

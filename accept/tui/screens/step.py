@@ -36,7 +36,7 @@ from accept.workflow.entry.parse_entry import (
 )
 from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.steps.plan import has_files, is_needed
-from accept.workflow.steps.section import full
+from accept.workflow.steps.section import records_awaited
 from checks.declare import CsvTable, Measured, Scalar, Series, Vector
 from checks.errors import RecordError
 
@@ -222,12 +222,17 @@ class StepScreen(StepForm):
         for field, value in zip(fields, values, strict=True):
             self._take(field, Measured(value), False, f"{value:.9g} {field.place.unit}", True)
 
-    def action_keep(self) -> None:
-        """Keep what the foot asks about as it was typed. Of several questions each is shown before it is answered."""
+    async def action_keep(self) -> None:
+        """Keep what the foot asks about as it was typed; without a question, go to the summary. Of several questions
+        each is shown before it is answered."""
         here, asked = self._focused_field(), [field for field in self.query(Field) if field.doubted is not None]
         field = here if here in asked else self._asked if self._asked in asked else next(iter(asked), None)
         if field is None or field.doubted is None:
-            self.say("F9 keeps a value that is asked about; none is. Summary: Esc, then F9", "doubt")
+            typed = next((each for each in self.query(Field) if each.input.value.strip()), None)
+            if typed is None:
+                await self.action_to_summary()
+            else:
+                self.say(f"{typed.place.name} is not saved. Enter: save it", "bad")
         elif field is not self._asked:
             self._ask(field, field.doubted, field.question)
             self.set_focus(field.input)
@@ -272,8 +277,7 @@ class StepScreen(StepForm):
 
     def _awaited(self) -> bool:
         """Return whether the records of a step that needs none of them in particular are still coming in."""
-        form = self._form
-        return not any(map(is_needed, form.inputs)) and not full(self.step, self.state) and self.focused is not None
+        return records_awaited(self.step, self.state) and self.focused is not None
 
     def _lost(self, field: Field, text: str, why: str) -> None:
         """Put back what was typed but is not on the disk, and the cursor, unless something else was typed already."""
@@ -395,6 +399,7 @@ class StepScreen(StepForm):
                 return capture(self.session, step, instrument, actions, dialogue.say, stopped=dialogue.stopped)
             finally:
                 self._reading, self.stop = False, None
+                dialogue.ended()
 
         self.send(measure, self._measured, f"measuring with {instrument.name}, some minutes; Esc: stop")
 

@@ -204,6 +204,8 @@ class StepForm(StepView):
         self.query_one("#way", Label).update(f"Input: {self._form.name}   (F6: {others})" if others else "")
         self.query_one("#way").display = bool(others)
         self.query_one("#upper").set_class(has_files(self._form) or len(list(places(self._form))) < 4, "files")
+        self.query_one("#main").set_class(has_files(self._form) and bool(self.step.guide.picture), "of-files")
+        self.query_one("#drawing", Static).update(self.step.guide.picture)
         fields = self.query_one("#fields")
         await fields.remove_children()
         if not self.alive:  # left while the old fields went

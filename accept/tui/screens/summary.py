@@ -8,6 +8,7 @@ from typing import ClassVar
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
 from accept.certificate.contents.disposition import CHOICES
@@ -26,7 +27,6 @@ from accept.tui.screens.ask import Check, Question, QuestionLine
 from accept.tui.screens.help import Help
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
-from accept.tui.widgets.findings import whole_lines
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
 from accept.tui.widgets.step_list import HELD, held_words, listed, where_held
@@ -73,6 +73,8 @@ class Summary(Scanning[bool]):
         Binding("f4", "next", "Next unit"),
         Binding("ctrl+r", "put_right", "Put right"),
         Binding("ctrl+l", "lock", "Forget passphrase", show=False),
+        Binding("pagedown", "page(1)", "More", priority=True),
+        Binding("pageup", "page(-1)", show=False, priority=True),
         Binding("escape", "leave", "Back"),
     ]
 
@@ -89,7 +91,8 @@ class Summary(Scanning[bool]):
         yield Banner()
         yield Static("Evaluating …", id="verdict", markup=False)
         yield DataTable(id="findings", cursor_type="row", cell_padding=0)
-        yield Static("", id="detail", markup=False)
+        with VerticalScroll(id="why", can_focus=False):
+            yield Static("", id="detail", markup=False)
         yield Static("", id="certificate", markup=False)
         yield Label("", id="status")
         yield KeyRow()
@@ -202,15 +205,19 @@ class Summary(Scanning[bool]):
     def _tell(self, row: int) -> None:
         """Tell why a finding is what it is, and what was noted about the unit."""
         if 0 <= row < len(self._why):  # an empty table says row -1
-            detail = self.query_one("#detail", Static)
-            room = detail.styles.max_height
             hold = ADVICE[Cause.NONCONFORMANCE]
             left = hold.removeprefix("sign; ") if self.session.attempt.certificate is not None else hold
             texts = list(filter(None, (self._why[row].replace(hold, left), *self._notes)))
-            detail.update("\n".join(whole_lines(texts, self.size.width - 2, int(room.value) if room else 1)))
+            self.query_one("#detail", Static).update("\n".join(texts))
+            self.query_one("#why", VerticalScroll).scroll_home(animate=False)
+            self.call_after_refresh(self.refresh_bindings)  # PgDn is offered where it is more than the screen has room
 
     def on_resize(self) -> None:
-        self._tell(self.query_one(DataTable).cursor_row)
+        self.call_after_refresh(self.refresh_bindings)
+
+    def action_page(self, way: int) -> None:
+        why = self.query_one("#why", VerticalScroll)
+        why.scroll_relative(y=way * max(1, why.size.height - 1), animate=False)
 
     def _show_certificate(self) -> None:
         attempt = self.session.attempt
@@ -413,7 +420,9 @@ class Summary(Scanning[bool]):
             self.app.push_screen(told, lambda further: self.action_next() if further else None)
 
     def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
-        """Leave keys of a training out of the footer elsewhere."""
+        """Leave keys of a training out of the footer elsewhere, and one that has nothing more to show."""
+        if action == "page":
+            return any(why.max_scroll_y > 0 for why in self.query("#why"))
         return action != "put_right" or self.bench.training is not None
 
     def action_put_right(self) -> None:

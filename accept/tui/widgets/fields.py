@@ -97,8 +97,12 @@ class Field(Vertical):
         self.show(self._state)
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Give a line its room when something is typed in it: before, what is saved stands in one column."""
+        """Give a line its room when something is typed in it: before, what is saved stands in one column. Nothing is
+        asked about an emptied line."""
         self.set_class(bool(event.value), "typing")
+        if not event.value and self.doubted is not None:
+            self.doubted = None
+            self._reason("", "")
 
     @property
     def input(self) -> Input:

@@ -104,7 +104,7 @@ async def test_on_a_complete_step_nothing_is_overwritten_unseen():
         assert len(stored("APA-02")) == 2
         await press(pilot, "f3", *"77", "enter")  # the cursor stands in no field
         assert len(stored("APA-02")) == 2
-        assert "'77': no unit of this serial" in words(pilot, "#status")
+        assert "No unit of that serial" in words(pilot, "#status")
         assert pilot.app.screen.step.name == "capacitance"
         await press(pilot, "enter")
         assert pilot.app.screen.step.name == "stroke"

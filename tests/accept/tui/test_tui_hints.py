@@ -146,7 +146,7 @@ async def test_the_file_on_top_is_the_one_whose_name_speaks_for_the_field(record
             ("frf_noise_hf.csv", "Responses"),
         ]
         await press(pilot, *"zz", "enter")  # no folder above is opened for letters that no name holds
-        assert "zz" in words(pilot, "#status")
+        assert "No file has these letters" in words(pilot, "#status")
         assert str(records) in words(pilot, "#folder")
 
 
