@@ -1,7 +1,7 @@
 """The first screen: who is at the bench, which unit, of what kind, made of what."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import CancelledError, Future, wait
 from dataclasses import dataclass
 from threading import Thread
@@ -274,20 +274,29 @@ class StartScreen(Working[Begin | None]):
         ends |= here.id in parts() and not here.value.strip()  # those behind it stay empty too
         if ends or here.id == "serial":
             await self._looked_up.wait()
-        if not (here.id == "serial" and self._known) and await self.is_secret(here.value):
-            with here.prevent(Input.Changed):  # which would take away why
-                here.value = ""
-            self._look()
-            self._refuse(here, NOT_TAKEN)
-        elif here.id == "operator" and not here.value.strip():
+        begins = ends or (here.id == "serial" and self._known)
+        if await self._refuse_passphrase(shown if begins else [here]):
+            return
+        if here.id == "operator" and not here.value.strip():
             self._refuse(here, "Enter your name")
         elif here.id == "serial" and (problem := self._refused(self._value("serial"))):
             self._refuse(here, f"serial '{self._value('serial')}': {problem}")
-        elif ends or (here.id == "serial" and self._known):
+        elif begins:
             self._begin(None)
         else:
             self.set_focus(shown[at + 1])
             self.say(_PARTS if shown[at + 1].id in parts() else _GO_ON)
+
+    async def _refuse_passphrase(self, lines: Iterable[Input]) -> bool:
+        """Take a passphrase away that was typed into one of the lines. Returns whether there was one."""
+        for line in lines:
+            if not (line.id == "serial" and self._known) and await self.is_secret(line.value):
+                with line.prevent(Input.Changed):  # which would take away why
+                    line.value = ""
+                self._look()
+                self._refuse(line, NOT_TAKEN)
+                return True
+        return False
 
     def _refuse(self, line: Input, why: str) -> None:
         """Stay in a line, or go to it, and say why; what is typed or scanned next replaces what stands there."""
@@ -301,6 +310,8 @@ class StartScreen(Working[Begin | None]):
         await self._looked_up.wait()
         if self._known is None:
             self.say("F8 needs a known unit", "bad")
+            return
+        if await self._refuse_passphrase(self.query(Input)):
             return
         words = f"{self._known.serial}, {self._known.words}. Earlier attempts are kept."
         lines = [QuestionLine("Reason for the new attempt")]
@@ -355,6 +366,8 @@ class StartScreen(Working[Begin | None]):
         """Show the units that were begun here and what they wait for, to go on with one."""
         await self._looked_up.wait()
         module = await asyncio.to_thread(load_module, "accept.tui.screens.units")
+        if await self._refuse_passphrase([self.query_one("#operator", Input)]):  # units are added in this name
+            return
         if self._bench is not None and self.is_current:
             units = module.Units(self._bench, self._value("operator"), self._value("kind"))
             await self.app.push_screen(units, self._chosen)

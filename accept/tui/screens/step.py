@@ -399,9 +399,13 @@ class StepScreen(StepForm):
                 return capture(self.session, step, instrument, actions, dialogue.say, stopped=dialogue.stopped)
             finally:
                 self._reading, self.stop = False, None
-                dialogue.ended()
 
-        self.send(measure, self._measured, f"measuring with {instrument.name}, some minutes; Esc: stop")
+        def measured(captured: CaptureResult) -> None:
+            dialogue.ended()
+            self._measured(captured)
+
+        doing = f"measuring with {instrument.name}, some minutes; Esc: stop"
+        self.send(measure, measured, doing, lambda _: dialogue.ended())
 
     def _measured(self, captured: CaptureResult) -> None:
         notes = f". {'; '.join(captured.notes)}" if captured.notes else ""

@@ -68,7 +68,7 @@ class StepView(Page):
     def complete_words(self) -> str:
         """Return what Enter and its neighbours do at a complete step."""
         summary = "" if self._is_last else ", F9: summary"
-        return f"{self.put_right_first or 'Step complete'}. {self.enter_words}{summary}, ↑ ↓: correct, Esc: step list"
+        return f"{self.put_right_first or 'Step complete'}. {self.enter_words}{summary}, ↑ ↓: correct, Esc: steps"
 
     @property
     def enter_words(self) -> str:
@@ -148,8 +148,8 @@ class StepView(Page):
             return
         self.query_one("#head", Static).update(head(self.session, self.step))
         self.query_one("#setup", Static).update(setup(self.step))
-        self.query_one("#main").set_class(self.complete, "complete")
-        self.query_one("#main").set_class(self.complete and not records_awaited(self.step, self.state), "full")
+        done = self.complete and not records_awaited(self.step, self.state)  # else the instruction is still to be read
+        self.query_one("#main").set_class(done, "complete")
         judgement = self.session.judgement(self.step.name) if self.complete else None
         first = self.session.action_at_source(self.step) or ""
         self.query_one(Findings).show(self.step.check, judgement, self.lacking(), self.session.usual, first)

@@ -25,7 +25,9 @@ BEGUN = {"serial": "APA-02", "kind": "apa", "operator": "Ann"}
 def bench():
     with open_store() as store:
         keys.init(home(), ANN, "Ann", "Quinn", QUINN, authority_passphrase=AUTHORITY)
-        yield Workbench(store, home(), {"apa": load_spec("apa-basic")})
+        opened = Workbench(store, home(), {"apa": load_spec("apa-basic")})
+        yield opened
+        opened.worker.close()
 
 
 @pytest.fixture
