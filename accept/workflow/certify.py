@@ -18,7 +18,6 @@ from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, verify_file
 from accept.certificate.verify.verification import Verification
 from accept.store import fold
-from accept.workflow.passphrase_guard import is_said
 from accept.workflow.session import Session
 from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.state.unit_state import certificate_name
@@ -136,9 +135,19 @@ def disposition_problem(session: Session, choice: str, reason: str, secrets: Seq
 
 def new_passphrase_problem(session: Session, chosen: str, said: Sequence[str]) -> str:
     """Return why a passphrase cannot be chosen, "" if it can. said: what was typed beside it in clear."""
-    if is_said(session, chosen) or _is_one_of(chosen, said):
+    if _is_said(session, chosen) or _is_one_of(chosen, said):
         return "This stands in clear in the unit's record: choose another passphrase"
     return _refusal(lambda: keys.check_passphrase(chosen))
+
+
+def _is_said(session: Session, text: str) -> bool:
+    """Return whether text stands in the record of a unit already, in clear: no key gets it as its passphrase."""
+    attempt = session.attempt
+    said = [session.operator, session.serial, attempt.reason, *attempt.parts.values()]
+    for step in session.steps:
+        state = session.state(step.name)
+        said += [*state.reasons, *(note.text for note in state.notes)]
+    return text.strip() in {words.strip() for words in said}
 
 
 def _is_one_of(words: str, secrets: Iterable[str]) -> str:

@@ -5,14 +5,10 @@ only for a text that is about to be stored, in a thread."""
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from accept.certificate.trust import encrypted_key, keys
 from accept.workflow.entry.parse_entry import EntryError, is_value
 from accept.workflow.shift import NOT_TAKEN
-
-if TYPE_CHECKING:
-    from accept.workflow.session import Session
 
 
 def may_be_passphrase(text: str) -> bool:
@@ -32,16 +28,6 @@ def refuse_passphrases(home: Path, texts: Iterable[str]) -> None:
     """Raise EntryError if one of the texts, which are about to be stored, is a passphrase of this bench."""
     if any(is_passphrase(home, text) for text in texts):
         raise EntryError(NOT_TAKEN)
-
-
-def is_said(session: "Session", text: str) -> bool:
-    """Return whether text stands in the record of a unit already, in clear: no key gets it as its passphrase."""
-    attempt = session.attempt
-    said = [session.operator, session.serial, attempt.reason, *attempt.parts.values()]
-    for step in session.steps:
-        state = session.state(step.name)
-        said += [*state.reasons, *(note.text for note in state.notes)]
-    return text.strip() in {words.strip() for words in said}
 
 
 def _encrypted(path: Path) -> bytes:

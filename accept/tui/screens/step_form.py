@@ -105,7 +105,8 @@ class StepForm(StepView):
     @property
     def _begun(self) -> bool:
         """Return whether something was given, or typed without Enter."""
-        return bool(self.state.entries) or any(field.pending or field.input.value for field in self.query(Field))
+        typed = any(line.value for line in self.query("Field Input").results(Input))  # a field may not be drawn yet
+        return typed or bool(self.state.entries) or any(field.pending for field in self.query(Field))
 
     def _turn(self, seen: list[tuple[Form, Proposals]]) -> None:
         self.call_later(self._turn_to, seen)

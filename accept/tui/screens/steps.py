@@ -198,8 +198,8 @@ class Steps(Scanning[bool]):
             shown.say(f"{words}. {shown.what_now}" if isinstance(shown, StepScreen) else words)
 
     async def _back(self, goes_on: bool | None) -> None:
-        """Stand at the next incomplete step, and open it if Enter asked for it, or the summary if there is none or if
-        it was asked for; keys that follow wait for it. goes_on: None for the summary."""
+        """Stand at the next incomplete step, and open it if Enter asked for it; behind the last step open the summary.
+        Keys that follow wait for it. goes_on: None for the summary at once."""
         self._show()
         left = self._step_here()
         if goes_on is None or (goes_on and left is None):

@@ -210,7 +210,7 @@ class Summary(Scanning[bool]):
             texts = list(filter(None, (self._why[row].replace(hold, left), *self._notes)))
             self.query_one("#detail", Static).update("\n".join(texts))
             self.query_one("#why", VerticalScroll).scroll_home(animate=False)
-            self.call_after_refresh(self.refresh_bindings)  # PgDn is offered where it is more than the screen has room
+            self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if it is longer than its room
 
     def on_resize(self) -> None:
         self.call_after_refresh(self.refresh_bindings)
