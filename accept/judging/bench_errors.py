@@ -25,21 +25,31 @@ NARROW = 0.2  # of an interval over its upper end: one number suffices
 def without_bench_errors(result: UnitResult) -> UnitResult:
     """Return the result with a resonance that a wrong payload moved out of its limits set to no result; the same object
     if there is no clear evidence of a bench error."""
-    finding = next((f for f in result.findings if f.quantity == RESONANCE), None)
-    if finding is None or finding.verdict is not Verdict.FAIL or finding.value is None:
-        return result
     stiffness = next((q.value for _, q in result.information if q.name == BY_RESONANCE), math.nan)
-    stated = stiffness * 1e6 / (2 * math.pi * finding.value) ** 2  # the payload that the unit or the spec states [kg]
-    more = _by_contradiction(finding, result.findings, stated) or _by_gap(finding, result.gap, stated)
-    if more is None or not all(map(math.isfinite, more)):
+    findings = withhold_bench_errors(result.findings, stiffness, result.gap)
+    if findings is result.findings:
         return result
+    return replace(result, findings=tuple(findings), verdict=unit_verdict(findings))
+
+
+def withhold_bench_errors(
+    findings: Sequence[Finding], stiffness: float, gap: Mapping[str, Any] | None
+) -> Sequence[Finding]:
+    """Return the findings with a resonance that a wrong payload moved out of its limits set to no result; the same
+    object if there is no clear evidence of a bench error. stiffness: by resonance and payload [N/um]."""
+    finding = next((f for f in findings if f.quantity == RESONANCE), None)
+    if finding is None or finding.verdict is not Verdict.FAIL or finding.value is None:
+        return findings
+    stated = stiffness * 1e6 / (2 * math.pi * finding.value) ** 2  # the payload that the unit or the spec states [kg]
+    more = _by_contradiction(finding, findings, stated) or _by_gap(finding, gap, stated)
+    if more is None or not all(map(math.isfinite, more)):
+        return findings
     reason = because(Cause.PAYLOAD_WRONG, value=finding.value, mass=_mass(*more), how="more" if more[0] > 0 else "less")
     moved = replace(
         finding, verdict=Verdict.NO_RESULT, value=None, U=None, p_false_accept=None, budget=(), note=None,
         cause=reason, reason=str(reason),
     )  # fmt: skip
-    findings = tuple(moved if f is finding else f for f in result.findings)
-    return replace(result, findings=findings, verdict=unit_verdict(findings))
+    return tuple(moved if f is finding else f for f in findings)
 
 
 def _by_contradiction(resonance: Finding, findings: Sequence[Finding], stated: float) -> tuple[float, float] | None:

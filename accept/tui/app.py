@@ -43,6 +43,7 @@ class BenchApp(InOrder):
     CSS_PATH = "style.tcss"
     ENABLE_COMMAND_PALETTE = False
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (110, "-wide")]  # noqa: RUF012 - declared so by textual
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (24, "-tall")]  # noqa: RUF012 - as above
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+q", "quit", "Quit", priority=True, show=False),
         Binding("f12", "light_or_dark", "Light or dark", priority=True, show=False),
@@ -92,6 +93,17 @@ class BenchApp(InOrder):
 
         log_fault("a screen of accept run", error)  # textual shows it when the screens are gone
         super()._handle_exception(error)
+
+    def _fatal_error(self) -> None:
+        """End the program with the traceback of what went wrong. The library's shows the values of all variables too,
+        of which one may be a passphrase."""
+        from rich.segment import Segments
+        from rich.traceback import Traceback
+
+        self.bell()
+        rendered = self.console.render(Traceback(width=None), self.console.options)
+        self._exit_renderables.append(Segments(rendered))
+        self._close_messages_no_wait()
 
     async def on_event(self, event: Event) -> None:
         """Note that a person is at the bench."""
@@ -188,7 +200,7 @@ class BenchApp(InOrder):
             await self.go_to(serial, known.kind, queue if queue is not None and queue.kind == known.kind else None)
             return ""
         if problems[session.spec.kind] or len(serial) < SHORTEST:
-            return f"'{serial}': no unit of this serial was begun here"
+            return "No unit of that serial was begun here"
         self._leave_unit()
         self.queue, self.given = None, Given(session.operator, serial, session.spec.kind)
         self.show_start()
@@ -197,6 +209,16 @@ class BenchApp(InOrder):
     async def is_serial(self, text: str) -> bool:
         """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
         return self.bench is not None and await asyncio.to_thread(self.bench.is_serial, text)
+
+    def is_secret(self, text: str) -> bool:
+        """Return whether text, which is about to be taken for something else, is a passphrase of this bench. Called in
+        a thread: a tenth of a second for each key."""
+        if self.bench is None:
+            return False
+        from accept.base.home import home
+        from accept.workflow.passphrase_guard import is_passphrase  # what it imports is there by now
+
+        return any(is_passphrase(place, text) for place in {self.bench.home, home()})  # a training has its own keys
 
     def _leave_unit(self) -> None:
         while len(self.screen_stack) > 1:

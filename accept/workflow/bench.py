@@ -17,6 +17,7 @@ from accept.workflow.entry.parse_entry import is_described, serial_problem
 from accept.workflow.import_folder import adopt
 from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import Instruments, NoInstruments
+from accept.workflow.passphrase_guard import refuse_passphrases
 from accept.workflow.session import Session
 from accept.workflow.unit_list import KnownUnit, known_unit, known_units
 from accept.workflow.worker.process import WorkerProcess
@@ -124,7 +125,9 @@ class Workbench:
 
     def open_unit(self, begun: "Begun") -> tuple[Session, list[str]]:
         """Return the unit with an attempt to work on, and what could not be taken from its folder. Raises as
-        `session`."""
+        `session`, and EntryError if a passphrase was typed for one of the entries."""
+        new = [] if self.known_one(begun.serial) is not None else [begun.serial]
+        refuse_passphrases(self.home, [*new, begun.operator, *begun.parts.values(), begun.reason or ""])
         session = self.session(begun.serial, begun.kind, begun.operator)
         try:
             self.worker.warm()

@@ -1,6 +1,7 @@
 """Signing the certificate of a judged unit, and verifying it on the spot."""
 
 import os
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from accept.batch.job import drawn
@@ -18,7 +19,10 @@ from accept.certificate.verify.rejudge import read_certificate, verify_file
 from accept.certificate.verify.verification import Verification
 from accept.store import fold
 from accept.workflow.session import Session
+from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.state.unit_state import certificate_name
+from checks.verdict import UnitVerdict
+from specs.errors import AcceptError
 
 
 def make_keys(home: Path, operator: str, passphrase: str) -> Path:
@@ -39,6 +43,8 @@ def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verificati
         raise SigningRefused(f"{session.serial}: this result is signed already")
     result = session.result or session.judge()
     why = parse_signing_reason(result.verdict, reason)
+    if _is_one_of(why, [passphrase]):
+        raise SigningRefused(NOT_TAKEN)
     number = session.attempt.number
     before = fold(session.before_attempt()).units.get(session.serial)
     judged = fold(session.store.events(session.serial)).units[session.serial]
@@ -62,6 +68,8 @@ def countersign_unit(session: Session, passphrase: str, choice: str = "", reason
     certificate is not signed. Raises as `sign_unit`, DispositionError."""
     if session.attempt.certificate is None:
         raise SigningRefused(f"{session.serial}: the technician signs first")
+    if _is_one_of(reason, [passphrase]):
+        raise SigningRefused(NOT_TAKEN)
     path = Path(session.attempt.certificate)
     credential = _unlocked(session, QA, passphrase)
     gone = keys.revoked(session.home)
@@ -105,6 +113,55 @@ def check_passphrase(session: Session, role: str, passphrase: str) -> Credential
     if role == TECHNICIAN and not same_person(credential.person, session.operator):
         raise SigningRefused(f"{session.operator} is the operator, the key is that of {credential.person}")
     return credential
+
+
+def reason_problem(session: Session, reason: str, secrets: Iterable[str]) -> str:
+    """Return why a technician's reason to sign the present result cannot stand on the certificate, "" if it can.
+    secrets: passphrases that were typed or kept."""
+    result = session.result
+    if result is None or result.verdict is UnitVerdict.ACCEPTED:
+        return ""
+    if not reason.strip():
+        return f"Say in one line why you sign a unit that is {result.word}: it stands on the certificate"
+    return _is_one_of(reason, secrets) or _refusal(lambda: parse_signing_reason(result.verdict, reason))
+
+
+def disposition_problem(session: Session, choice: str, reason: str, secrets: Sequence[str]) -> str:
+    """Return why quality assurance cannot decide so about a unit that was not accepted, "" if it can."""
+    verdict = str(session.attempt.verdict)
+    equal = _is_one_of(choice, secrets) or _is_one_of(reason, secrets)
+    return equal or _refusal(lambda: parse_disposition(session.serial, verdict, choice, reason))
+
+
+def new_passphrase_problem(session: Session, chosen: str, said: Sequence[str]) -> str:
+    """Return why a passphrase cannot be chosen, "" if it can. said: what was typed beside it in clear."""
+    if _is_said(session, chosen) or _is_one_of(chosen, said):
+        return "This stands in clear in the unit's record: choose another passphrase"
+    return _refusal(lambda: keys.check_passphrase(chosen))
+
+
+def _is_said(session: Session, text: str) -> bool:
+    """Return whether text stands in the record of a unit already, in clear: no key gets it as its passphrase."""
+    attempt = session.attempt
+    said = [session.operator, session.serial, attempt.reason, *attempt.parts.values()]
+    for step in session.steps:
+        state = session.state(step.name)
+        said += [*state.reasons, *(note.text for note in state.notes)]
+    return text.strip() in {words.strip() for words in said}
+
+
+def _is_one_of(words: str, secrets: Iterable[str]) -> str:
+    """Return why words are not taken if they are one of the secrets, else ""."""
+    return NOT_TAKEN if words.strip() and words.strip() in {secret.strip() for secret in secrets} else ""
+
+
+def _refusal(check: Callable[[], object]) -> str:
+    """Return why a check refuses, "" if it does not."""
+    try:
+        check()
+    except AcceptError as e:
+        return " ".join(str(e).split())
+    return ""
 
 
 _ASK = "accept keys request --role {} --name {}"

@@ -18,6 +18,7 @@ from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
 from accept.gap.attach_to_result import with_explanation
 from accept.judging.advice import ADVICE, action, record_advice
+from accept.judging.bench_errors import BY_RESONANCE, withhold_bench_errors
 from accept.judging.nonconformance import open_nonconformances
 from accept.judging.result import UnitResult
 from accept.store import Event, Store
@@ -45,6 +46,7 @@ from accept.workflow import print_picture, record_folder
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
 from accept.workflow.instruments.port import InstrumentPort, reading
 from accept.workflow.lock import UnitLock
+from accept.workflow.passphrase_guard import refuse_passphrases
 from accept.workflow.record_folder import Proposals
 from accept.workflow.state.unit_state import (
     Attempt,
@@ -63,9 +65,11 @@ from accept.workflow.usual_values import usual_values
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
 from checks.cause import Cause
+from checks.consistency.contradictions import check_consistency
 from checks.declare import CsvTable, Form, Input, Measured, Scalar, Series
 from checks.errors import RecordError
 from checks.picture import Panel
+from checks.quantity import Quantity
 from checks.verdict import Finding, Verdict
 from hw.errors import InstrumentError
 from specs.bench import NO_CHANNELS, BenchFile, Channels, channel_map
@@ -105,6 +109,7 @@ class Session:
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
         self._result: tuple[Given, UnitResult] | None = None
         self._held: tuple[int, Sequence[str]] | None = None
+        self._compared: tuple[int, Sequence[Finding]] | None = None
         self.usual = usual_values(store, spec.kind, but=serial)
         self._lock = UnitLock(home / "units" / serial)
         try:
@@ -153,20 +158,36 @@ class Session:
 
     def next_step(self, after: str | None = None) -> WorkflowStep | None:
         """Return the first step that is not complete, at which a restarted workflow stands; of those behind `after`,
-        then of those before it."""
+        then of those before it that were not judged: one without a result stays behind, and the way leads on."""
         at = next((i + 1 for i, step in enumerate(self.steps) if step.name == after), 0)
-        places = {step.name: (i < at, i) for i, step in enumerate(self.steps)}
-        others = [step for step in self.waiting if step.name != after]
-        return min(others, key=lambda step: places[step.name], default=None)
+        behind = {step.name for step in self.steps[at:]}
+        ahead = [step for step in self.waiting if step.name in behind]
+        left = [s for s in self.waiting if s.name not in {after, *behind} and self.judgement(s.name) is None]
+        return next(iter(ahead + left), None)
 
     def judgement(self, step: str) -> StepJudgement | None:
-        """Return the stored judgement of a step if it still holds; without a result for what the judgement of the whole
-        unit took the result from, as two measurements that contradict each other."""
+        """Return the stored judgement of a step if it still holds, as the judgement of the whole unit leaves it: what
+        another step contradicts has no result, nor has what a reservation of the last summary took it from."""
         own = judgement_of(self.state(step), self.spec_name, code_sha256())
-        refuted = {f.quantity: f for f in self._last_findings if f.check == step and f.verdict is Verdict.NO_RESULT}
         if own is None:
             return own
+        refuted = {f.quantity: f for f in self._last_findings if f.check == step and _is_reserved(f)}
+        refuted = {f.quantity: f for f in self._consistent() if f.check == step} | refuted
         return replace(own, findings=tuple(refuted.get(f.quantity, f) for f in own.findings))
+
+    def _consistent(self) -> Sequence[Finding]:
+        """Return the findings of all steps that are judged; without a result where steps contradict each other, or
+        where they show an error of the bench."""
+        if self._compared is None or self._compared[0] != self.run.seq:
+            states = (self.state(step.name) for step in self.steps)
+            own = [j for state in states if (j := judgement_of(state, self.spec_name, code_sha256())) is not None]
+            findings = [finding for each in own for finding in each.findings]
+            known = {quantity.name: quantity for each in own for _, quantity in each.information}
+            known |= {f.quantity: Quantity(f.quantity, f.value, f.U) for f in findings if f.value is not None}
+            stiffness = known[BY_RESONANCE].value if BY_RESONANCE in known else math.nan
+            compared = withhold_bench_errors(check_consistency(findings, known), stiffness, self.gap)
+            self._compared = self.run.seq, compared
+        return self._compared[1]
 
     def action_at_source(self, step: WorkflowStep) -> str | None:
         """Return what to put right first at the records that a derived step reads; None if nothing is known there."""
@@ -365,9 +386,10 @@ class Session:
         printed: bool = False,
     ) -> Event:
         """Keep a note about a step, with copies of its photos or other files. internal: not on the certificate, where
-        every nonconformance is; printed: its photos are shown there, scaled. Raises EntryError if it is empty or a file
-        to print is no picture, OSError if a file cannot be read."""
+        every nonconformance is; printed: its photos are shown there, scaled. Raises EntryError if it is empty or a
+        passphrase, or if a file to print is no picture, OSError if a file cannot be read."""
         words, folder = plain_words(text, "a note"), self.folder / NOTES_FOLDER
+        refuse_passphrases(self.home, [text])
         kept = []
         for path in files:
             scaled = print_picture.scaled(path) if printed else b""  # a file that is no picture stops here
@@ -377,7 +399,9 @@ class Session:
         return self.append(StepNoted(step, words, nonconformance, tuple(kept), internal and not nonconformance))
 
     def remeasure(self, step: str, reason: str) -> Event:
-        """Begin a step anew; its earlier entries stay in the store. Raises EntryError without a reason."""
+        """Begin a step anew; its earlier entries stay in the store. Raises EntryError without a reason, and if it is a
+        passphrase."""
+        refuse_passphrases(self.home, [reason])
         return self.append(StepRemeasured(step, plain_words(reason, "the reason")))
 
     def undo(self, step: str = "") -> Event:
@@ -546,6 +570,13 @@ class Session:
             document = section.document(self.serial, attempt, self.steps, attempt.simulated or self.simulates)
             attach.write_document(self.folder, document)
             return attempt
+
+
+def _is_reserved(finding: Finding) -> bool:
+    """Return whether the judgement of the whole unit may have changed a finding; a nonconformance, which holds every
+    step, is shown by itself."""
+    held = finding.cause is not None and finding.cause.cause is Cause.NONCONFORMANCE
+    return finding.verdict is Verdict.NO_RESULT or (finding.verdict is Verdict.CONDITIONAL and not held)
 
 
 def _about(step: WorkflowStep) -> str:

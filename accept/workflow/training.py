@@ -26,6 +26,7 @@ from accept.units.unit_folder import UNIT_FILE, UnitFolder
 from accept.workflow.bench import LOCK_WAIT_S, Begun, Workbench
 from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import InstrumentPort
+from accept.workflow.passphrase_guard import refuse_passphrases
 from accept.workflow.record_folder import SETTLED_S
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import EnteredValue, FileLink
@@ -167,9 +168,11 @@ class TrainingBench(Workbench):
 
     def at_unit(self, begun: Begun) -> Workbench:
         """Return the bench with the records and the instruments of a unit. Raises OSError, UnitRequestError,
-        ModelError."""
+        ModelError, and EntryError if the serial is a passphrase: folders get its name."""
         self.running.close()
         number = begun.serial.removeprefix(_SERIAL)
+        if number == begun.serial:
+            refuse_passphrases(self.home, [number])
         seed = int(number) if number.isdecimal() and number != begun.serial else zlib.crc32(begun.serial.encode())
         request, _ = training_request(begun.kind, begun.serial, seed)
         unit = TrainingUnit(request, self.home / "records" / begun.serial)

@@ -150,7 +150,7 @@ def golden_name(
     """Make a judged unit a golden one. Its values and uncertainties are fixed from then on; quality assurance signs
     every naming but the first one with its key."""
     with open_store() as store:
-        signer = decision_signer(passphrase_file) if golden.needs_signature(store) else None
+        signer = decision_signer(passphrase_file, reason) if golden.needs_signature(store) else None
         golden.name_golden(store, serial, expect.value, operator_name(operator), reason, last, signer)
     say(f"{serial} is a golden unit, expected {expect}")
     return Exit.ACCEPTED
@@ -191,7 +191,7 @@ def golden_retire(
     passphrase_file: QaPassphrase = None,
 ) -> Exit:
     """Make a golden unit an ordinary one. Quality assurance signs the decision with its key."""
-    signer = decision_signer(passphrase_file)
+    signer = decision_signer(passphrase_file, reason)
     with open_store() as store:
         golden.retire(store, serial, reason, signer)
     say(f"{serial} is not a golden unit any more")
@@ -229,7 +229,7 @@ def golden_resolve(
     passphrase_file: QaPassphrase = None,
 ) -> Exit:
     """Let a stopped bench judge again. Quality assurance signs the decision with its key."""
-    signer = decision_signer(passphrase_file)
+    signer = decision_signer(passphrase_file, reason)
     with open_store() as store:
         golden.resolve(store, reason, signer)
     say(f"resolved by {signer.person}; judge the golden units again before anything else")

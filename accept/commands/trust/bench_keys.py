@@ -129,11 +129,18 @@ def demo_credential(home: Path) -> Credential:
     return keys.unlock(place, TECHNICIAN, _DEMO_PASSPHRASE)
 
 
-def decision_signer(passphrase_file: Path | None) -> Signer:
-    """Return the opened QA key of this bench, which signs decisions. Raises KeysError."""
-    credential = keys.unlock(
-        home(), keys.QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE)
-    )
+def check_reason(reason: str, passphrase: str) -> None:
+    """Raise KeysError if a reason, which is stored in clear, is the passphrase."""
+    if reason.strip() == passphrase.strip():
+        raise KeysError("the reason is the passphrase: it would be stored in clear; nothing was done")
+
+
+def decision_signer(passphrase_file: Path | None, reason: str) -> Signer:
+    """Return the opened QA key of this bench, which signs decisions. Raises KeysError, also if the reason of the
+    decision is the passphrase."""
+    passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE)
+    check_reason(reason, passphrase)
+    credential = keys.unlock(home(), keys.QA, passphrase)
     if credential.key is None:
         raise KeysError("no key found to sign a decision with")
     return Signer(credential.key, credential.certificate)

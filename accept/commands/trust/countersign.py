@@ -15,7 +15,7 @@ from accept.certificate.trust.keys import QA
 from accept.certificate.verify.rejudge import read_certificate
 from accept.certificate.verify.verification import Validity
 from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
-from accept.commands.trust.bench_keys import QA_PASSPHRASE, passphrase_of
+from accept.commands.trust.bench_keys import QA_PASSPHRASE, check_reason, passphrase_of
 from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.store import open_store
 
@@ -42,6 +42,7 @@ def run(
         return Exit.INCOMPLETE if before.outcome is Validity.SIGNED else Exit.REJECTED
     decision = parse_disposition(before.serial, before.verdict, disposition, because)
     passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE)
+    check_reason(because, passphrase)
     credential = keys.stamping(keys.unlock(home(), QA, passphrase), tsa, home())
     with open_store() as store:
         sign_into(certificate, content, credential, store, before.serial, credential.person, disposition=decision)

@@ -153,7 +153,7 @@ def resolve_copies(
     passphrase_file: QaPassphrase = None,
 ) -> Exit:
     """Decide to which unit a recording belongs. Quality assurance signs the decision with its key."""
-    signer = decision_signer(passphrase_file)
+    signer = decision_signer(passphrase_file, reason)
     with open_store() as store:
         for copy in resolve(store, serial, measured, reason, signer):
             others = ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
@@ -170,7 +170,7 @@ def void_attempt(
     passphrase_file: QaPassphrase = None,
 ) -> Exit:
     """Declare an attempt at a unit void. Quality assurance signs the decision with its key."""
-    signer = decision_signer(passphrase_file)
+    signer = decision_signer(passphrase_file, reason)
     with open_store() as store:
         verdict = void(store, serial, attempt, reason, signer)
     stdout.print(f"{serial}: attempt {attempt}, '{verdict}', is void: {' '.join(reason.split())} ({signer.person})")
@@ -189,7 +189,7 @@ def dispose(
     stated = parse_disposition(serial, UnitVerdict.CONDITIONAL, disposition, because)
     if stated is None:
         raise DispositionError(f"{serial} needs no disposition")
-    signer = decision_signer(passphrase_file)
+    signer = decision_signer(passphrase_file, because)
     with open_store() as store:
         decided = decide(store, serial, Decision(stated.choice, stated.reason), signer)
     for nonconformance in decided:

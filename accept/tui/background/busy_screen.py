@@ -5,7 +5,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
@@ -17,6 +17,14 @@ Then = Callable[[Any], None]
 T = TypeVar("T")
 _LOOK_S = 0.2  # between two looks whether the screen is still there
 _CLOCK_AFTER_S = 1.0  # what is done sooner needs no clock
+
+
+class KnowsPassphrases(Protocol):
+    """What a screen asks the application."""
+
+    def is_secret(self, text: str) -> bool:
+        """Return whether text is a passphrase of this bench; in a thread."""
+        ...
 
 
 class Working(Screen[T]):
@@ -78,6 +86,10 @@ class Working(Screen[T]):
     def in_front(self) -> bool:
         """Return whether no question stands in front of this screen, which textual counts as a current one then too."""
         return self.is_attached and self.app.screen is self
+
+    async def is_secret(self, text: str) -> bool:
+        """Return whether text, which is about to be taken for something else, is a passphrase of this bench."""
+        return await asyncio.to_thread(cast(KnowsPassphrases, self.app).is_secret, text)
 
     def say(self, words: str, role: str = "quiet") -> None:
         """Show one line at the foot of the screen. role: quiet, saved, doubt, good, bad."""

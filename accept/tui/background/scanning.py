@@ -7,7 +7,8 @@ from textual.events import Key
 
 from accept.tui.background.busy_screen import Working
 from accept.workflow.entry.parse_entry import is_value
-from accept.workflow.shift import SigningShift
+from accept.workflow.passphrase_guard import may_be_passphrase
+from accept.workflow.shift import NOT_TAKEN, SigningShift
 from accept.workflow.unit_list import Queue
 
 T = TypeVar("T")
@@ -41,8 +42,9 @@ class Scanning(Working[T]):
     _scan = ""
     _last_letter = 0.0
     _asked_about = ""  # a number that may be the serial of a new unit: the next Enter begins it
-    _unknown = ""  # what was typed last where a passphrase may be meant: the same again is a new unit
-    asks_passphrase = False  # a passphrase may be typed here too early: nothing of it is shown
+    _unknown = ""  # what was typed last and no unit has as its serial: the same again is a new unit
+    asks_passphrase = False  # a passphrase is what is typed here, and no value
+    where_signed = "A passphrase: in the summary, after F2"
 
     @property
     def bench_app(self) -> OpensUnits:
@@ -54,16 +56,16 @@ class Scanning(Working[T]):
         return True
 
     def on_key(self, event: Key) -> None:
-        """Take a letter of a serial; without a cursor in a line it means nothing else."""
+        """Take a letter of a serial; without a cursor in a line it means nothing else. It may be one of a passphrase
+        that is typed too early: only a value that this screen takes is shown."""
         if event.character is not None and event.is_printable and self.takes_scans():
             event.stop()
             self._scan = self.scan + event.character
             self._last_letter = time.monotonic()
-            goes = self.value_goes if is_value(self._scan) else ""
-            if self.asks_passphrase:
-                self.say(f"{len(self._scan)} letters of a serial. Enter: go to that unit. A passphrase: F2 first")
-            else:
-                self.say(f"{self._scan}   Enter: {goes}" if goes else f"Serial: {self._scan}   Enter: go to that unit")
+            goes = self.value_goes if not may_be_passphrase(self._scan) and is_value(self._scan) else ""
+            count = len(self._scan)
+            letters = f"{count} letter{'s' * (count > 1)} of a serial. Enter: go to that unit. {self.where_signed}"
+            self.say(f"{self._scan}   Enter: {goes}" if goes else letters)
 
     def say(self, words: str, role: str = "quiet") -> None:
         self._asked_about = ""
@@ -94,11 +96,14 @@ class Scanning(Working[T]):
             return False
         await self.saved()
         unknown, self._unknown = self._unknown, ""
-        if self.asks_passphrase and text != unknown and not await self.bench_app.is_serial(text):
-            self._unknown = text
-            self.say("No unit of that serial was begun here. Scan it again: begin it. A passphrase: F2 first", "bad")
-        elif text and not self.asks_passphrase and is_value(text) and not await self.bench_app.is_serial(text):
+        known = not text or await self.bench_app.is_serial(text)
+        if not known and await self.is_secret(text):
+            self.say(NOT_TAKEN, "bad")
+        elif not known and not self.asks_passphrase and is_value(text):
             await self._take_number(text)
+        elif not known and text != unknown and len(text) >= SHORTEST:
+            self._unknown = text
+            self.say(f"No unit of that serial was begun here. Scan it again: begin it. {self.where_signed}", "bad")
         elif why := await self.bench_app.scanned(text or confirmed, self.bench_app.queue):
             self.say(why, "bad")
         return True
@@ -107,7 +112,8 @@ class Scanning(Working[T]):
         """Give a value to the step. Digits alone may be the serial of a new unit: that is asked, lest a value begin
         a unit or a serial become a value."""
         if text.isdigit() and len(text) >= SHORTEST:
-            self.say(f"No unit {text} was begun here. Enter: begin it. A value: open its step first", "doubt")
+            shown = "of that number" if may_be_passphrase(text) else text
+            self.say(f"No unit {shown} was begun here. Enter: begin it. A value: open its step first", "doubt")
             self._asked_about = text
         else:
             await self.take_value(text)

@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, cast
 
 from rich.text import Text
 from textual.app import ComposeResult
@@ -12,7 +12,9 @@ from textual.containers import Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Input, Label
 
+from accept.tui.background.busy_screen import KnowsPassphrases
 from accept.tui.widgets.text_entry import TextEntry
+from accept.workflow.shift import NOT_TAKEN
 
 Check = Callable[[int, list[str]], str]
 
@@ -24,6 +26,11 @@ class QuestionLine:
     label: str
     secret: bool = False
     value: str = ""
+
+
+def required(words: str) -> Check:
+    """Return a check that no line is empty. words: what is said of one that is."""
+    return lambda place, given: "" if given[place].strip() else words
 
 
 class Question(ModalScreen[list[str] | None]):
@@ -40,7 +47,8 @@ class Question(ModalScreen[list[str] | None]):
         self, title: str, words: str | Text, lines: Sequence[QuestionLine], check: Check = lambda _, __: ""
     ) -> None:
         """Make the question. check: called at Enter, in a thread, with the place of the line and all lines; returns why
-        the line cannot stay so, "" if it can. The question stays until nothing is wrong."""
+        the line cannot stay so, "" if it can. The question stays until nothing is wrong: at the last line every line is
+        asked about, since the cursor may have come there without Enter."""
         super().__init__()
         self._title, self._words, self._lines, self._check = title, words, lines, check
         self._checking = False
@@ -63,19 +71,34 @@ class Question(ModalScreen[list[str] | None]):
             return
         self._checking = True
         try:
-            wrong = await asyncio.to_thread(self._check, at, [field.value for field in fields])
+            at, wrong = await asyncio.to_thread(self._first_wrong, at, [field.value for field in fields])
         finally:
             self._checking = False
         if not self.is_current:  # left meanwhile
             return
-        self.query_one("#wrong", Label).update(f"✗ {wrong}" if wrong else "")
         if wrong:
+            self.set_focus(fields[at])
+            if wrong == NOT_TAKEN:
+                with fields[at].prevent(Input.Changed):  # which would take away why
+                    fields[at].value = ""
             fields[at].select_all()
             self.app.bell()
-        elif at + 1 < len(fields):
+        self.query_one("#wrong", Label).update(f"✗ {wrong}" if wrong else "")
+        if not wrong and at + 1 < len(fields):
             self.set_focus(fields[at + 1])
-        else:
+        elif not wrong:
             self._leave([field.value for field in fields])
+
+    def _first_wrong(self, at: int, given: list[str]) -> tuple[int, str]:
+        """Return the first line that cannot stay so and why, the present one and "" if all can. A passphrase is taken
+        by no line that shows it. Called in a thread."""
+        is_secret = cast(KnowsPassphrases, self.app).is_secret
+        for place in range(len(given)) if at + 1 == len(given) else (at,):
+            if not self._lines[place].secret and is_secret(given[place]):
+                return place, NOT_TAKEN
+            if wrong := self._check(place, given):
+                return place, wrong
+        return at, ""
 
     def on_input_changed(self) -> None:
         """Take away why the last answer was refused: it is not that of what stands there now."""

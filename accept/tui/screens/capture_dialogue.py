@@ -2,24 +2,31 @@
 
 import queue
 import threading
+from collections.abc import Sequence
 from typing import Any
+
+from rich.text import Text
+from textual.widgets import Static
 
 from accept.capture.reading_loop import CaptureStopped
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine
+from accept.workflow.instruments.capture_log import CaptureLog, is_cue
 
 LOOK_S = 0.2  # between two looks whether the capture was stopped
 
 
 class CaptureDialogue:
-    """Questions and words of a capture. `ask` and `say` are called from the thread that measures, `stop` from the
-    screen."""
+    """Questions and words of a capture. `ask` and `say` are called from the thread that measures, `stop` and `ended`
+    from the screen."""
 
     def __init__(self, screen: Working[Any], title: str) -> None:
         self._screen, self._title, self.stopped = screen, title, threading.Event()
+        self._log = CaptureLog()
 
     def ask(self, words: str) -> str:
         """Return what a person types. Raises CaptureStopped after Escape, and if the screen was left."""
+        self._screen.app.call_from_thread(self._show, self._log.answered())
         answers: queue.SimpleQueue[list[str] | None] = queue.SimpleQueue()
         question = Question(self._title, words.strip().removesuffix(":"), [QuestionLine("")])
         self._screen.app.call_from_thread(self._screen.app.push_screen, question, answers.put)
@@ -34,11 +41,21 @@ class CaptureDialogue:
         raise CaptureStopped("stopped; nothing was entered")
 
     def say(self, words: str) -> None:
-        """Show words in the status line, with a sound if something is to be done now."""
-        app = self._screen.app
-        app.call_from_thread(self._screen.say, words)
-        if words.endswith("now"):
-            app.call_from_thread(app.bell)
+        """Show words above the status line, in which the clock runs, with a sound if something is to be done now."""
+        self._screen.app.call_from_thread(self._show, self._log.said(words))
+        if is_cue(words):
+            self._screen.app.call_from_thread(self._screen.app.bell)
+
+    def ended(self) -> None:
+        """Take the words away: what became of the capture stands in the status line."""
+        self._show(())
 
     def stop(self) -> None:
         self.stopped.set()
+
+    def _show(self, lines: Sequence[str]) -> None:
+        text = Text("\n".join(lines))
+        text.stylize("bold", 0, len(lines[0]) if lines and is_cue(lines[0]) else 0)
+        for shown in self._screen.query("#said").results(Static):
+            shown.update(text)
+            shown.display = bool(lines)

@@ -28,7 +28,7 @@ class DerivedScreen(StepView):
         if self.complete and self.session.judgement(self.step.name) is None:
             self.judge()
         elif self.complete:
-            self.say("Enter: next step, F3: compare again")
+            self.say(f"{self.enter_words}, F3: compare again")
         else:
             self.say(self.lacking(), "bad")
 

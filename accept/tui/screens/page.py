@@ -39,9 +39,11 @@ class Page(Scanning[bool]):
                 yield Static("", id="head", markup=False)
                 yield Static(self._words, id="words", markup=False)
                 yield Static("", id="setup", markup=False)
+                yield Static("", id="drawing", markup=False)
                 with VerticalScroll(id="body", can_focus=False):
                     yield from self.parts()
                     yield Pictures()
+        yield Static("", id="said", markup=False)
         yield Label("", id="status")
         yield KeyRow()
 

@@ -20,6 +20,7 @@ from accept.tui.background.busy_screen import Working
 from accept.workflow.record_folder import LOOKED_INTO_MOST, Listing, age_words, look
 
 LOOKS_AT_MOST_S = 5.0  # keys wait for the list of a slow folder no longer
+_NONE_SUCH = "No file has these letters in its name. Backspace: less"
 _HINT = "New files appear here. Type letters of a name, Enter: choose, Esc: cancel"
 
 
@@ -179,7 +180,7 @@ class Pick(Working[Path | None]):
         """Take what is under the cursor."""
         kind, _, name = self._here().partition(":")
         if not kind:
-            self.say(f"No file with '{self._typed}' in its name. Backspace: less" if self._typed else "No files", "bad")
+            self.say(_NONE_SUCH if self._typed else "No files", "bad")
         elif kind == "f":
             self.leave(self._folder / name)
         elif name == "..":
@@ -194,10 +195,13 @@ class Pick(Working[Path | None]):
             self._filter(self._typed + event.character)
 
     def _filter(self, text: str) -> None:
+        """Show the files whose name holds a text. A text that no name holds is not shown: F2 signs elsewhere, and what
+        follows it there is a passphrase."""
         self._typed = text
-        self.say(f"Files with '{text}' in the name. Backspace: less" if text else _HINT)
         if self._listing is not None:
             self._fill(self._listing)
+        held = f"Files with '{text}' in the name. Backspace: less" if self._here() else _NONE_SUCH
+        self.say(held if text else _HINT)
 
     def action_shorten(self) -> None:
         """Take back a letter of the filter; without one, go to the folder above."""

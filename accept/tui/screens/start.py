@@ -1,7 +1,7 @@
 """The first screen: who is at the bench, which unit, of what kind, made of what."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import CancelledError, Future, wait
 from dataclasses import dataclass
 from threading import Thread
@@ -18,9 +18,10 @@ from textual.worker import get_current_worker
 
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.load_module import load_module
-from accept.tui.screens.ask import Question, QuestionLine
+from accept.tui.screens.ask import Question, QuestionLine, required
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
+from accept.workflow.shift import NOT_TAKEN
 from specs.plugins import products
 
 if TYPE_CHECKING:
@@ -273,13 +274,29 @@ class StartScreen(Working[Begin | None]):
         ends |= here.id in parts() and not here.value.strip()  # those behind it stay empty too
         if ends or here.id == "serial":
             await self._looked_up.wait()
-        if here.id == "serial" and (problem := self._refused(self._value("serial"))):
+        begins = ends or (here.id == "serial" and self._known)
+        if await self._refuse_passphrase(shown if begins else [here]):
+            return
+        if here.id == "operator" and not here.value.strip():
+            self._refuse(here, "Enter your name")
+        elif here.id == "serial" and (problem := self._refused(self._value("serial"))):
             self._refuse(here, f"serial '{self._value('serial')}': {problem}")
-        elif ends or (here.id == "serial" and self._known):
+        elif begins:
             self._begin(None)
         else:
             self.set_focus(shown[at + 1])
             self.say(_PARTS if shown[at + 1].id in parts() else _GO_ON)
+
+    async def _refuse_passphrase(self, lines: Iterable[Input]) -> bool:
+        """Take a passphrase away that was typed into one of the lines. Returns whether there was one."""
+        for line in lines:
+            if not (line.id == "serial" and self._known) and await self.is_secret(line.value):
+                with line.prevent(Input.Changed):  # which would take away why
+                    line.value = ""
+                self._look()
+                self._refuse(line, NOT_TAKEN)
+                return True
+        return False
 
     def _refuse(self, line: Input, why: str) -> None:
         """Stay in a line, or go to it, and say why; what is typed or scanned next replaces what stands there."""
@@ -294,8 +311,11 @@ class StartScreen(Working[Begin | None]):
         if self._known is None:
             self.say("F8 needs a known unit", "bad")
             return
+        if await self._refuse_passphrase(self.query(Input)):
+            return
         words = f"{self._known.serial}, {self._known.words}. Earlier attempts are kept."
-        question = Question("A new attempt", words, [QuestionLine("Reason for the new attempt")])
+        lines = [QuestionLine("Reason for the new attempt")]
+        question = Question("A new attempt", words, lines, required("Type the reason"))
         self.app.push_screen(question, lambda answer: self._begin(answer[0]) if answer else None)
 
     def _begin(self, reason: str | None) -> None:
@@ -316,9 +336,6 @@ class StartScreen(Working[Begin | None]):
             self._refuse(
                 self.query_one(f"#{missing[0]}", Input), f"Enter {' and '.join(filter(None, wanted.values()))}"
             )
-            return
-        if reason is not None and not reason.strip():
-            self.say("Enter the reason for the new attempt", "bad")
             return
         if problem := bench.problem(serial, kind):
             self._refuse(self.query_one("#serial", Input), f"serial '{serial}': {problem}")
@@ -349,6 +366,8 @@ class StartScreen(Working[Begin | None]):
         """Show the units that were begun here and what they wait for, to go on with one."""
         await self._looked_up.wait()
         module = await asyncio.to_thread(load_module, "accept.tui.screens.units")
+        if await self._refuse_passphrase([self.query_one("#operator", Input)]):  # units are added in this name
+            return
         if self._bench is not None and self.is_current:
             units = module.Units(self._bench, self._value("operator"), self._value("kind"))
             await self.app.push_screen(units, self._chosen)

@@ -15,7 +15,7 @@ from accept.capture.operator_actions import Person
 from accept.capture.setup import CaptureResult
 from accept.store import Event
 from accept.store.payloads import EntryUndone
-from accept.tui.screens.ask import Question, QuestionLine
+from accept.tui.screens.ask import Question, QuestionLine, required
 from accept.tui.screens.capture_dialogue import CaptureDialogue
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.record_picker import Pick
@@ -34,8 +34,9 @@ from accept.workflow.entry.parse_entry import (
     passing_range,
     usual_range,
 )
+from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.steps.plan import has_files, is_needed
-from accept.workflow.steps.section import full
+from accept.workflow.steps.section import records_awaited
 from checks.declare import CsvTable, Measured, Scalar, Series, Vector
 from checks.errors import RecordError
 
@@ -72,7 +73,7 @@ class StepScreen(StepForm):
         if field is None:
             await self._finish()  # nothing is missing here: the list opens the next step
         elif text := field.input.value.strip():
-            if not await self._is_other_unit(field, text):
+            if not (await self._is_other_unit(field, text) or await self._is_refused(field)):
                 self._give(field, field.input.value, repeat=False)
         elif (
             file := field.proposed or (self._proposals.get(field.place.declared.name) if field.damaged else None)
@@ -131,6 +132,16 @@ class StepScreen(StepForm):
         if why := await self.bench_app.scanned(text, self.queue or self.own_queue):
             self.say(why, "bad")
         return True
+
+    async def _is_refused(self, field: Field) -> bool:
+        """Take a passphrase away that was typed for a value or a file. Returns whether it was one."""
+        text = field.input.value
+        is_file = field.place.is_file and (self.bench.records / Path(text.strip()).expanduser()).exists()
+        if refused := not is_file and await self.is_secret(text):
+            field.input.value = ""
+            self.app.bell()
+            self.say(NOT_TAKEN, "bad")
+        return refused
 
     def _refused(self) -> Field | None:
         """Return the first field whose entry was refused and still stands there: Enter tries it again before the cursor
@@ -211,12 +222,17 @@ class StepScreen(StepForm):
         for field, value in zip(fields, values, strict=True):
             self._take(field, Measured(value), False, f"{value:.9g} {field.place.unit}", True)
 
-    def action_keep(self) -> None:
-        """Keep what the foot asks about as it was typed. Of several questions each is shown before it is answered."""
+    async def action_keep(self) -> None:
+        """Keep what the foot asks about as it was typed; without a question, go to the summary. Of several questions
+        each is shown before it is answered."""
         here, asked = self._focused_field(), [field for field in self.query(Field) if field.doubted is not None]
         field = here if here in asked else self._asked if self._asked in asked else next(iter(asked), None)
         if field is None or field.doubted is None:
-            self.say("F9 keeps a value that is asked about; none is. Summary: Esc, then F9", "doubt")
+            typed = next((each for each in self.query(Field) if each.input.value.strip()), None)
+            if typed is None:
+                await self.action_to_summary()
+            else:
+                self.say(f"{typed.place.name} is not saved. Enter: save it", "bad")
         elif field is not self._asked:
             self._ask(field, field.doubted, field.question)
             self.set_focus(field.input)
@@ -261,8 +277,7 @@ class StepScreen(StepForm):
 
     def _awaited(self) -> bool:
         """Return whether the records of a step that needs none of them in particular are still coming in."""
-        form = self._form
-        return not any(map(is_needed, form.inputs)) and not full(self.step, self.state) and self.focused is not None
+        return records_awaited(self.step, self.state) and self.focused is not None
 
     def _lost(self, field: Field, text: str, why: str) -> None:
         """Put back what was typed but is not on the disk, and the cursor, unless something else was typed already."""
@@ -324,11 +339,12 @@ class StepScreen(StepForm):
         else:
             self._read(field, repeat=False)
 
-    def action_repeat(self) -> None:
+    async def action_repeat(self) -> None:
         """Take one more reading of the same value: what stands in the line, or what the instrument says."""
         field = self._focused_field()
         if field is not None and field.input.value.strip():
-            self._give(field, field.input.value, repeat=True)
+            if not await self._is_refused(field):
+                self._give(field, field.input.value, repeat=True)
         elif self._reading:
             self._too_early()
         elif field is not None:
@@ -384,7 +400,12 @@ class StepScreen(StepForm):
             finally:
                 self._reading, self.stop = False, None
 
-        self.send(measure, self._measured, f"measuring with {instrument.name}, some minutes; Esc: stop")
+        def measured(captured: CaptureResult) -> None:
+            dialogue.ended()
+            self._measured(captured)
+
+        doing = f"measuring with {instrument.name}, some minutes; Esc: stop"
+        self.send(measure, measured, doing, lambda _: dialogue.ended())
 
     def _measured(self, captured: CaptureResult) -> None:
         notes = f". {'; '.join(captured.notes)}" if captured.notes else ""
@@ -405,9 +426,8 @@ class StepScreen(StepForm):
         if not self.state.entries:
             self.say("Nothing to repeat: this step has no entries", "bad")
             return
-        question = Question(
-            "Measure this step again", "The record keeps the earlier entries.", [QuestionLine("Reason")]
-        )
+        words = "The record keeps the earlier entries."
+        question = Question("Measure this step again", words, [QuestionLine("Reason")], required("Type the reason"))
         self.app.push_screen(question, self._anew)
 
     def _anew(self, answer: list[str] | None) -> None:

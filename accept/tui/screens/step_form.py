@@ -105,7 +105,8 @@ class StepForm(StepView):
     @property
     def _begun(self) -> bool:
         """Return whether something was given, or typed without Enter."""
-        return bool(self.state.entries) or any(field.pending or field.input.value for field in self.query(Field))
+        typed = any(line.value for line in self.query("Field Input").results(Input))  # a field may not be drawn yet
+        return typed or bool(self.state.entries) or any(field.pending for field in self.query(Field))
 
     def _turn(self, seen: list[tuple[Form, Proposals]]) -> None:
         self.call_later(self._turn_to, seen)
@@ -204,6 +205,8 @@ class StepForm(StepView):
         self.query_one("#way", Label).update(f"Input: {self._form.name}   (F6: {others})" if others else "")
         self.query_one("#way").display = bool(others)
         self.query_one("#upper").set_class(has_files(self._form) or len(list(places(self._form))) < 4, "files")
+        self.query_one("#main").set_class(has_files(self._form) and bool(self.step.guide.picture), "of-files")
+        self.query_one("#drawing", Static).update(self.step.guide.picture)
         fields = self.query_one("#fields")
         await fields.remove_children()
         if not self.alive:  # left while the old fields went

@@ -23,7 +23,7 @@ from accept.workflow.session import Session
 from accept.workflow.state.unit_state import StepJudgement, StepState
 from accept.workflow.status import Status
 from accept.workflow.steps.plan import needs_rig
-from accept.workflow.steps.section import missing_labels, ready
+from accept.workflow.steps.section import missing_labels, ready, records_awaited
 from accept.workflow.unit_list import RIG, Queue
 from accept.workflow.worker.judging import Elsewhere
 from accept.workflow.worker.process import STOPPED
@@ -35,6 +35,7 @@ class StepView(Page):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("f10,ctrl+n", "next_unit", "Same step, next unit", show=False, priority=True),
+        Binding("f9", "to_summary", "Summary", show=False, priority=True),
         Binding("ctrl+d", "details", "More values", show=False, priority=True),
     ]
 
@@ -66,7 +67,8 @@ class StepView(Page):
     @property
     def complete_words(self) -> str:
         """Return what Enter and its neighbours do at a complete step."""
-        return f"{self.put_right_first or 'Step complete'}. {self.enter_words}, ↑ ↓: correct, Esc: step list"
+        summary = "" if self._is_last else ", F9: summary"
+        return f"{self.put_right_first or 'Step complete'}. {self.enter_words}{summary}, ↑ ↓: correct, Esc: steps"
 
     @property
     def enter_words(self) -> str:
@@ -76,7 +78,14 @@ class StepView(Page):
             return "Enter: this step again"
         if at_rig:
             return f"Leave {self.session.serial} mounted. Enter: its next step, {self.session.step(at_rig).short}"
-        return f"Enter: {'next step, F10: next unit' if self.queue is None else 'next unit'}"
+        if self.queue is not None:
+            return "Enter: next unit"
+        return f"Enter: {'summary' if self._is_last else 'next step'}, F10: next unit"
+
+    @property
+    def _is_last(self) -> bool:
+        """Return whether Enter opens the summary from here."""
+        return self.queue is None and self.session.next_step(self.step.name) is None
 
     @property
     def _next_at_rig(self) -> str:
@@ -139,7 +148,8 @@ class StepView(Page):
             return
         self.query_one("#head", Static).update(head(self.session, self.step))
         self.query_one("#setup", Static).update(setup(self.step))
-        self.query_one("#main").set_class(self.complete, "complete")
+        done = self.complete and not records_awaited(self.step, self.state)  # else the instruction is still to be read
+        self.query_one("#main").set_class(done, "complete")
         judgement = self.session.judgement(self.step.name) if self.complete else None
         first = self.session.action_at_source(self.step) or ""
         self.query_one(Findings).show(self.step.check, judgement, self.lacking(), self.session.usual, first)
@@ -177,7 +187,7 @@ class StepView(Page):
 
     def _compared(self, _: StepJudgement) -> None:
         self.judging = False
-        self.say(*((self.complete_words, "bad") if self._is_bad else ("Compared. Enter: next step", "good")))
+        self.say(*((self.complete_words, "bad") if self._is_bad else (f"Compared. {self.enter_words}", "good")))
         self.show()
 
     def _not_compared(self, why: str) -> None:
@@ -189,6 +199,14 @@ class StepView(Page):
     def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at present out of the footer."""
         return action != "picture" or not self.is_mounted or bool(self.session.panels(self.step.name))
+
+    async def action_to_summary(self) -> None:
+        """Open the summary from a complete step, once all is saved."""
+        await self.saved()
+        if self.complete:
+            self.stop_or(lambda: self.leave(None))
+        else:
+            self.say("F9 keeps a value that is asked about; none is. Summary: Esc, then F9", "doubt")
 
     async def action_note(self) -> None:
         await ask_note(self, self.session, self.step, self.bench.records, self._noted)

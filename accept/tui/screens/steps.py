@@ -11,7 +11,6 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
-from accept.judging.advice import first_advice
 from accept.store import Event
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.load_module import load_module
@@ -24,7 +23,7 @@ from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.step_list import GAP, GAP_TITLE, HELD, StepList, held_words, listed
+from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, held_words
 from accept.tui.widgets.step_words import head, setup, standing
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
@@ -42,6 +41,7 @@ class Steps(Scanning[bool]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "open", "Open", priority=True),
         Binding("right", "open", show=False, priority=True),
+        Binding("f2", "say_where_signed", show=False, priority=True),
         Binding("f5", "note", "Note", priority=True),
         Binding("ctrl+z", "undo", "Undo"),  # no letter: a serial that is scanned here must not undo anything
         Binding("f9", "summary", "Summary", priority=True),
@@ -198,10 +198,11 @@ class Steps(Scanning[bool]):
             shown.say(f"{words}. {shown.what_now}" if isinstance(shown, StepScreen) else words)
 
     async def _back(self, goes_on: bool | None) -> None:
-        """Stand at the next incomplete step, and open it if Enter asked for it; keys that follow wait for it."""
+        """Stand at the next incomplete step, and open it if Enter asked for it; behind the last step open the summary.
+        Keys that follow wait for it. goes_on: None for the summary at once."""
         self._show()
         left = self._step_here()
-        if goes_on and left is None:
+        if goes_on is None or (goes_on and left is None):
             await self.action_summary()
             return
         step = self._next_of_queue() or self.session.next_step(left.name if goes_on and left else None)
@@ -209,23 +210,8 @@ class Steps(Scanning[bool]):
             self.query_one(StepList).stand_at(step.name)
             if goes_on:
                 await self._open(step)
-        elif goes_on and self.session.spec.kind == "strut" and self.session.gap is None:
-            self.query_one(StepList).stand_at(GAP)
-            self._say_all_measured()
         elif goes_on:
             await self.action_summary()
-
-    def _say_all_measured(self) -> None:
-        """Say that every step was measured, and what to put right first where one failed or has no result."""
-        further = "F9: summary. Enter: gap analysis, for information"
-        bad = [s for s in self.session.steps if self.session.status(s) in (Status.FAIL, Status.NO_RESULT)]
-        judged = [judgement for step in bad if (judgement := self.session.judgement(step.name)) is not None]
-        todo = first_advice([f for judgement in judged for f in judgement.findings])
-        if bad:
-            named = listed([f"{step.short}: {self.session.status(step).word}" for step in bad])
-            self.say(f"{named}{f' → {todo}' if todo else ''}. {further}", "bad")
-        else:
-            self.say(f"All steps complete. {further}", "good")
 
     def _next_of_queue(self) -> WorkflowStep | None:
         """Return the step that the queue asks for next at this unit, None without a queue of several steps."""
@@ -257,6 +243,10 @@ class Steps(Scanning[bool]):
     def _undone(self, event: Event) -> None:
         self._show()
         self.say(f"Undone: {self.session.words_of(event)}; the record keeps both", "saved")
+
+    def action_say_where_signed(self) -> None:
+        """Say where a unit is signed: F2, which does so there, does nothing here."""
+        self.say("F9: summary. F2 signs there")
 
     async def action_summary(self) -> None:
         """Open the summary; drawing and signing take a second to import, in a thread. Keys that follow wait for it."""

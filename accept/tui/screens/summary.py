@@ -8,9 +8,10 @@ from typing import ClassVar
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
-from accept.certificate.contents.disposition import CHOICES, parse_signing_reason
+from accept.certificate.contents.disposition import CHOICES
 from accept.certificate.trust import keys
 from accept.certificate.trust.encrypted_key import LockedError
 from accept.certificate.verify.verification import Validity, Verification
@@ -22,17 +23,25 @@ from accept.store.payloads import RecordRefused, without_hashes
 from accept.tui.background.problems import words_of
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.background.scanning import Scanning
-from accept.tui.screens.ask import Question, QuestionLine
+from accept.tui.screens.ask import Check, Question, QuestionLine
 from accept.tui.screens.help import Help
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
-from accept.tui.widgets.findings import whole_lines
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
 from accept.tui.widgets.step_list import HELD, held_words, listed, where_held
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
-from accept.workflow.certify import check_passphrase, countersign_unit, key_problem, make_keys, sign_unit
+from accept.workflow.certify import (
+    check_passphrase,
+    countersign_unit,
+    disposition_problem,
+    key_problem,
+    make_keys,
+    new_passphrase_problem,
+    reason_problem,
+    sign_unit,
+)
 from accept.workflow.session import Session
 from accept.workflow.shift import SigningShift
 from accept.workflow.status import Status, of_findings
@@ -55,6 +64,7 @@ class Summary(Scanning[bool]):
     """Judges the unit when it opens. Dismisses True for the next unit, False to go back to the steps."""
 
     asks_passphrase = True
+    where_signed = "A passphrase: F2 first"
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "take_scan", show=False, priority=True),
@@ -63,6 +73,8 @@ class Summary(Scanning[bool]):
         Binding("f4", "next", "Next unit"),
         Binding("ctrl+r", "put_right", "Put right"),
         Binding("ctrl+l", "lock", "Forget passphrase", show=False),
+        Binding("pagedown", "page(1)", "More", priority=True),
+        Binding("pageup", "page(-1)", show=False, priority=True),
         Binding("escape", "leave", "Back"),
     ]
 
@@ -79,7 +91,8 @@ class Summary(Scanning[bool]):
         yield Banner()
         yield Static("Evaluating …", id="verdict", markup=False)
         yield DataTable(id="findings", cursor_type="row", cell_padding=0)
-        yield Static("", id="detail", markup=False)
+        with VerticalScroll(id="why", can_focus=False):
+            yield Static("", id="detail", markup=False)
         yield Static("", id="certificate", markup=False)
         yield Label("", id="status")
         yield KeyRow()
@@ -192,15 +205,19 @@ class Summary(Scanning[bool]):
     def _tell(self, row: int) -> None:
         """Tell why a finding is what it is, and what was noted about the unit."""
         if 0 <= row < len(self._why):  # an empty table says row -1
-            detail = self.query_one("#detail", Static)
-            room = detail.styles.max_height
             hold = ADVICE[Cause.NONCONFORMANCE]
             left = hold.removeprefix("sign; ") if self.session.attempt.certificate is not None else hold
             texts = list(filter(None, (self._why[row].replace(hold, left), *self._notes)))
-            detail.update("\n".join(whole_lines(texts, self.size.width - 2, int(room.value) if room else 1)))
+            self.query_one("#detail", Static).update("\n".join(texts))
+            self.query_one("#why", VerticalScroll).scroll_home(animate=False)
+            self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if it is longer than its room
 
     def on_resize(self) -> None:
-        self._tell(self.query_one(DataTable).cursor_row)
+        self.call_after_refresh(self.refresh_bindings)
+
+    def action_page(self, way: int) -> None:
+        why = self.query_one("#why", VerticalScroll)
+        why.scroll_relative(y=way * max(1, why.size.height - 1), animate=False)
 
     def _show_certificate(self) -> None:
         attempt = self.session.attempt
@@ -233,22 +250,17 @@ class Summary(Scanning[bool]):
             self.say(problem, "bad")
         elif (kept := self._shift.passphrase(self.session.operator)) is not None:
             words = self._what_is_signed().append(f"\n\n{_OPEN_KEY.format(self.session.operator)}", "not bold default")
-            question = Question(f"Sign {self.session.serial}", words, self._asked_why, self._reason(kept))
+            question = Question(f"Sign {self.session.serial}", words, self._asked_why, self._signs(lambda _: "", kept))
             await self.app.push_screen(question, lambda answer: self._sign(None if answer is None else [kept, *answer]))
         elif keys.exist(self.bench.home):
-            lines = [QuestionLine("Passphrase", secret=True), *self._asked_why]
+            lines = [*self._asked_why, QuestionLine("Passphrase", secret=True)]
             words = self._what_is_signed().append(f"\n\n{_FOR_A_SHIFT}", "not bold default")
-            opens, reasoned = self._passphrase(keys.TECHNICIAN, 0), self._reason()
-            question = Question(
-                f"Sign {self.session.serial}", words, lines, lambda *given: opens(*given) or reasoned(*given)
-            )
-            await self.app.push_screen(question, self._sign)
+            question = Question(f"Sign {self.session.serial}", words, lines, self._signs(self._opens(keys.TECHNICIAN)))
+            await self.app.push_screen(question, lambda answer: self._sign(answer and answer[::-1]))
         else:
             words = self._what_is_signed().append(f"\n\n{_FIRST_KEYS}", "not bold default")
-            lines, title = [*_FIRST_LINES, *self._asked_why], f"Sign {self.session.serial}: choose a passphrase"
-            reasoned = self._reason()
-            question = Question(title, words, lines, lambda *given: _new_passphrase(*given) or reasoned(*given))
-            await self.app.push_screen(question, self._first_keys)
+            lines, title = [*self._asked_why, *_FIRST_LINES], f"Sign {self.session.serial}: choose a passphrase"
+            await self.app.push_screen(Question(title, words, lines, self._signs(self._can_be)), self._first_keys)
 
     @property
     def _asked_why(self) -> list[QuestionLine]:
@@ -256,25 +268,23 @@ class Summary(Scanning[bool]):
         result = self.session.result
         return [] if result is None or result.verdict is UnitVerdict.ACCEPTED else [QuestionLine(_WHY)]
 
-    def _reason(self, kept: str = "") -> Callable[[int, list[str]], str]:
-        """Return a check of the last line, if a reason is asked there: it stands on the certificate in clear, so it is
-        not the passphrase, which is the first line unless it was kept."""
-        asked, result = bool(self._asked_why), self.session.result
+    def _signs(self, secret: Callable[[list[str]], str], kept: str = "") -> Check:
+        """Return a check of the lines by which a technician signs: why, if that is asked, then the passphrase. secret:
+        returns why the passphrase cannot be taken, from all lines so far; kept: one that is not asked for."""
+        asked = len(self._asked_why)
 
         def check(place: int, given: list[str]) -> str:
-            if not asked or result is None or place + 1 < len(given):
-                return ""
-            if not given[-1].strip():
-                return f"Say in one line why you sign a unit that is {result.word}: it stands on the certificate"
-            if given[-1].strip() == (kept or given[0]).strip():
-                return "That is the passphrase. The reason stands on the certificate, in clear"
-            try:
-                parse_signing_reason(result.verdict, given[-1])
-            except AcceptError as e:
-                return words_of(e)
-            return ""
+            if place < asked:
+                return reason_problem(self.session, given[place], [kept, *given[asked:]])
+            return secret(given[: place + 1])
 
         return check
+
+    def _can_be(self, given: list[str]) -> str:
+        """Return why a passphrase that is chosen cannot be taken: said at its first line."""
+        said, chosen = given[: len(self._asked_why)], given[len(self._asked_why) :]
+        differ = "The passphrases differ" if len(set(chosen)) > 1 else ""
+        return new_passphrase_problem(self.session, chosen[0], said) or differ
 
     async def _ask_ahead(self) -> None:
         """Ask for the passphrase while the unit is still evaluated; what is signed is confirmed when it is known."""
@@ -294,7 +304,8 @@ class Summary(Scanning[bool]):
 
         words = f"Nothing is signed yet: once the unit is evaluated you confirm what is signed.\n\n{_FOR_A_SHIFT}"
         lines = [QuestionLine("Passphrase", secret=True)]
-        question = Question(f"Sign {self.session.serial}", words, lines, self._passphrase(keys.TECHNICIAN, 0))
+        opens = self._opens(keys.TECHNICIAN)
+        question = Question(f"Sign {self.session.serial}", words, lines, lambda _, given: opens(given))
         await self.app.push_screen(question, keep)
 
     def _what_is_signed(self) -> Text:
@@ -307,14 +318,12 @@ class Summary(Scanning[bool]):
         held = held_words(self.session.nonconformances)
         return words.append_text(Text("\n").append_text(held)) if held else words
 
-    def _passphrase(self, role: str, at: int) -> Callable[[int, list[str]], str]:
-        """Return a check of the line at this place: whether it opens the key of a role."""
+    def _opens(self, role: str) -> Callable[[list[str]], str]:
+        """Return a check of the last of the lines so far: whether it opens the key of a role."""
 
-        def check(place: int, given: list[str]) -> str:
-            if place != at:
-                return ""
+        def check(given: list[str]) -> str:
             try:
-                check_passphrase(self.session, role, given[at])
+                check_passphrase(self.session, role, given[-1])
             except AcceptError as e:
                 return _NOT_OPENED if isinstance(e.__cause__, LockedError) else words_of(e)
             return ""
@@ -324,7 +333,7 @@ class Summary(Scanning[bool]):
     def _first_keys(self, answer: list[str] | None) -> None:
         if answer is None:
             return
-        first, _, *reason = answer
+        *reason, first, _ = answer
         home, operator = self.bench.home, self.session.operator
         self.send(
             lambda: make_keys(home, operator, first), lambda left: self._made([first, *reason], left), "making keys"
@@ -373,10 +382,16 @@ class Summary(Scanning[bool]):
             word = signs.unit_word(verdict, held)
             words = f"The unit is {word}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
             lines = [QuestionLine("Disposition"), QuestionLine("Reason")]
-        passphrase = QuestionLine("QA passphrase", secret=True)
-        return Question(
-            f"Countersign {self.session.serial}", words, [*lines, passphrase], self._passphrase(keys.QA, len(lines))
-        )
+        lines.append(QuestionLine("QA passphrase", secret=True))
+        opens = self._opens(keys.QA)
+
+        def check(place: int, given: list[str]) -> str:
+            if place + 1 == len(lines):
+                return opens(given)
+            choice, reason, passphrase = given
+            return disposition_problem(self.session, choice, reason if place else "-", [passphrase])
+
+        return Question(f"Countersign {self.session.serial}", words, lines, check)
 
     def _countersign(self, answer: list[str] | None) -> None:
         if answer is not None:
@@ -405,7 +420,9 @@ class Summary(Scanning[bool]):
             self.app.push_screen(told, lambda further: self.action_next() if further else None)
 
     def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
-        """Leave keys of a training out of the footer elsewhere."""
+        """Leave keys of a training out of the footer elsewhere, and one that has nothing more to show."""
+        if action == "page":
+            return any(why.max_scroll_y > 0 for why in self.query("#why"))
         return action != "put_right" or self.bench.training is not None
 
     def action_put_right(self) -> None:
@@ -443,15 +460,6 @@ _FIRST_LINES = [
     QuestionLine("Passphrase", secret=True),
     QuestionLine("Repeat passphrase", secret=True),
 ]
-
-
-def _new_passphrase(place: int, given: list[str]) -> str:
-    """Return why a chosen passphrase cannot be taken: said at its first line."""
-    try:
-        keys.check_passphrase(given[0])
-    except AcceptError as e:
-        return words_of(e)
-    return "The passphrases differ" if place > 0 and given[0] != given[1] else ""
 
 
 def _detail(f: Finding, refused: RecordRefused | None, said: str) -> str:

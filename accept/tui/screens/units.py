@@ -14,6 +14,7 @@ from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import HELD
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.bench import Begun, Workbench
+from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.unit_list import ALL, KnownUnit, Queue, queues
 
 _COLUMNS = (("serial", 13), ("kind", 6), ("state", 23), ("who", 6), ("when", 9))  # 57: beside the queues at 80 columns
@@ -177,14 +178,16 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         table = self.query_one("#known", DataTable)
         table.move_cursor(row=max(0, min(table.cursor_row + rows, table.row_count - 1)))
 
-    def action_open(self) -> None:
+    async def action_open(self) -> None:
         """Open the unit that was scanned, else the one under the cursor; while a tray is added, add it."""
         text = self.query_one(TextEntry).value.strip()
         exact = next((unit for unit in self._units if unit.serial == text), None)
+        if exact is None and await self._is_refused(text):
+            return
         if self._adding and text:
             self._add(text)
         elif self._adding:
-            self.action_add()
+            await self.action_add()
         elif exact is not None:
             self._choose(exact)
         elif text:
@@ -207,9 +210,19 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         waits = queue is not None and queue.name != ALL and unit in queue.units
         self.leave((unit, queue if waits else None))
 
-    def action_add(self) -> None:
+    async def _is_refused(self, text: str) -> bool:
+        """Take a passphrase away that was typed for a serial. Returns whether it was one."""
+        if refused := await self.is_secret(text):
+            self.query_one(TextEntry).value = ""
+            self.app.bell()
+            self.call_after_refresh(self.say, NOT_TAKEN, "bad")  # behind what the emptied line says
+        return refused
+
+    async def action_add(self) -> None:
         """Begin to add the units of a tray, or end it."""
         text = self.query_one(TextEntry).value.strip()
+        if await self._is_refused(text):
+            return
         if not self._operator:
             self.say("Enter your name on the first screen, then add units", "bad")
         elif text:

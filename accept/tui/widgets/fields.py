@@ -97,8 +97,12 @@ class Field(Vertical):
         self.show(self._state)
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Give a line its room when something is typed in it: before, what is saved stands in one column."""
+        """Give a line its room when something is typed in it: before, what is saved stands in one column. Nothing is
+        asked about an emptied line."""
         self.set_class(bool(event.value), "typing")
+        if not event.value and self.doubted is not None:
+            self.doubted = None
+            self._reason("", "")
 
     @property
     def input(self) -> Input:
@@ -107,7 +111,8 @@ class Field(Vertical):
     def show(self, state: StepState, judgement: StepJudgement | None = None) -> None:
         """Show what is saved for this place. judgement: what stands above it on the screen."""
         words = stored_words(self.place, self._step, state, judgement)
-        self._put(".stored", f"{SAVED} {words}" if words else "")
+        blank = "\N{NO-BREAK SPACE}" if self.place.is_file else " "  # a long name begins beside its mark
+        self._put(".stored", f"{SAVED}{blank}{words}" if words else "")
         self.set_class(bool(words), "has-stored")
         for line in self.query(Input):
             line.placeholder = "" if words and self.place.is_file else self._hint()  # the name takes its room

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from textwrap import wrap
 from types import MappingProxyType
 
 from rich.text import Text
@@ -121,14 +120,3 @@ def _value(f: Finding) -> str:
 def missing_words(labels: Sequence[str]) -> str:
     """Return what was not given, as one sentence."""
     return f"Missing: {', '.join(labels)}" if labels else ""
-
-
-def whole_lines(texts: Sequence[str], width: int, height: int) -> list[str]:
-    """Return as many of the texts as have room, each whole, and how many are left to the certificate. The first is
-    always there."""
-    used = [sum(len(wrap(line, width)) or 1 for line in text.split("\n")) for text in texts]
-    if sum(used) <= height:
-        return list(texts)
-    kept = max([1, *(n for n in range(1, len(texts)) if sum(used[:n]) < height)])
-    left = len(texts) - kept
-    return [*texts[:kept], *([f"{left} more note{'s' if left > 1 else ''} on the certificate"] if left else [])]

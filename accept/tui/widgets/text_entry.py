@@ -4,6 +4,7 @@ import asyncio
 from contextlib import suppress
 from typing import Any
 
+from textual.events import Paste
 from textual.message_pump import MessagePump
 from textual.screen import Screen
 from textual.widgets import Input
@@ -19,6 +20,13 @@ class TextEntry(Input):
             value, placeholder=placeholder, password=secret, compact=True, max_length=1000, select_on_focus=True, id=id
         )
         self.cursor_blink = False
+
+    def _on_paste(self, event: Paste) -> None:
+        """Take every line of what is pasted, in one: the library keeps the first alone. A column of eight heights is
+        eight values, and what takes one value refuses them."""
+        event.prevent_default().stop()
+        lines = filter(None, map(str.strip, event.text.replace("\t", " ").splitlines()))
+        super()._on_paste(Paste(" ".join(lines)))
 
 
 async def typed(*pumps: MessagePump) -> None:

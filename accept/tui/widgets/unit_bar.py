@@ -30,8 +30,9 @@ class UnitBar(Static):
     def _line(self, spec: str) -> Text:
         session = self._session
         done = sum(session.status(step) not in UNFINISHED for step in session.steps)
+        count = f"{done} of {len(session.steps)} steps{'' if session.responses is None else ', gap optional'}"
         text = Text.assemble((f" {session.serial} ", "reverse bold"), "  ", (f"attempt {session.attempt.number}", ""))
-        for words in (self._where, f"{done} of {len(session.steps)} steps", session.operator, spec):
+        for words in (self._where, count, session.operator, spec):
             text.append("  ·  ", "dim").append(words) if words else None
         text.no_wrap, text.overflow = True, "ellipsis"
         return text

@@ -82,6 +82,12 @@ def full(step: WorkflowStep, state: StepState) -> bool:
     return all(_given(i, state) for i in step.form(state.form).inputs)
 
 
+def records_awaited(step: WorkflowStep, state: StepState) -> bool:
+    """Return whether inputs of a form are still missing that needs none of them more than the others: one is enough to
+    judge, and how the others are measured is still to be read."""
+    return not any(map(is_needed, step.form(state.form).inputs)) and not full(step, state)
+
+
 def ready(step: WorkflowStep, state: StepState) -> bool:
     """Return whether judging the step would give more than a missing input."""
     return bool(state.entries) and not missing(step, state)

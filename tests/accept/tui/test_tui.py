@@ -20,6 +20,7 @@ from accept.tui.widgets.fields import Field
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.step_list import HELD, StepList
 from accept.workflow.session import Session
+from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.state.unit_state import fold_run
 from checks.acceptance import CHECKS
 from tests.accept.tui.tui_help import (
@@ -272,11 +273,18 @@ async def test_signing_needs_the_passphrase():
     async with running() as pilot:
         await begin(pilot)
         await press(pilot, "f9", "f2")
-        for line in ("correct horse", "other"):
+        await type_line(pilot, "")
+        assert "why you sign" in words(pilot, "#wrong")  # before a passphrase is asked for
+        for line in ("nothing was measured", "correct horse", "other"):
             await type_line(pilot, line)
         assert "differ" in words(pilot, "#wrong")  # and the question stays
         await press(pilot, "escape", "f2")
-        await type_line(pilot, "short")
+        for line in ("correct horse", "correct horse"):
+            await type_line(pilot, line)
+        assert "choose another passphrase" in words(pilot, "#wrong")  # it stands there in clear
+        await press(pilot, "escape", "f2")
+        for line in ("nothing was measured", "short"):
+            await type_line(pilot, line)
         assert "8 or more" in words(pilot, "#wrong")  # said at the first line
         await press(pilot, "escape")
         await sign_first(pilot, "nothing was measured")
@@ -291,8 +299,12 @@ async def test_signing_needs_the_passphrase():
         await press(pilot, "escape", "ctrl+l", "f2")
         assert isinstance(pilot.app.screen, Question)
         assert "You sign as technician: INCOMPLETE" in words(pilot, ".words")
-        await type_line(pilot, "wrong")
-        assert "✗" in words(pilot, "#wrong")
+        await type_line(pilot, "correct horse")
+        assert words(pilot, "#wrong") == f"✗ {NOT_TAKEN}"
+        assert not pilot.app.screen.focused.value
+        for line in ("one step was measured", "wrong"):
+            await type_line(pilot, line)
+        assert "✗ Wrong passphrase" in words(pilot, "#wrong")
         await press(pilot, "escape")
         assert "not signed" in words(pilot, "#certificate")
     (signed,) = stored("certificate_signed")

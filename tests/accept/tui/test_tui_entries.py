@@ -6,20 +6,25 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from textual.events import Key
+from textual.events import Key, Paste
 from textual.keys import _character_to_key
 from textual.pilot import Pilot
 from textual.widgets import DataTable, Input, Static
 
 from accept.store import Store, open_store
+from accept.tui.screens.start import Given
 from accept.tui.widgets.fields import Field
+from accept.tui.widgets.step_list import StepList
 from accept.workflow.entry.parse_entry import doubt, passing_range, usual_range
 from checks.acceptance import CHECKS
+from checks.declare import Series
+from hw.records import write_csv
 from specs.spec import Limit
-from tests.accept.tui.tui_help import begin, focused_again, loader, press, running, settled, type_line, words
+from tests.accept.tui.tui_help import HEIGHTS, begin, focused_again, loader, press, running, settled, type_line, words
 from tests.hw.instruments.fake_instrument import Fake, Only
 from tests.soak import SOAK
 
@@ -104,7 +109,7 @@ async def test_on_a_complete_step_nothing_is_overwritten_unseen():
         assert len(stored("APA-02")) == 2
         await press(pilot, "f3", *"77", "enter")  # the cursor stands in no field
         assert len(stored("APA-02")) == 2
-        assert "'77': no unit of this serial" in words(pilot, "#status")
+        assert "No unit of that serial" in words(pilot, "#status")
         assert pilot.app.screen.step.name == "capacitance"
         await press(pilot, "enter")
         assert pilot.app.screen.step.name == "stroke"
@@ -290,3 +295,98 @@ async def test_a_failed_step_says_at_its_foot_what_to_do():
         await press(pilot, "down", "enter", *"3.9", "enter", *"9.8", "enter")
         assert "→ check that the leads are on the right stacks" in words(pilot, "#status")
         assert "Step complete" not in words(pilot, "#status")
+
+
+async def test_the_foot_names_the_summary_and_f9_goes_there_from_a_complete_step():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "f9", "escape", "down", "enter")
+        await type_line(pilot, "4.99")
+        await press(pilot, "f9")
+        assert "Summary: Esc, then F9" in words(pilot, "#status")  # one value is missing
+        await type_line(pilot, "9.85")
+        await press(pilot, "escape", "enter", "escape", "down", "enter")
+        assert "Enter: next step" in pilot.app.screen.complete_words
+        assert "F9: summary" in pilot.app.screen.complete_words
+        await press(pilot, "up", *"4.98", "f9")
+        assert "is not saved" in words(pilot, "#status")  # and is not lost
+        await press(pilot, "enter", "f9")
+        assert type(pilot.app.screen).__name__ == "Summary"
+
+
+async def test_enter_at_the_last_step_opens_the_summary_of_a_strut_too(tmp_path: Path):
+    """Red before: it landed in the list of steps, in which the keys of the summary do nothing."""
+    async with running(loader("strut", tmp_path)) as pilot:
+        await type_line(pilot, "ST-01")
+        while type(pilot.app.screen).__name__ == "StartScreen":
+            await press(pilot, "enter")
+        for name in ("frf_noise.csv", "frf_noise_hf.csv"):
+            rng, t = np.random.default_rng(len(name)), np.arange(2000) * 1e-3
+            write_csv(tmp_path / name, {"t": t, **{c: rng.standard_normal(t.size) for c in ("Va", "Vs", "de", "da")}})
+        session = pilot.app.session
+        for step in session.steps:
+            for declared in step.form(None).inputs if not step.derived else ():
+                if isinstance(declared, Series) and not declared.optional:
+                    high = tmp_path / f"frf_noise{'_hf' * (declared.name == 'high')}.csv"
+                    session.link(step.name, declared, high)
+            session.judge_step(step.name)
+        last = session.steps[-1]
+        pilot.app.screen.query_one(StepList).stand_at(last.name)
+        await press(pilot, "enter")
+        assert pilot.app.screen.step is last
+        assert "Enter: summary" in pilot.app.screen.complete_words
+        await press(pilot, "enter")
+        assert type(pilot.app.screen).__name__ == "Summary"
+
+
+async def test_eight_heights_that_are_pasted_as_a_column_are_eight_heights():
+    """Red before: the first was saved, and the others were dropped without a word."""
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        pilot.app.post_message(Paste("\r\n".join(HEIGHTS.split()) + "\r\n"))
+        await settled(pilot)
+        await press(pilot, "enter")
+        assert [e["value"] for e in stored("APA-02")] == [float(z) for z in HEIGHTS.split()]
+
+
+async def test_pasted_lines_in_a_field_of_one_value_are_refused():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        pilot.app.post_message(Paste("4.99\n9.85\n"))
+        await settled(pilot)
+        await press(pilot, "enter")
+        assert "not a number" in words(pilot, "#status")
+        assert not stored("APA-02")
+
+
+async def test_nothing_is_asked_about_an_emptied_field():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        await type_line(pilot, "499")
+        field = next(iter(pilot.app.screen.query(Field)))
+        await focused_again(pilot, field.input)
+        assert field.has_class("doubted")
+        await press(pilot, "backspace")
+        assert not field.has_class("doubted")
+
+
+async def test_an_empty_reason_leaves_the_question_of_measuring_again_open():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        await type_line(pilot, "4.99")
+        await press(pilot, "f8", "enter")
+        assert type(pilot.app.screen).__name__ == "Question"
+        assert "Type the reason" in words(pilot, "#wrong")
+
+
+async def test_enter_in_an_empty_operator_asks_for_the_name():
+    """Red before: it went on to the serial, where the name was typed then."""
+    async with running(given=Given("")) as pilot:
+        assert pilot.app.focused.id == "operator"
+        await press(pilot, "enter")
+        assert pilot.app.focused.id == "operator"
+        assert "Enter your name" in words(pilot, "#status")

@@ -11,7 +11,7 @@ from textual.app import App, ComposeResult
 from textual.containers import Horizontal
 from textual.widgets import Static
 
-from accept.tui.widgets.findings import findings_text, whole_lines
+from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hung
 from accept.tui.widgets.heat_map import map_text, shaded
 from accept.tui.widgets.plot import (
@@ -212,18 +212,6 @@ def test_no_line_is_drawn_across_a_turn_of_the_phase():
     parts = [list(y) for _, y in unbroken(np.arange(5.0), phase, 180.0)]
     assert parts == [[170.0, 178.0], [-179.0, -175.0], [179.0]]
     assert len(list(unbroken(np.arange(5.0), phase, math.inf))) == 1
-
-
-def test_notes_of_a_summary_stand_whole_or_are_counted() -> None:
-    reason, short, long = "dx: passes", "one realisation only", "the model was judged on the data " * 8
-    assert whole_lines([reason, short], 78, 4) == [reason, short]
-    assert whole_lines([reason, short, long], 78, 4) == [reason, short, "1 more note on the certificate"]
-    assert whole_lines([reason, long, short, short], 78, 4) == [reason, "3 more notes on the certificate"]
-    # The reason is never left out.
-    assert whole_lines([long, short], 78, 2) == [
-        long,
-        "1 more note on the certificate",
-    ]
 
 
 def test_heights_that_lie_close_together_do_not_run_into_each_other():

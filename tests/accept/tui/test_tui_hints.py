@@ -146,7 +146,7 @@ async def test_the_file_on_top_is_the_one_whose_name_speaks_for_the_field(record
             ("frf_noise_hf.csv", "Responses"),
         ]
         await press(pilot, *"zz", "enter")  # no folder above is opened for letters that no name holds
-        assert "zz" in words(pilot, "#status")
+        assert "No file has these letters" in words(pilot, "#status")
         assert str(records) in words(pilot, "#folder")
 
 
@@ -819,7 +819,7 @@ async def test_the_line_in_which_is_typed_is_on_the_screen_below_long_words():
         await pilot.app.push_screen(Question("Sign APA-02", "not measured: Stroke, three stacks\n" * 22, lines))
         for _ in lines:
             line = pilot.app.focused
-            await pilot.pause()
+            await pilot.wait_for_scheduled_animations()  # the question scrolls to its line
             assert pilot.app.screen.region.contains_region(line.region)
             assert line.parent.region.contains_region(line.region)
             await press(pilot, "enter")

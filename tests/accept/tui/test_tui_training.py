@@ -73,10 +73,6 @@ class Technician:
             screen = self.pilot.app.screen
             if self.screen == "Summary":
                 return
-            if self.screen == "Steps":
-                done = "F9: summary" in words(self.pilot, "#status")
-                await self.press("f9" if done else "enter")
-                continue
             field = screen._focused_field() if isinstance(screen, StepForm) else None
             readable = field is not None and not field.place.is_file and screen._instrument(field.place) is not None
             await self.press("f3" if readable and not screen._has(field.place) else "enter")
@@ -85,9 +81,9 @@ class Technician:
     async def signs(self) -> None:
         """With the first keys of the bench."""
         await self.press("f2")
-        await self.types(PASSPHRASE)
-        await self.types(PASSPHRASE)
         await self.types("not put right")
+        await self.types(PASSPHRASE)
+        await self.types(PASSPHRASE)
 
     async def puts_right(self, remedy: str) -> None:
         await self.press("ctrl+r")

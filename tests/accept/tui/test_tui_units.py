@@ -125,7 +125,7 @@ async def test_a_stray_letter_goes_nowhere():
         await begin(pilot)
         await press(pilot, "s", "enter")
         assert screen(pilot) == "Steps"
-        assert "no unit of this serial" in words(pilot, "#status")
+        assert "No unit of that serial" in words(pilot, "#status")
         await press(pilot, "enter")
         assert screen(pilot) == "StepScreen"
 

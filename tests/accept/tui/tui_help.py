@@ -149,7 +149,7 @@ async def sign_first(pilot: Pilot[None], why: str = "") -> None:
     """On the summary: make the keys, read where the authority's passphrase is, and sign. why: asked for a unit that is
     not accepted."""
     await press(pilot, "f2")
-    for line in ("correct horse", "correct horse", *([why] if why else [])):
+    for line in (*([why] if why else []), "correct horse", "correct horse"):
         await type_line(pilot, line)
     assert keys.AUTHORITY_PASSPHRASE in pilot.app.screen.query(Static)[1].render().plain
     await press(pilot, "escape")

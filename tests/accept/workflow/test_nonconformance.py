@@ -237,6 +237,29 @@ def test_quality_assurance_decides_without_a_certificate(
     assert again(session) == "conditional"
 
 
+def test_the_reason_of_a_decision_is_never_the_passphrase(
+    session: Session, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would stand in the store and on the certificate in clear."""
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    session.judge()
+    certify.sign_unit(session, "correct horse", WHY)
+    before, chosen = store.head().seq, ("--disposition", "rework", "--because", " battery staple")
+    for asked in (
+        ("store", "dispose", "APA-02", *chosen),
+        ("store", "void", "APA-02", 1, "--reason", "battery staple"),
+        ("golden", "retire", "APA-02", "--reason", "battery staple"),
+        ("golden", "resolve", "--reason", "battery staple"),
+        ("countersign", str(session.attempt.certificate), *chosen),
+    ):
+        done = accept(*asked)
+        assert done.exit_code not in (0, 1, 2), done.output
+        assert "the reason is the passphrase" in done.output
+        assert "battery staple" not in done.output
+    assert store.head().seq == before
+
+
 def test_a_disposition_counts_once_however_its_signature_is_written(
     session: Session, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,0 +1,108 @@
+"""A passphrase that is typed where words are kept is stored nowhere."""
+
+from pathlib import Path
+
+import pytest
+
+from accept.base.home import home
+from accept.certificate.signature.signing import SigningRefused
+from accept.certificate.trust import keys
+from accept.judging.judge_unit import load_spec
+from accept.store import open_store
+from accept.workflow import certify
+from accept.workflow.bench import Begun, Workbench
+from accept.workflow.entry.parse_entry import EntryError
+from accept.workflow.passphrase_guard import is_passphrase, may_be_passphrase
+from accept.workflow.session import Session
+from accept.workflow.shift import NOT_TAKEN
+from checks.declare import Measured
+
+ANN, QUINN, AUTHORITY = "correct horse", "battery staple", "for the office"
+BEGUN = {"serial": "APA-02", "kind": "apa", "operator": "Ann"}
+
+
+@pytest.fixture
+def bench():
+    with open_store() as store:
+        keys.init(home(), ANN, "Ann", "Quinn", QUINN, authority_passphrase=AUTHORITY)
+        opened = Workbench(store, home(), {"apa": load_spec("apa-basic")})
+        yield opened
+        opened.worker.close()
+
+
+@pytest.fixture
+def session(bench: Workbench):
+    opened, _ = bench.open_unit(Begun(**BEGUN))
+    yield opened
+    opened.close()
+
+
+def everything_stored() -> bytes:
+    """Every file of the bench but the keys."""
+    files = (path for path in home().rglob("*") if path.is_file() and "keys" not in path.parts)
+    return b"\n".join(path.read_bytes() for path in files)
+
+
+@pytest.mark.parametrize("typed", [ANN, f" {ANN} ", QUINN, AUTHORITY])
+def test_a_passphrase_of_every_key_is_known(bench: Workbench, typed: str) -> None:
+    assert is_passphrase(bench.home, typed)
+
+
+@pytest.mark.parametrize(
+    "typed", ["", "correct", "correct horses", "Correct horse", "4.99 ± 0.02 uF", "\ud800 correct"]
+)
+def test_other_text_is_none(bench: Workbench, typed: str) -> None:
+    assert not is_passphrase(bench.home, typed)
+
+
+def test_a_bench_without_keys_has_no_passphrase(tmp_path: Path) -> None:
+    assert not is_passphrase(tmp_path, ANN)
+
+
+def test_values_are_tried_at_no_key_and_long_numbers_are() -> None:
+    """A height costs no tenth of a second; eight digits may be a passphrase, and are no value that is measured."""
+    assert not any(map(may_be_passphrase, ("365.5 um", "0 -2.5 -3 0 -1.5 1 -2 -4", "1234567")))
+    assert may_be_passphrase("19751204")
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"serial": ANN}, {"operator": ANN}, {"operator": QUINN}, {"parts": {"stack": ANN}}, {"reason": ANN}]
+)
+def test_no_unit_is_begun_with_a_passphrase(bench: Workbench, wrong: dict) -> None:
+    with pytest.raises(EntryError, match="is a passphrase"):
+        bench.open_unit(Begun(**{**BEGUN, **wrong}))
+    assert not list(bench.store.events("APA-02"))
+    assert not any(word.encode() in everything_stored() for word in (ANN, QUINN))
+
+
+def test_no_note_and_no_reason_is_a_passphrase(session: Session) -> None:
+    session.take("stroke", session.step("stroke").check.inputs["stroke_um"], Measured(365.5))
+    for store_it in (session.note, session.remeasure):
+        with pytest.raises(EntryError, match="is a passphrase"):
+            store_it("stroke", ANN)
+    assert ANN.encode() not in everything_stored()
+
+
+def test_a_signing_reason_is_required_and_no_passphrase(session: Session) -> None:
+    session.judge()
+    assert "why you sign" in certify.reason_problem(session, " ", [ANN])
+    assert certify.reason_problem(session, f"{ANN} ", [ANN]) == NOT_TAKEN
+    assert certify.reason_problem(session, "only begun", [ANN]) == ""
+    with pytest.raises(SigningRefused, match="is a passphrase"):
+        certify.sign_unit(session, ANN, ANN)
+    certify.sign_unit(session, ANN, "only begun")
+    assert certify.disposition_problem(session, "scrap", QUINN, [QUINN]) == NOT_TAKEN
+    assert "expected one of" in certify.disposition_problem(session, "keep", "-", [QUINN])
+    assert certify.disposition_problem(session, "scrap", "", [QUINN])
+    assert certify.disposition_problem(session, "scrap", "cracked", [QUINN]) == ""
+    with pytest.raises(SigningRefused, match="is a passphrase"):
+        certify.countersign_unit(session, QUINN, "scrap", QUINN)
+    assert not any(word.encode() in everything_stored() for word in (ANN, QUINN))
+
+
+def test_no_passphrase_is_chosen_that_stands_in_the_record(session: Session) -> None:
+    session.note("stroke", "gauge exchanged")
+    for said in ("gauge exchanged", "why it is signed"):
+        assert "choose another" in certify.new_passphrase_problem(session, said, ["why it is signed"])
+    assert "8 or more" in certify.new_passphrase_problem(session, "short", [])
+    assert certify.new_passphrase_problem(session, "a new passphrase", ["why it is signed"]) == ""
