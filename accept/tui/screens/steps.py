@@ -34,6 +34,7 @@ from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.unit_list import RIG
 from accept.workflow.worker.judging import Elsewhere
 from specs.errors import AcceptError
+from specs.products import product_named
 
 
 class Steps(Scanning[bool]):
@@ -209,7 +210,7 @@ class Steps(Scanning[bool]):
             self.query_one(StepList).stand_at(step.name)
             if goes_on:
                 await self._open(step)
-        elif goes_on and self.session.spec.kind == "strut" and self.session.gap is None:
+        elif goes_on and product_named(self.session.spec.kind).family == "strut" and self.session.gap is None:
             self.query_one(StepList).stand_at(GAP)
             self._say_all_measured()
         elif goes_on:
