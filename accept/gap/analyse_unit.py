@@ -36,6 +36,7 @@ from checks.errors import ModelError, NotHeld, RecordError
 from checks.fitting.dataset import CHANNELS, F_HI, Dataset
 from checks.fitting.fit import CONTRADICTION
 from checks.fitting.identifiability import Identifiability, LikelihoodProfile, determined, profile
+from checks.gap.decision.gates import AT_LEAST
 from checks.gap.decision.result import Gaps, Result
 from checks.gap.effects import EFFECTS
 from checks.gap.workflow import GapRefused, Inputs, Say, run
@@ -182,10 +183,10 @@ def _read_responses(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[st
 
 
 def _unseen(channel: str, why: str) -> str:
-    """Return the note on a channel that units of this product do not have, with the effects that need it."""
-    of_channel = [e for e in EFFECTS.values() if e.channels == (channel,) and (e.in_model or e.factor)]
-    alone = ", ".join(words_of(e.name) for e in of_channel if not e.resembles)
-    return f"{why}; what shows on {channel} alone cannot be seen: {alone}"
+    """Return the note on a channel that units of this product do not have, with the effects that are named by it."""
+    of_channel = [e for e in EFFECTS.values() if channel in e.channels and len(e.channels) <= AT_LEAST]
+    lost = ", ".join(words_of(e.name) for e in of_channel if (e.in_model or e.factor) and not e.resembles)
+    return f"{why}; without {channel} these effects cannot be named: {lost}"
 
 
 def _quality(A: Dataset) -> tuple[str, ...]:
