@@ -161,7 +161,8 @@ def _notes_of_unit(held: LoadedUnit, spec: Spec) -> list[str]:
     """Return which checks do not apply to the product, how columns of the records were converted, by section, and what
     the operator noted of the checks."""
     absent = product_named(spec.kind).absent.items()
-    found = [f"{n}: does not apply: {why}" for n, why in absent if n in CHECKS and CHECKS[n].reads in spec.checks]
+    reads = [(CHECKS[n].reads, n, why) for n, why in absent if n in CHECKS]
+    found = [f"{step}: {name} does not apply: {why}" for step, name, why in reads if step in spec.checks]
     for section in dict.fromkeys(CHECKS[name].reads for name in spec.checks):
         with suppress(RecordError, KeyError):  # said with the findings
             values = held.values(section)

@@ -104,7 +104,7 @@ def test_it_is_asked_for_at_the_bench(tmp_path: Path, package: Path) -> None:
     env = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{tmp_path}", "ACCEPT_HOME": str(tmp_path / "home")}
     done = subprocess.run([sys.executable, "-c", words], env=env, capture_output=True, text=True, cwd=tmp_path)
     assert done.stdout.splitlines() == [
-        "Kind (apa or strut or strut-plates or lever_2)",
+        "Kind (apa, strut, strut-plates, lever_2)",
         "('pivot',) ()",
         "['lever_2_mass']",
     ], done.stderr

@@ -199,6 +199,7 @@ FIRST = {
     "exchanged": "exchange the plugs of encoder de and interferometer da",
     "offset": "check the acquisition settings",
     "dead_encoder": "check plug and supply of encoder de",
+    "dead_sensor": "check plug and supply of sensor stack Vs",
     "clipped": "set the range of sensor stack Vs higher",
     "truncated": "copy the file again",
 }
@@ -217,7 +218,7 @@ def test_what_is_said_first_about_every_fault_is_the_right_action(kind: str, fau
     assert str(first_advice(result.findings)).partition("; ")[0].count(FIRST[fault]) == 1
 
 
-@pytest.mark.parametrize("kind", ["apa", "strut"])
+@pytest.mark.parametrize("kind", ["apa", "strut", "strut-plates"])
 def test_nothing_is_to_be_done_about_a_unit_without_a_fault(kind: str, tmp_path: Path) -> None:
     """Red before: one of them had its torsion a hertz above the limit, and was said to pass."""
     requests = (training_request(kind, f"T-{seed}", seed)[0] for seed in range(200))
