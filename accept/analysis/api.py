@@ -296,7 +296,7 @@ def open_model(name: str | Path = "strut") -> Model:
 
     Parameters
     ----------
-    name : "strut", "strut-as-built", "strut-2dof", "apa-frame", "apa-2dof", or a TOML file.
+    name : "strut", "strut-as-built", "strut-plates", "strut-2dof", "apa-frame", "apa-2dof", or a TOML file.
 
     Returns
     -------
@@ -422,7 +422,7 @@ def simulate_unit(
     Parameters
     ----------
     folder : a folder that is not there yet; its name is the serial.
-    kind : "strut" or "apa".
+    kind : "strut", "strut-plates" (without encoder) or "apa".
     seed : of the noise.
     values : of the model, {"misalignment.dy_um": -120}.
 

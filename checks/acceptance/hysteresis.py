@@ -1,4 +1,6 @@
-"""Hysteresis loops under slow sines of growing amplitude ([STB] 3.1.6)."""
+"""Hysteresis loops under slow sines of growing amplitude ([STB] 3.1.6).
+
+A strut without encoder (`strut-plates`) gives da in the place of de."""
 
 import math
 from dataclasses import dataclass
