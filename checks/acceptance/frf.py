@@ -3,8 +3,8 @@
 Curves come from H1 on short segments, as in [STB]; resonances and the zero from the leakage-free estimator and local
 fits. Data that fail a gate (too short, dead, reversed, exchanged, offset, incoherent) give no result at all.
 
-A strut without encoder (`strut-plates`, [STB] 5.1.1) has Vs and da alone, and no gain and no coherence of de. A record of
-it with a signal in de is asked about: its findings are conditional at best."""
+A strut without encoder (`strut-plates`, [STB] 5.1.1) has Vs and da alone, and no gain and no coherence of de. A record
+of it with a signal in de is asked about: its findings are conditional at best."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
