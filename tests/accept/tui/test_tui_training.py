@@ -25,7 +25,7 @@ from tests.accept.tui.tui_help import press, running, settled, words
 PASSPHRASE = "correct horse"
 MOST_KEYS = {"apa": 45, "strut": 60}  # from the serial to the certificate, letters of a passphrase apart
 MOST_S = {"apa": 120.0, "strut": 240.0}  # on a machine that does nothing else
-APA_SEED, STRUT_SEED = 5, 6  # a reversed sensor stack; a payload that is too heavy
+APA_SEED, STRUT_SEED, PLATES_SEED = 5, 6, 2  # a reversed sensor stack; a payload that is too heavy; nothing
 
 
 class Technician:
@@ -148,6 +148,24 @@ async def test_a_strut_of_a_chosen_kind_on_a_wrong_payload_by_few_keys():
         await ann.signs()
         assert ann.keys <= MOST_KEYS["strut"], ann.keys
         assert ann.in_time("strut")
+    bench.close()
+
+
+@pytest.mark.slow
+async def test_a_strut_without_encoder_up_to_the_signature():
+    """Nothing is hidden in it: two steps, no misalignment, accepted."""
+    bench = open_training("strut-plates", PLATES_SEED)
+    async with running(lambda: bench) as pilot:
+        ann = Technician(pilot)
+        await ann.begins()
+        assert [step.name for step in pilot.app.session.steps] == ["frf", "hysteresis"]
+        await ann.measures()
+        assert set(verdicts(pilot).values()) == {"pass"}
+        assert any("misalignment does not apply" in note for note in pilot.app.session.result.notes)
+        await ann.press("f2")
+        for _ in range(2):  # an accepted unit asks for no reason
+            await ann.types(PASSPHRASE)
+        assert "Nothing was wrong" in pilot.app.screen._text
     bench.close()
 
 
