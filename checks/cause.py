@@ -45,6 +45,8 @@ class Cause(Enum):
     SAMPLING_SLOW = "sampled at {rate:.4g} Hz, too slowly for modes above {lowest:g} Hz"
     FEW_SAMPLES = "only {samples} samples {where}; at least {needed} are needed"
     # Channels
+    OTHER_VARIANT = "{detail}; a {title} is of kind '{kind}'"
+    CHANNEL_NOT_EXPECTED = "the file holds {channel}, but the unit is declared without ({why}): is an {part} fixed?"
     CHANNEL_EMPTY = "{channel} is empty or holds NaN or inf"
     CHANNEL_CONSTANT = "{channel} is constant at {value:.6g}{unit}: nothing was recorded"
     CHANNEL_DEAD = "{channel} is dead: only {levels} different values were recorded"

@@ -5,7 +5,7 @@ The reader of `unit.toml`, the form in the workflow, the validation of a spec an
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from checks.cause import declare_record
@@ -71,7 +71,8 @@ class Series:
     """A record file with these channels (name -> unit). `step`: the name of a scalar that holds the sampling time
     when the file has no time vector. `optional_channels` are read if the file has them. called: its name in
     sentences ("torsion, hit at the left"), else `name`. named: words, beside those of `name`, that the names of its
-    files usually hold."""
+    files usually hold. instead: channel -> the one to read where a product does not have it. beside: the channel
+    without which a product has no such record. absent: channels that the product does not have, with their units."""
 
     name: str
     label: str
@@ -81,10 +82,19 @@ class Series:
     step: str | None = None
     called: str = ""
     named: tuple[str, ...] = ()
+    instead: Mapping[str, str] = field(default_factory=dict)
+    beside: str = ""
+    absent: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.called:
             declare_record(self.name, self.called)
+
+    def without(self, absent: Collection[str]) -> "Series":
+        """Return the record of a product that does not have these channels."""
+        named = {self.instead.get(c, "") if c in absent else c: unit for c, unit in self.channels.items()}
+        lost = {c: unit for c, unit in self.channels.items() if c in absent}
+        return replace(self, channels={c: unit for c, unit in named.items() if c}, absent=lost)
 
 
 Input = Scalar | Vector | CsvTable | Series
@@ -125,11 +135,19 @@ class Setting:
 @dataclass(frozen=True)
 class Guide:
     """Instructions for the technician at a check's step. words: two sentences; picture: lines of a drawing, at most 33
-    columns wide; drive: who starts it, and at which amplitude; "" if no drive is needed."""
+    columns wide; drive: who starts it, and at which amplitude; "" if no drive is needed. pictures_without: channel ->
+    the drawing for products that do not have it."""
 
     words: str
     picture: str = ""
     drive: str = ""
+    pictures_without: Mapping[str, str] = field(default_factory=dict)
+
+    def without(self, absent: Mapping[str, str]) -> "Guide":
+        """Return the instructions for a product that does not have these channels: each with the reason."""
+        why = "".join(f" {words[0].upper()}{words[1:]}." for words in absent.values())
+        picture = next((self.pictures_without[c] for c in absent if c in self.pictures_without), self.picture)
+        return replace(self, words=f"{self.words}{why}", picture=picture)
 
 
 @dataclass(frozen=True)
@@ -175,3 +193,14 @@ class Check:
     @property
     def inputs(self) -> dict[str, Input]:
         return {i.name: i for form in self.forms for i in form.inputs}
+
+    def without(self, absent: Mapping[str, str]) -> "Check":
+        """Return the check for a product that does not have these channels: each with the reason."""
+        kept = [[i for i in form.inputs if not (isinstance(i, Series) and i.beside in absent)] for form in self.forms]
+        bare = [[i.without(absent) if isinstance(i, Series) else i for i in inputs] for inputs in kept]
+        forms = tuple(replace(form, inputs=tuple(inputs)) for form, inputs in zip(self.forms, bare, strict=True))
+        lost = {c for inputs in bare for i in inputs if isinstance(i, Series) for c in i.absent}
+        if not lost:
+            return self
+        reasons = {c: why for c, why in absent.items() if c in lost}
+        return replace(self, forms=forms, guide=None if self.guide is None else self.guide.without(reasons))

@@ -1,11 +1,18 @@
 """A record: channels sampled together on one time base."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from checks.arrays import Array
 from checks.cause import Cause, because
 from checks.errors import RecordError
+
+MOTIONS = ("de", "da")  # channels of the payload's motion: the encoder on the strut, the interferometer
+
+
+def motion_of(channels: Collection[str]) -> str:
+    """Return the channel of the payload's motion: de, or da of a strut without encoder."""
+    return next((c for c in MOTIONS if c in channels), MOTIONS[-1])
 
 
 @dataclass(frozen=True, eq=False)

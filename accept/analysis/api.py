@@ -291,7 +291,8 @@ def open_model(name: str | Path = "strut") -> Model:
     """Return a built-in model or a model file.
 
     Args:
-        name: "strut", "strut-as-built", "strut-2dof", "apa-frame", "apa-2dof", or a TOML file.
+        name: "strut", "strut-as-built", "strut-plates", "strut-2dof", "apa-frame", "apa-2dof", or a
+            TOML file.
 
     Returns:
         `model.frf(f)` (F, C) complex over Va at the DAC, `model.poles()` [rad/s], `model.values`, `model.sds`,
@@ -408,7 +409,7 @@ def simulate_unit(
 
     Args:
         folder: a folder that is not there yet; its name is the serial.
-        kind: "strut" or "apa".
+        kind: "strut", "strut-plates" (without encoder) or "apa".
         seed: of the noise.
         values: of the model, {"misalignment.dy_um": -120}.
 

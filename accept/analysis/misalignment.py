@@ -8,13 +8,14 @@ from accept.base.documents.misalignment import MisalignmentDocument, Offset
 from accept.gap.responses import Responses, responses
 from accept.models.lookup_cache import table_for
 from accept.models.model_file import AS_BUILT, as_weighed, open_model_file
-from accept.units.unit_folder import UnitFolder
+from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
 from checks.cause import NoResult, Reason
 from checks.errors import RecordError
 from checks.fitting.dataset import F_HI, F_LO
 from checks.misalignment.estimate import RATIO, WITH_SENSOR, estimate
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.verdict import Verdict
+from specs.plugins import product_named
 
 
 def estimate_unit(folder: UnitFolder | Given, model: str | None = None) -> MisalignmentEstimate:
@@ -53,6 +54,8 @@ def _responses_of(unit: UnitFolder | Given) -> Responses:
         if missing := [c for c in RATIO if c not in found.first.channels]:
             raise RecordError(f"{found.serial}: lacks {' and '.join(missing)}; a misalignment shows in de over da")
         return found
+    if why := product_named(unit.kind).absent.get("misalignment"):
+        raise UnitError(unit.path / UNIT_FILE, [f"kind = '{unit.kind}': {why}, so de over da shows no misalignment"])
     try:
         return responses(unit, channels=WITH_SENSOR)
     except RecordError:

@@ -10,9 +10,9 @@ import numpy as np
 from accept.capture.operator_actions import OperatorActions
 from accept.capture.reading_loop import CaptureStopped, Say
 from accept.capture.setup import CaptureResult, RecordFile
-from checks.acceptance import CHECKS, spurious_modes
+from checks.acceptance import spurious_modes
 from checks.cause import record_label
-from checks.declare import Series
+from checks.declare import Input, Series
 from checks.record import Record
 from checks.signals.drive import excitation
 from checks.signals.drive.excitation import Excitation, Rig
@@ -40,13 +40,14 @@ STEMS = {
 
 @dataclass(frozen=True)
 class Recording:
-    """The means of a recipe. asked: the spec's section on the check; stopped: whether the technician ended the
-    capture."""
+    """The means of a recipe. asked: the spec's section on the check; inputs: of the check, by name; stopped: whether
+    the technician ended the capture."""
 
     recorder: Recorder
     actions: OperatorActions
     say: Say
     asked: CheckSpec
+    inputs: Mapping[str, Input]
     stopped: Callable[[], bool]
     notes: list[str] = field(default_factory=list)
 
@@ -69,7 +70,7 @@ class Recording:
 
 def responses(at: Recording) -> CaptureResult:
     """Record low and high noise, each twice: the second realisation shows what repeats."""
-    channels = _series_of("frf", "low").channels
+    channels = _series_of(at, "low").channels
     at.actions.stand_by("Connect the amplifier to the two actuator stacks; from now on the unit is driven")
     files = {}
     for number, key in enumerate(("low", "high", "low_repeat", "high_repeat")):
@@ -86,7 +87,7 @@ def _noise(lo: float, hi: float, seconds: float, rms: float, seed: int, rig: Rig
 
 def hysteresis(at: Recording) -> CaptureResult:
     """Record slow sines of growing amplitude."""
-    declared = _series_of("hysteresis", "record")
+    declared = _series_of(at, "record")
     channels = dict(declared.channels)
     channels |= {c: unit for c, unit in declared.optional_channels.items() if c in at.recorder.entry.channels}
     at.actions.stand_by("Connect the amplifier to the two actuator stacks; from now on the unit is driven")
@@ -100,7 +101,7 @@ def stroke(at: Recording) -> CaptureResult:
     for key in ("one_stack", "two_stacks"):
         at.actions.connect(key)
         drive = partial(excitation.full_range, f_Hz=STROKE_HZ)
-        record = at.driven(key, _series_of("stroke", key).channels, SLOW_Hz, drive)
+        record = at.driven(key, _series_of(at, key).channels, SLOW_Hz, drive)
         files[key] = _file(f"stroke_{key}", record)
     return CaptureResult(files=files, notes=tuple(at.notes))
 
@@ -116,7 +117,7 @@ def hammer(at: Recording) -> CaptureResult:
 
 
 def _hits(at: Recording, key: str) -> Record:
-    channels = dict(_series_of("spurious_modes", key).channels)
+    channels = dict(_series_of(at, key).channels)
     rate = at.recorder.rate(channels, HAMMER_Hz)
     at.say(f"{record_label(key)}: hit now")
     reported, next_s = 0, 0.0
@@ -155,10 +156,10 @@ def _file(stem: str, record: Record) -> RecordFile:
     return RecordFile(f"{stem}.mat", records.own_record({"t": record.t, **record.channels}))
 
 
-def _series_of(check: str, name: str) -> Series:
-    declared = CHECKS[check].inputs[name]
+def _series_of(at: Recording, name: str) -> Series:
+    declared = at.inputs[name]
     if not isinstance(declared, Series):
-        raise TypeError(f"{check}.{name}: expected a record")
+        raise TypeError(f"{name}: expected a record")
     return declared
 
 

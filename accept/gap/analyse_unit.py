@@ -26,25 +26,29 @@ from accept.gap.empirical import AddedElement, write_with_elements
 from accept.gap.improved_model import write_improved
 from accept.gap.realisations import F_LO, realisations, trials_of
 from accept.gap.reasons import considered_explanations
-from accept.gap.responses import Responses, responses
+from accept.gap.responses import Responses, channels_of, responses
 from accept.gap.summary import summary
+from accept.gap.text import words_of
 from accept.models.model_file import OpenedModel, as_weighed, open_model_file
-from accept.units.loaded_unit import LoadedUnit, loaded
+from accept.units.loaded_unit import RESPONSES, LoadedUnit, loaded
 from accept.units.unit_folder import UnitFolder
-from checks.errors import NotHeld, RecordError
+from checks.errors import ModelError, NotHeld, RecordError
 from checks.fitting.dataset import CHANNELS, F_HI, Dataset
 from checks.fitting.fit import CONTRADICTION
 from checks.fitting.identifiability import Identifiability, LikelihoodProfile, determined, profile
+from checks.gap.decision.gates import AT_LEAST
 from checks.gap.decision.result import Gaps, Result
-from checks.gap.effects import effect_named
+from checks.gap.effects import EFFECTS, effect_named
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.model import Model
 from checks.record import Record
 from checks.signals.disturbances import Hum, at_rail, bursts, hum, is_motion
 from checks.signals.interpolation import error_notes
+from specs.plugins import product_named
 
 SLOW_SINES = "hysteresis"  # section of unit.toml with the record of slow sines
 SHOWN_IN = {"Vs": (1e3, "mV"), "de": (1e9, "nm"), "da": (1e9, "nm")}
+FEWER = (("Vs", "da"), ("de", "da"), ("Vs", "de"), ("da",), ("de",))  # channels to go on with
 NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
 
 
@@ -155,22 +159,38 @@ def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = Fa
 
 def _read_responses(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:
     """Return the responses of the available channels, up to the model's highest frequency, and notes on missing
-    channels."""
+    channels. Raises ModelError if the model has a channel that units of this product do not have: it is of another
+    structure."""
     tolerance, f_hi = model.tolerance, min(F_HI, model.up_to_Hz)
     notes = () if f_hi == F_HI else (f"compared to {f_hi:.0f} Hz only: {model.name} is valid up to there",)
+    product, has = product_named(unit.folder.kind), channels_of(unit.folder.kind)
+    if other := [c for c in model.channels if c in product.absent]:
+        why = f"{', '.join(other)}; {product.absent[other[0]]}; the model of its kind is {product.model}"
+        raise ModelError(f"model '{model.name}' has {why}")
+    if len(has) < len(CHANNELS):
+        notes = (*(_unseen(c, product.absent[c]) for c in CHANNELS if c in product.absent), *notes)
+    if (asked := unit.unexpected_channel(RESPONSES)) is not None:
+        notes = (f"{asked} It is not used", *notes)
     try:
         return responses(unit, tolerance, f_lo=F_LO, f_hi=f_hi), notes
     except RecordError as e:
         first = e
-    for kept in (("Vs", "da"), ("de", "da"), ("Vs", "de"), ("da",), ("de",)):
+    for kept in (kept for kept in FEWER if set(kept) < set(has)):
         try:
             found = responses(unit, tolerance, channels=kept, f_lo=F_LO, f_hi=f_hi)
         except RecordError:
             continue
-        lost = ", ".join(c for c in CHANNELS if c not in kept)
+        lost = ", ".join(c for c in has if c not in kept)
         words = f"without {lost} ({first}): what shows only there cannot be found, and power is lost elsewhere"
         return found, (*notes, words)
     raise first
+
+
+def _unseen(channel: str, why: str) -> str:
+    """Return the note on a channel that units of this product do not have, with the effects that are named by it."""
+    of_channel = [e for e in EFFECTS.values() if channel in e.channels and len(e.channels) <= AT_LEAST]
+    lost = ", ".join(words_of(e.name) for e in of_channel if (e.in_model or e.factor) and not e.resembles)
+    return f"{why}; without {channel} these effects cannot be named: {lost}"
 
 
 def _quality(A: Dataset) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from checks.errors import RecordError
 from checks.fitting.dataset import CHANNELS, F_HI, F_LO, Dataset, dataset_from_records
 from checks.model.learned_bench import LearnedBench
 from checks.record import Record
+from specs.plugins import product_named
 
 _SHARED = CHECKS["frf"].inputs["merge_Hz"]
 USED = ("low", "high", "low_repeat", "high_repeat")
@@ -53,11 +54,12 @@ class Responses:
 def responses(
     given: Path | UnitFolder | LoadedUnit,
     tolerance: float = 0.0,
-    channels: Sequence[str] = CHANNELS,
+    channels: Sequence[str] | None = None,
     f_lo: float = F_LO,
     f_hi: float = F_HI,
 ) -> Responses:
     """Return the responses of a unit over f_lo..f_hi [Hz]. tolerance: of the model they will be compared with.
+    channels: those of the unit's product if None.
 
     Raises UnitError for the folder or a missing [frf], RecordError for records that cannot be used, for the same causes
     as judging."""
@@ -75,7 +77,7 @@ def responses(
             records.get(high),
             merge_Hz,
             tolerance=tolerance,
-            channels=channels,
+            channels=channels or channels_of(unit.kind),
             f_lo=f_lo,
             f_hi=f_hi if high in records else min(f_hi, merge_Hz),
             name=f"{unit.serial} {low}",
@@ -91,6 +93,11 @@ def responses(
         records=records,
         inputs={record.name: record.sha256 for record in records.values()},
     )
+
+
+def channels_of(kind: str) -> tuple[str, ...]:
+    """Return the channels of the responses of a product. Raises ProductError."""
+    return tuple(c for c in CHANNELS if c not in product_named(kind).absent)
 
 
 def refuse_faults(records: Mapping[str, Record]) -> None:

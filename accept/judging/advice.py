@@ -25,6 +25,8 @@ ADVICE: Mapping[Cause, str] = {
     Cause.FILE_DAMAGED: "copy the file again, or record again",
     Cause.SAMPLES_NOT_FINITE: "record again; check the connection of {channel}",
     Cause.RECORD_SHORT: "record for at least {needed:g} s",
+    Cause.OTHER_VARIANT: "if it is a {title}, its kind is '{kind}'; if not, record every channel",
+    Cause.CHANNEL_NOT_EXPECTED: "if it is fixed, correct `kind`; if not, leave {channel} out of the record",
     Cause.CHANNEL_EMPTY: _PLUG,
     Cause.CHANNEL_CONSTANT: _PLUG,
     Cause.CHANNEL_DEAD: "check plug and supply of {channel}, then record again",

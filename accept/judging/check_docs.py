@@ -44,7 +44,7 @@ def _check(check: Check) -> str:
 def _about(check: Check) -> str:
     """Return the module's docstring, which says what is measured, and the kinds of unit."""
     text = inspect.getdoc(inspect.getmodule(check.measure)) or ""
-    kinds = " and ".join(check.kinds)
+    kinds = ", ".join(check.kinds)
     return f"{text}\n\nFor: {kinds}."
 
 

@@ -3,6 +3,7 @@
 import re
 from contextlib import suppress
 from dataclasses import replace
+from functools import reduce
 from math import isfinite
 from typing import TYPE_CHECKING
 
@@ -75,7 +76,9 @@ def spec_problems(kind: str, name: str, section: CheckSpec) -> list[str]:
         return [f"{where}] unknown check (known: {', '.join(CHECKS)})"]
     check = CHECKS[name]
     applies = kind in check.kinds or name in product_named(kind).checks
-    problems = [] if applies else [f"{where}] is a check of {' and '.join(check.kinds)}, not of {kind}"]
+    why = product_named(kind).absent.get(name)
+    not_of = f"not of {kind}{f' ({why})' if why else ''}"
+    problems = [] if applies else [f"{where}] is a check of {' and '.join(check.kinds)}, {not_of}"]
     settings = [s.name for s in check.settings]
     for part, given, known in (
         ("limits", section.limits, check.quantities),
@@ -103,9 +106,9 @@ def judge_unit(
     held = loaded(given)
     unit = held.folder
     if unit.kind != spec.kind:
-        raise UnitError(
-            unit.path / units.UNIT_FILE, [f"kind = '{unit.kind}', but spec {spec.name} judges '{spec.kind}'"]
-        )
+        judges = f"'{spec.kind}' ({product_named(spec.kind).title})"
+        problem = f"kind = '{unit.kind}', but spec {spec.name} judges {judges}: correct the kind, or name another spec"
+        raise UnitError(unit.path / units.UNIT_FILE, [problem])
     models = models or Models()
     temperature = unit.environment.get("temperature_C")
     outcomes = {
@@ -118,8 +121,8 @@ def judge_unit(
         {q.name: q for _, q in quantities if q.reason is None and isfinite(q.value)},
     )
     days = _days(unit, spec)
-    doubts = learned_bench_doubts(spec, models, days)
-    findings = [weakened(f, doubts[f.check]) if f.check in doubts else f for f in judged]
+    doubts, asked_about = learned_bench_doubts(spec, models, days), _unexpected_channels(held, spec)
+    findings = [reduce(weakened, [d[f.check] for d in (doubts, asked_about) if f.check in d], f) for f in judged]
     notes = [f"{name}: {note}" for name, outcome in outcomes.items() for note in outcome.notes]
     notes += _notes_of_unit(held, spec)
     stated, findings, of_instruments = calibration.applied(stated, findings, spec.checks, unit.measured)
@@ -149,9 +152,18 @@ def judge_unit(
     return without_bench_errors(result) if bench_errors else result
 
 
+def _unexpected_channels(held: LoadedUnit, spec: Spec) -> dict[str, Reason]:
+    """Return check -> the question about its records, if they hold what units of the product do not have."""
+    found = {name: held.unexpected_channel(CHECKS[name].reads) for name in spec.checks}
+    return {name: reason for name, reason in found.items() if reason is not None}
+
+
 def _notes_of_unit(held: LoadedUnit, spec: Spec) -> list[str]:
-    """Return how columns of the records were converted, by section, and what the operator noted of the checks."""
-    found: list[str] = []
+    """Return which checks do not apply to the product, how columns of the records were converted, by section, and what
+    the operator noted of the checks."""
+    absent = product_named(spec.kind).absent.items()
+    reads = [(CHECKS[n].reads, n, why) for n, why in absent if n in CHECKS]
+    found = [f"{step}: {name} does not apply: {why}" for step, name, why in reads if step in spec.checks]
     for section in dict.fromkeys(CHECKS[name].reads for name in spec.checks):
         with suppress(RecordError, KeyError):  # said with the findings
             values = held.values(section)

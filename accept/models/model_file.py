@@ -28,7 +28,7 @@ from specs.plugins import product_named
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 AS_BUILT = "strut-as-built"  # its modes are as uncertain as they are from unit to unit
 # What simulated units are made of, by product.
-SIMULATED_MODEL = {"apa": "apa-frame", "strut": "strut"}
+SIMULATED_MODEL = {"apa": "apa-frame", "strut": "strut", "strut-plates": "strut-plates"}
 KEPT_MODELS = 8  # a batch needs one or two for every kind of unit
 _NO_VALUES: Mapping[str, float] = {}
 

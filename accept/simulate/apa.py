@@ -17,7 +17,7 @@ from checks.model.time.hysteresis_creep import mass_steps, stroke_of
 from checks.model.time.time_response import answer
 from checks.signals.drive import excitation
 from checks.signals.drive.excitation import Rig
-from specs.bench_ranges import STACK_V
+from specs.bench import STACK_V
 
 UM = 1e-6
 START_V, TOP_V = STACK_V

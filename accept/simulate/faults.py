@@ -1,5 +1,6 @@
 """The faults of simulated units, and the findings that must follow from each."""
 
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -8,9 +9,11 @@ import numpy as np
 from accept.simulate.apa import Figures, dead_stack, heights
 from accept.simulate.hammer_records import DoubleHits
 from accept.simulate.records import Columns
-from checks.model.time.adc_dac import RANGE_V
+from checks.model.time.adc_dac import NOISE, RANGE_V
+from specs.plugins import product_named
 
-KINDS = ("apa", "strut")  # products that can be simulated
+WITH_ENCODER = ("apa", "strut")
+KINDS = (*WITH_ENCODER, "strut-plates")  # products that can be simulated
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,7 @@ class UnitFault:
 
     def shown(self, kind: str) -> tuple[tuple[str, str], ...]:
         """Return the findings that a judgement of a unit of this kind must hold before its gap analysis."""
-        return self.unexplained if kind == "strut" and self.unexplained else self.shows
+        return self.unexplained if product_named(kind).family == "strut" and self.unexplained else self.shows
 
 
 def _warp(figures: Figures) -> Figures:
@@ -94,6 +97,13 @@ def _clip(c: Columns) -> Columns:
     return {"Vs": np.clip(10.0 * np.asarray(c["Vs"]), -RANGE_V, RANGE_V)}
 
 
+def _silent(c: Columns) -> Columns:
+    """Return Vs of an input without a plug: noise alone."""
+    sensor = np.asarray(c["Vs"])
+    own = np.random.default_rng(zlib.crc32(sensor.tobytes()))  # of each record, as noise is
+    return {"Vs": NOISE["Vs"] * own.standard_normal(sensor.size)}
+
+
 _NO_FRF = (("axial_resonance_Hz", "no_result"),)
 FAULTS: Mapping[str, UnitFault] = {
     "flatness": UnitFault("interfaces out of plane by 14 um", ("apa",), (("flatness_um", "fail"),), figures=_warp),
@@ -138,17 +148,24 @@ FAULTS: Mapping[str, UnitFault] = {
     ),
     "offset": UnitFault(
         "de is stored three samples late",
-        KINDS,
+        WITH_ENCODER,
         _NO_FRF,
         spoil=_of_responses(_late),
         remedy=Remedy("correct the acquisition settings, by which encoder de is stored with an offset"),
     ),
     "dead_encoder": UnitFault(
         "de stands still but for its last digit",
-        KINDS,
+        WITH_ENCODER,
         _NO_FRF,
         spoil=_of_responses(_dead),
         remedy=Remedy("check plug and supply of encoder de"),
+    ),
+    "dead_sensor": UnitFault(
+        "Vs is noise alone",
+        ("strut-plates",),  # to the others it would deal out other faults by the seeds of their trainings
+        _NO_FRF,
+        spoil=_of_responses(_silent),
+        remedy=Remedy("check the plug of sensor stack Vs"),
     ),
     "clipped": UnitFault(
         "Vs leaves the converter's range",

@@ -16,13 +16,13 @@ from accept.simulate.unit_request import UnitRequest, drawn, on_bench
 from checks.arrays import Array
 from checks.model.time.adc_dac import RANGE_V, in_steps
 from checks.model.time.hysteresis_creep import loops_of, stroke_of
+from checks.record import motion_of
 from hw.errors import InstrumentRefused, SettingsError
 from hw.instruments.driver import settings_of
 from hw.instruments.reading import Identity
 from hw.recorders.recorder import Heard, Recorder
 from hw.simulated.world import StageFile
-from specs.bench import RecorderChannel, RecorderEntry
-from specs.bench_ranges import AMPLIFIER_GAIN, STACK_V
+from specs.bench import AMPLIFIER_GAIN, STACK_V, RecorderChannel, RecorderEntry
 from specs.strict import NotNegative, Strict, Words
 
 MODEL, SERIAL = "simulated recorder", "SIM-DAQ"
@@ -38,7 +38,7 @@ class SimulatedSettings(Strict):
     which stacks are driven and where the hammer hits. bouncing: hits that bounce, counted from 0. pace: seconds that a
     recorded second takes."""
 
-    kind: Literal["apa", "strut"] = "apa"
+    kind: Literal["apa", "strut", "strut-plates"] = "apa"
     model: Words | None = None
     seed: Annotated[int, Field(ge=0)] = 0
     stage: Words | None = None
@@ -124,9 +124,10 @@ class SimulatedConverter:
         columns = {key: np.asarray(column) for key, column in unit.play(name, output, rate_Hz).items()}
         away = output - float(np.median(output))
         if np.abs(away[output.size // 4 : -output.size // 4]).max() > SLOW_V:
-            loops = loops_of(self._figures.loop, AMPLITUDES_V[self._settings.kind][-1])(columns["Va"])
-            de = unit.answer(output.size, rate_Hz)(loops)["de"]
-            columns["de"] = unit.request.converters.read("de", de, unit.request.rng(f"{name}, de"))
+            loops = loops_of(self._figures.loop, AMPLITUDES_V[unit.request.family][-1])(columns["Va"])
+            motion = motion_of(columns)
+            moved = unit.answer(output.size, rate_Hz)(loops)[motion]
+            columns[motion] = unit.request.converters.read(motion, moved, unit.request.rng(f"{name}, {motion}"))
         return columns
 
     def _stroke(self, output: Array) -> dict[str, Array]:

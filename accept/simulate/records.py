@@ -9,6 +9,7 @@ from checks.arrays import Array
 from checks.model.model import Model, frequency_and_damping
 from checks.model.time.hysteresis_creep import loops_of
 from checks.model.time.time_response import Answer, answer
+from checks.record import motion_of
 from checks.signals.drive import excitation
 from checks.signals.drive.excitation import Rig
 from checks.signals.drive.shapes import Notch
@@ -20,7 +21,7 @@ MERGE_HZ = 350.0  # from the low record to the high one; both have drive there
 LOW_HZ, HIGH_HZ = (1.0, 400.0), (290.0, 2100.0)
 LOW_RMS_V, HIGH_RMS_V = 0.04, 0.3
 SWEEP_HZ, SWEEP_V = (10.0, 400.0), 0.1
-AMPLITUDES_V = {"apa": (0.05, 0.1, 0.2, 0.4, 1.0, 2.0, 4.0), "strut": (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)}
+AMPLITUDES_V = {"apa": (0.05, 0.1, 0.2, 0.4, 1.0, 2.0, 4.0), "strut": (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)}  # by family
 CYCLES = 3  # of each amplitude of the slow sines
 AXIAL_HZ = (60.0, 140.0)
 
@@ -34,13 +35,13 @@ class DrivenUnit:
     known: dict[tuple[int, float], Answer] = field(default_factory=dict)
 
     def play(self, name: str, Va: Array, fs: float) -> Columns:
-        """Return the record of a drive Va (N,) about its mean: t, Va, Vs, de, da."""
+        """Return the record of a drive Va (N,) about its mean: t, Va and the model's channels."""
         converters = self.request.converters
         given = converters.dac(Va)
         rng = self.request.rng(f"noise of {name}")
-        bent = self.request.bent(given, AMPLITUDES_V[self.request.kind][-1])
+        bent = self.request.bent(given, AMPLITUDES_V[self.request.family][-1])
         truth = self.answer(given.size, fs)(bent)
-        read = {c: converters.read(c, truth[c], rng) for c in ("Vs", "de", "da")}
+        read = {c: converters.read(c, truth[c], rng) for c in self.model.channels}
         return {"t": np.arange(given.size) / fs, "Va": given, **read}
 
     def answer(self, samples: int, fs: float) -> Answer:
@@ -70,16 +71,17 @@ def slow_record(bench: DrivenUnit, name: str, own_width: float = 0.0) -> Columns
     """Return a record of slow sines of growing amplitude about the middle of the stacks' range; own_width: relative
     width of the loop that the displacement alone shows at the largest of them (on Vs none is seen: [STB] 3.1.6)."""
     request = bench.request
-    amplitudes = AMPLITUDES_V[request.kind]
+    amplitudes = AMPLITUDES_V[request.family]
     played = excitation.sines(_rig(SLOW_FS), 1.0, amplitudes, CYCLES)
     Va = played.proper
     columns = bench.play(name, Va, SLOW_FS)
     if own_width:
         given = np.asarray(columns["Va"])
-        de = bench.answer(Va.size, SLOW_FS)(loops_of(own_width, amplitudes[-1])(given))["de"]
-        columns["de"] = request.converters.read("de", de, request.rng(f"noise of {name}, de"))
+        motion = motion_of(columns)
+        moved = bench.answer(Va.size, SLOW_FS)(loops_of(own_width, amplitudes[-1])(given))[motion]
+        columns[motion] = request.converters.read(motion, moved, request.rng(f"noise of {name}, {motion}"))
     columns["Va"] = np.asarray(columns["Va"]) + played.mean_V
-    return {c: columns[c] for c in ("t", "Va", "Vs", "de")}
+    return {c: columns[c] for c in ("t", "Va", "Vs", motion_of(columns))}
 
 
 def axial_Hz(model: Model) -> float:

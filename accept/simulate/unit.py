@@ -17,10 +17,11 @@ from accept.units.unit_experiments import EXPERIMENTS
 from accept.units.unit_folder import UNIT_FILE
 from checks.gap.conditions.simulated import SENSOR_F, drive, under
 from hw.records import csv_bytes, mat_bytes
+from specs.plugins import product_named
 
 TRUTH_FILE = "truth.json"
 SOUND = UnitFault("nothing is wrong", KINDS, ())
-PARTS = {"joint_bottom": "FJ-bottom", "joint_top": "FJ-top"}
+PARTS = {"joint_bottom": "FJ-bottom", "joint_top": "FJ-top", "encoder": "ENC-1"}
 RESPONSES = {"low": "frf_noise", "high": "frf_noise_hf"}
 
 
@@ -73,7 +74,7 @@ def _responses(bench: DrivenUnit) -> tuple[dict[str, Columns], dict[str, Any]]:
     """Return the records of frequency responses and their section of unit.toml."""
     request = bench.request
     names = RESPONSES | ({"low": "frf_sweep"} if request.kind == "apa" else {})
-    if request.repeats and request.kind == "strut":
+    if request.repeats and request.family == "strut":
         names |= {f"{key}_repeat": f"{stem}_2" for key, stem in RESPONSES.items()}
     records = {
         stem: sweep_record(bench, stem) if stem == "frf_sweep" else noise_record(bench, stem, key.startswith("high"))
@@ -119,8 +120,9 @@ def _files(request: UnitRequest, records: Mapping[str, Columns], fault: UnitFaul
 
 def _document(request: UnitRequest, sections: Mapping[str, Any]) -> dict[str, Any]:
     document: dict[str, Any] = {"serial": request.serial, "kind": request.kind, "simulated": True}
-    if request.kind == "strut":
-        document["parts"] = {"apa": f"APA-{request.serial}", **PARTS, "encoder": "ENC-1"}
+    parts = {"apa": f"APA-{request.serial}", **PARTS}
+    if own := {name: part for name, part in parts.items() if name in product_named(request.kind).parts}:
+        document["parts"] = own
     return document | dict(sections)
 
 

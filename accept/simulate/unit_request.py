@@ -17,6 +17,7 @@ from checks.model.parameters import rule
 from checks.model.time.adc_dac import Converters
 from checks.model.time.partial_fractions import Fractions
 from specs.errors import AcceptError
+from specs.plugins import product_named
 
 SHORTEST_S = 2.0
 LONGEST_S = 120.0
@@ -93,14 +94,20 @@ class UnitRequest:
         for name, length in (("low", self.low_s), ("high", self.high_s)):
             if not SHORTEST_S <= length <= LONGEST_S:
                 raise UnitRequestError(f"{name} record of {length:g} s: expected {SHORTEST_S:g} to {LONGEST_S:g} s")
-        missing = {"Vs", "de", "da"} - set(self.model.channels)
-        if missing:
+        wanted = {"Vs", "de", "da"} - product_named(self.kind).absent.keys()
+        if missing := wanted - set(self.model.channels):
             raise UnitRequestError(f"model '{self.model.name}' has no {', '.join(sorted(missing))}: nothing to record")
+        if more := set(self.model.channels) - wanted:
+            raise UnitRequestError(f"model '{self.model.name}' has {', '.join(sorted(more))}: it is no {self.kind}")
         jointed = any(name.startswith("joint.") for name in self.model.values)
-        if jointed != (self.kind == "strut"):
+        if jointed != (self.family == "strut"):
             has = "has joints" if jointed else "has no joints"
             raise UnitRequestError(f"model '{self.model.name}' {has}: it is no {self.kind}")
         self._vet_effects()
+
+    @property
+    def family(self) -> str:
+        return product_named(self.kind).family
 
     def rng(self, of: str) -> np.random.Generator:
         """Return a generator for one purpose: its numbers do not depend on what else is drawn."""

@@ -10,6 +10,7 @@ import tomlkit
 from accept.base.atomic_files import write_atomic
 from accept.units.unit_entry import is_reserved
 from accept.units.unit_folder import UNIT_FILE
+from accept.units.variants import pointed_to_variant
 from checks.declare import CsvTable, Series
 from checks.errors import RecordError
 from hw import records
@@ -29,6 +30,13 @@ def take_in(
         raise RecordError(f"{source.name or source}: no such file")
     _readable(source, declared, channels)
     return copy_in(source, folder, _MAX_BYTES)
+
+
+def pointed(
+    error: RecordError, source: Path, declared: Series | CsvTable, kind: str, channels: Channels
+) -> RecordError:
+    """Return why a record was refused, with the variant of the unit's product that it fits, if any."""
+    return pointed_to_variant(error, kind, declared, lambda series: records.read(source, series, channels))
 
 
 def copy_in(source: Path, folder: Path, most: int) -> tuple[str, str]:

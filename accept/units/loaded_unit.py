@@ -16,12 +16,16 @@ from accept.units.shared_folder import vet_shared
 from accept.units.unit_entry import FileEntry, UnitSection
 from accept.units.unit_experiments import EXPERIMENTS
 from accept.units.unit_folder import UNIT_FILE, UnitFolder, inside
-from checks.declare import CsvTable, Values
+from accept.units.variants import pointed_to_variant
+from checks.cause import Cause, Reason, because
+from checks.declare import CsvTable, Series, Values
 from checks.errors import RecordError
 from checks.record import Record
 from hw.records import record_of, table_of
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.source import Source, load_bytes
+from specs.plugins import product_named
+from specs.units import CHANNEL_LABELS
 
 RESPONSES = "frf"  # the section that experiments repeat under other conditions
 HELD_BYTES = 256_000_000  # of one unit's files kept in memory: twenty times a strut's; what is beyond is read again
@@ -63,6 +67,22 @@ class LoadedUnit:
     def experiment(self, name: str) -> Values:
         """Return records and value of an experiment. Raises RecordError, KeyError."""
         return self._remembered(f"{EXPERIMENTS} {name}", lambda: self._entries(self.folder.experiments[name]))
+
+    def unexpected_channel(self, section: str) -> Reason | None:
+        """Return the question about a record with a signal in a channel that the unit's product does not have, None
+        without one. A channel that stands still was not connected."""
+        entries = self.folder.sections[section].entries.items() if section in self.folder.sections else ()
+        files = [(name, e.name, e.declared) for name, e in entries if isinstance(e, FileEntry)]
+        records = [(name, file, declared) for name, file, declared in files if isinstance(declared, Series)]
+        for name, file, declared in records:
+            for channel, unit in declared.absent.items():
+                with suppress(RecordError):
+                    self._file(FileEntry(file, Series(name, name, {channel: unit}, step=declared.step)))
+                    part = CHANNEL_LABELS.get(channel, channel).removesuffix(f" {channel}")
+                    why = product_named(self.folder.kind).absent[channel]
+                    asked = because(Cause.CHANNEL_NOT_EXPECTED, channel=channel, why=why, part=part)
+                    return asked.within(name, file)
+        return None
 
     def _remembered(self, key: str, read: Callable[[], Values]) -> Values:
         """Return what was read, or why it could not be, the same whenever it is asked for again."""
@@ -113,10 +133,19 @@ class LoadedUnit:
         if isinstance(entry.declared, CsvTable):
             found: Any = table_of(source, entry.declared)
         else:
-            found = record_of(source, entry.declared, self.folder.channels)
+            found = self._record(source, entry.declared)
         if source.sha256 != known:
             raise RecordError(f"{entry.name} changed while it was read")
         return found
+
+    def _record(self, source: Source, declared: Series) -> Record:
+        def read(series: Series) -> Record:
+            return record_of(source, series, self.folder.channels)
+
+        try:
+            return read(declared)
+        except RecordError as e:
+            raise pointed_to_variant(e, self.folder.kind, declared, read) from e
 
     def _taken(self, name: str) -> str | None:
         """Return the hash of a file, which is kept from then on if there is room; None if it cannot be read."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.units.unit_entry import UnitSection, section_of
-from checks.acceptance import CHECKS
+from checks.acceptance import check_for
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS, ExperimentKind
 
 EXPERIMENTS = "experiments"
@@ -13,7 +13,7 @@ REQUIRED = ("low", "high")
 Experiments = Mapping[str, UnitSection[ExperimentKind]]  # by kind, the second and later of one with its number
 
 
-def experiments_of(data: Mapping[str, Any], problems: list[str]) -> Experiments:
+def experiments_of(data: Mapping[str, Any], product: str, problems: list[str]) -> Experiments:
     """Return the list, in order; what is wrong with it goes into `problems`."""
     listed = data.get(EXPERIMENTS, [])
     if not isinstance(listed, list) or not all(isinstance(each, dict) for each in listed):
@@ -21,20 +21,22 @@ def experiments_of(data: Mapping[str, Any], problems: list[str]) -> Experiments:
         return {}
     found: dict[str, UnitSection[ExperimentKind]] = {}
     for number, content in enumerate(listed, 1):
-        one = _experiment(f"[[{EXPERIMENTS}]] {number}:", content, problems)
+        one = _experiment(f"[[{EXPERIMENTS}]] {number}:", content, product, problems)
         if one is not None:
             name, count = one.declared.name, 1 + sum(other.declared is one.declared for other in found.values())
             found[name if count == 1 else f"{name}_{count}"] = one
     return found
 
 
-def _experiment(where: str, content: Mapping[str, Any], problems: list[str]) -> UnitSection[ExperimentKind] | None:
+def _experiment(
+    where: str, content: Mapping[str, Any], product: str, problems: list[str]
+) -> UnitSection[ExperimentKind] | None:
     given = content.get("kind")
     if not isinstance(given, str) or given not in EXPERIMENT_KINDS:
         said = "kind is missing" if given is None else f"kind = {given!r}"
         problems.append(f"{where} {said}: expected one of {', '.join(EXPERIMENT_KINDS)}")
         return None
-    kind, records = EXPERIMENT_KINDS[given], CHECKS["frf"].inputs
+    kind, records = EXPERIMENT_KINDS[given], check_for("frf", product).inputs
     known = {key: records[key] for key in RECORDS} | ({kind.value.name: kind.value} if kind.value else {})
     problems += [
         f"{where} {key}: unknown key (known of {given}: kind, {', '.join(known)})"

@@ -16,7 +16,7 @@ from accept.units import folder_header
 from accept.units.attempt_folder import last_attempt
 from accept.units.unit_entry import UnitSection, section_of
 from accept.units.unit_experiments import Experiments, experiments_of
-from checks.acceptance import CHECKS, RESERVED
+from checks.acceptance import CHECKS, RESERVED, check_for
 from checks.declare import Check, Form, Measured, Series
 from checks.errors import RecordError
 from specs.bench import TIME, Channels
@@ -153,7 +153,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     folder_header.read_with(data, problems)
     pictures = folder_header.pictures(data, problems)
     simulated = folder_header.simulated(data, problems)
-    experiments = experiments_of(data, problems)
+    experiments = experiments_of(data, kind, problems)
     sections = {}
     for name, content in data.items():
         if name in RESERVED:
@@ -164,7 +164,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
         elif not isinstance(content, dict):
             problems.append(f"{name} = {content!r}: expected a section [{name}]")
         else:
-            sections[name] = _section(CHECKS[name], content, problems)
+            sections[name] = _section(check_for(name, kind), content, problems)
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
     return UnitFolder(

@@ -77,7 +77,8 @@ def _record(
     stopped: threading.Event,
 ) -> CaptureResult:
     """Take the records of a step with a recorder and store them. Raises as `capture`, ExcitationError."""
-    recording = Recording(instrument.recorder, actions, say, session.step(step).asked, stopped.is_set)
+    of = session.step(step)
+    recording = Recording(instrument.recorder, actions, say, of.asked, of.check.inputs, stopped.is_set)
     try:
         with instrument.mutex:
             instrument.recorder.connect()

@@ -295,13 +295,14 @@ class Session:
         form = self.step(step).form_with(declared.name).name
         try:
             name, digest = attach.take_in(source, declared, self.folder, channel_map(self.attempt.channels))
-        except RecordError as e:
+        except RecordError as refused:
+            e = attach.pointed(refused, source, declared, self.spec.kind, channel_map(self.attempt.channels))
             if source.is_file():
                 written, action = source.stat().st_mtime, self.link_advice(source, e)
                 self.append(
                     RecordRefused(step, form, declared.name, source.name, str(source), written, e.reason, action)
                 )
-            raise
+            raise e from refused
         return self.append(
             RecordLinked(step, form, declared.name, name, digest, str(source), day, instrument, evidence)
         )

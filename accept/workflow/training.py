@@ -33,6 +33,7 @@ from accept.workflow.state.unit_state import EnteredValue, FileLink
 from accept.workflow.steps.plan import is_needed
 from hw.simulated import SimulatedBench
 from specs.bench import load_bench
+from specs.plugins import product_named
 
 BYTE_S = 0.0005  # about 19200 baud
 _SERIAL = "TRAIN-"
@@ -187,8 +188,8 @@ class TrainingBench(Workbench):
 
 
 def open_training(spec: str | None, seed: int | None) -> TrainingBench:
-    """Return a bench for simulated units, with records in a folder and instruments on pseudo-terminals; of both kinds
-    unless a spec is given. Raises what `open_bench` does."""
+    """Return a bench for simulated units, with records in a folder and instruments on pseudo-terminals; of every
+    simulated kind unless a spec is given. Raises what `open_bench` does."""
     place = home() / "training"
     place.mkdir(parents=True, exist_ok=True)
     chosen = seed is not None
@@ -222,7 +223,8 @@ def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, st
 def hidden_words(fault: str | None, kind: str) -> str:
     """Return the hidden fault of a unit of a kind, and which findings show it before any gap analysis."""
     if fault is None:
-        unlike = " A simulated strut has no hysteresis, which its step notes." if kind == "strut" else ""
+        strut = product_named(kind).family == "strut"
+        unlike = " A simulated strut has no hysteresis, which its step notes." if strut else ""
         return f"Nothing was wrong with this unit: every finding should pass.{unlike}"
     hidden = FAULTS[fault]
     before, after = hidden.shown(kind), hidden.shows

@@ -12,6 +12,7 @@ from checks.cause import Cause, NoResult
 from checks.declare import Check, Values
 from checks.quantity import Outcome, Quantity
 from specs import plugins
+from specs.plugins import products
 from specs.spec import CheckSpec
 from specs.units import label_from_name
 
@@ -84,6 +85,13 @@ class Checks(Mapping[str, Check]):
 
 
 CHECKS = Checks()
+
+
+def check_for(name: str, kind: str) -> Check:
+    """Return a check as units of a product are measured by it: without the channels that the product does not have.
+    Raises KeyError."""
+    product = products().get(kind)
+    return CHECKS[name].without(product.absent) if product is not None and product.absent else CHECKS[name]
 
 
 def label_of(quantity: str) -> str:

@@ -1,7 +1,10 @@
 """Frequency responses from the drive to sensor stack, encoder and interferometer ([STB] 3.1, 3.2, 4.1, 5.1).
 
 Curves come from H1 on short segments, as in [STB]; resonances and the zero from the leakage-free estimator and local
-fits. Data that fail a gate (too short, dead, reversed, exchanged, offset, incoherent) give no result at all."""
+fits. Data that fail a gate (too short, dead, reversed, exchanged, offset, incoherent) give no result at all.
+
+A strut without encoder (`strut-plates`, [STB] 5.1.1) has Vs and da alone, and no gain and no coherence of de. A record
+of it with a signal in de is asked about: its findings are conditional at best."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -27,9 +30,9 @@ from checks.acceptance.responses.modes import (
 )
 from checks.acceptance.responses.notes import BARE, difference_without_encoder, first_record
 from checks.acceptance.responses.rules import (
-    OUTPUTS,
     SETTINGS,
     ResponseSettings,
+    outputs_of,
     rules_of,
     vet_coherence,
     vet_delays,
@@ -42,7 +45,7 @@ from checks.cause import Cause, NoResult, Reason, because
 from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Values
 from checks.errors import RecordError
 from checks.quantity import Outcome, Quantity
-from checks.record import Record
+from checks.record import MOTIONS, Record, motion_of
 from checks.signals.record_checks import ChannelDelay
 from checks.signals.spectral.frf import Frf, h1_record
 from checks.signals.spectral.merge import merge
@@ -51,6 +54,7 @@ from checks.signals.spectral.resonance import Resonance
 from checks.signals.spectral.zeros import Zero
 from specs.spec import CheckSpec
 
+BANDS = ("low", "high", "low_repeat", "high_repeat")
 MERGE_HZ = 350.0  # both records have drive there: the low one to 400 Hz, the high one from 290 Hz
 
 
@@ -86,7 +90,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     vet_copies(records)
     given: Measured | None = values.get("merge_Hz")
     merge_Hz = MERGE_HZ if given is None else given.value
-    low, high = (_estimate(records[band], OUTPUTS, rules) for band in ("low", "high"))
+    outputs = outputs_of(records[key] for key in BANDS if key in records)
+    low, high = (_estimate(records[band], outputs, rules) for band in ("low", "high"))
     curves = Curves(low, high, _merge(low, high, merge_Hz), merge_Hz)
     try:
         return _evaluate(values, spec, rules, records, curves)
@@ -175,22 +180,23 @@ def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: ResponseS
     for band, first in (("low", curves.low), ("high", curves.high)):
         key = f"{band}_repeat"
         if key in records:
-            vet_repeat(key, first, _estimate(records[key], OUTPUTS, rules), rules)
+            vet_repeat(key, first, _estimate(records[key], first.channels, rules), rules)
 
 
 def _fit_responses(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> ResponseFits:
     """Return the local fits of the resonances and of the zero of Vs."""
-    low = Transforms.of(records["low"], "Va", OUTPUTS)
-    near_Hz = peak_Hz(curves.low, "de", *rules.resonance_Hz)
+    outputs = curves.low.channels
+    low = Transforms.of(records["low"], "Va", outputs)
+    near_Hz = peak_Hz(curves.low, motion_of(outputs), *rules.resonance_Hz)
     first, beside = axial(low, near_Hz, rules)
     modes: dict[str, Resonance | Reason] = {}
     if rules.spurious_Hz:
-        high = Transforms.of(records["high"], "Va", OUTPUTS)
+        high = Transforms.of(records["high"], "Va", outputs)
         for name, f in zip(SPURIOUS, rules.spurious_Hz, strict=True):
             modes[name] = spurious(low if f < curves.merge_Hz else high, f, rules.spurious_within)
-        _refuse_exchanged(modes)
+        _refuse_exchanged(modes, outputs)
     zero = vs_zero(low, dip_Hz(curves.low, rules))
-    return ResponseFits(first, beside, _repeat(records, first.f_Hz), zero, modes)
+    return ResponseFits(first, beside, _repeat(records, outputs, first.f_Hz), zero, modes)
 
 
 def dip_Hz(frf: Frf, rules: ResponseSettings) -> float:
@@ -201,22 +207,24 @@ def dip_Hz(frf: Frf, rules: ResponseSettings) -> float:
     return float(part.f[np.argmin(np.where(part.usable, np.abs(part.H[:, 0]), np.inf))])
 
 
-def _repeat(records: Mapping[str, Record], near_Hz: float) -> Resonance | None:
+def _repeat(records: Mapping[str, Record], outputs: tuple[str, ...], near_Hz: float) -> Resonance | None:
     """Return the axial resonance of the second realisation, or None if no second one was recorded. Raises NoResult if
     it shows no resonance: two records of one unit that contradict each other determine nothing."""
     if "low_repeat" not in records:
         return None
     try:
-        return main_mode(Transforms.of(records["low_repeat"], "Va", OUTPUTS), near_Hz)
+        return main_mode(Transforms.of(records["low_repeat"], "Va", outputs), near_Hz)
     except (NoResult, ValueError) as e:
         raise NoResult(Cause.REPEAT_CONTRADICTS, record="low_repeat", detail=str(e)) from e
 
 
-def _refuse_exchanged(modes: Mapping[str, Resonance | Reason]) -> None:
+def _refuse_exchanged(modes: Mapping[str, Resonance | Reason], outputs: Sequence[str]) -> None:
     """Raise NoResult if da shows the bending modes more than de: they turn the encoder, not the payload, so the names
     are exchanged."""
     resonances = [m for m in modes.values() if isinstance(m, Resonance)]
-    de, da = OUTPUTS.index("de"), OUTPUTS.index("da")
+    if not set(MOTIONS) <= set(outputs):
+        return
+    de, da = (outputs.index(c) for c in MOTIONS)
     if resonances and all(m.amplitude[da] > m.amplitude[de] for m in resonances):
         evidence = "the strut's own modes show on da more than on de"
         raise NoResult(Cause.CHANNELS_EXCHANGED, channel="de", other="da", evidence=evidence)
@@ -279,12 +287,22 @@ PICTURE = """\
          ──┴───┴──
     low record    | high record
     ... 350 Hz    | 350 Hz ..."""
+PICTURE_WITHOUT_ENCODER = """\
+        da interferometer
+             ▼
+         ┌───────┐ payload
+         └─┬───┬─┘
+           │   │ ── Vs sensor stack
+           │   │ ◀─ Va x 20 drive
+         ──┴───┴──
+    low record    | high record
+    ... 350 Hz    | 350 Hz ..."""
 
 CHECK = Check(
     name="frf",
     title="Frequency responses",
     short="Responses",
-    kinds=("apa", "strut"),
+    kinds=("apa", "strut", "strut-plates"),
     forms=(
         Form(
             "records",
@@ -315,6 +333,7 @@ CHECK = Check(
                     _BARE,
                     optional=True,
                     called="low record without encoder",
+                    beside="de",
                 ),
                 Series(
                     "without_encoder_high",
@@ -322,6 +341,7 @@ CHECK = Check(
                     _BARE,
                     optional=True,
                     called="high record without encoder",
+                    beside="de",
                 ),
                 Scalar("payload_kg", "payload on the bench", lo=0.01, hi=1000.0, optional=True, usual=(1.0, 20.0)),
             ),
@@ -367,5 +387,6 @@ CHECK = Check(
         "Do not touch the bench. Load a second realisation if you have one.",
         PICTURE,
         drive="start it at the DAC: sweep, amplitude 1 V, or noise, 0.3 V RMS; offset 3.25 V (accept excite)",
+        pictures_without={"de": PICTURE_WITHOUT_ENCODER},
     ),
 )

@@ -1,4 +1,6 @@
-"""Hysteresis loops under slow sines of growing amplitude ([STB] 3.1.6)."""
+"""Hysteresis loops under slow sines of growing amplitude ([STB] 3.1.6).
+
+A strut without encoder (`strut-plates`) gives da in the place of de."""
 
 import math
 from dataclasses import dataclass
@@ -12,12 +14,13 @@ from checks.cause import Cause, NoResult, because
 from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.picture import Band, Line, Panel, PanelKind
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
-from checks.record import Record
+from checks.record import Record, motion_of
 from checks.signals.slow.cycles import Cycle, last_cycles
 from checks.signals.slow.loops import ScalarEstimate, longest_stand, thin
 from checks.signals.slow.regression import least_squares
-from specs.bench_ranges import GAIN_UM_PER_V, RECORDED_V
+from specs.bench import GAIN_UM_PER_V, RECORDED_V
 from specs.spec import CheckSpec
+from specs.units import CHANNEL_LABELS
 
 UM = 1e-6
 CENTRE_LINE_DEGREE = 5  # of the polynomial in V through the middle of the loop
@@ -53,21 +56,22 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         raise NoResult(Cause.NOT_MEASURED, record="record")
     record: Record = values["record"]
     cycles = _cycles(record, float(spec.settings.get("min_amplitude_V", MIN_AMPLITUDE_V)))
-    loops = _loops(record, "de", cycles)
+    motion = motion_of(record.channels)
+    loops = _loops(record, motion, cycles)
     levels, centre = ", ".join(f"{loop.amplitude:.3g}" for loop in loops), round(cycles[-1].centre, 6) + 0.0
     notes = [f"loops at {levels} V about {centre:.3g} V of Va"]
-    _check_loop(loops[-1], spec)
+    _check_loop(loops[-1], motion, spec)
     if float(loops[-1].drive @ loops[-1].response) < 0.0:
-        notes.append("de falls while Va rises: the encoder counts the other way")
-    width = _check_gain(_width("hysteresis_percent", loops[-1], spec), loops[-1], spec)
+        notes.append(f"{motion} falls while Va rises: the {CHANNEL_LABELS[motion].split()[0]} counts the other way")
+    width = _check_gain(_width("hysteresis_percent", loops[-1], motion, spec), loops[-1], motion, spec)
     notes += _note_of_no_hysteresis(width)
     largest = loops[-1]
     gain = float(np.ptp(largest.response)) / (2 * largest.amplitude) / UM  # tip to tip
     quantities = [
         width,
-        _small_signal_width(loops, spec),
+        _small_signal_width(loops, motion, spec),
         Quantity("hysteresis_amplitude_V", largest.amplitude),
-        Quantity("hysteresis_gain_um_per_V", gain),  # as accurate as the encoder, which this check does not state
+        Quantity("hysteresis_gain_um_per_V", gain),  # as accurate as the motion, which this check does not state
     ]
     panels = _panels("displacement", "displacement [um]", 1 / UM, loops)
     if "Vs" in record.channels:
@@ -91,26 +95,26 @@ def _cycles(record: Record, at_least: float) -> list[Cycle]:
     return cycles
 
 
-def _check_loop(loop: Loop, spec: CheckSpec) -> None:
-    """Raise NoResult if the loop is one that no piezo actuator makes: too exact, too narrow, or de ahead of Va by more
-    than the sample by which the two may have been stored apart."""
+def _check_loop(loop: Loop, motion: str, spec: CheckSpec) -> None:
+    """Raise NoResult if the loop is one that no piezo actuator makes: too exact, too narrow, or the motion ahead of Va
+    by more than the sample by which the two may have been stored apart."""
     ahead = -loop.width.value
     if ahead > loop.one_sample + 3 * loop.width.u:
-        raise NoResult(Cause.RESPONSE_LEADS, channel="de", percent=100 * ahead, amplitude=loop.amplitude)
+        raise NoResult(Cause.RESPONSE_LEADS, channel=motion, percent=100 * ahead, amplitude=loop.amplitude)
 
-    vet_noise("de", loop.misfit)
+    vet_noise(motion, loop.misfit)
     least = float(spec.settings.get("loop_min_percent", LOOP_PERCENT))
     if least > 0.0:
-        vet_lag("de", "Va", loop.width, 1.0, least)
+        vet_lag(motion, "Va", loop.width, 1.0, least)
 
 
-def _check_gain(width: Quantity, loop: Loop, spec: CheckSpec) -> Quantity:
-    """Return the width, of unknown uncertainty if de moves by another amount per volt than an actuator does, so that it
+def _check_gain(width: Quantity, loop: Loop, motion: str, spec: CheckSpec) -> Quantity:
+    """Return the width, of unknown uncertainty if it moves by another amount per volt than an actuator does, so that it
     cannot pass: a width is a ratio, whatever its scale. A width above its limit fails as before: a wide loop moves
     more."""
     lo, hi = (float(g) for g in spec.settings.get("gain_um_per_V", GAIN_UM_PER_V))
     gain = float(np.ptp(loop.response)) / (2 * loop.amplitude) / UM
-    return width if lo <= gain <= hi else width.doubted(Cause.WRONG_GAIN, channel="de", gain=gain, lo=lo, hi=hi)
+    return width if lo <= gain <= hi else width.doubted(Cause.WRONG_GAIN, channel=motion, gain=gain, lo=lo, hi=hi)
 
 
 def _loops(record: Record, channel: str, cycles: list[Cycle]) -> list[Loop]:
@@ -159,14 +163,14 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
     return Loop(cycle.amplitude, width, misfit, drive - cycle.centre, centred, one_sample)
 
 
-def _width(name: str, loop: Loop, spec: CheckSpec) -> Quantity:
+def _width(name: str, loop: Loop, motion: str, spec: CheckSpec) -> Quantity:
     """Return the width with its budget. A response stored a sample beside its drive opens or closes the loop by that
     sample's angle; the record does not show by which part of a sample the two are apart, so every part is equally
     likely ([JCGM100] 4.3.7)."""
     percent = 100 * abs(loop.width.value)
     budget = [
         Contribution("scatter of the record", 100 * loop.width.u, "A"),
-        Contribution("de stored up to one sample beside Va", 100 * loop.one_sample / math.sqrt(3.0)),
+        Contribution(f"{motion} stored up to one sample beside Va", 100 * loop.one_sample / math.sqrt(3.0)),
         stated_contribution(spec, percent, "hysteresis_percent"),
     ]
     return Quantity.of(name, percent, *(c for c in budget if c is not None))
@@ -179,11 +183,11 @@ def _note_of_no_hysteresis(width: Quantity) -> list[str]:
     return [f"no hysteresis is seen beyond the uncertainty; piezo stacks usually show {USUAL_PERCENT:g} % or more"]
 
 
-def _small_signal_width(loops: list[Loop], spec: CheckSpec) -> Quantity:
+def _small_signal_width(loops: list[Loop], motion: str, spec: CheckSpec) -> Quantity:
     name = "hysteresis_small_signal_percent"
     if len(loops) < 2:
         return Quantity.missing(name, Cause.ONE_AMPLITUDE)
-    return _width(name, loops[0], spec)
+    return _width(name, loops[0], motion, spec)
 
 
 def _sensor(loops: list[Loop]) -> Quantity:
@@ -232,7 +236,7 @@ CHECK = Check(
     name="hysteresis",
     title="Hysteresis under slow sines",
     short="Hysteresis",
-    kinds=("apa", "strut"),
+    kinds=("apa", "strut", "strut-plates"),
     forms=(
         Form(
             "record",
@@ -242,6 +246,7 @@ CHECK = Check(
                     "slow sines of growing amplitude",
                     {"t": "s", "Va": "V", "de": "m"},
                     optional_channels={"Vs": "V"},
+                    instead={"de": "da"},
                 ),
             ),
         ),
@@ -257,14 +262,15 @@ CHECK = Check(
     settings=(
         Setting("min_amplitude_V", MIN_AMPLITUDE_V, "amplitude of Va that the largest sine must reach"),
         Setting("loop_min_percent", LOOP_PERCENT, "smallest loop at that amplitude; 0: not checked"),
-        Setting("gain_um_per_V", GAIN_UM_PER_V, "what a volt of Va may move de"),
+        Setting("gain_um_per_V", GAIN_UM_PER_V, "what a volt of Va may move de, or da without encoder"),
     ),
     stated=("hysteresis_percent",),
     failed="let the amplifier warm up and repeat; if it stays, the stacks are lossy",
     guide=Guide(
-        "Drive the unit with slow sines of increasing amplitude and record voltage and encoder. "
+        "Drive the unit with slow sines of increasing amplitude and record voltage and displacement. "
         "Do not touch the bench during the record.",
         PICTURE,
         drive="start sines of 0.1 Hz at the DAC: amplitude 0.1 V rising to 4 V, offset 3.25 V (accept excite sine)",
+        pictures_without={"de": PICTURE.replace("de", "da")},
     ),
 )

@@ -24,7 +24,6 @@ from checks.record import Record
 from checks.signals.interpolation import error_notes
 from specs.spec import CheckSpec
 
-BANDS = ("low", "high", "low_repeat", "high_repeat")
 PLACES = 9, 13  # along dx and dy: the basins of the fit are as wide as a step of these
 DIGITS = 2  # of um: far below U, far above what another processor's rounding does
 
@@ -35,7 +34,7 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
     model = values.get("model")
     if not isinstance(model, Model):
         raise NoResult(Cause.MODEL_NOT_SET)
-    records = {k: v for k, v in values.items() if isinstance(v, Record) and k in BANDS}
+    records = {k: v for k, v in values.items() if isinstance(v, Record) and k in frf.BANDS}
     faults = [
         reason.within(key, record.name)
         for key, record in records.items()

@@ -17,7 +17,7 @@ from checks.quantity import Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.slow import loops
 from checks.signals.slow.loops import Branch, ScalarEstimate
-from specs.bench_ranges import STACK_V
+from specs.bench import STACK_V
 from specs.spec import CheckSpec
 
 UM = 1e-6

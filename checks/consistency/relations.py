@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from checks.quantity import Quantity
-from specs.bench_ranges import AMPLIFIER_GAIN, STACK_V, STATIC_HZ
+from specs.bench import AMPLIFIER_GAIN, STACK_V, STATIC_HZ
 
 Known = Mapping[str, Quantity]
 """Measured quantities of a unit by name, those with a value only."""

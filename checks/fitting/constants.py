@@ -11,7 +11,7 @@ from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.model.model import Model, Values, frequencies
-from specs.bench_ranges import STATIC_HZ
+from specs.bench import STATIC_HZ
 
 GS_BAND_HZ = (400.0, 500.0)  # [STB] 4.2.3: above it, before the next
 SEED_GS_AT_HZ = 1000.0

@@ -7,7 +7,7 @@ import random
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from specs.bench_ranges import STACK_V
+from specs.bench import STACK_V
 
 START_V, TOP_V = STACK_V
 PLAY_WEIGHT, PLAY_RADIUS = 0.5, 0.1  # of the stroke: a loop about 10 % wide

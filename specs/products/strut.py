@@ -12,7 +12,7 @@ PRODUCT = Product(
         "apa": "Serial number of the APA",
         "joint_bottom": "Bottom joint",
         "joint_top": "Top joint",
-        "encoder": "Encoder (empty: none fixed)",
+        "encoder": "Encoder",
     },
     matched_by=("axial_resonance_Hz", "ga_N_per_V", "dx_um", "dy_um"),
 )

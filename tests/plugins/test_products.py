@@ -75,6 +75,7 @@ def test_a_unit_of_an_installed_product_goes_from_its_folder_to_a_certificate(tm
     assert [(p["name"], p["package"]) for p in listed] == [
         ("apa", "built-in"),
         ("strut", "built-in"),
+        ("strut-plates", "built-in"),
         (NAME, "accept-product-lever-2 0.1.0"),
     ]
     assert accept(tmp_path, "product", "check", NAME).returncode == 0
@@ -103,9 +104,11 @@ def test_it_is_asked_for_at_the_bench(tmp_path: Path, package: Path) -> None:
     )
     env = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{tmp_path}", "ACCEPT_HOME": str(tmp_path / "home")}
     done = subprocess.run([sys.executable, "-c", words], env=env, capture_output=True, text=True, cwd=tmp_path)
-    assert done.stdout.splitlines() == ["Kind (apa or strut or lever_2)", "('pivot',) ()", "['lever_2_mass']"], (
-        done.stderr
-    )
+    assert done.stdout.splitlines() == [
+        "Kind (apa, strut, strut-plates, lever_2)",
+        "('pivot',) ()",
+        "['lever_2_mass']",
+    ], done.stderr
 
 
 def test_a_package_is_checked_before_it_is_installed(package: Path, here: Callable[..., Result]) -> None:
@@ -178,7 +181,7 @@ def test_nothing_is_written_over(package: Path, here: Callable[..., Result]) -> 
 
 
 def test_products_are_declared_once_and_looked_up() -> None:
-    assert set(BUILT_IN) == {"apa", "strut"}
+    assert set(BUILT_IN) == {"apa", "strut", "strut-plates"}
     assert product_named("strut").parts.keys() == {"apa", "joint_bottom", "joint_top", "encoder"}
     with pytest.raises(ProductError, match=INSTALLED):
         product_named("bridge")

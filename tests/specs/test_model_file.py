@@ -101,7 +101,7 @@ def test_built_in_models_read_and_say_their_name(name: str) -> None:
 
 
 def test_the_built_in_models_of_the_design() -> None:
-    assert set(builtin_models()) == {"apa-2dof", "apa-frame", "strut-2dof", "strut", "strut-as-built"}
+    assert set(builtin_models()) == {"apa-2dof", "apa-frame", "strut-2dof", "strut", "strut-as-built", "strut-plates"}
 
 
 @pytest.mark.takes_data

@@ -30,7 +30,7 @@ class SimulateOptions:
     """One unit to simulate. effect, experiment, setting: None for none, as typer has lists that may be left out."""
 
     out: Annotated[Path, typer.Option(help="The unit folder to write.")]
-    kind: Annotated[str, typer.Option(help="apa or strut.")] = "strut"
+    kind: Annotated[str, typer.Option(help=f"One of {', '.join(SIMULATED_MODEL)}.")] = "strut"
     model: Annotated[str | None, typer.Option(help="Built-in model or TOML file; default: by the kind.")] = None
     serial: Annotated[str | None, typer.Option(help="Serial; else SIM with kind and seed.")] = None
     seed: Annotated[int, typer.Option(min=0, help="Seed; equal seeds give equal bytes.")] = 0

@@ -22,6 +22,7 @@ from checks.cause import Reason
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import panels
 from checks.rounding import fixed
+from specs.plugins import product_named
 
 
 @clear_errors
@@ -55,7 +56,7 @@ def _unit_or_response(path: Path) -> tuple[UnitFolder | ImportedResponse, str]:
         response = import_response(path)
         return response, response.title
     folder = read(path)
-    if folder.kind != "strut":
+    if product_named(folder.kind).family != "strut":
         raise UnitError(path / UNIT_FILE, [f"kind = '{folder.kind}': only a strut has joints to be misaligned from"])
     return folder, folder.serial
 

@@ -40,7 +40,7 @@ def labels() -> dict[str, str]:
     own = {
         "operator": "Operator",
         "serial": "Serial number (type or scan)",
-        "kind": f"Kind ({' or '.join(products())})",
+        "kind": f"Kind ({', '.join(products())})",
     }
     return own | parts()
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from checks.acceptance import CHECKS
+from checks.acceptance import check_for
 from checks.declare import Check, CsvTable, Form, Guide, Input, Scalar, Series
 from specs.spec import CheckSpec, Spec
 
@@ -47,7 +47,7 @@ class WorkflowStep:
 
 def steps_of(spec: Spec) -> tuple[WorkflowStep, ...]:
     """Return a step per check, in the order of the spec."""
-    asked = [(CHECKS[name], section) for name, section in spec.checks.items()]
+    asked = [(check_for(name, spec.kind), section) for name, section in spec.checks.items()]
     return tuple(
         WorkflowStep(check, section, guide_of(check), check.reads != check.name and check.reads in spec.checks)
         for check, section in asked

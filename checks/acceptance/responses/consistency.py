@@ -13,9 +13,9 @@ from checks.acceptance.responses.rules import OUTPUTS, ResponseSettings
 from checks.arrays import Array
 from checks.cause import Cause, NoResult
 from checks.quantity import Quantity
-from checks.record import Record
+from checks.record import MOTIONS, Record
 from checks.signals.spectral.frf import Frf
-from specs.bench_ranges import STATIC_HZ
+from specs.bench import STATIC_HZ
 
 UM = 1e-6
 ABOUT_MERGE = np.sqrt(2.0)  # half an octave to either side, where both bands are driven
@@ -56,7 +56,7 @@ def check_against_gain(resonance: Quantity, frf: Frf, rules: ResponseSettings) -
     or an amplifier of another gain. A resonance outside its limits fails as before: a soft shell moves more."""
     low = frf.band(*STATIC_HZ)
     lo, hi = rules.gain_um_per_V
-    for c in ("de", "da"):
+    for c in (motion for motion in MOTIONS if motion in frf.channels):
         usable = low.usable
         gain = float(np.median(np.abs(low.H[usable, low.index(c)]))) / UM if usable.any() else np.nan
         if not lo <= gain <= hi:
@@ -80,8 +80,7 @@ def _vet_ratio(a: Frf, b: Frf, this: str, that: str, rules: ResponseSettings) ->
     """Raise NoResult if two responses differ by a factor in the bins that both have."""
     n = min(a.f.size, b.f.size)
     same_bins = np.abs(a.f[:n] - b.f[:n]) <= 1e-3 * a.f[1] if n > 1 else np.zeros(n, dtype=bool)
-    for c in OUTPUTS:
-        i = a.index(c)
+    for i, c in enumerate(a.channels):
         both = (a.coherence[:n, i] >= COHERENT) & (b.coherence[:n, i] >= COHERENT) & same_bins
         if np.count_nonzero(both) < MIN_BINS:
             continue

@@ -23,9 +23,10 @@ from checks.fitting.constants import GS_BAND_HZ, Constant, fit_constants
 from checks.model.build import build
 from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
+from checks.record import motion_of
 from checks.signals.spectral.frf import Frf
 from checks.verdict import bounds
-from specs.bench_ranges import STATIC_HZ
+from specs.bench import STATIC_HZ
 from specs.model import load_model
 from specs.spec import CheckSpec
 from specs.strict import SpecError
@@ -40,7 +41,7 @@ MASS_BAND_HZ = (200.0, 350.0)
 MASS_LINE_AT_HZ = 250.0
 COHERENT = {f"coherent_{c}_Hz": c for c in OUTPUTS}
 CONSTANTS = ("ga_N_per_V", "gs_V_per_m")
-GAINS_OF = {"ga_N_per_V": ("gain_de_um_per_V",), "gs_V_per_m": ("gain_de_um_per_V", "gain_Vs_V_per_V")}
+GAINS_OF = {"ga_N_per_V": (), "gs_V_per_m": ("Vs",)}  # channels whose gain they follow from, beside the motion's
 
 
 def excused_bands(resonances_Hz: Sequence[float], zero_Hz: float) -> dict[str, list[tuple[float, float]]]:
@@ -89,6 +90,8 @@ def _gain(
     resonances_Hz: Sequence[float],
     spec: CheckSpec,
 ) -> Quantity:
+    if channel not in frf.channels:
+        return Quantity.missing(name, because(Cause.CHANNEL_MISSING, channel=channel))
     static = band == STATIC_HZ
     found = static_size(frf, channel, resonances_Hz) if static else mean_size(frf, channel, *band)
     if found is None:
@@ -186,6 +189,9 @@ def coherence_quantities(
     end lies anywhere up to the next one."""
     out = []
     for name, c in COHERENT.items():
+        if c not in frf.channels:
+            out.append(Quantity.missing(name, because(Cause.CHANNEL_MISSING, channel=c)))
+            continue
         top = coherent_up_to(frf, c, allowed[c], rules)
         if top is None:
             out.append(Quantity.missing(name, because(Cause.NOT_COHERENT, channel=c, f_Hz=rules.coherence_Hz[c][0])))
@@ -202,17 +208,15 @@ def constants(frf: Frf, mass: float, rules: ResponseSettings, spec: CheckSpec) -
         return [Quantity.missing(name, Cause.MODEL_NOT_SET) for name in CONSTANTS]
     try:
         model = _model(rules.model)
-        H = {c: frf.H[:, frf.index(c)] for c in OUTPUTS}
-        variance = {
-            c: np.where(np.isfinite(v), v, 0.0) for c, v in zip(OUTPUTS, frf.select(*OUTPUTS).var.T, strict=True)
-        }
+        H = {c: frf.H[:, i] for i, c in enumerate(frf.channels)}
+        variance = {c: np.where(np.isfinite(v), v, 0.0) for c, v in zip(frf.channels, frf.var.T, strict=True)}
         found = fit_constants(model, frf.f, H, variance, {"bench.payload_kg": mass})
     except (ModelError, SpecError) as e:
         return [
             Quantity.missing(name, because(Cause.MODEL_UNUSABLE, model=rules.model, detail=str(e)))
             for name in CONSTANTS
         ]
-    return [_constant(name, found.get(name), model, spec) for name in CONSTANTS]
+    return [_constant(name, found.get(name), model, spec, motion_of(H)) for name in CONSTANTS]
 
 
 @cache
@@ -220,7 +224,7 @@ def _model(name: str) -> Model:
     return build(load_model(name))
 
 
-def _constant(name: str, found: Constant | None, model: Model, spec: CheckSpec) -> Quantity:
+def _constant(name: str, found: Constant | None, model: Model, spec: CheckSpec, motion: str) -> Quantity:
     if found is None:
         return Quantity.missing(name, because(Cause.MODEL_WITHOUT_CONSTANT, model=model.name))
     budget = [
@@ -229,6 +233,7 @@ def _constant(name: str, found: Constant | None, model: Model, spec: CheckSpec) 
         Contribution(f"uncertain parameters of model {model.name}", found.u_model),
     ]
     stated = [stated_contribution(spec, found.value, name)]
-    if stated[0] is None:  # both follow from the gain of de, gs also from that of Vs
-        stated = [stated_contribution(spec, found.value, gain) for gain in GAINS_OF.get(name, ())]
+    if stated[0] is None:  # both follow from the gain of the motion, gs also from that of Vs
+        gains = [gain for gain, (channel, *_) in GAINS.items() if channel in (motion, *GAINS_OF[name])]
+        stated = [stated_contribution(spec, found.value, gain) for gain in gains]
     return Quantity.of(name, found.value, *budget, *(c for c in stated if c is not None), note=f"by {model.name}")

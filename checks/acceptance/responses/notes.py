@@ -4,7 +4,7 @@ import numpy as np
 
 from checks.acceptance.responses.modes import peak_Hz
 from checks.cause import NoResult
-from checks.record import Record
+from checks.record import Record, motion_of
 from checks.signals.spectral.frf import Frf, h1_record
 
 BARE = "Vs", "da"  # channels to compare without an encoder
@@ -14,8 +14,9 @@ LIKE = 0.95  # coherence of both, where responses with and without the encoder a
 def first_record(record: Record, f_Hz: float) -> str:
     """Return a note on the resonance in the first, small record ([STB] 3.1.1)."""
     try:
-        frf = h1_record(record, "Va", ("de",))
-        at = peak_Hz(frf, "de", 0.5 * f_Hz, 1.5 * f_Hz)
+        motion = motion_of(record.channels)
+        frf = h1_record(record, "Va", (motion,))
+        at = peak_Hz(frf, motion, 0.5 * f_Hz, 1.5 * f_Hz)
     except (ValueError, NoResult) as e:
         return f"first record: {e}"
     return f"first record: largest response at {at:.4g} Hz (bins of {frf.f[1]:.2g} Hz)"

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from checks.picture import Band, Item, Line, Mark, Panel, PanelKind
-from checks.record import Record
+from checks.record import MOTIONS, Record
 from checks.signals.spectral.bode import bode
 from checks.signals.spectral.frf import Frf
 from checks.signals.spectral.lpm import lpm_record
@@ -31,18 +31,19 @@ def curves(frf: Frf, merge_Hz: float) -> dict[str, Panel]:
 
 
 def zoom(low: Record, first: Resonance, second: Resonance | None) -> dict[str, Panel]:
-    """Return de and da around the resonance, free of leakage, with the fit and the 95 % region of the measured
+    """Return the motions around the resonance, free of leakage, with the fit and the 95 % region of the measured
     response."""
     reach = SHOWN if second is None else max(SHOWN, 1.15 * abs(second.f_Hz / first.f_Hz - 1))
-    part = _near(low, ("de", "da"), (1 - reach) * first.f_Hz, (1 + reach) * first.f_Hz)
+    motions = tuple(c for c in MOTIONS if c in first.fit.window.channels)
+    part = _near(low, motions, (1 - reach) * first.f_Hz, (1 + reach) * first.f_Hz)
     items: list[Item] = []
-    for c, role in enumerate(COLOURS):
+    for c, role in zip(range(len(motions)), COLOURS, strict=False):
         size, r = np.abs(part.H[:, c]), part.radius()[:, c]
         items.append(Band(part.f, np.maximum(size - r, 0.1 * size), np.minimum(size + r, 10 * size)))
         items.append(Line(part.f, size, part.channels[c], role=role))
     w = first.fit.window
     shown = (w.f >= part.f[0]) & (w.f <= part.f[-1])
-    fitted = np.abs(first.fit.response()[shown, w.channels.index("de")])
+    fitted = np.abs(first.fit.response()[shown, w.channels.index(motions[0])])
     items.append(Line(w.f[shown], fitted, "local fit", "dashed", "model"))
     items += [Mark(m.f_Hz, label=f"{m.f_Hz:.2f} Hz", role="model") for m in (first, second) if m is not None]
     title = "axial resonance" if second is None else "double resonance"

@@ -11,11 +11,11 @@ from checks.acceptance.common.sampling_rate import SAMPLING
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Setting
-from checks.record import Record
+from checks.record import MOTIONS, Record
 from checks.signals.record_checks import ChannelDelay, ExpectedSignal, dead, delay, mismatches, responds
 from checks.signals.sampling_faults import sampling_faults
 from checks.signals.spectral.frf import Frf
-from specs.bench_ranges import GAIN_UM_PER_V, RECORDED_V, STATIC_HZ
+from specs.bench import GAIN_UM_PER_V, RECORDED_V, STATIC_HZ
 from specs.spec import CheckSpec
 
 OUTPUTS = ("Vs", "de", "da")
@@ -25,7 +25,6 @@ LOOKS = {  # plausible size of a channel of the bench: largest departure from it
     "de": ExpectedSignal(1e-9, 4e-4),
     "da": ExpectedSignal(1e-9, 4e-4),
 }
-MOTIONS = ("de", "da")
 PREFIXES = {"um": 1e-6, "nm": 1e-9, "mm": 1e-3}  # the likeliest first
 LOOKED_AT = 16  # every 16th sample suffices for the size of a channel
 DELAY_HZ = (350.0, 1000.0)  # above the resonances that carry the response: phase is 0 or 180 degrees but for the delay
@@ -176,9 +175,17 @@ def vet_signs(frf: Frf, rules: ResponseSettings) -> None:
         raise NoResult(together(reversed_))
 
 
+def outputs_of(records: Iterable[Record]) -> tuple[str, ...]:
+    """Return the outputs that all of these records have: readers refuse a record without one that its product has."""
+    every = list(records)
+    return tuple(c for c in OUTPUTS if all(c in record.channels for record in every))
+
+
 def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
     """Raise NoResult if the static gains of de and da disagree: both measure one payload's motion, and an encoder's arm
     or scale adds percents only."""
+    if not set(MOTIONS) <= set(frf.channels):
+        return
     low = frf.band(*STATIC_HZ)
     de, da = (np.abs(low.H[:, low.index(c)]) for c in ("de", "da"))
     usable = low.usable & (da > 0)

@@ -18,12 +18,12 @@ def detection_limits(
     projected: Projected, effects: Iterable[Effect], slow: Slow | None, table: Thresholds
 ) -> dict[str, dict[str, float]]:
     """Return the detection limits: effect -> parameter -> size that would be seen with the stated power at the level of
-    the global test."""
+    the global test; of an effect that needs a channel which was not measured, what slow sines show alone."""
     needed = _noncentrality(table)
     out = {}
     for effect in effects:
         limits = dict(effect.slow.limit(slow, table)) if slow is not None else {}
-        if effect.fits(projected.response.model):
+        if effect.fits(projected.response.model) and set(effect.channels) & set(projected.data.channels):
             limits |= _limits(projected, effect, needed)
         if limits:
             out[effect.name] = limits

@@ -64,12 +64,13 @@ def static_bend(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
         return ()
     found = []
     if slow.is_bent(table):
-        found.append(
-            f"under slow sines de bends: the cubic part of the curve is {slow.bends.value:.3f} of the straight one"
-        )
+        share = f"the cubic part of the curve is {slow.bends.value:.3f} of the straight one"
+        found.append(f"under slow sines {slow.channel} bends: {share}")
     if slow.opens(table) and not slow.is_of_drive:
-        found.append("under slow sines loops of de open, but not as those of the drive's hysteresis: a friction?")
-    return tuple(Nameless("de", (), (), True, words) for words in found)
+        found.append(
+            f"under slow sines loops of {slow.channel} open, but not as those of the drive's hysteresis: a friction?"
+        )
+    return tuple(Nameless(slow.channel, (), (), True, words) for words in found)
 
 
 def from_window(full: Candidate, channel: str, level: bool) -> Nameless:

@@ -125,7 +125,7 @@ def early_channels(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous,
     if response.model.learned is not None or not in_drive:
         return ()
     early = [e for e in (c.effect for c in claims) if e in latencies and response.of(full.at, e.name)["tau_us"] < 0.0]
-    names = tuple(sorted(e.name for e in latencies))
+    names = tuple(sorted(e.name for e in latencies if set(e.channels) <= set(full.unseen.channels)))
     return tuple(Ambiguous(names, e.experiment.value) for e in early)
 
 

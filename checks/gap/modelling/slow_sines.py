@@ -40,13 +40,14 @@ DRIFT = 0.02  # of a gain, between the first amplitude and the last: no bench ho
 class Slow:
     """grows, constant: shares of the opening at the largest amplitude; loops: what they were found from; p_fit: chance
     of the scatter about both; bends: relative departure of the middle line from a straight one, largest amplitude less
-    smallest; f_Hz: of the sines."""
+    smallest; f_Hz: of the sines; channel: of the motion."""
 
     grows: ScalarEstimate
     constant: ScalarEstimate
     loops: tuple[Loop, ...]
     bends: ScalarEstimate
     f_Hz: float
+    channel: str
 
     @property
     def model(self) -> Array:
@@ -81,7 +82,7 @@ class Slow:
         return abs(self.bends.value) > max(table.bend, 6.0 * self.bends.u)
 
 
-def slow_record(record: Record, channel: str = "de", bench: LearnedBench | None = None) -> Slow | None:
+def slow_record(record: Record, channel: str, bench: LearnedBench | None = None) -> Slow | None:
     """Analyse the record of slow sines (channels Va and `channel`); None if it holds too few loops. bench: its lag at
     their frequency opens every loop alike, and is taken off."""
     cycles = last_cycles(record["Va"])
@@ -104,6 +105,7 @@ def slow_record(record: Record, channel: str = "de", bench: LearnedBench | None 
         loops,
         _bend(loops),
         f_Hz,
+        channel,
     )
 
 

@@ -16,7 +16,7 @@ from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.preparation import record_faults as faults
 from checks.gap.preparation.record_faults import RecordFault
 from checks.model.model import Model
-from checks.record import Record
+from checks.record import Record, motion_of
 from specs.errors import AcceptError
 
 SAMPLE_OFFSET = "sample_offset"
@@ -99,7 +99,8 @@ def prepare(inputs: Inputs, table: Thresholds) -> Problem:
     unit."""
     check_same_unit(inputs.A, inputs.B)
     early, A, B = _find_faults(inputs)
-    slow = None if inputs.slow is None else slow_record(inputs.slow, bench=inputs.model.learned)
+    record, learned = inputs.slow, inputs.model.learned
+    slow = None if record is None else slow_record(record, motion_of(record.channels), learned)
     problem = Problem(inputs, A, B, early, slow, {}, table)
     if slow is None:
         return problem

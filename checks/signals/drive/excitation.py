@@ -15,7 +15,7 @@ from checks.arrays import Array
 from checks.signals.drive import multisine as ms
 from checks.signals.drive.ramps import fade, ramp
 from checks.signals.drive.shapes import AmplitudeShape, Flat
-from specs.bench_ranges import DAC_V, STACK_V
+from specs.bench import DAC_V, STACK_V
 from specs.errors import AcceptError
 
 MAX_SAMPLES = 20_000_000  # half an hour at 10 kHz; 160 MB as doubles

@@ -50,7 +50,7 @@ def completed(line: str) -> tuple[list[str], set[str]]:
         ("accept hw test ", ["daq", "gauge", "lcr"]),
         ("accept hw test gauge l", ["lcr"]),
         ("accept spec show apa", ["apa", "apa-basic"]),
-        ("accept batch units --spec strut-", ["strut-basic"]),
+        ("accept batch units --spec strut-", ["strut-basic", "strut-plates"]),
         ("accept gap UNIT --model apa-", ["apa-2dof", "apa-frame"]),
         ("accept recall --instrument 12", ["1234/56"]),
         ("accept report ", []),

@@ -25,7 +25,7 @@ from tests.accept.tui.tui_help import press, running, settled, words
 PASSPHRASE = "correct horse"
 MOST_KEYS = {"apa": 45, "strut": 60}  # from the serial to the certificate, letters of a passphrase apart
 MOST_S = {"apa": 120.0, "strut": 240.0}  # on a machine that does nothing else
-APA_SEED, STRUT_SEED = 5, 6  # a reversed sensor stack; a payload that is too heavy
+APA_SEED, STRUT_SEED, PLATES_SEED = 5, 6, 2  # a reversed sensor stack; a payload that is too heavy; nothing
 
 
 class Technician:
@@ -147,6 +147,24 @@ async def test_a_strut_of_a_chosen_kind_on_a_wrong_payload_by_few_keys():
     bench.close()
 
 
+@pytest.mark.slow
+async def test_a_strut_without_encoder_up_to_the_signature():
+    """Nothing is hidden in it: two steps, no misalignment, accepted."""
+    bench = open_training("strut-plates", PLATES_SEED)
+    async with running(lambda: bench) as pilot:
+        ann = Technician(pilot)
+        await ann.begins()
+        assert [step.name for step in pilot.app.session.steps] == ["frf", "hysteresis"]
+        await ann.measures()
+        assert set(verdicts(pilot).values()) == {"pass"}
+        assert any("misalignment does not apply" in note for note in pilot.app.session.result.notes)
+        await ann.press("f2")
+        for _ in range(2):  # an accepted unit asks for no reason
+            await ann.types(PASSPHRASE)
+        assert "Nothing was wrong" in pilot.app.screen._text
+    bench.close()
+
+
 async def test_what_does_not_help_leaves_the_fault_and_a_restart_keeps_what_was_put_right():
     begun = Begun("TRAIN-000005", "apa", "Ann")
     bench = open_training("apa", APA_SEED)
@@ -195,6 +213,7 @@ FIRST = {
     "exchanged": "exchange the plugs of encoder de and interferometer da",
     "offset": "check the acquisition settings",
     "dead_encoder": "check plug and supply of encoder de",
+    "dead_sensor": "check plug and supply of sensor stack Vs",
     "clipped": "set the range of sensor stack Vs higher",
     "truncated": "copy the file again",
 }
@@ -213,7 +232,7 @@ def test_what_is_said_first_about_every_fault_is_the_right_action(kind: str, fau
     assert str(first_advice(result.findings)).partition("; ")[0].count(FIRST[fault]) == 1
 
 
-@pytest.mark.parametrize("kind", ["apa", "strut"])
+@pytest.mark.parametrize("kind", ["apa", "strut", "strut-plates"])
 def test_nothing_is_to_be_done_about_a_unit_without_a_fault(kind: str, tmp_path: Path) -> None:
     """Red before: one of them had its torsion a hertz above the limit, and was said to pass."""
     requests = (training_request(kind, f"T-{seed}", seed)[0] for seed in range(200))

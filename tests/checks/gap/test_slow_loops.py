@@ -27,7 +27,7 @@ def analysed(de: Array, bench: LearnedBench | None = None) -> Slow:
     Va = drive()
     noise = NOISE_M * np.random.default_rng(1).standard_normal(Va.size)
     channels = {"Va": Va, "de": GAIN_M_PER_V * de + noise}
-    found = slow_record(Record(np.arange(Va.size) / FS, channels, {"Va": "V", "de": "m"}), bench=bench)
+    found = slow_record(Record(np.arange(Va.size) / FS, channels, {"Va": "V", "de": "m"}), "de", bench)
     assert found is not None
     return found
 
