@@ -139,7 +139,7 @@ def _verify(
             *stated,
             *guarded("the copies", check_copies, contents, roots, revoked),
             *benches,
-            guarded("the page", check_page, signed, contents),
+            guarded("the page", check_page, pdf, contents, signatures, roots),
             guarded("judging again", attachments.check_result, judged, again),
             spec_step := guarded("the spec", check_spec, contents, roots, revoked),
             *([] if known is None else guarded("the store", known, signed, contents, signatures[0].when, again)),
@@ -228,7 +228,7 @@ def _check_attached_list(
             continue  # of another authority among those trusted
         for entry in entries:
             for signed in signatures:
-                if signed.serial_number == entry.serial_number and signed.when >= entry.since:
+                if signed.certificate.serial_number == entry.serial_number and signed.when >= entry.since:
                     raise InvalidCertificate(f"the key of {signed.person} was revoked on {entry.since:%Y-%m-%d}")
         return
     raise InvalidCertificate("the attached list of revoked keys is of no trusted authority")

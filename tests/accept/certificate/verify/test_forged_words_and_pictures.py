@@ -5,7 +5,7 @@ import sqlite3
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -286,10 +286,12 @@ def test_the_first_line_says_that_nobody_approved_the_spec(tmp_path: Path) -> No
 
 
 def unknown_to_the_store(folder: Path) -> Path:
-    """Signed with the technician's own key by a program of his own."""
+    """Signed with the technician's own key by a program of his own, at another second: in the same one it is the same
+    file to the byte."""
     contents = read(reported(folder).read_bytes())
     pdf = folder / "b.pdf"
-    pdf.write_bytes(sign(render(contents), keys.unlock(home(), TECHNICIAN, "correct horse"), datetime.now(UTC)))
+    later = datetime.now(UTC) + timedelta(seconds=2)
+    pdf.write_bytes(sign(render(contents), keys.unlock(home(), TECHNICIAN, "correct horse"), later))
     return pdf
 
 
