@@ -1,6 +1,7 @@
 """An acceptance spec: limits with bounds, unit, decision rule and source, read strictly from TOML."""
 
 import math
+import re
 from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
@@ -11,6 +12,9 @@ from specs.patterns import pattern_problem
 from specs.plugins import product_named
 from specs.strict import Finite, Positive, SpecError, Strict, Words, file_bytes, parse_as
 from specs.units import unit_of
+
+# As strict as a serial: it stands in the first line of a verification, on pages and in the names of files.
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
 class Limit(Strict):

@@ -32,7 +32,7 @@ from checks.verdict import Finding, bounds, judge, largest_U, unit_verdict
 from hw.records.contents.variable import Remarked
 from specs import plugins
 from specs.plugins import BUILT_IN, product_named, products
-from specs.spec import CheckSpec, Spec, load
+from specs.spec import NAME, CheckSpec, Spec, load
 from specs.strict import SpecError
 
 if TYPE_CHECKING:
@@ -64,6 +64,8 @@ def load_spec(name: str) -> Spec:
     problem."""
     spec = load(name)
     problems = [p for check, section in spec.checks.items() for p in spec_problems(spec.kind, check, section)]
+    if not NAME.fullmatch(spec.name):
+        problems.append(f"name = {spec.name[:70]!r}: expected 1 to 64 letters, digits, '.', '_' or '-'")
     if problems:
         raise SpecError(name, problems)
     return spec

@@ -43,8 +43,8 @@ class ContentError(AcceptError, ValueError):
 
 
 def renderer() -> dict[str, str]:
-    """Return name -> version of the programs that decide the bytes of a drawn page."""
-    return {name: metadata.version(name) for name in ("pillow", "pypdf", "reportlab")} | {
+    """Return name -> version of the programs that decide the bytes of a drawn page and of its signatures."""
+    return {name: metadata.version(name) for name in ("pillow", "pyhanko", "pypdf", "reportlab")} | {
         "zlib": zlib.ZLIB_RUNTIME_VERSION
     }
 

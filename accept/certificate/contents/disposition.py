@@ -70,6 +70,16 @@ def in_signature(reviewed: str, disposition: Disposition | None) -> str:
     return reviewed if disposition is None else f"{reviewed}{_HEAD}{disposition}"
 
 
+def parse_stated(words: str) -> Disposition | None:
+    """Return the disposition of the words that a signature states, None for none. Raises DispositionError."""
+    if not words:
+        return None
+    for choice, called in CHOICES.items():
+        if words.startswith(f"{called}: "):
+            return Disposition(choice, words.removeprefix(f"{called}: "))
+    raise DispositionError(f"'{words}' is not a disposition of this program")
+
+
 def of_signature(reason: str) -> str:
     """Return the disposition in the words of a signature's reason, "" if the reason states none."""
     return reason.partition(_HEAD)[2]

@@ -91,6 +91,18 @@ def kept_in(document: PdfFileReader) -> DocumentSecurityStore | None:
         return None
 
 
+def revocation_data_of(document: PdfFileReader) -> RevocationData:
+    """Return what a document keeps, in its order."""
+    kept = kept_in(document)
+    if kept is None:
+        return RevocationData()
+    return RevocationData(
+        list(kept.load_certs()),
+        [crl.CertificateList.load(each.get_object().data) for each in kept.crls],
+        [ocsp.OCSPResponse.load(each.get_object().data) for each in kept.ocsps],
+    )
+
+
 def loaded(certificates: Sequence[x509.Certificate]) -> list[asn1_x509.Certificate]:
     """Return the certificates in the type that pyhanko uses."""
     return [asn1_x509.Certificate.load(c.public_bytes(Encoding.DER)) for c in certificates]

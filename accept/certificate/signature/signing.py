@@ -1,21 +1,24 @@
 """PAdES signatures: the technician certifies the document, quality assurance countersigns it; both only append."""
 
 import asyncio
+import hashlib
 import io
-from datetime import datetime
+from datetime import UTC, datetime
 
 from asn1crypto import keys as asn1_keys
 from asn1crypto import x509 as asn1_x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
+from pyhanko.pdf_utils import generic
 from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
 from pyhanko.pdf_utils.misc import PdfError
 from pyhanko.pdf_utils.reader import PdfFileReader
 from pyhanko.sign.fields import MDPPerm, SigSeedSubFilter, enumerate_sig_fields
 from pyhanko.sign.general import SigningError
-from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner, Signer, SimpleSigner
+from pyhanko.sign.signers import ExternalSigner, PdfSignatureMetadata, PdfSigner, Signer, SimpleSigner
 from pyhanko.sign.signers.pdf_cms import PdfCMSSignedAttributes
+from pyhanko.sign.signers.pdf_signer import PdfTBSDocument
 from pyhanko.sign.timestamps import TimeStamper
 from pyhanko.sign.timestamps.common_utils import TimestampRequestError
 from pyhanko_certvalidator.registry import SimpleCertificateStore
@@ -35,6 +38,20 @@ _BEFORE = {TECHNICIAN: [], QA: [TECHNICIAN]}
 
 class SigningRefused(AcceptError, ValueError):
     """A document that must not be signed in this role now; the text says why."""
+
+
+class _Revision(IncrementalPdfFileWriter):
+    """The revision that a signature adds. Neither the clock nor chance decide its bytes, so that `verify` can write it
+    again: no time of changing is stated beside that of signing, and its identifier is the hash of what was before."""
+
+    @classmethod
+    def _handle_id(cls, prev: PdfFileReader) -> generic.ArrayObject:
+        before = hashlib.sha256(prev.stream.getvalue()).digest()[:16]
+        first = prev.trailer["/ID"][0]
+        return generic.ArrayObject([first, generic.ByteStringObject(before)])
+
+    def _update_meta(self) -> None:
+        """Leave the document's information as it is."""
 
 
 class LowS(Signer):
@@ -86,7 +103,7 @@ def sign(
         _check_order(pdf, credential.role)
         asked = stamping or (timestamp.stamper(credential.tsa) if credential.tsa else None)
         kept = asyncio.run(revocation_data(asked, credential.tsa_roots)) if asked else RevocationData()
-        moment = when.replace(microsecond=0)
+        moment = when.astimezone(UTC).replace(microsecond=0)
         out = io.BytesIO()
         asyncio.run(
             _append(out, pdf, credential, moment, signer or _signer(credential), asked, kept, disposition, simulated)
@@ -122,7 +139,25 @@ async def _append(
 ) -> None:
     """Write the document with one more signature to `out`. Nothing large is returned: asyncio writes the result of a
     finished task out as text when it gives the signal of Ctrl-C back."""
-    room = RESERVED + (timestamp.LARGEST if stamping else 0)
+    room = _room(stamping is not None)
+    document = _prepared(pdf, credential, when, by, stamping, kept, disposition, simulated, room)
+    prepared, _ = document.digest_tbs_document(output=out)
+    attributes = PdfCMSSignedAttributes(signing_time=when)
+    await document.perform_signature(prepared.document_digest, pdf_cms_signed_attrs=attributes)
+
+
+def _prepared(
+    pdf: bytes,
+    credential: Credential,
+    when: datetime,
+    by: Signer,
+    stamping: TimeStamper | None,
+    kept: RevocationData,
+    disposition: Disposition | None,
+    simulated: bool,
+    room: int,
+) -> PdfTBSDocument:
+    """Return the document with one more revision, whose signature is still empty. room: bytes for it."""
     left, bottom, right, top = field_rectangles()[credential.role]
     signer = PdfSigner(
         _metadata(credential, disposition),
@@ -130,14 +165,34 @@ async def _append(
         timestamper=stamping,
         stamp_style=stamp.style(credential, when, (right - left, top - bottom), disposition, simulated),
     )
-    writer = IncrementalPdfFileWriter(io.BytesIO(pdf))
+    writer = _Revision(io.BytesIO(pdf))
     kept.write(writer)
     session = signer.init_signing_session(writer, existing_fields_only=True)
     session.system_time = when
-    document = session.prepare_tbs_document(validation_info=None, bytes_reserved=2 * room)
-    prepared, _ = document.digest_tbs_document(output=out)
-    attributes = PdfCMSSignedAttributes(signing_time=when)
-    await document.perform_signature(prepared.document_digest, pdf_cms_signed_attrs=attributes)
+    return session.prepare_tbs_document(validation_info=None, bytes_reserved=2 * room)
+
+
+def _room(timestamped: bool) -> int:
+    return RESERVED + (timestamp.LARGEST if timestamped else 0)
+
+
+def signed_again(
+    pdf: bytes,
+    credential: Credential,
+    when: datetime,
+    kept: RevocationData,
+    disposition: Disposition | None,
+    simulated: bool,
+    timestamped: bool,
+) -> bytes:
+    """Return the document as `sign` writes it, with zeros in place of the signature's contents: what a signer with this
+    certificate can only have signed. No key is needed."""
+    certificate = asn1_x509.Certificate.load(credential.certificate.public_bytes(serialization.Encoding.DER))
+    by = ExternalSigner(certificate, SimpleCertificateStore(), signature_value=1)  # type: ignore[no-untyped-call]
+    document = _prepared(pdf, credential, when, by, None, kept, disposition, simulated, _room(timestamped))
+    out = io.BytesIO()
+    document.digest_tbs_document(output=out)
+    return out.getvalue()
 
 
 def _metadata(credential: Credential, disposition: Disposition | None) -> PdfSignatureMetadata:

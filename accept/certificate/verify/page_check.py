@@ -3,38 +3,61 @@
 import io
 import re
 from collections import Counter
+from collections.abc import Sequence
 
-from pyhanko.pdf_utils.generic import DictionaryObject
+from cryptography import x509
+from pyhanko.pdf_utils.generic import ArrayObject, DictionaryObject
 from pyhanko.pdf_utils.reader import PdfFileReader
-from pyhanko.sign.fields import enumerate_sig_fields
 from pypdf import PdfReader
 
 from accept.base import version
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.disposition import parse_stated
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.page.document import render
-from accept.certificate.page.fixed_parts import TECHNICIAN, is_simulated
+from accept.certificate.page.fixed_parts import is_simulated
+from accept.certificate.signature.long_term import revocation_data_of
+from accept.certificate.signature.signing import signed_again
+from accept.certificate.trust import authority
+from accept.certificate.trust.keys import Credential
+from accept.certificate.verify.signatures import Signed
 
 VERDICT_WORDS = re.compile(r"\b(ACCEPTED|REJECTED|CONDITIONAL|INCOMPLETE|HELD|PASS|FAIL|NO RESULT|DEMO|SIMULATED)\b")
 _SHOWN = 3  # words that are missing on a page: enough to see where it differs
-_CATALOG = {"/Perms", "/Metadata", "/Extensions", "/Version", "/DSS"}  # what signing changes of it
+_ACTING = {"/OpenAction", "/AA", "/JavaScript", "/JS", "/RichMedia"}  # keys
+_ACTIONS = {
+    "/JavaScript",
+    "/Launch",
+    "/SubmitForm",
+    "/ImportData",
+    "/GoToE",
+    "/GoToR",
+    "/Rendition",
+    "/RichMediaExecute",
+}
+_DEEPEST = 32  # levels of arrays and dictionaries in one object; a certificate has some eight
 
 
-def check_page(signed: bytes, contents: CertificateContent) -> Step:
-    """Draw the page again from the attachments. Raises InvalidCertificate if the two contradict each other.
+def check_page(
+    pdf: bytes, contents: CertificateContent, signatures: Sequence[Signed], roots: Sequence[x509.Certificate]
+) -> Step:
+    """Draw the page again from the attachments and sign it again. Raises InvalidCertificate if the two contradict each
+    other.
 
     Drawn by the same program both are the same to the byte. Drawn by another version they may differ in layout; then
     the text is compared but pictures cannot be, so the page counts as not compared.
     """
-    _only_signed(signed)
+    signed = pdf[: signatures[0].place[2]]
     drawn = render(contents)
     same_libraries = dict(contents.drawn_with) == certificate_content.renderer()
-    if signed.startswith(drawn) and not same_libraries:
-        return Step("the page is as these libraries draw it, but it states others that drew it", complete=False)
+    if signed.startswith(drawn) and same_libraries:
+        _check_revisions(pdf, drawn, contents, signatures, roots)
+        return Step("page and signatures were drawn again from the attached data: identical to the byte")
+    _check_actions(pdf)
     if signed.startswith(drawn):
-        return Step("the page was drawn again from the attached data: identical to the byte")
+        return Step("the page is as these libraries draw it, but it states others that drew it", complete=False)
     if same_libraries and contents.code_sha256 == version.code_sha256():
         raise InvalidCertificate("the page does not agree with the attached data")
     other = f"accept {contents.accept_version}, code {contents.code_sha256[:12]}"
@@ -43,22 +66,61 @@ def check_page(signed: bytes, contents: CertificateContent) -> Step:
     return Step(f"page not compared: it was drawn by another version ({other}); {words}", complete=False)
 
 
-def _only_signed(signed: bytes) -> None:
-    """Raise InvalidCertificate if the technician's revision changes more than the signature field: the signer writes
-    that revision too, and could draw over the page in it."""
-    reader = PdfFileReader(io.BytesIO(signed))
-    before, after = reader.get_historical_resolver(0), reader.get_historical_resolver(1)
-    rewritten = after.explicit_refs_in_revision()  # type: ignore[no-untyped-call]
-    changed = {ref for ref in rewritten if not before.is_ref_unassignable(ref)}
-    field = next(ref.reference for name, _, ref in enumerate_sig_fields(reader) if name == TECHNICIAN)
-    may = {reader.root_ref: _CATALOG, field: {"/AP", "/V"}, reader.trailer.raw_get("/Info").reference: {"/Producer"}}
-    for ref in changed:
-        old, new = before(ref), after(ref)
-        if ref not in may or not isinstance(old, DictionaryObject) or not isinstance(new, DictionaryObject):
-            raise InvalidCertificate("the page was changed while it was signed")
-        kept = (old.keys() | new.keys()) - may[ref]
-        if any(not (k in old and k in new and old.raw_get(k) == new.raw_get(k)) for k in kept):
-            raise InvalidCertificate("the document was changed while it was signed")
+def _check_revisions(
+    pdf: bytes,
+    drawn: bytes,
+    contents: CertificateContent,
+    signatures: Sequence[Signed],
+    roots: Sequence[x509.Certificate],
+) -> None:
+    """Raise InvalidCertificate if a signature's revision is not what this program writes for its certificate and time:
+    a signer writes that revision, and could lead a reader to another page in it. Only the hole with the signature
+    itself is left out, which `signature_contents` builds again."""
+    before = drawn
+    for signed in signatures:
+        start, end, last = signed.place
+        ca = next(root for root in roots if authority.issued_by(signed.certificate, root))
+        credential = Credential(signed.role, None, signed.certificate, ca)
+        again = signed_again(
+            before,
+            credential,
+            signed.when,
+            revocation_data_of(PdfFileReader(io.BytesIO(pdf[:last]))),
+            parse_stated(signed.disposition),
+            is_simulated(contents),
+            signed.stamped is not None,
+        )
+        if pdf[:start] != again[:start] or pdf[end:last] != again[end:]:
+            raise InvalidCertificate(
+                f"the {signed.role}'s revision holds more than a signature: what a reader shows is not what was judged"
+            )
+        before = pdf[:last]
+
+
+def _check_actions(pdf: bytes) -> None:
+    """Raise InvalidCertificate if an object of any revision acts when it is opened or touched. The program writes no
+    such object; what it wrote itself is compared to the byte instead."""
+    reader = PdfFileReader(io.BytesIO(pdf))
+    for revision in range(reader.xrefs.total_revisions):
+        objects = reader.get_historical_resolver(revision)
+        for ref in objects.explicit_refs_in_revision():  # type: ignore[no-untyped-call]
+            if found := _action(objects(ref)):
+                raise InvalidCertificate(f"it holds an object that acts by itself ({found})")
+
+
+def _action(held: object, depth: int = 0) -> str:
+    """Return the name of an action in an object, "" for none; references are not followed."""
+    if depth > _DEEPEST:
+        return "nested too deeply"
+    if isinstance(held, DictionaryObject):
+        keys = _ACTING & held.keys()
+        kind = held.raw_get("/S") if "/S" in held else ""
+        if keys or kind in _ACTIONS:
+            return min(keys) if keys else str(kind)
+        return next((found for key in held if (found := _action(held.raw_get(key), depth + 1))), "")
+    if isinstance(held, ArrayObject):
+        return next((found for n in range(len(held)) if (found := _action(held.raw_get(n), depth + 1))), "")
+    return ""
 
 
 def _text_differences(signed: bytes, drawn: bytes, contents: CertificateContent) -> list[str]:

@@ -44,14 +44,16 @@ for _library in ("pyhanko", "pyhanko_certvalidator"):
 
 @dataclass(frozen=True)
 class Signed:
-    """One valid signature. doubt: why its time does not suffice to accept it, None if it does. stamped: the timestamp
+    """One valid signature. certificate: the signer's; place: start and end of the hole with the signature, end of the
+    bytes that it covers. doubt: why its time does not suffice to accept it, None if it does. stamped: the timestamp
     beside it, None without one. disposition: of a unit that was not accepted, as decided in the countersignature."""
 
     role: str
     person: str
     when: datetime
+    certificate: x509.Certificate
+    place: tuple[int, int, int]
     doubt: str | None = None
-    serial_number: int = 0  # of the signer's certificate
     stamped: Stamped | None = None
     disposition: str = ""
 
@@ -84,6 +86,7 @@ def signatures_of(
             now,
             revoked,
             stamping,
+            place=p,
             covers_all=p[2] == len(pdf),
         )
         for s, c, p in zip(embedded, certificates, places, strict=True)
@@ -154,6 +157,7 @@ def _signature(
     now: datetime,
     revoked: Sequence[Revoked],
     stamping: Sequence[x509.Certificate],
+    place: tuple[int, int, int],
     covers_all: bool,
 ) -> Signed:
     role = str(embedded.field_name)
@@ -168,7 +172,8 @@ def _signature(
     stamped = _stamped(embedded, when, stamping)
     doubt = _doubt(certificate, when, revoked, stamped)
     disposition = of_signature(one_line(str(embedded.sig_object.get("/Reason", "")))) if role == QA else ""
-    return Signed(role, authority.person_of(certificate), when, doubt, certificate.serial_number, stamped, disposition)
+    person = authority.person_of(certificate)
+    return Signed(role, person, when, certificate, place, doubt, stamped, disposition)
 
 
 def _stamped(embedded: EmbeddedPdfSignature, when: datetime, roots: Sequence[x509.Certificate]) -> Stamped | None:

@@ -139,7 +139,7 @@ def _verify(
             *stated,
             *guarded("the copies", check_copies, contents, roots, revoked),
             *benches,
-            guarded("the page", check_page, signed, contents),
+            guarded("the page", check_page, pdf, contents, signatures, roots),
             guarded("judging again", attachments.check_result, judged, again),
             spec_step := guarded("the spec", check_spec, contents, roots, revoked),
             *([] if known is None else guarded("the store", known, signed, contents, signatures[0].when, again)),
@@ -155,7 +155,7 @@ def _verify(
     lacking = [step.words for step in steps if not step.complete] + [s.doubt for s in signatures if s.doubt]
     return Verification(
         Validity.SIGNED if lacking else Validity.VALID,
-        one_line("; ".join([_summary(contents, signatures), *(s.remark for s in steps if s.remark), *lacking]), 1000),
+        _first_line(contents, signatures, [*(s.remark for s in steps if s.remark), *lacking]),
         contents.serial,
         str(contents.result["verdict"]),
         signatures,
@@ -175,6 +175,7 @@ def _on_trust(contents: CertificateContent, unit: UnitFolder, looked_up: Set[str
     return [words, taken_on_trust(contents, looked_up)]
 
 
+_NO_PARTS = str.maketrans({";": ",", "'": "\u2019"})
 _SIMULATED = f"{signs.SIMULATED}: unit.toml says that the unit was simulated, so it is no acceptance of a real one"
 
 
@@ -184,13 +185,20 @@ def _current(steps: Sequence[Step]) -> bool | None:
     return all(known) if known else None
 
 
-def _summary(contents: CertificateContent, signatures: Sequence[Signed]) -> str:
-    state = "countersigned" if len(signatures) == 2 else "countersignature open"
-    state += "".join(f", disposition: {s.disposition}" for s in signatures if s.disposition)
-    signed = "; ".join(_words(s) for s in signatures)
-    spec = f"spec {contents.spec_name} {contents.spec_sha256[:12]}"
+def _first_line(contents: CertificateContent, signatures: Sequence[Signed], doubts: Sequence[str]) -> str:
+    """Return serial and verdict, then every doubt, then what others wrote, quoted and cut: no name can push a doubt out
+    of the line or write a part of it."""
     word = signs.unit_word(contents.result["verdict"], contents.result.get("nonconformances", ()))
-    return f"{contents.serial} {word}; {signed}; {state}; {spec}"
+    signed = (f"signed by {_quoted(s.person)} as {s.role} on {s.when:%Y-%m-%d %H:%M:%S} UTC" for s in signatures)
+    state = "countersigned" if len(signatures) == 2 else "countersignature open"
+    state += "".join(f", disposition: {_quoted(s.disposition, 160)}" for s in signatures if s.disposition)
+    spec = f"spec {_quoted(contents.spec_name)} {contents.spec_sha256[:12]}"
+    return "; ".join([f"{contents.serial} {word}", *(one_line(doubt) for doubt in doubts), *signed, state, spec])
+
+
+def _quoted(text: str, longest: int = 64) -> str:
+    """Return what others wrote in quotation marks, on one line, without what parts the statements of the line."""
+    return f"'{one_line(text, longest).translate(_NO_PARTS)}'"
 
 
 def _roots(trust: Sequence[x509.Certificate], demo: bool) -> list[x509.Certificate]:
@@ -228,7 +236,7 @@ def _check_attached_list(
             continue  # of another authority among those trusted
         for entry in entries:
             for signed in signatures:
-                if signed.serial_number == entry.serial_number and signed.when >= entry.since:
+                if signed.certificate.serial_number == entry.serial_number and signed.when >= entry.since:
                     raise InvalidCertificate(f"the key of {signed.person} was revoked on {entry.since:%Y-%m-%d}")
         return
     raise InvalidCertificate("the attached list of revoked keys is of no trusted authority")

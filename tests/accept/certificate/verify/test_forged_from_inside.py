@@ -297,7 +297,9 @@ def green(writer: IncrementalPdfFileWriter) -> None:
 
 
 def test_nothing_is_drawn_over_the_page_while_it_is_signed(bench: Bench) -> None:
-    refused(bench.check(overlaid(bench.unsigned, bench.technician, green)), "while it was signed", "was changed")
+    refused(
+        bench.check(overlaid(bench.unsigned, bench.technician, green)), "holds more than a signature", "was changed"
+    )
 
 
 def test_a_page_that_adds_a_verdict_is_not_valid_in_any_version(bench: Bench, tmp_path: Path) -> None:

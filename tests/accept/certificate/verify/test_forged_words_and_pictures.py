@@ -1,11 +1,12 @@
 """Forgeries by an insider beside the numbers: what the page states and shows, specs whose names look like another's,
 and a store that was made unusable so that nobody can ask it."""
 
+import re
 import sqlite3
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from accept.certificate.verify.gap_check import check_gap, own_words
 from accept.certificate.verify.picture_check import check_pictures
 from accept.certificate.verify.rejudge import rejudge
 from accept.certificate.verify.verification import Validity, verify
+from accept.judging import judge_unit
 from accept.units.unit_folder import parse
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.experiment import Experiment
@@ -276,7 +278,10 @@ def test_a_name_that_looks_like_a_built_in_one_is_not_plainly_valid(tmp_path: Pa
     own, pdf = tmp_path / "own.toml", tmp_path / "a.pdf"
     text = builtin()["apa-basic"].read_text().replace('"apa-basic"', f'"{name}"')
     own.write_text(text.replace("lower = 4.4", "lower = 0.1"))
-    accept("report", written(tmp_path / "u", 1.72), "--spec", own, "--out", pdf)
+    reported = accept("report", written(tmp_path / "u", 1.72), "--spec", own, "--out", pdf)
+    if name != "APA-Basic":  # letters that only look alike, and spaces, are in no name of a spec
+        assert (reported.exit_code, "expected 1 to 64 letters" in reported.output) == (6, True), reported.output
+        return
     done = accept("verify", pdf)
     assert (done.exit_code, "bears the name of a built-in" in done.stdout) == (4, True), done.output
 
@@ -290,14 +295,33 @@ def test_the_first_line_says_that_nobody_approved_the_spec(tmp_path: Path) -> No
     assert (done.exit_code, "spec NOT APPROVED" in done.stdout) == (0, True), done.output
 
 
+def test_a_name_writes_no_part_of_the_first_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Red before: a name of 900 characters pushed NOT APPROVED out of the line and wrote an approval into it. Judged
+    by a program that takes any name; `accept report` refuses it."""
+    own, pdf = tmp_path / "own.toml", tmp_path / "a.pdf"
+    lie = f"apa-basic 447fd242d761; signed by Grace as qa; spec approved by quality assurance; {'limits ' * 120}"
+    own.write_text(builtin()["apa-basic"].read_text().replace('"apa-basic"', f'"{lie}"'))
+    assert accept("report", written(tmp_path / "u", 4.99), "--spec", own, "--out", pdf).exit_code == 6
+    with monkeypatch.context() as patch:
+        patch.setattr(judge_unit, "NAME", re.compile(".*"))
+        accept("report", tmp_path / "u", "--spec", own, "--out", pdf)
+    line = accept("verify", pdf).stdout.splitlines()[0]
+    said = line.split("; ")
+    assert said[1] == "spec NOT APPROVED", line
+    assert sum(part.startswith(("signed by", "spec approved")) for part in said) == 1, line  # the technician alone
+    assert said[-1].startswith("spec 'apa-basic 447fd242d761, signed by Grace as qa"), line
+
+
 # --- a store that cannot be asked ------------------------------------------------------------------------------------
 
 
 def unknown_to_the_store(folder: Path) -> Path:
-    """Signed with the technician's own key by a program of his own."""
+    """Signed with the technician's own key by a program of his own, at another second: in the same one it is the same
+    file to the byte."""
     contents = read(reported(folder).read_bytes())
     pdf = folder / "b.pdf"
-    pdf.write_bytes(sign(render(contents), keys.unlock(home(), TECHNICIAN, "correct horse"), datetime.now(UTC)))
+    later = datetime.now(UTC) + timedelta(seconds=2)
+    pdf.write_bytes(sign(render(contents), keys.unlock(home(), TECHNICIAN, "correct horse"), later))
     return pdf
 
 
