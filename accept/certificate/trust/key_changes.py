@@ -1,6 +1,6 @@
 """The life of a person's key: requested at the bench, issued, renewed and revoked by the authority."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -12,10 +12,11 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509.oid import NameOID
 
 from accept.base.atomic_files import write_atomic, write_new
-from accept.certificate.trust import authority, encrypted_key, keys, revocation
+from accept.certificate.trust import authority, encrypted_key, keys, revocation, revocation_record
 from accept.certificate.trust.keys import BENCH, CA, ROLES, KeysError
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.revocation import REASONS, Revoked
+from accept.certificate.trust.revocation import REASONS, RevocationList, Revoked
+from accept.store import open_store
 from accept.store.opening import BENCH_KEY
 from accept.store.seal import bench_of, own_key
 
@@ -98,6 +99,7 @@ def issue(
     ca_key = keys.unlocked(office / f"{CA}.key.pem", passphrase)
     now = (when or datetime.now(UTC)).replace(microsecond=0)
     made = authority.leaf(role, person, public_key, keys.certificate_of(office / f"{CA}.pem"), ca_key, now)
+    _write_list(office.parent if office.name == keys.folder(office.parent).name else None, office, ca_key)
     (office / ISSUED).mkdir(exist_ok=True)
     write_atomic(office / ISSUED / f"{made.serial_number:x}.pem", made.public_bytes(Encoding.PEM))
     return made
@@ -130,28 +132,63 @@ def renew(home: Path, office: Path, who: str, passphrase: str, when: datetime | 
     if any(r.serial_number == old.serial_number for r in keys.revoked(home)):
         raise KeysError(f"the key of {authority.person_of(old)} was revoked; a revoked key is not renewed")
     new = issue(office, authority.role_of(old), authority.person_of(old), key, passphrase, when)
+    bring_list(home, office)
     _put(path, new)
     return new
 
 
 def revoke(home: Path, office: Path, who: str, reason: str, passphrase: str, since: datetime) -> list[str]:
     """Revoke every certificate of a person, or one by its sha256, from a moment on, and return their names. reason:
-    `left`, `lost`, `compromised`. The list is written into `office` and to this bench. Raises KeysError,
-    RevocationError."""
+    `left`, `lost`, `compromised`. The list is written into `office` and to this bench, and stored as an event of the
+    bench. Raises KeysError, RevocationError, StoreError."""
     if reason not in REASONS:
         raise KeysError(f"no reason '{reason}' (reasons: {', '.join(REASONS)})")
     meant = [c for c in _known(office) if _is(c, who)]
     if not meant:
         raise KeysError(f"{office}: no key of '{who}'; give the name or the sha256 that `accept keys list` shows")
     ca_key = keys.unlocked(office / f"{CA}.key.pem", passphrase)
+    listed = _write_list(home, office, ca_key, [Revoked(c.serial_number, since, reason != "left") for c in meant])
+    whose = sorted({f"{authority.person_of(c)} ({authority.role_of(c)})" for c in meant})
+    if listed is not None and keys.exist(home) and not keys.bench_problem(home):
+        ca = keys.ca(home)
+        with open_store(*revocation_record.store_of(home), bench=home) as store:
+            revocation_record.record(store, ca, listed, authority.person_of(ca), f"{', '.join(whose)}: {reason}")
+    return whose
+
+
+def _write_list(
+    home: Path | None, office: Path, ca_key: ec.EllipticCurvePrivateKey, new: Sequence[Revoked] = ()
+) -> RevocationList | None:
+    """Write the authority's list into its office and to a bench, with these entries added to those of every list that
+    either has; return it, None if nothing was written. Without new entries only a list that is missing or older than
+    another is written. Raises KeysError, RevocationError, StoreError, OSError."""
     ca = keys.certificate_of(office / f"{CA}.pem")
-    listed = {r.serial_number: r for r in revocation.revoked_in(office / revocation.FILE, ca)}
-    for certificate in meant:
-        listed[certificate.serial_number] = Revoked(certificate.serial_number, since, reason != "left")
-    for place in {office, keys.folder(home)}:
-        if (place / f"{CA}.pem").is_file():
-            revocation.write(place / revocation.FILE, ca, ca_key, list(listed.values()))
-    return sorted({f"{authority.person_of(c)} ({authority.role_of(c)})" for c in meant})
+    places = [office]
+    if home is not None and keys.folder(home) != office and keys.exist(home) and keys.ca(home) == ca:
+        places.append(keys.folder(home))
+    there = [revocation.read_list(place / revocation.FILE, ca) for place in places]
+    stored, stated = (None, False) if home is None else revocation_record.newest_stored(home, ca)
+    known = [one for one in (*there, stored) if one is not None]
+    whole = all(one is not None and not any(one.lacks(other) for other in known) for one in there)
+    if not new and (whole or (stated and not known)):  # of a list that is lost, only its hash is known
+        return None
+    entries = {entry.serial_number: entry for entry in (*revocation.merged(known), *new)}
+    number = max((one.number for one in known), default=-1) + 1
+    text = revocation.made(ca, ca_key, list(entries.values()), number)
+    for place in places:
+        write_atomic(place / revocation.FILE, text)
+    return revocation.parsed(text, str(office / revocation.FILE), ca)
+
+
+def bring_list(home: Path, office: Path) -> None:
+    """Put the authority's list beside the bench's keys, if the bench has none or an older one. Raises KeysError,
+    RevocationError, OSError."""
+    if not keys.exist(home):
+        return
+    ours, ca = keys.folder(home) / revocation.FILE, keys.ca(home)
+    brought, own = revocation.read_list(office / revocation.FILE, ca), revocation.read_list(ours, ca)
+    if brought is not None and (own is None or own.lacks(brought)):
+        write_atomic(ours, brought.text.encode())
 
 
 def change_passphrase(home: Path, office: Path, who: str, old: str, new: str) -> Path:

@@ -18,6 +18,8 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import key_changes, keys
 from accept.certificate.trust.keys import BENCH, QA
+from accept.certificate.trust.revocation import FILE
+from accept.certificate.trust.revocation_record import fault_here
 from accept.commands.options import JsonAnswer
 from accept.commands.trust.bench_keys import QA_PASSPHRASE, new_prompt, passphrase_of
 
@@ -93,8 +95,10 @@ def _warnings(known: Sequence[keys.KeyInfo]) -> list[str]:
     if keys.authority_here(home()):
         there = keys.folder(home()) / f"{keys.CA}.key.pem"
         found.append(f"the authority's key lies at this bench: who opens it can sign as everybody; move {there} off it")
+    fault, _ = fault_here(home(), keys.folder(home()) / FILE, keys.ca(home()))
     if keys.bench_certificate(home(), keys.ca(home())) is None:
         found.append("this bench has no certificate of the authority: accept keys request --role bench --name NAME")
+    found += [words for words in (keys.bench_problem(home()), fault) if words]
     found += [f"{path} can be read by others than its owner: chmod 600" for path in keys.exposed(home())]
     return found
 
@@ -135,6 +139,7 @@ def issue(
         stdout.print(f"certificate of {who} in {out}; on the bench: accept keys install {out}")
     else:
         stdout.print(f"certificate of {who} in {key_changes.install(home(), certificate)}")
+        key_changes.bring_list(home(), _office(office))
     return Exit.ACCEPTED
 
 
