@@ -54,9 +54,11 @@ def _request_of_bench(home: Path, name: str) -> tuple[Path, bytes]:
     return home / BENCH_KEY, text
 
 
-def issue_request(office: Path, content: bytes, passphrase: str, when: datetime | None = None) -> x509.Certificate:
-    """Return the certificate for a request, issued by the authority whose files are in the folder `office`. Raises
-    KeysError."""
+def issue_request(
+    office: Path, content: bytes, passphrase: str, when: datetime | None = None, home: Path | None = None
+) -> x509.Certificate:
+    """Return the certificate for a request, issued by the authority whose files are in the folder `office`. home: as
+    for `issue`. Raises KeysError."""
     try:
         asked = x509.load_pem_x509_csr(content)
     except ValueError as e:
@@ -64,9 +66,8 @@ def issue_request(office: Path, content: bytes, passphrase: str, when: datetime 
     key = asked.public_key()
     if not asked.is_signature_valid or not isinstance(key, ec.EllipticCurvePublicKey | Ed25519PublicKey):
         raise KeysError("the request is not signed by its own key, of P-256 for a person and Ed25519 for a bench")
-    return issue(
-        office, _one(asked, NameOID.ORGANIZATIONAL_UNIT_NAME), _one(asked, NameOID.COMMON_NAME), key, passphrase, when
-    )
+    role, person = _one(asked, NameOID.ORGANIZATIONAL_UNIT_NAME), _one(asked, NameOID.COMMON_NAME)
+    return issue(office, role, person, key, passphrase, when, home)
 
 
 def issue(
@@ -76,9 +77,10 @@ def issue(
     public_key: authority.PublicKey,
     passphrase: str,
     when: datetime | None = None,
+    home: Path | None = None,
 ) -> x509.Certificate:
     """Return the certificate of a person in a role for a key, such as a token's, or of a bench for its own key. office:
-    folder of the authority.
+    folder of the authority. home: of the bench, whose list of revoked keys is mended if it is missing or old.
 
     Raises KeysError, also if this person or key is known in the other role: four eyes are those of two persons.
     """
@@ -99,7 +101,7 @@ def issue(
     ca_key = keys.unlocked(office / f"{CA}.key.pem", passphrase)
     now = (when or datetime.now(UTC)).replace(microsecond=0)
     made = authority.leaf(role, person, public_key, keys.certificate_of(office / f"{CA}.pem"), ca_key, now)
-    _write_list(office.parent if office.name == keys.folder(office.parent).name else None, office, ca_key)
+    _write_list(home or office.parent, office, ca_key)
     (office / ISSUED).mkdir(exist_ok=True)
     write_atomic(office / ISSUED / f"{made.serial_number:x}.pem", made.public_bytes(Encoding.PEM))
     return made
@@ -131,8 +133,7 @@ def renew(home: Path, office: Path, who: str, passphrase: str, when: datetime | 
         raise KeysError(f"{path}: is for no key of this kind")
     if any(r.serial_number == old.serial_number for r in keys.revoked(home)):
         raise KeysError(f"the key of {authority.person_of(old)} was revoked; a revoked key is not renewed")
-    new = issue(office, authority.role_of(old), authority.person_of(old), key, passphrase, when)
-    bring_list(home, office)
+    new = issue(office, authority.role_of(old), authority.person_of(old), key, passphrase, when, home)
     _put(path, new)
     return new
 
@@ -157,38 +158,28 @@ def revoke(home: Path, office: Path, who: str, reason: str, passphrase: str, sin
 
 
 def _write_list(
-    home: Path | None, office: Path, ca_key: ec.EllipticCurvePrivateKey, new: Sequence[Revoked] = ()
+    home: Path, office: Path, ca_key: ec.EllipticCurvePrivateKey, new: Sequence[Revoked] = ()
 ) -> RevocationList | None:
     """Write the authority's list into its office and to a bench, with these entries added to those of every list that
     either has; return it, None if nothing was written. Without new entries only a list that is missing or older than
     another is written. Raises KeysError, RevocationError, StoreError, OSError."""
-    ca = keys.certificate_of(office / f"{CA}.pem")
-    places = [office]
-    if home is not None and keys.folder(home) != office and keys.exist(home) and keys.ca(home) == ca:
-        places.append(keys.folder(home))
+    ca, places, stored, stated = keys.certificate_of(office / f"{CA}.pem"), {office}, None, False
+    if keys.exist(home) and keys.ca(home) == ca:
+        places.add(keys.folder(home))
+        stored, stated = revocation_record.newest_stored(home, ca)
     there = [revocation.read_list(place / revocation.FILE, ca) for place in places]
-    stored, stated = (None, False) if home is None else revocation_record.newest_stored(home, ca)
     known = [one for one in (*there, stored) if one is not None]
-    whole = all(one is not None and not any(one.lacks(other) for other in known) for one in there)
-    if not new and (whole or (stated and not known)):  # of a list that is lost, only its hash is known
-        return None
-    entries = {entry.serial_number: entry for entry in (*revocation.merged(known), *new)}
-    number = max((one.number for one in known), default=-1) + 1
-    text = revocation.made(ca, ca_key, list(entries.values()), number)
+    newest = max(known, key=lambda one: one.number, default=None)
+    if not new and newest is None and stated and not authority.promises_list(ca):
+        return None  # a list that is lost: an earlier version stored no more than its hash
+    if new or newest is None or any(newest.lacks(one) for one in known):
+        entries = {entry.serial_number: entry for entry in (*revocation.merged(known), *new)}
+        text = revocation.made(ca, ca_key, list(entries.values()), newest.number + 1 if newest else 0)
+        newest = revocation.parsed(text, str(office / revocation.FILE), ca)
     for place in places:
-        write_atomic(place / revocation.FILE, text)
-    return revocation.parsed(text, str(office / revocation.FILE), ca)
-
-
-def bring_list(home: Path, office: Path) -> None:
-    """Put the authority's list beside the bench's keys, if the bench has none or an older one. Raises KeysError,
-    RevocationError, OSError."""
-    if not keys.exist(home):
-        return
-    ours, ca = keys.folder(home) / revocation.FILE, keys.ca(home)
-    brought, own = revocation.read_list(office / revocation.FILE, ca), revocation.read_list(ours, ca)
-    if brought is not None and (own is None or own.lacks(brought)):
-        write_atomic(ours, brought.text.encode())
+        if not (place / revocation.FILE).exists() or revocation.read_list(place / revocation.FILE, ca) != newest:
+            write_atomic(place / revocation.FILE, newest.text.encode())
+    return newest
 
 
 def change_passphrase(home: Path, office: Path, who: str, old: str, new: str) -> Path:

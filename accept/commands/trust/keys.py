@@ -52,7 +52,8 @@ def init(
         theirs = passphrase_of(None, f"passphrase of the QA key of {qa}: ", QA_PASSPHRASE, only=True, new=True)
     named = operator_name(technician)
     place = keys.init(home(), phrase, named, qa, theirs, authority_passphrase=own or None, office=office)
-    stdout.print(f"keys made in {place}; give {place / 'ca.pem'} to everybody who verifies certificates")
+    given = f"{place / 'ca.pem'} and {FILE} beside it"
+    stdout.print(f"keys made in {place}; give {given} to everybody who verifies certificates")
     if not own:
         left = (office or place) / keys.AUTHORITY_PASSPHRASE
         say(f"the authority's passphrase is in {left}; {'keep' if office else 'move'} it and ca.key.pem off the bench")
@@ -132,14 +133,15 @@ def issue(
     passphrase_file: PassphraseFile = None,
 ) -> Exit:
     """Answer a request with the authority's key. No person gets both roles."""
-    certificate = key_changes.issue_request(_office(office), keys.read_key_file(file), _ca_passphrase(passphrase_file))
+    certificate = key_changes.issue_request(
+        _office(office), keys.read_key_file(file), _ca_passphrase(passphrase_file), home=home()
+    )
     who = f"{certificate.subject.rfc4514_string()}, valid to {certificate.not_valid_after_utc:%Y-%m-%d}"
     if out is not None:
         write_atomic(out, certificate.public_bytes(Encoding.PEM))
         stdout.print(f"certificate of {who} in {out}; on the bench: accept keys install {out}")
     else:
         stdout.print(f"certificate of {who} in {key_changes.install(home(), certificate)}")
-        key_changes.bring_list(home(), _office(office))
     return Exit.ACCEPTED
 
 

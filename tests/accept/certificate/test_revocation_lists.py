@@ -143,11 +143,28 @@ def test_a_list_that_was_brought_to_the_bench_is_not_put_back_either(bench: Path
 
 def test_the_authority_writes_the_list_again_with_all_that_the_store_has(bench: Path, tmp_path: Path) -> None:
     pdf = certified(tmp_path, "B-1")
+    bench.unlink()
+    assert accept("keys", "renew", "Ada").exit_code == 0
+    assert (listed(bench).number, listed(bench).entries) == (0, ())
+    assert plainly(verified(pdf))
     revoke("Grace")
     bench.unlink()
     assert verified(pdf).exit_code == 4
     assert accept("keys", "renew", "Ada").exit_code == 0
+    assert listed(bench).number == 1
     assert [entry.serial_number for entry in listed(bench).entries] == [number_of("qa")]
+    assert plainly(verified(pdf))
+
+
+def test_the_list_of_an_authority_off_the_bench_is_brought_by_its_next_act(bench: Path, tmp_path: Path) -> None:
+    pdf, office = certified(tmp_path, "B-1"), tmp_path / "office"
+    office.mkdir()
+    for name in ("ca.pem", "ca.key.pem", FILE):
+        shutil.copy(bench.with_name(name), office / name)
+    bench.with_name("ca.key.pem").unlink()
+    bench.unlink()
+    assert accept("keys", "renew", "Ada", "--authority", office).exit_code == 0
+    assert bench.read_bytes() == (office / FILE).read_bytes()
     assert plainly(verified(pdf))
 
 
