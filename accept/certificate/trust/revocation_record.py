@@ -18,7 +18,10 @@ from accept.store import Store, open_store
 from accept.store.opening import DATABASE
 from accept.store.payloads import BenchStated, KeysRevoked
 
-REMEDY = "put the newest one there; the authority writes it again with the next accept keys issue, renew or revoke"
+REMEDY = (
+    "copy the newest one there, from the bench or from the authority, "
+    "which writes it again with the next accept keys issue, renew or revoke"
+)
 
 
 def store_is_there(bench: Path | None = None) -> bool:
