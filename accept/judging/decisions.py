@@ -104,6 +104,9 @@ def problem_here(
         revoked = {one.serial_number: one.revocation_date_utc for one in listed}
         lost = {one.serial_number for one in listed if _is_lost(one)}
     except FileNotFoundError:
+        promised = any(isinstance(extension.value, x509.CRLDistributionPoints) for extension in roots[0].extensions)
+        if promised and not weakens:
+            return "the list of revoked keys is missing"
         revoked, lost = {}, set()
     except (OSError, ValueError):
         return "the list of revoked keys cannot be read"

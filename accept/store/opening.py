@@ -18,7 +18,7 @@ from accept.store.seal import Sealer
 from accept.store.store import Store
 
 log = logging.getLogger("accept.store")
-BENCH_KEY = "bench.key"  # in the bench's folder
+BENCH_KEY, DATABASE = "bench.key", "store.sqlite"  # in the bench's folder
 
 
 def open_store(
@@ -87,7 +87,7 @@ def _sealer(url: URL, file: Path | None, bench: Path | None) -> Sealer | None:
 
 def _default_path() -> Path:
     try:
-        return home() / "store.sqlite"
+        return home() / DATABASE
     except HomeError as e:
         raise StoreError(str(e)) from e
 

@@ -133,6 +133,17 @@ class BenchStated(Payload, what="bench_stated"):
 
 
 @dataclass(frozen=True)
+class KeysRevoked(Payload, what="keys_revoked"):
+    """The authority revoked keys, or its newer list was brought to the bench. The list only grows. It has no
+    subject."""
+
+    authority: Annotated[str, "sha256 of its certificate"]
+    number: Annotated[int, "of the list, which grows with every change"]
+    crl: Annotated[str, "the list in full, PEM"]
+    reason: Annotated[str, only_if(bool), "whose keys were revoked, and why"] = ""
+
+
+@dataclass(frozen=True)
 class BatchStarted(Payload, what="batch_started"):
     """A batch was started."""
 

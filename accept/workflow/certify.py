@@ -2,21 +2,26 @@
 
 import os
 from collections.abc import Callable, Iterable, Sequence
+from datetime import datetime
 from pathlib import Path
 
 from accept.batch.job import drawn
 from accept.certificate.certify import sign_into
-from accept.certificate.contents.content import content_of
+from accept.certificate.contents.content import CertificateContent, content_of
 from accept.certificate.contents.disposition import parse_disposition, parse_signing_reason
+from accept.certificate.contents.step import Step
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import numbers_of, provenance
+from accept.certificate.trust.revocation import FILE
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, verify_file
+from accept.certificate.verify.revocation_check import ListsBeside
 from accept.certificate.verify.verification import Verification
+from accept.judging.result import UnitResult
 from accept.store import fold
 from accept.workflow.session import Session
 from accept.workflow.shift import NOT_TAKEN
@@ -72,10 +77,7 @@ def countersign_unit(session: Session, passphrase: str, choice: str = "", reason
         raise SigningRefused(NOT_TAKEN)
     path = Path(session.attempt.certificate)
     credential = _unlocked(session, QA, passphrase)
-    gone = keys.revoked(session.home)
-    before = verify_file(
-        path, [credential.ca], records=session.folder, known=check_store, revoked=gone, training=session.training
-    )
+    before = _verify(session, path, credential)
     if not before.valid:
         raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
     disposition = parse_disposition(session.serial, before.verdict, choice, reason)
@@ -187,4 +189,15 @@ def _keep_older(path: Path) -> None:
 
 def _verified(session: Session, path: Path, credential: Credential) -> Verification:
     session.refresh()
-    return verify_file(path, [credential.ca], records=session.folder, known=check_store, training=session.training)
+    return _verify(session, path, credential)
+
+
+def _verify(session: Session, path: Path, credential: Credential) -> Verification:
+    listed = ListsBeside({keys.folder(session.home) / FILE: credential.ca})
+
+    def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
+        return [*check_store(signed, contents, when, again), *listed.steps(contents, ())]
+
+    return verify_file(
+        path, [credential.ca], records=session.folder, known=ask, revoked=listed.entries, training=session.training
+    )

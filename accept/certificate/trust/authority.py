@@ -31,6 +31,9 @@ def root(key: ec.EllipticCurvePrivateKey, when: datetime, demo: bool = False) ->
     builder = _builder(name, name, key.public_key(), when, _ROOT_LIFE)
     builder = builder.add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
     builder = builder.add_extension(_usage(key_cert_sign=True, crl_sign=True), critical=True)
+    if not demo:  # so that a list that is missing was removed
+        place = x509.DistributionPoint([x509.DirectoryName(name)], None, None, None)
+        builder = builder.add_extension(x509.CRLDistributionPoints([place]), critical=False)
     return builder.add_extension(identifier, critical=False).sign(key, hashes.SHA256())
 
 
@@ -55,6 +58,12 @@ def leaf(
 def is_demo(ca: x509.Certificate) -> bool:
     """Return whether an authority is that of a demonstration."""
     return role_of(ca) == _DEMO
+
+
+def promises_list(ca: x509.Certificate) -> bool:
+    """Return whether an authority has had a list of revoked keys from its beginning. Those of earlier versions wrote
+    one with the first key that they revoked."""
+    return any(isinstance(extension.value, x509.CRLDistributionPoints) for extension in ca.extensions)
 
 
 def issued_by(certificate: x509.Certificate, ca: x509.Certificate) -> bool:

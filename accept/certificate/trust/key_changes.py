@@ -1,6 +1,6 @@
 """The life of a person's key: requested at the bench, issued, renewed and revoked by the authority."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -12,10 +12,11 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509.oid import NameOID
 
 from accept.base.atomic_files import write_atomic, write_new
-from accept.certificate.trust import authority, encrypted_key, keys, revocation
+from accept.certificate.trust import authority, encrypted_key, keys, revocation, revocation_record
 from accept.certificate.trust.keys import BENCH, CA, ROLES, KeysError
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.revocation import REASONS, Revoked
+from accept.certificate.trust.revocation import REASONS, RevocationList, Revoked
+from accept.store import open_store
 from accept.store.opening import BENCH_KEY
 from accept.store.seal import bench_of, own_key
 
@@ -53,9 +54,11 @@ def _request_of_bench(home: Path, name: str) -> tuple[Path, bytes]:
     return home / BENCH_KEY, text
 
 
-def issue_request(office: Path, content: bytes, passphrase: str, when: datetime | None = None) -> x509.Certificate:
-    """Return the certificate for a request, issued by the authority whose files are in the folder `office`. Raises
-    KeysError."""
+def issue_request(
+    office: Path, content: bytes, passphrase: str, when: datetime | None = None, home: Path | None = None
+) -> x509.Certificate:
+    """Return the certificate for a request, issued by the authority whose files are in the folder `office`. home: as
+    for `issue`. Raises KeysError."""
     try:
         asked = x509.load_pem_x509_csr(content)
     except ValueError as e:
@@ -63,9 +66,8 @@ def issue_request(office: Path, content: bytes, passphrase: str, when: datetime 
     key = asked.public_key()
     if not asked.is_signature_valid or not isinstance(key, ec.EllipticCurvePublicKey | Ed25519PublicKey):
         raise KeysError("the request is not signed by its own key, of P-256 for a person and Ed25519 for a bench")
-    return issue(
-        office, _one(asked, NameOID.ORGANIZATIONAL_UNIT_NAME), _one(asked, NameOID.COMMON_NAME), key, passphrase, when
-    )
+    role, person = _one(asked, NameOID.ORGANIZATIONAL_UNIT_NAME), _one(asked, NameOID.COMMON_NAME)
+    return issue(office, role, person, key, passphrase, when, home)
 
 
 def issue(
@@ -75,9 +77,10 @@ def issue(
     public_key: authority.PublicKey,
     passphrase: str,
     when: datetime | None = None,
+    home: Path | None = None,
 ) -> x509.Certificate:
     """Return the certificate of a person in a role for a key, such as a token's, or of a bench for its own key. office:
-    folder of the authority.
+    folder of the authority. home: of the bench, whose list of revoked keys is mended if it is missing or old.
 
     Raises KeysError, also if this person or key is known in the other role: four eyes are those of two persons.
     """
@@ -98,6 +101,7 @@ def issue(
     ca_key = keys.unlocked(office / f"{CA}.key.pem", passphrase)
     now = (when or datetime.now(UTC)).replace(microsecond=0)
     made = authority.leaf(role, person, public_key, keys.certificate_of(office / f"{CA}.pem"), ca_key, now)
+    _write_list(home or office.parent, office, ca_key)
     (office / ISSUED).mkdir(exist_ok=True)
     write_atomic(office / ISSUED / f"{made.serial_number:x}.pem", made.public_bytes(Encoding.PEM))
     return made
@@ -129,29 +133,53 @@ def renew(home: Path, office: Path, who: str, passphrase: str, when: datetime | 
         raise KeysError(f"{path}: is for no key of this kind")
     if any(r.serial_number == old.serial_number for r in keys.revoked(home)):
         raise KeysError(f"the key of {authority.person_of(old)} was revoked; a revoked key is not renewed")
-    new = issue(office, authority.role_of(old), authority.person_of(old), key, passphrase, when)
+    new = issue(office, authority.role_of(old), authority.person_of(old), key, passphrase, when, home)
     _put(path, new)
     return new
 
 
 def revoke(home: Path, office: Path, who: str, reason: str, passphrase: str, since: datetime) -> list[str]:
     """Revoke every certificate of a person, or one by its sha256, from a moment on, and return their names. reason:
-    `left`, `lost`, `compromised`. The list is written into `office` and to this bench. Raises KeysError,
-    RevocationError."""
+    `left`, `lost`, `compromised`. The list is written into `office` and to this bench, and stored as an event of the
+    bench. Raises KeysError, RevocationError, StoreError."""
     if reason not in REASONS:
         raise KeysError(f"no reason '{reason}' (reasons: {', '.join(REASONS)})")
     meant = [c for c in _known(office) if _is(c, who)]
     if not meant:
         raise KeysError(f"{office}: no key of '{who}'; give the name or the sha256 that `accept keys list` shows")
     ca_key = keys.unlocked(office / f"{CA}.key.pem", passphrase)
-    ca = keys.certificate_of(office / f"{CA}.pem")
-    listed = {r.serial_number: r for r in revocation.revoked_in(office / revocation.FILE, ca)}
-    for certificate in meant:
-        listed[certificate.serial_number] = Revoked(certificate.serial_number, since, reason != "left")
-    for place in {office, keys.folder(home)}:
-        if (place / f"{CA}.pem").is_file():
-            revocation.write(place / revocation.FILE, ca, ca_key, list(listed.values()))
-    return sorted({f"{authority.person_of(c)} ({authority.role_of(c)})" for c in meant})
+    listed = _write_list(home, office, ca_key, [Revoked(c.serial_number, since, reason != "left") for c in meant])
+    whose = sorted({f"{authority.person_of(c)} ({authority.role_of(c)})" for c in meant})
+    if listed is not None and keys.exist(home) and not keys.bench_problem(home):
+        ca = keys.ca(home)
+        with open_store(*revocation_record.store_of(home), bench=home) as store:
+            revocation_record.record(store, ca, listed, authority.person_of(ca), f"{', '.join(whose)}: {reason}")
+    return whose
+
+
+def _write_list(
+    home: Path, office: Path, ca_key: ec.EllipticCurvePrivateKey, new: Sequence[Revoked] = ()
+) -> RevocationList | None:
+    """Write the authority's list into its office and to a bench, with these entries added to those of every list that
+    either has; return it, None if nothing was written. Without new entries only a list that is missing or older than
+    another is written. Raises KeysError, RevocationError, StoreError, OSError."""
+    ca, places, stored, stated = keys.certificate_of(office / f"{CA}.pem"), {office}, None, False
+    if keys.exist(home) and keys.ca(home) == ca:
+        places.add(keys.folder(home))
+        stored, stated = revocation_record.newest_stored(home, ca)
+    there = [revocation.read_list(place / revocation.FILE, ca) for place in places]
+    known = [one for one in (*there, stored) if one is not None]
+    newest = max(known, key=lambda one: one.number, default=None)
+    if not new and newest is None and stated and not authority.promises_list(ca):
+        return None  # a list that is lost: an earlier version stored no more than its hash
+    if new or newest is None or any(newest.lacks(one) for one in known):
+        entries = {entry.serial_number: entry for entry in (*revocation.merged(known), *new)}
+        text = revocation.made(ca, ca_key, list(entries.values()), newest.number + 1 if newest else 0)
+        newest = revocation.parsed(text, str(office / revocation.FILE), ca)
+    for place in places:
+        if not (place / revocation.FILE).exists() or revocation.read_list(place / revocation.FILE, ca) != newest:
+            write_atomic(place / revocation.FILE, newest.text.encode())
+    return newest
 
 
 def change_passphrase(home: Path, office: Path, who: str, old: str, new: str) -> Path:

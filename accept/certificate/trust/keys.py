@@ -22,7 +22,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 
 from accept.base.atomic_files import write_new
-from accept.certificate.trust import authority, encrypted_key, revocation
+from accept.certificate.trust import authority, encrypted_key, revocation, revocation_record
 from accept.certificate.trust.names import same_person, scripts
 from accept.store.opening import BENCH_KEY
 from accept.store.seal import bench_of, own_key
@@ -144,7 +144,7 @@ def init(
     taken_off = (f"{CA}.key.pem", AUTHORITY_PASSPHRASE) if office else ()
     written: list[Path] = []
     try:
-        for name in (f"{CA}.pem", *taken_off) if office else ():
+        for name in (f"{CA}.pem", revocation.FILE, *taken_off) if office else ():
             if office and name in files:
                 office.mkdir(parents=True, exist_ok=True)
                 write_new(office / name, files[name])
@@ -188,6 +188,10 @@ def check_usable(home: Path, credential: Credential, now: datetime) -> None:
     since = _revoked_since(home, certificate)
     if since is not None:
         raise KeysError(f"{who} was revoked on {since:%Y-%m-%d}; it signs no more")
+    if not credential.demo:
+        problem, never = revocation_record.fault_here(home, folder(home) / revocation.FILE, credential.ca)
+        if problem and not never:
+            raise KeysError(f"{problem}; nothing is signed")
 
 
 def person_files(home: Path, role: str | None = None) -> Iterator[Path]:
@@ -240,6 +244,25 @@ def bench_certificate(home: Path, ca: x509.Certificate) -> x509.Certificate | No
         if own is not None and public_of(certificate) == own and authority.issued_by(certificate, ca)
         else None
     )
+
+
+def bench_problem(home: Path) -> str:
+    """Return why this home is not the bench that its bench.pem names: the bench's own key is missing or another; "" if
+    it is, or has no bench.pem. Raises KeysError."""
+    path, key = folder(home) / f"{BENCH}.pem", home / BENCH_KEY
+    if not path.is_file() or (own := bench_of(key)) == public_of(certificate := certificate_of(path)):
+        return ""
+    what = f"{key} is the key of another bench" if own else f"its key, {key}, is missing"
+    return (
+        f"{path} names {authority.person_of(certificate)}, but {what}: put back {BENCH_KEY} and the store of that "
+        "bench, or ask for a certificate of this one: accept keys request --role bench --name NAME"
+    )
+
+
+def certified_bench(home: Path) -> str | None:
+    """Return the public key of the bench that bench.pem names, None without one. Raises KeysError."""
+    path = folder(home) / f"{BENCH}.pem"
+    return public_of(certificate_of(path)) if path.is_file() else None
 
 
 def public_of(certificate: x509.Certificate) -> str | None:
@@ -388,6 +411,8 @@ def _make(
     files = {f"{CA}.pem": root.public_bytes(Encoding.PEM), f"{CA}.key.pem": encrypted_key.lock(ca_key, chosen)}
     if authority_passphrase is None:
         files[AUTHORITY_PASSPHRASE] = f"{chosen}\n".encode("ascii")
+    if not demo:
+        files[revocation.FILE] = revocation.made(root, ca_key, when=now)
     own = authority.leaf(BENCH, bench_name(), bench, root, ca_key, now)
     files[f"{BENCH}.pem"] = own.public_bytes(Encoding.PEM)
     for role, (person, passphrase) in persons.items():

@@ -11,7 +11,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.certificate.contents.content import canonical
 from accept.certificate.contents.laboratory import contents_of, laboratory_of, number_of, statement_of
-from accept.certificate.trust import keys, revocation
+from accept.certificate.trust import keys, revocation, revocation_record
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.spec_approval import approval_of
 from accept.store import Event, SignedHead, Store, UnitState
@@ -55,10 +55,13 @@ def provenance(
     laboratory, listed, here = laboratory_of(home), revocation.kept(list_file), keys.authority_here(home)
     ca = credential.ca if credential else None
     demo = credential is not None and credential.demo
+    held = None if ca is None or demo or listed is None else revocation.parsed(listed.encode(), str(list_file), ca)
+    if ca is not None and held is not None:
+        revocation_record.record(store, ca, held, who)
     if credential is not None and not demo and store.bench:
         contents = contents_of(laboratory) if laboratory else None
         _store_bench(store, who, BenchStated(store.bench, contents, here, listed and digest_of(listed)))
-    gone = [] if ca is None or demo or listed is None else revocation.entries_of(listed.encode(), str(list_file), ca)
+    gone = [] if held is None else held.entries
     number = attempt or (before.attempts + 1 if before else 1)
     scheme = laboratory.certificate_number if laboratory else None
     stated: dict[str, Any] = {
@@ -69,7 +72,7 @@ def provenance(
     bench = None if ca is None or demo else keys.bench_certificate(home, ca)
     more = {
         "head": head and head.to_json(),
-        "crl": listed,
+        "crl": None if demo else listed,
         "demo": demo or None,
         "authority": AT_THE_BENCH if here and not demo else None,
         "before": values_before(before),

@@ -26,12 +26,15 @@ from accept.base.atomic_files import write_atomic
 from accept.certificate.contents.content import canonical
 from accept.certificate.trust import authority, merkle
 from accept.certificate.trust.keys import BENCH, public_of
+from accept.certificate.trust.revocation import CLOCK_SLACK
 from accept.store import Event, Store, StoreHead
+from accept.store.payloads import KeysRevoked
 from accept.units.attempt_folder import attempt_number
 from specs.errors import AcceptError
 from specs.files import CERTIFICATE_BYTES, read_bounded
 
 JUDGED, SIGNED, VOIDED = "unit_judged", "certificate_signed", "attempt_voided"
+REVOKED = KeysRevoked.KIND
 _STARTED = "attempt_started"
 _KEYS = {"seq": int, "time": str, "what": str, "unit": str, "content": str, "event": str, "attempt": int}
 
@@ -44,7 +47,8 @@ class ListError(AcceptError, ValueError):
 class Entry:
     """One event. unit: hash of the serial; content: hash of the result, or of the signed certificate; event: hash in
     the store's chain; attempt: number of the judgement, 0 for a signature. A judgement that was declared void gives its
-    content and attempt once more."""
+    content and attempt once more. Of a list of revoked keys: unit: hash of the authority's certificate; content: hash
+    of the list; attempt: its number."""
 
     seq: int
     time: str
@@ -73,6 +77,12 @@ class BenchList:
     def name(self) -> str:
         """The name of the bench."""
         return authority.person_of(self.bench)
+
+    @property
+    def published(self) -> datetime:
+        """The time of publishing. A time without a zone is that of UTC."""
+        when = datetime.fromisoformat(self.time)
+        return when if when.tzinfo else when.replace(tzinfo=UTC)
 
     @cached_property
     def leaves(self) -> list[bytes]:
@@ -110,6 +120,10 @@ def entries_of(events: Iterable[Event]) -> tuple[Entry, ...]:
     for event in events:
         if event.what == _STARTED:
             started[event.subject], since[event.subject] = int(event.data["number"]), set()
+        if event.what == REVOKED:
+            listed = KeysRevoked.of(event)
+            digest = hashlib.sha256(listed.crl.encode()).hexdigest()
+            found.append(Entry(event.seq, event.time, REVOKED, listed.authority, digest, event.hash, listed.number))
         if event.what not in (JUDGED, SIGNED, VOIDED) or not event.subject:
             continue
         content, attempt = str(event.data.get("sha256", "")), 0
@@ -160,8 +174,12 @@ def read(path: Path) -> list[BenchList]:
 
 
 def check(lists: Sequence[BenchList], roots: Sequence[x509.Certificate], path: Path) -> None:
-    """Raise ListError if a list is not signed, as it is, by a bench of a trusted authority."""
+    """Raise ListError if a list is not signed, as it is, by a bench of a trusted authority, or is dated in the
+    future."""
     for one in lists:
+        if one.published > datetime.now(UTC) + CLOCK_SLACK:
+            when = f"{one.published:%Y-%m-%d %H:%M} UTC"
+            raise ListError(f"{path}: the list of {one.name} is dated {when}, in the future; fetch the list again")
         key = one.bench.public_key()
         if not any(authority.issued_by(one.bench, ca) for ca in roots) or authority.role_of(one.bench) != BENCH:
             raise ListError(f"{path}: the list of {one.name} is of no bench of a trusted authority")

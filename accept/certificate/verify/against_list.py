@@ -4,7 +4,7 @@ unit was judged since. It needs the authority's certificate and the file, and no
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from accept.certificate.trust.published_list import (
     read,
     unit_key,
 )
+from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import OF_THE_RESULT
 
@@ -47,11 +48,36 @@ def trusted_lists(paths: Sequence[Path], roots: Sequence[x509.Certificate]) -> l
     return list(newest.values())
 
 
-def check_list(signed: bytes, contents: CertificateContent, when: datetime, lists: Sequence[BenchList]) -> list[Step]:
+def _doubt(one: BenchList, revoked: Sequence[Revoked]) -> str:
+    """Return why a list is in doubt: the certificate of its bench was revoked before the list was published, or its key
+    was lost, so that others may have signed it; "" if it is not."""
+    for entry in revoked:
+        if entry.serial_number == one.bench.serial_number and (entry.compromised or one.published >= entry.since):
+            return f"the key of {one.name}, which signed its list, was revoked on {entry.since:%Y-%m-%d}"
+    return ""
+
+
+def check_list(
+    signed: bytes,
+    contents: CertificateContent,
+    when: datetime,
+    lists: Sequence[BenchList],
+    revoked: Sequence[Revoked] = (),
+) -> list[Step]:
     """Compare a certificate with the published lists.
 
-    signed: the bytes up to the technician's signature, it included; when: its time. Steps are not complete if its
-    bench's list lacks the certificate or its judgement, and if a later attempt is listed."""
+    signed: the bytes up to the technician's signature, it included; when: its time; revoked: certificates of benches
+    whose lists are in doubt. Steps are not complete if its bench's list is in doubt or lacks the certificate or its
+    judgement, and if a later attempt is listed. A doubt about the list of another bench is said in the first line: that
+    list may lack a later attempt."""
+    bench = (contents.provenance.get("head") or {}).get("bench")
+    doubts = [(words, public_of(one.bench) == bench) for one in lists if (words := _doubt(one, revoked))]
+    said = [Step(words, complete=not own, remark="" if own else words) for words, own in doubts]
+    return [*said, *_comparison(signed, contents, when, lists)]
+
+
+def _comparison(signed: bytes, contents: CertificateContent, when: datetime, lists: Sequence[BenchList]) -> list[Step]:
+    """Return the steps of `check_list` without those on its lists."""
     bench = (contents.provenance.get("head") or {}).get("bench")
     own = next((one for one in lists if public_of(one.bench) == bench), None)
     if own is None:
@@ -66,7 +92,7 @@ def check_list(signed: bytes, contents: CertificateContent, when: datetime, list
     judged = [e for e in mine if e.what == JUDGED and e.seq < signature.seq and e.content == contents.record_sha256]
     if not judged:
         return [Step(f"the list of {own.name} holds no judgement with this result", complete=False)]
-    steps = [Step(f"the list of {own.name} of {_minute(own.time)} holds judgement and signature")]
+    steps = [Step(f"the list of {own.name} of {_minute(own.time)}{_age(own)} holds judgement and signature")]
     if contents.provenance.get("attempt") != judged[-1].attempt:
         words = f"it states attempt {contents.provenance.get('attempt')}, the list of its bench {judged[-1].attempt}"
         steps.append(Step(words, complete=False))
@@ -113,12 +139,18 @@ def _later(own: BenchList, judged: Entry, lists: Sequence[BenchList]) -> Step:
     if later:
         last = max(later, key=lambda e: e.time)
         return Step(f"the list knows a later attempt, of {_minute(last.time)}", complete=False, current=False)
-    until = min(one.time for one in lists)
-    return Step(f"the list knows no later attempt, up to {_minute(until)}", current=True)
+    oldest = min(lists, key=lambda one: one.published)
+    return Step(f"the list knows no later attempt, up to {_minute(oldest.time)}{_age(oldest)}", current=True)
 
 
 def _time(text: str) -> datetime:
     return datetime.fromisoformat(text)
+
+
+def _age(one: BenchList) -> str:
+    """Return how long ago a list was published."""
+    days = (datetime.now(UTC) - one.published).days
+    return f" ({'today' if days < 1 else '1 day ago' if days == 1 else f'{days} days ago'})"
 
 
 def _minute(text: str) -> str:

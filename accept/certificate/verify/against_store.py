@@ -3,7 +3,6 @@ whether the unit was judged since, whether its recordings were given for another
 order."""
 
 import hashlib
-import os
 import re
 from collections.abc import Iterator, Sequence
 from datetime import datetime
@@ -15,8 +14,10 @@ from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
 from accept.certificate.contents.laboratory import LaboratoryFile, number_of, statement_of
 from accept.certificate.contents.step import Step
+from accept.certificate.trust import keys
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import digest_of, replaced_by, values_before
+from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import Copy, copies_of
@@ -42,17 +43,26 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
     signed: the bytes up to the technician's signature, it included; when: its time. again: the unit as it was judged
     again from the attached records, None if it was not. A step is not complete if the store cannot be asked or does not
     hold, and if this bench made the certificate and its store is gone."""
-    if not _store_is_there():
-        stated = (contents.provenance.get("head") or {}).get("bench")
-        gone = stated is not None and stated == bench_of(home() / BENCH_KEY)
-        return [Step("this bench made it, and its store is gone", complete=False)] if gone else []
+    stated = (contents.provenance.get("head") or {}).get("bench")
+    certified = keys.certified_bench(home())
+    problem = keys.bench_problem(home())
+    here = stated is not None and stated in (bench_of(home() / BENCH_KEY), certified)
+    if not store_is_there():
+        gone = "this bench made it, and its store is gone"
+        if here:
+            return [Step(f"{gone}; {problem}" if problem else gone, complete=False)]
+        return [Step(problem)] if problem else []
+    if problem and bench_of(home() / BENCH_KEY) is None:  # opening the store would make a key
+        return [Step(problem, complete=False)]
     try:
         with open_store() as store:
             events = list(store.events(contents.serial))
             signature = _signature_event(events, signed)
             held = _held(store, contents, signature)
             history = _history(store, events, signature, contents) if signature else _later_than(events, when)
-            return [held, *history, _copied(store, contents, again), _built(store, contents), _sound(store, contents)]
+            compared = [_copied(store, contents, again), _built(store, contents), _sound(store, contents)]
+            other = [Step(problem, complete=stated != certified)] if problem else []
+            return [*other, held, *history, *compared]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
@@ -233,8 +243,3 @@ def _sound(store: Store, contents: CertificateContent) -> Step:
 
 def _others(copy: Copy) -> str:
     return ", ".join(f"{other['serial']} {other['sample']}" for other in copy["with"])
-
-
-def _store_is_there() -> bool:
-    """Return whether a store exists that can be asked, without making one."""
-    return bool(os.environ.get("ACCEPT_STORE_URL")) or (home() / "store.sqlite").exists()

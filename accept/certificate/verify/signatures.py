@@ -170,7 +170,7 @@ def _signature(
     if role == TECHNICIAN and embedded.docmdp_level != MDPPerm.FILL_FORMS:
         raise InvalidCertificate("the technician's signature does not forbid later changes")
     stamped = _stamped(embedded, when, stamping)
-    doubt = _doubt(certificate, when, revoked, stamped)
+    doubt = doubt_of(certificate, when, revoked, stamped)
     disposition = of_signature(one_line(str(embedded.sig_object.get("/Reason", "")))) if role == QA else ""
     person = authority.person_of(certificate)
     return Signed(role, person, when, certificate, place, doubt, stamped, disposition)
@@ -191,7 +191,7 @@ def _stamped(embedded: EmbeddedPdfSignature, when: datetime, roots: Sequence[x50
     return found
 
 
-def _doubt(
+def doubt_of(
     certificate: x509.Certificate, when: datetime, revoked: Sequence[Revoked], stamped: Stamped | None
 ) -> str | None:
     """Return why a signature made before its key was revoked is in doubt, None if it is not. It is if another person

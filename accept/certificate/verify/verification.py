@@ -19,12 +19,13 @@ from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.revocation import RevocationError, Revoked, entries_of, is_canonical
+from accept.certificate.trust.revocation import Revoked
 from accept.certificate.trust.spec_approval import check_spec
 from accept.certificate.verify import attachments
 from accept.certificate.verify.attachments import Rejudge
 from accept.certificate.verify.bench_check import check_bench
 from accept.certificate.verify.page_check import check_page
+from accept.certificate.verify.revocation_check import attached_entries, doubted_by
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_copies, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
@@ -130,7 +131,9 @@ def _verify(
         details += _words_of_disposition(contents, signatures)
         said = guarded("the statements", statements, contents)
         details += [one_line(f"{name.lower()}: {words}") for name, words in said.items() if words]
-        guarded("the attached list of revoked keys", _check_attached_list, contents, signatures, roots)
+        attached = guarded("the attached list of revoked keys", attached_entries, contents, roots)
+        signatures = doubted_by(attached, signatures)
+        revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
         stated = guarded("what it states", check_stated, contents, signatures, demo)
         judged = contents if records is None else guarded("the records", attachments.with_records, contents, records)
         again = None if rejudge is None else guarded("judging again", rejudge, judged)
@@ -217,29 +220,6 @@ def _check_persons(signatures: Sequence[Signed]) -> None:
     """Raise InvalidCertificate if one person signed in both roles."""
     if len(signatures) == 2 and same_person(signatures[0].person, signatures[1].person):
         raise InvalidCertificate(f"{signatures[0].person} signed as technician and as quality assurance")
-
-
-def _check_attached_list(
-    contents: CertificateContent, signatures: Sequence[Signed], roots: Sequence[x509.Certificate]
-) -> None:
-    """Raise InvalidCertificate if a signer's key was already revoked when the unit was judged, by the list of that
-    time."""
-    given = contents.provenance.get("crl")
-    if given is None:
-        return
-    if not isinstance(given, str) or not is_canonical(given):
-        raise InvalidCertificate("provenance.crl is not a list of revoked keys as this program writes it")
-    for ca in roots:
-        try:
-            entries = entries_of(given.encode(), "the attached list", ca)
-        except RevocationError:
-            continue  # of another authority among those trusted
-        for entry in entries:
-            for signed in signatures:
-                if signed.certificate.serial_number == entry.serial_number and signed.when >= entry.since:
-                    raise InvalidCertificate(f"the key of {signed.person} was revoked on {entry.since:%Y-%m-%d}")
-        return
-    raise InvalidCertificate("the attached list of revoked keys is of no trusted authority")
 
 
 def _words_of_disposition(contents: CertificateContent, signatures: Sequence[Signed]) -> list[str]:

@@ -11,7 +11,7 @@ from accept.base.home import home
 from accept.certificate.trust import keys, spec_approval
 from accept.certificate.trust.keys import QA
 from accept.commands.options import QaPassphrase
-from accept.commands.trust.bench_keys import QA_PASSPHRASE, passphrase_of
+from accept.commands.trust.bench_keys import QA_PASSPHRASE, passphrase_of, warn_of_home
 from accept.judging.judge_unit import load_spec
 
 
@@ -22,6 +22,7 @@ def run(
 ) -> Exit:
     """Approve a spec with the key of quality assurance."""
     spec = load_spec(file)
+    warn_of_home(home())
     credential = keys.unlock(home(), QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE))
     place = spec_approval.write(home(), spec_approval.approve(spec, credential, datetime.now(UTC)))
     stdout.print(f"{spec.name}, sha256 {spec.sha256}: approved by {credential.person}; {place}")

@@ -12,6 +12,8 @@ from accept.base.operator_name import operator_name
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN, Credential, KeysError
 from accept.certificate.trust.names import same_person
+from accept.certificate.trust.revocation import FILE
+from accept.certificate.trust.revocation_record import fault_here
 from accept.judging.decisions import Signer
 from accept.store.opening import BENCH_KEY
 from specs.files import read_bounded
@@ -76,6 +78,7 @@ def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -
         except KeysError:
             if not keys.exist(home):  # another run that began at the same moment may have made them
                 raise
+    warn_of_home(home)
     credential = keys.unlock(home, TECHNICIAN, phrase, _technician_choice(home, operator))
     if operator is not None and not same_person(operator, credential.person):
         raise KeysError(
@@ -105,6 +108,17 @@ def _make_keys(home: Path, phrase: str, technician: str) -> None:
         f"{place / 'ca.key.pem'} off the bench. "
         "Quality assurance has no key yet: `accept keys request --role qa --name NAME`"
     )
+
+
+def warn_of_home(home: Path) -> None:
+    """Print what this home lacks of a bench: the bench's own key that bench.pem names, and a list of revoked keys if
+    its authority is of a version that wrote none. Raises KeysError, RevocationError, StoreError."""
+    if not keys.exist(home):
+        return
+    fault, never = fault_here(home, keys.folder(home) / FILE, keys.ca(home))
+    for words in (keys.bench_problem(home), f"what this bench signs verifies with exit 4: {fault}" if never else ""):
+        if words:
+            say(f"warning: {words}")
 
 
 def _bench_key_warning(home: Path, credential: Credential) -> str | None:
@@ -138,6 +152,7 @@ def check_reason(reason: str, passphrase: str) -> None:
 def decision_signer(passphrase_file: Path | None, reason: str) -> Signer:
     """Return the opened QA key of this bench, which signs decisions. Raises KeysError, also if the reason of the
     decision is the passphrase."""
+    warn_of_home(home())
     passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE)
     check_reason(reason, passphrase)
     credential = keys.unlock(home(), keys.QA, passphrase)

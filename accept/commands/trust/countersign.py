@@ -12,12 +12,14 @@ from accept.certificate.certify import sign_into
 from accept.certificate.contents.disposition import parse_disposition
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA
+from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.rejudge import read_certificate
 from accept.certificate.verify.verification import Validity
 from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
-from accept.commands.trust.bench_keys import QA_PASSPHRASE, check_reason, passphrase_of
+from accept.commands.trust.bench_keys import QA_PASSPHRASE, check_reason, passphrase_of, warn_of_home
 from accept.commands.trust.verify import VerifyOptions, verify_here
-from accept.store import open_store
+from accept.store import StoreError, open_store
+from accept.store.opening import DATABASE
 
 
 @clear_errors
@@ -41,6 +43,10 @@ def run(
         say(f"not countersigned: {before.reason}")
         return Exit.INCOMPLETE if before.outcome is Validity.SIGNED else Exit.REJECTED
     decision = parse_disposition(before.serial, before.verdict, disposition, because)
+    if not store_is_there():
+        place = "countersign at the bench, or name its store with ACCEPT_STORE_URL"
+        raise StoreError(f"{home() / DATABASE}: there is no store to keep the countersignature in; {place}")
+    warn_of_home(home())
     passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE)
     check_reason(because, passphrase)
     credential = keys.stamping(keys.unlock(home(), QA, passphrase), tsa, home())

@@ -18,6 +18,8 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import key_changes, keys
 from accept.certificate.trust.keys import BENCH, QA
+from accept.certificate.trust.revocation import FILE
+from accept.certificate.trust.revocation_record import fault_here
 from accept.commands.options import JsonAnswer
 from accept.commands.trust.bench_keys import QA_PASSPHRASE, new_prompt, passphrase_of
 
@@ -50,7 +52,8 @@ def init(
         theirs = passphrase_of(None, f"passphrase of the QA key of {qa}: ", QA_PASSPHRASE, only=True, new=True)
     named = operator_name(technician)
     place = keys.init(home(), phrase, named, qa, theirs, authority_passphrase=own or None, office=office)
-    stdout.print(f"keys made in {place}; give {place / 'ca.pem'} to everybody who verifies certificates")
+    given = f"{place / 'ca.pem'} and {FILE} beside it"
+    stdout.print(f"keys made in {place}; give {given} to everybody who verifies certificates")
     if not own:
         left = (office or place) / keys.AUTHORITY_PASSPHRASE
         say(f"the authority's passphrase is in {left}; {'keep' if office else 'move'} it and ca.key.pem off the bench")
@@ -93,8 +96,10 @@ def _warnings(known: Sequence[keys.KeyInfo]) -> list[str]:
     if keys.authority_here(home()):
         there = keys.folder(home()) / f"{keys.CA}.key.pem"
         found.append(f"the authority's key lies at this bench: who opens it can sign as everybody; move {there} off it")
+    fault, _ = fault_here(home(), keys.folder(home()) / FILE, keys.ca(home()))
     if keys.bench_certificate(home(), keys.ca(home())) is None:
         found.append("this bench has no certificate of the authority: accept keys request --role bench --name NAME")
+    found += [words for words in (keys.bench_problem(home()), fault) if words]
     found += [f"{path} can be read by others than its owner: chmod 600" for path in keys.exposed(home())]
     return found
 
@@ -128,7 +133,9 @@ def issue(
     passphrase_file: PassphraseFile = None,
 ) -> Exit:
     """Answer a request with the authority's key. No person gets both roles."""
-    certificate = key_changes.issue_request(_office(office), keys.read_key_file(file), _ca_passphrase(passphrase_file))
+    certificate = key_changes.issue_request(
+        _office(office), keys.read_key_file(file), _ca_passphrase(passphrase_file), home=home()
+    )
     who = f"{certificate.subject.rfc4514_string()}, valid to {certificate.not_valid_after_utc:%Y-%m-%d}"
     if out is not None:
         write_atomic(out, certificate.public_bytes(Encoding.PEM))

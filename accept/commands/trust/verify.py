@@ -1,7 +1,7 @@
 """`accept verify`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
@@ -18,10 +18,11 @@ from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
 from accept.certificate.trust.published_list import BenchList
-from accept.certificate.trust.revocation import beside, revoked_in
+from accept.certificate.trust.revocation import beside
 from accept.certificate.verify.against_list import check_list, trusted_lists
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge, rejudge_demo
+from accept.certificate.verify.revocation_check import ListsBeside
 from accept.certificate.verify.verification import Known, Validity, Verification, verify
 from accept.commands.options import JsonAnswer, LargeRecords
 from accept.commands.trust.bench_keys import DEMO
@@ -143,24 +144,24 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
         return Verification(Validity.NOT_VALID, words)
     paths = options.trust or [keys.folder(place) / f"{keys.CA}.pem"]
     trust = [keys.certificate_of(path) for path in paths]
-    unlisted = [path for path in paths if not options.demo and not beside(path).is_file()]
-    revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]
     judge = rejudge_demo if options.demo else rejudge
-    lookup = None if options.demo else _store_and_lists(trusted_lists(options.lists, trust) if options.lists else None)
     stamping = [keys.certificate_of(path) for path in options.stamping] or keys.stamping_roots(place)
-    report = verify(
-        pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=lookup, stamping=stamping
-    )
-    unlisted_words = tuple(f"no list of revoked keys was looked at: {beside(path)} is not there" for path in unlisted)
-    return replace(report, details=(*report.details, *unlisted_words))
+    beside_trust = ListsBeside({} if options.demo else {beside(p): ca for p, ca in zip(paths, trust, strict=True)})
+    lists = trusted_lists(options.lists, trust) if options.lists else None
+    return verify(
+        pdf, trust, judge, demo=options.demo, records=options.records, revoked=beside_trust.entries,
+        known=None if options.demo else _store_and_lists(beside_trust, lists), stamping=stamping,
+    )  # fmt: skip
 
 
-def _store_and_lists(lists: Sequence[BenchList] | None) -> Known:
-    """Return a function that looks a certificate up in the bench's store, and in the published lists if any are
-    given."""
+def _store_and_lists(beside_trust: ListsBeside, lists: Sequence[BenchList] | None) -> Known:
+    """Return a function that looks a certificate up in the bench's store, in the lists of revoked keys, and in the
+    published lists if any are given."""
 
     def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
-        listed = [] if lists is None else check_list(signed, contents, when, lists)
-        return [*check_store(signed, contents, when, again), *listed]
+        listed = [] if lists is None else check_list(signed, contents, when, lists, beside_trust.entries)
+        return [
+            *check_store(signed, contents, when, again), *beside_trust.steps(contents, lists or ()), *listed
+        ]  # fmt: skip
 
     return ask

@@ -159,7 +159,7 @@ def test_the_authority_off_the_bench_in_five_commands(tmp_path: Path, monkeypatc
         assert done.exit_code == 0, done.output
     assert "Grace Hopper" in done.stdout
     assert "authority's key lies at this bench" not in done.stderr
-    assert {path.name for path in stick.glob("*.pem")} == {"ca.pem", "ca.key.pem"}
+    assert {path.name for path in stick.glob("*.pem")} == {"ca.pem", "ca.crl.pem", "ca.key.pem"}
     assert not (home() / "keys" / "ca.key.pem").exists()
     assert certified(tmp_path, "A-1", serial="A-1") == pdf
     assert accept(*countersign).exit_code == 0

@@ -68,11 +68,12 @@ def test_every_beginning_is_proven_and_no_rewritten_one() -> None:
 
 @pytest.fixture
 def office(tmp_path: Path) -> Path:
-    """What somebody elsewhere has: the authority's certificate."""
+    """What somebody elsewhere has: the authority's certificate and its list of revoked keys."""
     keys.init(home(), "correct horse", "Test Technician", authority_passphrase="authority phrase")
     place = tmp_path / "office"
     place.mkdir()
-    shutil.copy(keys.folder(home()) / "ca.pem", place / "ca.pem")
+    for name in ("ca.pem", "ca.crl.pem"):
+        shutil.copy(keys.folder(home()) / name, place / name)
     return place
 
 

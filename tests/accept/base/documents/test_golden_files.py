@@ -24,6 +24,7 @@ from accept.store.payloads import (
     GoldenMet,
     GoldenRetired,
     InstrumentChecked,
+    KeysRevoked,
     NonconformanceDecided,
     Payload,
     RecordRefused,
@@ -65,6 +66,7 @@ def test_every_event_is_written_again_as_it_was(store: Store) -> None:
         GoldenRetired,
         RecordRefused,
         InstrumentChecked,
+        KeysRevoked,
         NonconformanceDecided,
     }  # which that store has none of
 

@@ -252,7 +252,7 @@ def test_a_list_of_revoked_keys_counts_only_with_its_signature(tmp_path: Path) -
     with pytest.raises(KeysError, match="was revoked"):
         keys.unlock(tmp_path, TECHNICIAN, "correct horse")
     foreign = authority.new_key()
-    revocation.write(office / revocation.FILE, keys.ca(tmp_path), foreign, [])
+    (office / revocation.FILE).write_bytes(revocation.made(keys.ca(tmp_path), foreign, number=9))
     with pytest.raises(revocation.RevocationError, match="is not signed by the authority"):
         keys.unlock(tmp_path, TECHNICIAN, "correct horse")
 

@@ -324,7 +324,6 @@ def test_current_needs_somebody_to_ask(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "elsewhere"))
     done = verified(pdf, "--trust", ca, "--require", "current")
     assert (done.exit_code, "neither a store nor a list" in done.stdout) == (3, True), done.output
-    assert "no list of revoked keys was looked at" in done.stderr
 
 
 def test_a_signature_before_what_it_replaces(tmp_path: Path) -> None:
