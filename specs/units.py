@@ -70,6 +70,19 @@ def parse_header(text: str) -> tuple[str, str]:
     return (found["name"].strip(), found["unit"].strip()) if found else (text.strip(), "")
 
 
+_LOOSE_HEADER = re.compile(r"^(?P<name>\w[\w .-]*?)\s*(?:/|\bin\b|,)\s*(?P<unit>[^\W\d_]\S*|%|°)$")
+
+
+def parse_column(text: str) -> tuple[str, str]:
+    """Return name and unit of a column as `parse_header`, and of `de/nm`, `de in nm` and `de, nm` too if the last part
+    is a unit and the first is none."""
+    name, unit = parse_header(text)
+    found = None if unit else _LOOSE_HEADER.match(name)
+    if found is None or not is_unit(found["unit"]) or is_unit(found["name"]):
+        return name, unit
+    return found["name"].strip(), found["unit"]
+
+
 class UnitMismatch(ValueError):
     """A unit that is not of the kind that is asked for."""
 

@@ -17,7 +17,7 @@ from checks.process_control.gauge_study import STUDY_SIGMAS, GaugeStudy, gauge_s
 from hw.records.limits import ReadLimits
 from hw.records.source import load_bytes
 from hw.records.text.file import read_text
-from specs.units import parse_header
+from specs.units import parse_column
 
 COLUMNS = ("part", "operator", "value")
 NUMBERS = ("value", "reference")
@@ -32,7 +32,7 @@ def read_table(path: Path, columns: Sequence[str] = COLUMNS) -> pd.DataFrame:
     try:
         source = load_bytes(path, LIMITS)
         table = read_text(source.file, source.raw, open_end=True)
-        names = [parse_header(head)[0].lower() for head in table.layout.heads]
+        names = [parse_column(head)[0].lower() for head in table.layout.heads]
         missing = [name for name in columns if name not in names]
         if missing:
             raise RecordError(f"{source.file}: no column {', '.join(missing)}; it has {', '.join(names)}")

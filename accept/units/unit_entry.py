@@ -118,9 +118,10 @@ def _scalar(where: str, declared: Scalar, value: Any, problems: list[str], unusa
 
 def _other_unit(declared: Scalar, number: float) -> str:
     """Return the question whether a number is in another unit of the same kind, if it is plausible there."""
-    if not declared.unit.startswith("u"):
+    before, micro, after = declared.unit.rpartition("u")  # "um", "N/um"
+    if not micro:
         return ""
-    units = (f"{prefix}{declared.unit[1:]}" for prefix in ("", "m", "n", "p"))
+    units = (f"{before}{prefix}{after}" for prefix in ("", "m", "n", "p"))
     meant = (u for u in units if declared.lo <= number * factor(u, declared.unit) <= declared.hi)
     return "".join(f"; did you mean {number:g} {unit}?" for unit in islice(meant, 1))
 

@@ -26,6 +26,7 @@ from specs.plugins import products
 from specs.strict import toml_of
 
 UNIT_FILE = "unit.toml"
+EARLIEST = date(2000, 1, 1)  # of a measurement; clocks that lost power count from 1970 or 1980
 MAX_UNIT_TOML_BYTES = 1_000_000  # what a person or a rig writes is a thousandth of it
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
 SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
@@ -107,13 +108,17 @@ def read(folder: Path, latest: date | None = None) -> UnitFolder:
         raise UnitError(path, [str(e)]) from e
     unit = parse(folder, text, data)
     today = date.today()
-    late = [
+    wrong = [
         f"[measured] {name} = {day} lies in the future, today is {today}: correct the day, or this machine's clock"
         for name, day in unit.measured.items()
         if day > (latest or today + timedelta(days=1))
+    ] + [
+        f"[measured] {name} = {day} lies before {EARLIEST.year}: correct the day"
+        for name, day in unit.measured.items()
+        if day < EARLIEST
     ]
-    if late:
-        raise UnitError(path, late)
+    if wrong:
+        raise UnitError(path, wrong)
     return unit
 
 

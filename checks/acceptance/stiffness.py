@@ -296,7 +296,7 @@ CHECK = Check(
     short="Stiffness",
     kinds=("apa",),
     forms=(
-        Form("values", (Scalar("k_N_per_um", "axial stiffness, circuit closed", lo=0.0, hi=1000.0),)),
+        Form("values", (Scalar("k_N_per_um", "axial stiffness, circuit closed", lo=0.01, hi=1000.0),)),
         Form(
             "records",
             (

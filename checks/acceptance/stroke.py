@@ -280,7 +280,7 @@ CHECK = Check(
     short="Stroke",
     kinds=("apa",),
     forms=(
-        Form("values", (Scalar("stroke_um", "stroke of the three stacks", lo=0.0, hi=2000.0),)),
+        Form("values", (Scalar("stroke_um", "stroke of the three stacks", lo=1.0, hi=2000.0),)),
         Form(
             "records",
             (

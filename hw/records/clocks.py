@@ -6,7 +6,7 @@ around that: `Ts`. The nearest counts."""
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 
@@ -85,22 +85,51 @@ def unit_of(v: Variable, found: Variables) -> str:
     return spelled(v.unit) or spelled(next(beside, ""))
 
 
-def clocks_of(v: Variable, found: Variables, axes: dict[str, Clock]) -> list[Clock]:
+def clocks_of(
+    file: str, v: Variable, found: Variables, axes: dict[str, Clock], time: Variable | None = None
+) -> list[Clock]:
     """Return the statements of a file on the times of a channel, the first of which counts and which must agree. axes:
-    time vectors that were read already. Raises RecordError if one of them is no time."""
+    time vectors that were read already; time: the one that the user named, beside which others do not count. Raises
+    RecordError if one of them is no time, or if two differ."""
     stated = [] if v.clock is None else [v.clock()]
+    if time is None and stated and stated[0].axis is None:  # an increment, maybe with a vector of times beside it
+        times = [at for at in found.values() if at.home == v.home and _is_axis_of(v, at)]
+        stated += [_same_axis(file, v, times, axes)] if times else []
     homes = [".".join(parts[:n]) for parts in [v.home.split(".")] for n in range(len(parts), 0, -1)]
-    around = ({key_of(n): at for n, at in found.items() if at.home == home} for home in dict.fromkeys([*homes, ""]))
-    for level in (dict(_beside(v, found)), *around):
-        times = (at for at in level.values() if at is not v and at.size == v.size > 1 and at.load and is_time(at.name))
-        if v.clock is None and (time := next(times, None)) is not None:
-            if time.name not in axes:
-                axes[time.name] = axis_of(time)
-            stated = [axes[time.name], *stated]
+    around = ([(key_of(n), at) for n, at in found.items() if at.home == home] for home in dict.fromkeys([*homes, ""]))
+    for level in (list(_beside(v, found)), *around):
+        times = [at for _, at in level if _is_axis_of(v, at)]
+        if v.clock is None and times:
+            axis = _same_axis(file, v, times, axes) if time is None else axes.setdefault(time.name, axis_of(time))
+            stated = [axis, *stated]
         stated += _clocks(level)
-        if any(c.axis is not None or c.step > 0 for c in stated):
+        if tells(stated):
             break
     return stated
+
+
+def _is_axis_of(v: Variable, at: Variable) -> bool:
+    return at is not v and at.size == v.size > 1 and at.load is not None and is_time(at.name)
+
+
+def _same_axis(file: str, v: Variable, times: list[Variable], axes: dict[str, Clock]) -> Clock:
+    """Return the time vector of a channel: those of its own group count, and no "T" beside others, a temperature.
+    Raises RecordError if several are left that run apart."""
+    group = v.name.rpartition("/")[0]
+    times = [at for at in times if at.name.rpartition("/")[0] == group] or times
+    times = [at for at in times if plain(at.name) != "T"] or times
+    for at in times:
+        if at.name not in axes:
+            axes[at.name] = axis_of(at)
+    first, *others = (axes[at.name] for at in times)
+    t = np.asarray(first.axis)
+    for other in others:
+        x = np.asarray(other.axis)
+        if not np.allclose(x - x[0], t - t[0], rtol=SAME_STEP, atol=STAMP_s):
+            raise RecordError(
+                f"{file}: several time axes: '{first.source}' and '{other.source}' run apart; name one of them as 't'"
+            )
+    return first
 
 
 def tells(stated: Iterable[Clock]) -> bool:
@@ -111,7 +140,7 @@ def tells(stated: Iterable[Clock]) -> bool:
 def only_axis(file: str, v: Variable, found: Variables, axes: dict[str, Clock]) -> list[Clock]:
     """Return the time vector of another structure that has the length of a channel. Raises RecordError if there are
     several that differ."""
-    times = [at for at in found.values() if at.load and at.size == v.size > 1 and at is not v and is_time(at.name)]
+    times = [at for at in found.values() if _is_axis_of(v, at)]
     clocks = [axes.setdefault(at.name, axis_of(at)) for at in times]
     if any(not np.array_equal(np.asarray(c.axis), np.asarray(clocks[0].axis)) for c in clocks[1:]):
         named = ", ".join(c.source for c in clocks)
@@ -132,16 +161,16 @@ def _beside(v: Variable, found: Variables) -> Iterator[tuple[str, Variable]]:
             yield re.sub(r"[_. ]", "", name[len(v.name) + 1 :]).lower(), at
 
 
-def _clocks(level: Variables) -> list[Clock]:
+def _clocks(level: Sequence[tuple[str, Variable]]) -> list[Clock]:
     """Return what single numbers beside or around a channel state of its times. Raises RecordError if a sampling time
     or a rate is not above 0."""
-    unit = next((text for key, at in level.items() if key in _TIME_UNITS and (text := _text(at))), "")
+    unit = next((text for key, at in level if key in _TIME_UNITS and (text := _text(at))), "")
     scale = seconds(unit or "s")
-    starts = {key: at for key, at in level.items() if key in _STARTS}
+    starts = {key: at for key, at in level if key in _STARTS}
     start = next((scale * float(at.values[0]) for at in starts.values() if _is_number(at)), 0.0)
     origin = next((text for at in starts.values() if (text := _text(at))), "")
     found = []
-    for key, at in level.items():
+    for key, at in level:
         if key in _STEPS | _RATES and _is_number(at):
             value = float(at.values[0])
             if not 0 < value < math.inf:
@@ -170,6 +199,9 @@ def agreed(file: str, channel: str, stated: list[Clock], min_samples: int) -> Cl
         stated = [*own, *(c for c in stated if c is not first)]
         first = replace(first, step=float(even), start=float(first.axis[0]))
     for other in stated:
+        if other.axis is not None and other.axis is not first.axis:
+            even = float((other.axis[-1] - other.axis[0]) / (other.axis.size - 1))
+            other = replace(other, step=even if math.isfinite(even) and even > 0 else math.nan)
         if other.step > 0 and abs(other.step / first.step - 1.0) > SAME_STEP:
             raise RecordError(
                 f"{file}: channel '{channel}': its sampling time is {first.step:.6g} s by '{first.source}' and "

@@ -33,7 +33,7 @@ from hw.records.source import Source, load_bytes
 from hw.records.text.file import open_csv
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
 from specs.bench import NO_CHANNELS, TIME, Channels, ChannelSource, channel_source
-from specs.units import UnitMismatch, factor, parse_header, to_si
+from specs.units import UnitMismatch, factor, parse_column, to_si
 
 OBJECTS = "MATLAB objects (timeseries, Dataset) cannot be read: write the run with hw/records/matlab/accept_export.m"
 GIVEN = "[channels]"  # a sampling time for files without one of their own
@@ -108,7 +108,7 @@ def record_by_input(
     if step_s is not None and not (math.isfinite(step_s) and step_s > 0):
         raise RecordError(f"--ts {step_s:g}: expected a sampling time above 0 s")
     with refused(source.file):
-        found = open_csv(source.file, source.raw, open_end=True) if source.is_text else source.variables()
+        found = open_csv(source.file, source.raw) if source.is_text else source.variables()
         remarks = remarks_of(found)
         channels = NO_CHANNELS if OWN_RECORD in found else channels
         own = {n: v for n, v in found.items() if n == step_name}
@@ -134,7 +134,7 @@ def _declared(file: str, found: Variables, series: Series, sources: Channels) ->
 
     def theirs(name: str) -> str:
         there = (sources[name].name or name) if name in sources else name
-        return there if there in found else parse_header(there)[0]
+        return there if there in found else parse_column(there)[0]
 
     remarks = remarks_of(found)
     names = [n for n in series.channels if n != TIME]
@@ -180,12 +180,16 @@ def _by_input(
     taken, lasts = set(theirs.values()), [plain(n) for n in vectors]
     own = {plain(n) if lasts.count(plain(n)) == 1 else n: n for n in vectors if n not in taken}
     named = theirs | {here: n for here, n in own.items() if here not in theirs}
+    for n, v in vectors.items():
+        bare = n.removesuffix(f"_{v.unit}")  # `de_nm`
+        if v.unit and bare in units and n in named and bare not in named:
+            named[bare] = named.pop(n)
     if input not in named and units.get(input) == FORCE:
         forces = [n for n in vectors if n not in taken and unit_of(vectors[n], found) == FORCE]
         if len(forces) == 1:
             named = {input: forces[0]} | {here: n for here, n in named.items() if n != forces[0]}
     if input not in named:
-        raise RecordError(f"{file}: no channel '{input}'; use --map {input}=NAME. It holds {_listing(vectors)}")
+        raise RecordError(_no_channel(file, input, found, vectors))
     drive = vectors[named[input]]
     time = vectors[theirs[TIME]] if TIME in theirs else None
     outputs = {
@@ -194,26 +198,47 @@ def _by_input(
         if here not in (input, TIME) and n not in (named[input], *([time.name] if time else []))
         and not (here not in channels and is_time(n)) and (not mapped_only or here in channels)
     }  # fmt: skip
-    apart = [here for here, v in outputs.items() if not _sampled_with(drive, v)]
+    apart = {here: why for here, v in outputs.items() if (why := _sampled_apart(drive, v))}
     chosen = {input: drive, **{here: v for here, v in outputs.items() if here not in apart}}
     if len(chosen) < 2:
-        raise RecordError(f"{file}: no output as long as '{input}' ({drive.size}); it holds {_listing(vectors)}")
-    remarks = [f"{n} from '{v.name}'" for n, v in chosen.items() if n != parse_header(v.name)[0]]
+        why = "".join(f"; '{here}' {words}" for here, words in list(apart.items())[:3])
+        raise RecordError(f"{file}: no output is sampled with '{input}'{why}. It holds {_listing(vectors)}")
+    remarks = [f"{n} from '{v.name}'" for n, v in chosen.items() if n != parse_column(v.name)[0]]
     if apart:
-        remarks.append(f"left out, of another length or time: {', '.join(apart[:5])}{', ...' if apart[5:] else ''}")
+        remarks.append(
+            f"left out, of another length or time: {', '.join(list(apart)[:5])}{', ...' if len(apart) > 5 else ''}"
+        )
     return Selection(chosen, channels, units, found, time, remarks=tuple(remarks))
 
 
-def _sampled_with(drive: Variable, v: Variable) -> bool:
-    """Return whether a vector may belong to the record of the drive: of its length, or in another time of its own with
-    the same step that overlaps."""
-    if v.clock is None or drive.clock is None:
-        return v.size == drive.size
-    a, b = drive.clock(), v.clock()
-    if a.axis is not None or b.axis is not None:
-        return v.size == drive.size and (a.axis is None or b.axis is None or bool(a.axis[-1] >= b.axis[0]))
-    same = abs(a.step / b.step - 1.0) * v.size < 1.0
-    return same and a.start < b.start + b.step * v.size and b.start < a.start + a.step * drive.size
+def _no_channel(file: str, input: str, found: Variables, vectors: Variables) -> str:
+    """Return why there is no input of that name, in words."""
+    same = [n for n in vectors if plain(n) == input]
+    if len(same) > 1:
+        return (
+            f"{file}: '{input}' is there {len(same)} times, in several groups or structures ({', '.join(same[:4])}): "
+            f"name one of them with --map {input}={same[0]}, and its outputs too"
+        )
+    other = next((v for n, v in found.items() if plain(n) == input and v.load is None), None)
+    if other is not None:
+        return f"{file}: channel '{input}' is of kind {other.kind}, expected real numbers over time"
+    return f"{file}: no channel '{input}'; use --map {input}=NAME. It holds {_listing(vectors)}"
+
+
+def _sampled_apart(drive: Variable, v: Variable) -> str:
+    """Return why a vector cannot belong to the record of the drive; "" if it has its length, or another time of its own
+    with the same step that overlaps."""
+    a, b = (None, None) if v.clock is None or drive.clock is None else (drive.clock(), v.clock())
+    if a is None or b is None or a.axis is not None or b.axis is not None:
+        if v.size != drive.size:
+            return f"has {v.size} samples, not {drive.size}"
+        begins_after = a and b and a.axis is not None and b.axis is not None and a.axis[-1] < b.axis[0]
+        return "starts after its end" if begins_after else ""
+    if abs(a.step / b.step - 1.0) * v.size >= 1.0:
+        return f"has a sampling time of {b.step:.6g} s ({b.source}), not {a.step:.6g} s"
+    if a.start < b.start + b.step * v.size and b.start < a.start + a.step * drive.size:
+        return ""
+    return f"starts {b.start - a.start:.9g} s after it ({b.shown or b.source}): no sample in common"
 
 
 def _step_of(file: str, v: Variable) -> Clock:
@@ -271,7 +296,7 @@ def _times(
     known: dict[tuple[int, ...], Clock] = {}
     clocks: dict[str, Clock] = {}
     for name, v in chosen.channels.items():
-        stated = clocks_of(v, chosen.found, axes)
+        stated = clocks_of(file, v, chosen.found, axes, chosen.time if TIME in chosen.sources else None)
         fallback = chosen.step is not None and chosen.step.source == GIVEN
         if axis is None and not tells(stated):
             stated = [*only_axis(file, v, chosen.found, axes), *stated]
@@ -347,7 +372,7 @@ def _refuse_twins(file: str, wanted: Variables) -> None:
 
 
 def _single(file: str, wanted: str, found: Variables) -> str:
-    hits = _hits(wanted, found) or _hits(parse_header(wanted)[0], found)
+    hits = _hits(wanted, found) or _hits(parse_column(wanted)[0], found)
     if len(hits) != 1:
         raise RecordError(f"{file}: no single '{wanted}'; it holds {_listing(found)}")
     return hits[0]
@@ -360,6 +385,7 @@ def _hits(wanted: str, found: Variables) -> list[str]:
         lambda n: n == wanted,
         lambda n: plain(n) == wanted,
         lambda n: n.endswith(("." + wanted, "/" + wanted)),
+        lambda n: n == f"{wanted}_{found[n].unit}",
     ):
         hits = hits or [name for name in found if same(name)]
     return hits

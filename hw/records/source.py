@@ -3,6 +3,7 @@ variables."""
 
 import hashlib
 import stat
+import struct
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -60,9 +61,23 @@ class Source:
             return open_uff(self.file, raw)
         if self.suffix in SUFFIXES:
             return open_csv(self.file, raw)
+        if _is_matlab4(raw):
+            raise RecordError(f"{self.file}: is a MATLAB 4 file (save -v4), expected MATLAB 5 to 7.3: save it with -v7")
         raise RecordError(
             f"{self.file}: is none of MATLAB 5 to 7.3 (.mat), .csv, .uff, .tdms; it starts with {ascii(raw[:20])[1:]}"
         )
+
+
+def _is_matlab4(raw: bytes) -> bool:
+    """Return whether the bytes begin with the header of a MATLAB 4 variable: type, rows, columns, complex or not, and
+    the length of its name, which ends with a zero."""
+    for order in "<>":
+        if len(raw) > 20:
+            kind, rows, columns, is_complex, length = struct.unpack_from(f"{order}5i", raw)
+            name = raw[20 : 20 + length]
+            if 0 <= kind < 5000 and min(rows, columns) >= 0 and is_complex in (0, 1) and 1 < length <= 64:
+                return name[-1:] == b"\0" and name[:-1].replace(b"_", b"").isalnum()
+    return False
 
 
 def load_bytes(path: Path, limits: ReadLimits) -> Source:

@@ -19,6 +19,7 @@ from checks.arrays import Array
 from checks.errors import RecordError
 from hw.records.clocks import seconds, spelled
 from hw.records.contents.variable import CLOCK, Clock, Variable, unique
+from specs.units import UnitMismatch, factor, is_unit, parse_header
 
 TIME = "t"
 log_manager.set_level(logging.ERROR)  # what it warns of is refused here, in one line
@@ -36,6 +37,7 @@ SCALES = {
     "AdvancedAPI",
 }
 _SCALE = re.compile(r"NI_Scale\[\d+\]_Scale_Type")
+_EXPORT = "export the file with scaled values"
 _UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 
 
@@ -62,17 +64,19 @@ def open_tdms(file: str, raw: bytes) -> dict[str, Variable]:
 
 def _variable(file: str, raw: bytes, found: Any, channel: Any, name: str, first: tuple[int, int]) -> Variable:
     p, shape = channel.properties, (len(channel),)
-    unit = next((text for n in _UNIT_PROPERTIES if (text := str(p.get(n, "")).strip())), "")
+    units = [text for n in _UNIT_PROPERTIES if (text := str(p.get(n, "")).strip())]
+    if is_unit(spelled(of_name := parse_header(channel.name)[1])) and of_name:
+        units.append(of_name)  # `de (nm)`
     x_name, x_unit = (str(p.get(n, "")).strip() for n in ("wf_xname", "wf_xunit_string"))
     if "freq" in x_name.lower() or x_unit.endswith("Hz"):
         return Variable(name, shape, f"spectrum over {x_name or x_unit}")
     group, own = channel.group_name, channel.name
     clock = partial(_clock, file, channel, first, x_unit) if "wf_increment" in p else None
-    problem = _scale_problem(channel, (p, found[group].properties, found.properties))
+    problem = _unit_problem(units) or _scale_problem(channel, (p, found[group].properties, found.properties))
 
     def load() -> Array:
         if problem:
-            raise RecordError(f"{file}: channel '{name}' {problem}; export the file with scaled values")
+            raise RecordError(f"{file}: channel '{name}' {problem}")
         with TdmsFile.open(io.BytesIO(raw)) as again:
             return np.asarray(again[group][own][:], np.float64).ravel()
 
@@ -80,7 +84,23 @@ def _variable(file: str, raw: bytes, found: Any, channel: Any, name: str, first:
         return Variable(name, shape, "double", lambda: _dates(raw, group, own), "s")
     if not problem and channel.dtype.kind not in "iuf":
         return Variable(name, shape, f"TDMS {channel.dtype}")
-    return Variable(name, shape, "double", load, spelled(unit), clock=clock)
+    return Variable(name, shape, "double", load, spelled(units[0] if units else ""), clock=clock)
+
+
+def _unit_problem(units: list[str]) -> str:
+    """Return that a channel states two units, one of which at least is known here; "" if it does not."""
+    for other in units[1:]:
+        known = [is_unit(spelled(unit)) for unit in (units[0], other)]
+        if spelled(units[0]) != spelled(other) and any(known) and not (all(known) and _is_same(units[0], other)):
+            return f"states two units, {units[0]} and {other}: correct one of them"
+    return ""
+
+
+def _is_same(unit: str, other: str) -> bool:
+    try:
+        return factor(spelled(unit), spelled(other)) == 1.0
+    except UnitMismatch:
+        return False
 
 
 def _scale_problem(channel: Any, levels: tuple[Any, ...]) -> str:
@@ -91,18 +111,19 @@ def _scale_problem(channel: Any, levels: tuple[Any, ...]) -> str:
         if status == "scaled":
             continue
         if unknown := sorted(stated - SCALES):
-            return f"states the scale {', '.join(unknown)}, which cannot be applied here: its values are raw"
+            return f"states the scale {', '.join(unknown)}, which cannot be applied here: its values are raw; {_EXPORT}"
         count = int(p.get("NI_Number_Of_Scales", len(stated)))
         if stated and count == 0:
-            return f"states the scale {', '.join(sorted(stated))} and NI_Number_Of_Scales = 0: its values are raw"
+            words = f"states the scale {', '.join(sorted(stated))} and NI_Number_Of_Scales = 0"
+            return f"{words}: its values are raw; {_EXPORT}"
         if status == "unscaled" and count == 0:
-            return "holds raw values and states no scale"
+            return f"holds raw values and states no scale; {_EXPORT}"
         if count:
             break  # the nearest scale counts
     try:
         _ = channel.dtype  # looks every scale up
     except (LookupError, ValueError) as e:
-        return f"states a scale that cannot be read ({e})"
+        return f"states a scale that cannot be read ({e}); {_EXPORT}"
     return ""
 
 

@@ -18,6 +18,9 @@ JITTER = 0.05
 # Slowest rate of times without a unit. Records of the stroke are the slowest, triangles of 10 s that need 20 values a
 # second to be followed; responses are estimated up to some kHz, and even 100 kHz taken for ms give 100 Hz.
 SLOWEST_Hz = 20.0
+# Fastest rate of times without a unit: converters of the bench run to some 200 kHz. The slowest record in days of a
+# calendar, taken for seconds, has 1.7 MHz.
+FASTEST_Hz = 1.5e6
 # No channel of the bench, in SI, comes near; a flipped exponent bit does, and its square would overflow later.
 PLAUSIBLE = 1e9
 PLAUSIBLE_TIME = 1e19  # clocks count from 1970, some in ns
@@ -64,11 +67,17 @@ def vet_time(file: str, t: Array, min_samples: int) -> None:
 def vet_rate(file: str, source: str, step: float, in_seconds: bool) -> None:
     """Raise RecordError if times without a unit give a sampling rate at which nothing is measured here."""
     if not in_seconds and step * SLOWEST_Hz > 1.0 + JITTER:
-        guess = "ms" if step < 1000.0 / SLOWEST_Hz else "us"
+        guess = "ms" if step < 1e3 / SLOWEST_Hz else "us" if step < 1e6 / SLOWEST_Hz else "ns"
         raise RecordError(
-            f"{file}: its time '{source}' has no unit; in s it would be sampled at {1.0 / step:.3g} Hz, and the "
+            f"{file}: its time '{source}' has no unit; in s its sampling rate would be {1.0 / step:.3g} Hz, and the "
             f"slowest records have {SLOWEST_Hz:g} Hz: is the time in {guess}? Name it with its unit, such as "
             f"'t [{guess}]', of a slow record 't [s]'"
+        )
+    if not in_seconds and step * FASTEST_Hz < 1.0:
+        raise RecordError(
+            f"{file}: its time '{source}' has no unit; in s its sampling rate would be {1.0 / step:.3g} Hz, and the "
+            f"fastest records have {FASTEST_Hz:.3g} Hz: is the time in days, as dates of a calendar are? Write it in "
+            "seconds, 86400 of them a day, and name it 't [s]'"
         )
 
 

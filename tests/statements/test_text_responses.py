@@ -1,5 +1,7 @@
 """Responses in tables of spreadsheets, pandas and analysers."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -64,10 +66,21 @@ def test_unit_of_a_response(case: Case, re: str, im: str, factors: tuple[float, 
 
 
 @cell("CSV", "unit", "response in {id}: no length per volt")
-@pytest.mark.parametrize("unit", ["m/s2/V", "m/N", "dB", "%"], ids=["m per s2 per V", "m per N", "dB", "percent"])
+@pytest.mark.parametrize("unit", ["m/s2/V", "dB", "%"], ids=["m per s2 per V", "dB", "percent"])
 def test_response_of_another_kind(case: Case, unit: str) -> None:
     text = frf(f"f [Hz],de_re [{unit}],de_im [{unit}]")
     case.frf(case.text("h.csv", text), words=[unit, "unit"], H=None)
+
+
+@cell("CSV", "unit", "response in m/N: its input is a force")
+def test_response_per_newton(case: Case) -> None:
+    def per_newton(answer: dict[str, Any]) -> None:
+        assert answer["input"] == "force"
+        assert answer["units"]["force"] == "N"
+
+    path = case.text("h.csv", frf("f [Hz],de_re [m/N],de_im [m/N]"))
+    case.frf(path, words=["m/N", "unit"], within=DIGITS, check=per_newton)
+    assert case.outcome == {"used"}
 
 
 @cell("CSV", "label", "magnitude and phase as {id}")

@@ -68,7 +68,12 @@ def signatures_of(
     """Return the valid signatures, and the bytes that the first one covers."""
     if not pdf.startswith(b"%PDF-"):
         raise InvalidCertificate("not a PDF file" if pdf else "the file is empty")
-    embedded = guarded(f"the PDF is damaged, or {SAVED_AGAIN}: it", lambda: _embedded(PdfFileReader(io.BytesIO(pdf))))
+    try:
+        embedded = _embedded(PdfFileReader(io.BytesIO(pdf)))
+    except InvalidCertificate:
+        raise
+    except Exception as e:  # a parser of hostile bytes fails in any way, in words that help nobody here
+        raise InvalidCertificate(f"the PDF is damaged, or {SAVED_AGAIN}: verify the file as it was issued") from e
     places = [guarded("the signature", byte_range, s.byte_range, len(pdf)) for s in embedded]
     if places[-1][2] != len(pdf):
         raise InvalidCertificate(f"{len(pdf) - places[-1][2]} bytes follow the part that the last signature covers")

@@ -6,6 +6,7 @@ also decimal commas; lines above the names (`sep=;`, comments, the header of Lab
 """
 
 import codecs
+import unicodedata
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -17,8 +18,8 @@ from checks.errors import RecordError
 from hw.records.contents.variable import Remarked, Variable
 from hw.records.text.labview import MAGIC, lvm_layout
 from hw.records.text.layout import CLOCK, EMPTY, NUMBERS, TEXT, TIMES, Layout, find_layout, split, wrong_count
-from hw.records.text.numbers import Row, is_date, parse, seconds
-from specs.units import UnitMismatch, factor, parse_header
+from hw.records.text.numbers import Row, is_date, is_number, parse, seconds, vet_marks
+from specs.units import UnitMismatch, factor, parse_column
 
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".lvm", ".asc")
 ROWS = "rows"  # kind of a column
@@ -30,7 +31,7 @@ def open_csv(file: str, raw: bytes, open_end: bool = False) -> Remarked[Variable
     """Return the columns of the bytes of a text file by their names, or by their whole headers where two have one name
     (`de [nm]` beside `de [um]`). open_end: read a last line that has no end, and say so. Raises RecordError."""
     table = read_text(file, raw, open_end)
-    names = [parse_header(head)[0] for head in table.layout.heads]
+    names = [parse_column(head)[0] for head in table.layout.heads]
     if len(set(names)) < len(names):
         names = list(table.layout.heads)
     return _variables(table, names)
@@ -92,9 +93,9 @@ class TextTable:
             line += 1
 
     def texts(self, column: int) -> list[str]:
-        """Return the fields of a column as written."""
+        """Return the fields of a column as written, letters with their accents as one character."""
         place = self.layout.columns[column]
-        return [fields[place] for _, fields in self.fields()]
+        return [unicodedata.normalize("NFC", fields[place]) for _, fields in self.fields()]
 
     def what_kind(self, column: int) -> str:
         """Return in words what a column without numbers holds."""
@@ -109,6 +110,8 @@ class TextTable:
         """Return the values (N,) of columns. Raises RecordError, with line and column, if a field is no number or two
         columns of times differ."""
         layout = self.layout
+        if set(map(layout.kinds.__getitem__, wanted)) & {NUMBERS}:
+            self._vet_marks([i for i, kind in enumerate(layout.kinds) if kind == NUMBERS], wanted)
         if list(wanted) == list(range(layout.width)) and set(layout.kinds) == {NUMBERS} and self.plain:
             found = list(self._parsed(self.rows, layout.apart, wanted))
         else:
@@ -147,12 +150,20 @@ class TextTable:
 
         return parse(self.file, rows, apart, self.layout.decimal, names, listed)
 
+    def _vet_marks(self, numeric: Sequence[int], wanted: Sequence[int]) -> None:
+        """Raise RecordError if columns that are not wanted have another decimal mark than those that are."""
+        if set(numeric) <= set(wanted):
+            return  # the reader of the numbers sees all
+        places = [self.layout.columns[i] for i in numeric]
+        rows = ((line, [row[i] if is_number(row[i]) else "" for i in places]) for line, row in self.fields())
+        vet_marks(self.file, [self.layout.heads[i] for i in numeric], rows)
+
     def _vet_times(self, wanted: Sequence[int], table: Sequence[Array]) -> None:
         """Raise RecordError if two columns of times run apart."""
         units, first = self.layout.units, None
         for k, i in enumerate(wanted):
             head = self.layout.heads[i]
-            name = parse_header(head)[0]
+            name = parse_column(head)[0]
             if name.lower() not in TIMES or (name == "T" and first is not None):  # beside a time a temperature
                 continue
             try:
@@ -192,9 +203,11 @@ def read_text(file: str, raw: bytes, open_end: bool = False) -> TextTable:
     table = TextTable(file, layout, rows, blank, plain)
     if len(rows) < layout.samples:
         raise RecordError(f"{file}: states {layout.samples} samples and has {len(rows)} rows; copy the file again")
+    if not whole and end == len(lines) and len(split(rows[-1], layout.apart)) <= layout.columns[-1]:
+        raise RecordError(f"{file}: its last line ({end}) is cut: '{rows[-1].strip()[:60]}'; copy the file again")
     remarks = [f"rows without values at its end are left out ({len(lines) - end})"] if end < len(lines) else []
     if not whole and end == len(lines) and _may_be_cut(table):
-        words = f"line {end} has no end, so its last number '{split(rows[-1], layout.apart)[-1]}' may be cut"
+        words = f"its last line ({end}) has no end, so its last number '{split(rows[-1], layout.apart)[-1]}' may be cut"
         if not open_end:
             raise RecordError(f"{file}: {words}; if the file is whole, add a newline at its end")
         remarks.append(words)

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from checks.errors import RecordError
 from hw.records.text.numbers import is_clock, is_like_number, is_number
-from specs.units import UnitMismatch, factor, is_unit, parse_header
+from specs.units import UnitMismatch, factor, is_unit, parse_column, parse_header
 
 NUMBERS, CLOCK, EMPTY, TEXT = "numbers", "times", "empty", "text"  # kinds of columns
 _TIMES = ("t", "time", "zeit", "timestamp")
@@ -193,8 +193,8 @@ def _only_first(file: str, shown: Sequence[Line], stated: str) -> Layout:
     wrong = next((name for name in names if is_number(name) or is_clock(name)), None)
     if wrong is not None or not any(names):
         raise RecordError(
-            f"{file}: line {at + 1} does not name the columns: names are expected above the numbers; it holds "
-            f"'{line.strip()[:60]}'"
+            f"{file}: no header: line {at + 1} does not name the columns: names are expected above the numbers; it "
+            f"holds '{line.strip()[:60]}'"
         )
     if len(shown) == 1:
         raise RecordError(f"{file}: holds a header and no rows")
@@ -275,7 +275,7 @@ def _is_unit_word(text: str) -> bool:
 def _unit(file: str, line: int, head: str, below: str, kind: str) -> str:
     """Return the unit of a column by its header, the row below it and the end of its name. Raises RecordError if two of
     them differ."""
-    name, unit = parse_header(head)
+    name, unit = parse_column(head)
     end = _UNIT_AT_END.search(name) or _TIME_AT_END.search(name)
     if below and unit and head.endswith(")") and not is_unit(unit):
         unit = ""  # a word in parentheses, the unit below it
@@ -314,7 +314,7 @@ def _step(key: str, value: str) -> float | None:
 def _clocked(file: str, found: Layout, words: str, step: float, shown: Sequence[Line]) -> Layout:
     """Return the layout with a stated sampling time, if it has no column of times. Raises RecordError if the rows of
     that column step otherwise."""
-    names = [parse_header(head)[0].lower() for head in found.heads]
+    names = [parse_column(head)[0].lower() for head in found.heads]
     at = next((i for i, name in enumerate(names) if name in TIMES), None)
     if at is None:
         return replace(found, clock=(0.0, step), remarks=(*found.remarks, f"time by the sampling time: {words}"))

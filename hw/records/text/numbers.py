@@ -18,9 +18,9 @@ _CLOCK = re.compile(
 )
 _DATE_LIKE = re.compile(r"\d{1,4}([./-])\d\d?\1\d{1,4}\b|\d\d?:\d\d")
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
-_SPACED = re.compile(r"[+-]?\d{1,3}(?:[ '\u00a0\u2009\u202f\u2019]\d{3})+(?:[.,]\d*)?")
+_SPACED = re.compile(r"[+-]?\d{1,3}(?:[ '_\u00a0\u2009\u202f\u2019]\d{3})+(?:[.,]\d*)?")
 _POINTED = re.compile(r"[+-]?\d{1,3}(?:[.,]\d{3})+(?:[.,]\d*)?")
-_DIGITS = re.compile(r"[+\u2212\u2013-]?\d+(?:[ .,'\u00a0\u2009\u202f\u2019]\d+)*")
+_DIGITS = re.compile(r"[+\u2212\u2013-]?\d+(?:[ .,'_\u00a0\u2009\u202f\u2019]\d+)*")
 WITHOUT = "write the numbers without thousands marks"
 Row = tuple[int, Sequence[str]]  # line of the file, its fields
 Fields = Callable[[], Iterable[Row]]
@@ -69,7 +69,6 @@ def parse(file: str, rows: Sequence[str], apart: str, decimal: str, names: Seque
 
 
 def _raise_two_marks(file: str, decimal: str, names: Sequence[str], fields: Fields) -> NoReturn:
-    first: dict[str, str] = {}
     for line, row in fields():
         for name, field in zip(names, row, strict=False):
             marks = [mark for mark in ".," if mark in field]
@@ -78,11 +77,19 @@ def _raise_two_marks(file: str, decimal: str, names: Sequence[str], fields: Fiel
                 raise RecordError(f"{file}: {where}: {WITHOUT}")
             if marks and decimal and marks[0] != decimal:
                 raise RecordError(f"{file}: {where}, and the file states '{decimal}' as its decimal mark")
-            if marks:
-                first.setdefault(marks[0], where)
+    vet_marks(file, names, fields())
+    raise RecordError(f"{file}: its decimal mark is not clear: {WITHOUT}")
+
+
+def vet_marks(file: str, names: Sequence[str], fields: Iterable[Row]) -> None:
+    """Raise RecordError, with the lines, if some fields have a point and others a comma."""
+    first: dict[str, str] = {}
+    for line, row in fields:
+        for name, field in zip(names, row, strict=False):
+            for mark in (mark for mark in ".," if mark in field):
+                first.setdefault(mark, f"line {line} holds '{field}' in column '{name}'")
         if len(first) == 2:
-            break
-    raise RecordError(f"{file}: {', '.join(first.values())}: which mark is the decimal one? {WITHOUT}")
+            raise RecordError(f"{file}: {', '.join(first.values())}: which mark is the decimal one? {WITHOUT}")
 
 
 def _refuse_groups(file: str, table: Array, names: Sequence[str], fields: Fields) -> None:

@@ -185,7 +185,7 @@ def test_a_table(put):
         (b"x_mm,y_mm,z_um\n1,2,3,4\n1,2,3,4\n", "line 2: row 1 has 4 fields, the header has 3"),
         (
             b"x_mm,y_mm,z_um\n1,2,3\n4,5,-15.5"[:-3],
-            "line 3 has no end, so its last number '-1' may be cut; if the file is whole, add a newline",
+            "its last line (3) has no end, so its last number '-1' may be cut; if the file is whole, add a newline",
         ),
         (b"x_mm;y_mm;z_um\n1;2;3,5\n4;5;6.5\n", "line 2 holds '3,5' in column 'z_um', line 3 holds '6.5'"),
         (b"1,2,3\n4,5,6\n", "line 1 does not name the columns: names are expected above the numbers"),

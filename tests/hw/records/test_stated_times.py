@@ -118,7 +118,7 @@ def test_tdms_groups_of_other_rates_and_recordings(tmp_path: Path) -> None:
         path = tdms(tmp_path / f"{name}.tdms", wave(), other, groups="gh")
         with pytest.raises(RecordError, match="several time axes"):
             records.read(path, SERIES)
-        with pytest.raises(RecordError, match="no output as long as 'Va'"):
+        with pytest.raises(RecordError, match="no output is sampled with 'Va'"):
             accept.read_record(path)
 
 
@@ -361,3 +361,29 @@ def test_times_that_are_not_in_seconds_are_asked_about(step: float, guess: str, 
     savemat(tmp_path / "a.mat", {"t": step * np.arange(N), "Va": VA[:N], "de": DE[:N]})
     refused_at_both_doors(tmp_path / "a.mat", f"is the time in {guess}")
     assert accept.read_record(tmp_path / "a.mat", step_s=step).fs == pytest.approx(1.0 / step)  # it is said to be slow
+
+
+def test_mat_temperature_is_no_time_and_two_times_that_differ_are_refused(tmp_path: Path) -> None:
+    """Names of times are read in any letters, and a temperature is called T."""
+    made = {"t": T, "Va": VA[:N], "de": DE[:N]}
+    savemat(tmp_path / "a.mat", {**made, "T": 20.0 + 0.1 * T})
+    path = tmp_path / "a.mat"
+    np.testing.assert_array_equal(accept.read_record(path).t, T)
+    np.testing.assert_array_equal(records.read(path, SERIES).t, T)
+    savemat(tmp_path / "b.mat", {**made, "time": 2.0 * T})
+    refused_at_both_doors(tmp_path / "b.mat", "'t' and 'time' run apart; name one of them as 't'")
+    np.testing.assert_array_equal(accept.read_record(tmp_path / "b.mat", channels={"t": "time"}).t, 2.0 * T)
+
+
+def test_tdms_each_group_has_its_own_time(tmp_path: Path) -> None:
+    """The times of another group are not those of a channel."""
+    parts = [
+        ChannelObject(group, name, values, {"unit_string": unit})
+        for group, rate in (("slow", 2.0), ("fast", 1.0))
+        for name, values, unit in (("Time", rate * T, "s"), ("Va", VA[:N], "V"), ("de", DE[:N], "m"))
+    ]
+    with TdmsWriter(str(tmp_path / "a.tdms")) as file:
+        file.write_segment(parts)
+    for group, rate in (("slow", 2.0), ("fast", 1.0)):
+        names = {"Va": f"{group}/Va", "de": f"{group}/de"}
+        np.testing.assert_array_equal(records.read(tmp_path / "a.tdms", SERIES, names).t, rate * T)

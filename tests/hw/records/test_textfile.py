@@ -449,7 +449,7 @@ def test_the_line_of_a_wrong_field_counts_every_line_of_the_file(tmp_path):
     refused(write(tmp_path, "\n".join([*lines, ""])), "line 301: row 297 has 2 fields, the header has 3")
 
 
-def test_a_last_line_without_an_end(tmp_path, capsys):
+def test_a_last_line_without_an_end(tmp_path):
     """A number cut short is still a number. Where all have the same decimals, it shows that none is missing."""
     fixed = "".join(f"{t:.6f},{v:.6f},{d:.3f}\n" for t, v, d in zip(T, VA, DE_NM, strict=True))
     whole = "t,Va,de [nm]\n" + fixed
@@ -457,12 +457,12 @@ def test_a_last_line_without_an_end(tmp_path, capsys):
     for cut in (whole[:-2], whole[:-3], table()[:-1]):
         path = write(tmp_path, cut)
         with pytest.raises(
-            RecordError, match=f"line {N + 1} has no end, .*if the file is whole, add a newline"
+            RecordError, match=rf"last line \({N + 1}\) has no end, .*if the file is whole, add a newline"
         ) as error:
             read(path)
         assert WRONG_WAY not in str(error.value)
-        read_any(path, "Va", {}, None)
-        assert "has no end" in capsys.readouterr().err
+        with pytest.raises(RecordError, match="last line"):
+            read_any(path, "Va", {}, None)
 
 
 STUDY = [(p, o, 9.0 + 0.1 * p + 0.01 * k) for p in range(3) for o in "AB" for k in range(2)]
