@@ -15,7 +15,7 @@ import numpy as np
 from checks.errors import RecordError
 from hw.records.contents.variable import Clock, Variable, Variables
 from hw.records.vet import JITTER, vet_rate, vet_time
-from specs.units import UnitMismatch, factor, parse_header
+from specs.units import UnitMismatch, factor, parse_header, spelled
 
 _TIMES = re.compile(r"(?:t|time|timestamps?|zeit|tout)(?:_(?P<unit>s|ms|us|ns))?", re.IGNORECASE)
 _STEPS = {"ts", "dt", "sampletime", "samplingtime", "sampleperiod", "samplinginterval", "sampleinterval",
@@ -24,30 +24,12 @@ _RATES = {"fs", "samplerate", "samplingrate", "samplefrequency", "samplingfreque
 _STARTS = {"t0", "x0", "xstart", "xoffset", "starttime", "tstart", "startoffset", "startdate", "start"}
 _TIME_UNITS = {"xunit", "xunits", "timeunit", "timeunits"}
 UNIT_NAMES = {"unit", "units", "yunit", "yunits"}
-_SPELLED = re.compile(r"(?P<prefix>nano|micro|milli|kilo)?(?P<base>volt|met(?:er|re)|newton|second)s?", re.IGNORECASE)
-_PREFIXES = {"nano": "n", "micro": "u", "milli": "m", "kilo": "k"}
-_BASES = {"volt": "V", "newton": "N", "second": "s"}
-_NO_UNIT = ("-", "none", "n/a", "unknown")  # words in the place of a unit
 # Sampling times that are stated twice are written with three digits at least.
 SAME_STEP = 1e-3
 # Shifts count as whole samples up to here, in samples: at a tenth of the sampling frequency 0.01 is 0.4 degrees.
 WHOLE = 0.01
 STAMP_s = 1e-6  # dates are written in microseconds
 AHEAD_DAYS = 1.0  # time zones reach 14 hours
-
-
-def spelled(unit: str) -> str:
-    """Return a unit as a symbol: "Volts" is V, "milliseconds" ms; "" for words such as "none"."""
-    unit = unit.strip()
-    if unit.lower() == "sec":
-        return "s"
-    if unit.lower() in _NO_UNIT:
-        return ""
-    found = _SPELLED.fullmatch(unit)
-    if found is None:
-        return unit
-    prefix = _PREFIXES.get((found["prefix"] or "").lower(), "")
-    return prefix + _BASES.get(found["base"].lower(), "m")
 
 
 def seconds(unit: str) -> float:

@@ -12,10 +12,11 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.errors import RecordError
-from hw.records.clocks import UNIT_NAMES, key_of, seconds, spelled
+from hw.records.clocks import UNIT_NAMES, key_of, seconds
 from hw.records.contents.variable import NESTED, Clock, Variable, Variables
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.mat5 import DEEPEST, NUMBERS
+from specs.units import spelled
 
 _WIDEST = 64  # columns of a matrix that are taken as signals
 _MOST = 400  # vectors of one file

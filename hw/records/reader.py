@@ -20,7 +20,6 @@ from hw.records.clocks import (
     is_time,
     only_axis,
     plain,
-    spelled,
     tells,
     time_unit,
     unit_of,
@@ -33,7 +32,7 @@ from hw.records.source import Source, load_bytes
 from hw.records.text.file import open_csv
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
 from specs.bench import NO_CHANNELS, TIME, Channels, ChannelSource, channel_source
-from specs.units import UnitMismatch, factor, parse_column, to_si
+from specs.units import UnitMismatch, factor, parse_column, spelled, to_si
 
 OBJECTS = "MATLAB objects (timeseries, Dataset) cannot be read: write the run with hw/records/matlab/accept_export.m"
 GIVEN = "[channels]"  # a sampling time for files without one of their own

@@ -17,9 +17,9 @@ from nptdms.log import log_manager
 
 from checks.arrays import Array
 from checks.errors import RecordError
-from hw.records.clocks import seconds, spelled
+from hw.records.clocks import seconds
 from hw.records.contents.variable import CLOCK, Clock, Variable, unique
-from specs.units import UnitMismatch, factor, is_unit, parse_header
+from specs.units import UnitMismatch, factor, is_unit, parse_header, spelled
 
 TIME = "t"
 log_manager.set_level(logging.ERROR)  # what it warns of is refused here, in one line

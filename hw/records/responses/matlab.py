@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 
 from checks.arrays import Array
 from checks.errors import RecordError
-from hw.records.contents.unit_text import split_ratio
 from hw.records.responses.arrays import arrays_of
 from hw.records.responses.file import SPECTRUM, Curve, ResponseFile, response_file
 from hw.records.responses.frd import read_frd
 from hw.records.responses.units import ANGULAR, axis_unit, converted, hertz
 from hw.records.source import Source
-from specs.units import RESPONSE_UNITS
+from specs.units import RESPONSE_UNITS, split_ratio
 
 COHERENT = re.compile(r"coh|^gamma|^g(?:am)?2|^c_?\d|^c(?:xy|yx|uy)", re.I)
 RESPONDS = re.compile(r"^(?:h|frf|tf|transfer|response|receptance|compliance|mobility|accelerance|inertance)", re.I)

@@ -8,14 +8,13 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.errors import RecordError
-from hw.records.contents.unit_text import plain_unit, split_ratio
 from hw.records.contents.variable import Variable, remarks_of
 from hw.records.responses.complex_text import split_complex
 from hw.records.responses.file import SPECTRUM, Curve, ResponseFile, response_file
 from hw.records.responses.units import ANGULAR, axis_unit, converted, hertz, is_frequency_unit
 from hw.records.source import Source
 from hw.records.text.file import open_columns
-from specs.units import parse_header
+from specs.units import parse_header, plain_unit, split_ratio
 
 WORDS = {
     "re": "re", "real": "re", "im": "im", "imag": "im", "db": "dB", "deg": "deg", "rad": "rad",

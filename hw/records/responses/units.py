@@ -6,8 +6,7 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.errors import RecordError
-from hw.records.contents.unit_text import plain_unit
-from specs.units import UnitMismatch, factor
+from specs.units import UnitMismatch, factor, plain_unit
 
 TAU = 2.0 * np.pi
 TIME_UNITS = {
