@@ -46,7 +46,7 @@ def test_a_rejected_unit_is_countersigned_with_a_disposition_only(rejected: Path
     assert f"A rejected: countersigned by Grace Hopper; disposition: {decision}" in done.stderr
     checked = accept("verify", rejected)
     assert checked.exit_code == 0
-    assert f"countersigned, disposition: {decision}" in checked.stdout
+    assert f"countersigned, disposition: '{decision}'" in checked.stdout
     assert f"disposition by Grace Hopper: {decision}" in checked.stderr
     with open_store() as store:
         event = store.latest("A", "certificate_signed")

@@ -107,7 +107,7 @@ def test_an_incomplete_unit_is_called_held_too(session: Session, tmp_path: Path)
     assert certify.sign_unit(session, "correct horse", WHY).valid
     assert known().state == "held, signed"
     assert known().words == "attempt 1: held, incomplete, signed"
-    assert "APA-02 held, incomplete; signed by Ann" in accept("verify", session.attempt.certificate).output
+    assert "APA-02 held, incomplete; signed by 'Ann'" in accept("verify", session.attempt.certificate).output
     done = accept("batch", session.folder, "--spec", "apa-basic", "--out", tmp_path / "out", "--operator", "Ann")
     assert "held, incomplete" in done.output
 

@@ -109,7 +109,7 @@ class Technician:
         self.at.wait_for("F2: sign this result")
         self.at.press("F2")
         self.at.wait_for("Repeat passphrase")
-        for line in ("correct horse", "correct horse", *([why] if why else [])):
+        for line in (*([why] if why else []), "correct horse", "correct horse"):
             self.at.line(line)
         if not training:
             self.at.wait_for("Keys were created")
