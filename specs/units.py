@@ -123,8 +123,8 @@ _LOOSE_HEADER = re.compile(r"^(?P<name>\w[\w .-]*?)\s*(?:/|\bin\b|,)\s*(?P<unit>
 
 
 def parse_column(text: str) -> tuple[str, str]:
-    """Return name and unit of a column as `parse_header`, and of `de/nm`, `de in nm` and `de, nm` too if the last part
-    is a unit and the first is none."""
+    """Return name and unit of a column as `parse_header`, and of `de/nm`, `de in nm` and `de, nm` too, if only the
+    last part is a unit."""
     name, unit = parse_header(text)
     found = None if unit else _LOOSE_HEADER.match(name)
     if found is None or not is_unit(found["unit"]) or is_unit(found["name"]):

@@ -12,6 +12,7 @@ from accept.base.worker_process import memory_GB
 from accept.judging import calibration
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.calibration import Statement, weakened
+from accept.judging.channel_map import scale_doubts
 from accept.judging.check_settings import settings_problems
 from accept.judging.learned_bench import learned_bench_doubts
 from accept.judging.result import UnitResult
@@ -123,8 +124,12 @@ def judge_unit(
         {q.name: q for _, q in quantities if q.reason is None and isfinite(q.value)},
     )
     days = _days(unit, spec)
-    doubts, asked_about = learned_bench_doubts(spec, models, days), _unexpected_channels(held, spec)
-    findings = [reduce(weakened, [d[f.check] for d in (doubts, asked_about) if f.check in d], f) for f in judged]
+    doubts = (
+        learned_bench_doubts(spec, models, days),
+        _unexpected_channels(held, spec),
+        scale_doubts(unit, spec, stated),
+    )
+    findings = [reduce(weakened, [d[f.check] for d in doubts if f.check in d], f) for f in judged]
     notes = [f"{name}: {note}" for name, outcome in outcomes.items() for note in outcome.notes]
     notes += _notes_of_unit(held, spec)
     stated, findings, of_instruments = calibration.applied(stated, findings, spec.checks, unit.measured)

@@ -359,8 +359,9 @@ def _scale(file: str, name: str, given: ChannelSource, stated: str, wanted: str)
         raise RecordError(f"{file}: channel '{name}': {e}") from e
     if unit and not wanted and to_si(unit) is None:
         return given.gain, unit, f"{name} stays in {unit}"
-    words = "" if scale == 1.0 or given.unit else f"{name} is in {unit}, converted to {here}"
-    return given.gain * scale, here, words
+    words = [] if scale == 1.0 and not given.unit else [f"{name} is in {unit}, converted to {here}"]
+    words += [f"{name} is multiplied by {given.gain:g}"] if given.gain != 1.0 else []
+    return given.gain * scale, here, ", ".join(words)
 
 
 def _refuse_twins(file: str, wanted: Variables) -> None:

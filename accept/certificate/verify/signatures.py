@@ -72,7 +72,7 @@ def signatures_of(
         embedded = _embedded(PdfFileReader(io.BytesIO(pdf)))
     except InvalidCertificate:
         raise
-    except Exception as e:  # a parser of hostile bytes fails in any way, in words that help nobody here
+    except Exception as e:  # a parser of hostile bytes fails in any way, and its words would not help the reader
         raise InvalidCertificate(f"the PDF is damaged, or {SAVED_AGAIN}: verify the file as it was issued") from e
     places = [guarded("the signature", byte_range, s.byte_range, len(pdf)) for s in embedded]
     if places[-1][2] != len(pdf):

@@ -365,7 +365,7 @@ async def test_nothing_is_asked_about_an_emptied_field():
     async with running() as pilot:
         await begin(pilot)
         await press(pilot, "down", "enter")
-        await type_line(pilot, "499")
+        await type_line(pilot, "49.9")
         field = next(iter(pilot.app.screen.query(Field)))
         await focused_again(pilot, field.input)
         assert field.has_class("doubted")

@@ -215,7 +215,7 @@ FIRST = {
     "dead_encoder": "check plug and supply of encoder de",
     "dead_sensor": "check plug and supply of sensor stack Vs",
     "clipped": "set the range of sensor stack Vs higher",
-    "truncated": "copy the file again",
+    "truncated": "copy, correct or export the file again",
 }
 
 
