@@ -819,7 +819,13 @@ async def test_the_line_in_which_is_typed_is_on_the_screen_below_long_words():
         await pilot.app.push_screen(Question("Sign APA-02", "not measured: Stroke, three stacks\n" * 22, lines))
         for _ in lines:
             line = pilot.app.focused
-            await pilot.wait_for_scheduled_animations()  # the question scrolls to its line
+            for _ in range(
+                50
+            ):  # the question scrolls to its line once it is laid out, on a busy machine some turns later
+                await pilot.pause()
+                await pilot.wait_for_scheduled_animations()
+                if pilot.app.screen.region.contains_region(line.region):
+                    break
             assert pilot.app.screen.region.contains_region(line.region)
             assert line.parent.region.contains_region(line.region)
             await press(pilot, "enter")
