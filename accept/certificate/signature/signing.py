@@ -139,41 +139,39 @@ async def _append(
 ) -> None:
     """Write the document with one more signature to `out`. Nothing large is returned: asyncio writes the result of a
     finished task out as text when it gives the signal of Ctrl-C back."""
-    room = _room(stamping is not None)
-    document = _prepared(pdf, credential, when, by, stamping, kept, disposition, simulated, room)
+    signer = _pdf_signer(credential, when, by, disposition, simulated, stamping)
+    document = _prepared(pdf, signer, when, kept, stamping is not None)
     prepared, _ = document.digest_tbs_document(output=out)
     attributes = PdfCMSSignedAttributes(signing_time=when)
     await document.perform_signature(prepared.document_digest, pdf_cms_signed_attrs=attributes)
 
 
-def _prepared(
-    pdf: bytes,
+def _pdf_signer(
     credential: Credential,
     when: datetime,
     by: Signer,
-    stamping: TimeStamper | None,
-    kept: RevocationData,
     disposition: Disposition | None,
     simulated: bool,
-    room: int,
-) -> PdfTBSDocument:
-    """Return the document with one more revision, whose signature is still empty. room: bytes for it."""
+    stamping: TimeStamper | None = None,
+) -> PdfSigner:
+    """Return what draws the box of a signature and states its settings; `by` makes its value."""
     left, bottom, right, top = field_rectangles()[credential.role]
-    signer = PdfSigner(
+    return PdfSigner(
         _metadata(credential, disposition),
         signer=by,
         timestamper=stamping,
         stamp_style=stamp.style(credential, when, (right - left, top - bottom), disposition, simulated),
     )
+
+
+def _prepared(pdf: bytes, signer: PdfSigner, when: datetime, kept: RevocationData, timestamped: bool) -> PdfTBSDocument:
+    """Return the document with one more revision, whose signature is still empty. timestamped: leave room for it."""
     writer = _Revision(io.BytesIO(pdf))
     kept.write(writer)
     session = signer.init_signing_session(writer, existing_fields_only=True)
     session.system_time = when
+    room = RESERVED + (timestamp.LARGEST if timestamped else 0)
     return session.prepare_tbs_document(validation_info=None, bytes_reserved=2 * room)
-
-
-def _room(timestamped: bool) -> int:
-    return RESERVED + (timestamp.LARGEST if timestamped else 0)
 
 
 def signed_again(
@@ -189,7 +187,8 @@ def signed_again(
     certificate can only have signed. No key is needed."""
     certificate = asn1_x509.Certificate.load(credential.certificate.public_bytes(serialization.Encoding.DER))
     by = ExternalSigner(certificate, SimpleCertificateStore(), signature_value=1)  # type: ignore[no-untyped-call]
-    document = _prepared(pdf, credential, when, by, None, kept, disposition, simulated, _room(timestamped))
+    signer = _pdf_signer(credential, when, by, disposition, simulated)
+    document = _prepared(pdf, signer, when, kept, timestamped)
     out = io.BytesIO()
     document.digest_tbs_document(output=out)
     return out.getvalue()

@@ -125,8 +125,7 @@ def _verify(
         roots = _roots(trust, demo)
         signatures, signed = signatures_of(pdf, roots, now or datetime.now(UTC), revoked, stamping)
         _check_persons(signatures)
-        details += [line for s in signatures for line in (_words(s), _words_of_time(s))]
-        details += [] if len(signatures) == 2 else ["countersignature by quality assurance: open"]
+        details += _words_of_signatures(signatures)
         contents = guarded("the attachments", attachments.read, signed)
         details += _words_of_disposition(contents, signatures)
         said = guarded("the statements", statements, contents)
@@ -220,6 +219,12 @@ def _check_persons(signatures: Sequence[Signed]) -> None:
     """Raise InvalidCertificate if one person signed in both roles."""
     if len(signatures) == 2 and same_person(signatures[0].person, signatures[1].person):
         raise InvalidCertificate(f"{signatures[0].person} signed as technician and as quality assurance")
+
+
+def _words_of_signatures(signatures: Sequence[Signed]) -> list[str]:
+    """Return who signed and when, a line each, the source of each time, and what is open."""
+    lines = [line for s in signatures for line in (_words(s), _words_of_time(s))]
+    return lines if len(signatures) == 2 else [*lines, "countersignature by quality assurance: open"]
 
 
 def _words_of_disposition(contents: CertificateContent, signatures: Sequence[Signed]) -> list[str]:

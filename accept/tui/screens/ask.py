@@ -29,7 +29,7 @@ class QuestionLine:
 
 
 def required(words: str) -> Check:
-    """Return a check that no line is empty. words: what is said of one that is."""
+    """Return a check that no line is empty. words: the message for an empty line."""
     return lambda place, given: "" if given[place].strip() else words
 
 

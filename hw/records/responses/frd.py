@@ -1,5 +1,6 @@
 """Responses of a struct with the fields of MATLAB's frd object."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -62,13 +63,8 @@ def read_frd(source: Source, own: Fields, input: str) -> ResponseFile:
         return np.asarray(given, float).reshape(outputs, f.size)
 
     coherence, var = table("Coherence"), table("Variance")
-    covariance = np.asarray(own.get("CovarianceData", ()), float)  # of an idfrd object: of real and imaginary part
-    if var is None and covariance.size:
-        if covariance.size != 4 * outputs * inputs * f.size:
-            raise RecordError(
-                f"{file}: CovarianceData has {covariance.size} values, expected 2 x 2 for each of the response"
-            )
-        var = np.trace(covariance.reshape(outputs, inputs, f.size, 2, 2)[:, column], axis1=2, axis2=3)
+    if var is None:
+        var = _variance(file, own, (outputs, inputs, f.size), column)
     curves = [
         Curve(
             name,
@@ -84,6 +80,20 @@ def read_frd(source: Source, own: Fields, input: str) -> ResponseFile:
     stated = None if averages is None or not np.size(averages) else float(np.ravel(averages)[0])
     stated_input = _as_many(names["Input"], inputs)[column]
     return response_file(source, f, curves, input or stated_input, [*said, *words], stated)
+
+
+def _variance(file: str, own: Fields, shape: tuple[int, int, int], column: int) -> Array | None:
+    """Return the total variance (C, F) over one input from the covariance of real and imaginary part that an idfrd
+    object states, None without one."""
+    covariance = np.asarray(own.get("CovarianceData", ()), float)
+    if not covariance.size:
+        return None
+    if covariance.size != 4 * math.prod(shape):
+        raise RecordError(
+            f"{file}: CovarianceData has {covariance.size} values, expected 2 x 2 for each of the response"
+        )
+    total: Array = np.trace(covariance.reshape(*shape, 2, 2)[:, column], axis1=2, axis2=3)
+    return total
 
 
 def _cube(file: str, own: Fields, F: int, names: Mapping[str, list[str]]) -> NDArray[np.complex128]:

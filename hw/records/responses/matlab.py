@@ -141,7 +141,7 @@ def _choose(
     file: str, arrays: Mapping[str, Any], found: Mapping[str, _Candidate], there: Mapping[str, str], axis: str
 ) -> tuple[dict[str, _Candidate], list[str]]:
     """Return the responses, by --map or by their names, and the names of the others over frequencies. Raises
-    RecordError if there are none."""
+    RecordError if the file has no response."""
     wanted = {n for n in found if "f" not in (there.get(n), there.get(_last(n))) and (n in there or _last(n) in there)}
     if set(there.values()) - {"f"} and not wanted:
         raise RecordError(f"{file}: no response {', '.join(there)}; it has {', '.join(found) or ', '.join(arrays)}")
