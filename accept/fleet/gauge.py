@@ -14,9 +14,7 @@ from checks.errors import RecordError
 from checks.picture import Band, Line, Mark, Panel
 from checks.process_control.gauge_bias import BiasStudy, LinearityStudy, bias_study, linearity_study
 from checks.process_control.gauge_study import STUDY_SIGMAS, GaugeStudy, gauge_study
-from hw.records.limits import ReadLimits
-from hw.records.source import load_bytes
-from hw.records.text.file import read_text
+from hw.records import ReadLimits, load_bytes, read_text
 from specs.units import parse_column
 
 COLUMNS = ("part", "operator", "value")

@@ -30,7 +30,7 @@ from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
 from checks.record import Record
 from checks.verdict import Finding, bounds, judge, largest_U, unit_verdict
-from hw.records.contents.variable import Remarked
+from hw.records import Remarked
 from specs import plugins
 from specs.plugins import BUILT_IN, product_named, products
 from specs.spec import NAME, CheckSpec, Spec, load

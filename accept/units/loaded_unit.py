@@ -21,9 +21,7 @@ from checks.cause import Cause, Reason, because
 from checks.declare import CsvTable, Series, Values
 from checks.errors import RecordError
 from checks.record import Record
-from hw.records import record_of, table_of
-from hw.records.limits import DEFAULT_LIMITS
-from hw.records.source import Source, load_bytes
+from hw.records import Source, load_bytes, record_of, table_of
 from specs.plugins import product_named
 from specs.units import CHANNEL_LABELS
 
@@ -129,7 +127,7 @@ class LoadedUnit:
         if entry.name not in self._sources and not path.is_file():  # said here, without the folder's own path: a
             # certificate is judged again elsewhere
             raise RecordError(f"{entry.name}: no such file in the unit folder")
-        source = self._sources.get(entry.name) or load_bytes(path, DEFAULT_LIMITS)
+        source = self._sources.get(entry.name) or load_bytes(path)
         if isinstance(entry.declared, CsvTable):
             found: Any = table_of(source, entry.declared)
         else:
@@ -155,7 +153,7 @@ class LoadedUnit:
                 return None
             if not 0 < path.stat().st_size <= self._room:
                 return unit_folder.file_hash(path)
-            source = load_bytes(path, DEFAULT_LIMITS)
+            source = load_bytes(path)
         except (OSError, RecordError, ValueError):
             return None
         self._room -= len(source.raw)

@@ -19,7 +19,7 @@ from accept.base.atomic_files import writing_atomic
 from accept.units import unit_folder
 from accept.units.unit_folder import MAX_UNIT_TOML_BYTES, UNIT_FILE, UnitError
 from checks.errors import RecordError
-from hw.records.limits import DEFAULT_LIMITS
+from hw.records import DEFAULT_LIMITS
 from specs.distribution import install
 from specs.errors import AcceptError
 

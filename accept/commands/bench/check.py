@@ -19,8 +19,7 @@ from accept.commands.options import Json
 from accept.store import open_store
 from checks.rounding import rounded_U
 from hw.errors import InstrumentError, SettingsError
-from hw.instruments import open_instrument
-from hw.instruments.reading import scaled
+from hw.instruments import open_instrument, scaled
 from specs.bench import OFFLINE, InstrumentEntry, ReferenceEntry, load_bench
 from specs.strict import SpecError
 from specs.units import UnitMismatch, factor

@@ -18,7 +18,7 @@ from accept.tui.widgets.live_value import Gauge, gauge_text
 from accept.workflow.bench import Workbench, open_bench
 from checks.declare import Measured
 from hw.errors import NoReply
-from hw.records.writers import mat_bytes
+from hw.records import mat_bytes
 from specs.spec import Limit
 from tests.accept.tui.tui_help import APART, begin, loader, press, running, settled, shown, words
 from tests.hw.instruments.fake_instrument import Fake, Only

@@ -19,7 +19,7 @@ from typer.testing import CliRunner, Result
 from accept.cli.main import app
 from accept.units import remote_folders
 from accept.units.remote_folders import RemoteError, fetched, is_remote, shown
-from hw.records.limits import ReadLimits
+from hw.records import ReadLimits
 from tests.accept.units.units import GOOD, make_unit
 
 AT = [(-29.5, 9), (-16, 9), (-16, -9), (-29.5, -9), (16, 9), (29.5, 9), (29.5, -9), (16, -9)]
