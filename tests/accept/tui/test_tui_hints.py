@@ -51,6 +51,7 @@ from specs.strict import toml_of
 from tests.accept.tui.tui_help import (
     HEIGHTS,
     NARROW,
+    at_rest,
     begin,
     fill_values,
     loader,
@@ -206,7 +207,9 @@ async def test_a_step_turns_to_the_input_whose_record_arrives_unless_something_w
         assert pilot.app.screen._form.name == "values"
         await press(pilot, "3")
         write_record(records / "stroke_one_stack.csv", ("V", "d"))
-        await pilot.pause(2.2)
+        for _ in range(2):
+            pilot.app.screen._look_again()
+            await settled(pilot)
         assert pilot.app.screen._form.name == "values"
         await press(pilot, "backspace")
         await shown(pilot, "#status", "stroke_one_stack.csv")
@@ -223,6 +226,7 @@ async def test_f3_says_what_it_takes_and_one_that_comes_too_early_is_said(record
         await open_step(pilot, "capacitance", "APA-02")
         assert "F3: take the reading" in words(pilot, "#status")
         await pilot.press("f3", "f3", "f3")
+        await at_rest(pilot)
         assert "under way" in words(pilot, "#status")
         fake.let_go.set()
         await settled(pilot)
@@ -819,13 +823,7 @@ async def test_the_line_in_which_is_typed_is_on_the_screen_below_long_words():
         await pilot.app.push_screen(Question("Sign APA-02", "not measured: Stroke, three stacks\n" * 22, lines))
         for _ in lines:
             line = pilot.app.focused
-            for _ in range(
-                50
-            ):  # the question scrolls to its line once it is laid out, on a busy machine some turns later
-                await pilot.pause()
-                await pilot.wait_for_scheduled_animations()
-                if pilot.app.screen.region.contains_region(line.region):
-                    break
+            await settled(pilot)  # the question scrolls to its line once it is laid out
             assert pilot.app.screen.region.contains_region(line.region)
             assert line.parent.region.contains_region(line.region)
             await press(pilot, "enter")
