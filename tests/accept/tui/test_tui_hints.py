@@ -1,6 +1,7 @@
 """What a step says and proposes: the record that fits, why one cannot be taken and what to do, the key that gives what
 the present field wants; typing ahead loses nothing and goes nowhere else."""
 
+import math
 import os
 import re
 import time
@@ -22,6 +23,7 @@ from accept.judging.judge_unit import load_spec
 from accept.pictures.labels import label_of
 from accept.store import open_store
 from accept.store.payloads import NotedFile, StepNoted, without_hashes
+from accept.tui.background import busy_screen
 from accept.tui.screens import steps as steps_screen
 from accept.tui.screens import units as units_screen
 from accept.tui.screens.ask import Question, QuestionLine
@@ -216,7 +218,10 @@ async def test_a_step_turns_to_the_input_whose_record_arrives_unless_something_w
         assert pilot.app.screen._form.name == "records"
 
 
-async def test_f3_says_what_it_takes_and_one_that_comes_too_early_is_said(records: Path):
+async def test_f3_says_what_it_takes_and_one_that_comes_too_early_is_said(
+    records: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(busy_screen, "_CLOCK_AFTER_S", math.inf)  # on a slow machine it soon says the same otherwise
     fake = Fake([4.99e-6], hold=True)
 
     def load() -> Workbench:
