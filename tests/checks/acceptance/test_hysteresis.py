@@ -1,6 +1,7 @@
 """Hysteresis loops: against recorded units, and against loops whose width has a closed form."""
 
 import math
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -252,6 +253,7 @@ def test_a_drive_measured_behind_the_amplifier_is_no_result(response: np.ndarray
         hysteresis.measure({"record": record(20 * sines(), response)}, BARE)
 
 
+@cache
 def not_measured() -> dict[str, tuple[np.ndarray, Cause]]:
     rng = np.random.default_rng(12)
     moved, lagging = 24e-6 * sines(), PLAYS.response(sines())
