@@ -50,6 +50,12 @@ class Window(AppService):
         self._stdin = started.stdin
         return started
 
+    async def stop(self) -> None:
+        """Stop the program and wait for its end, lest the server end before it."""
+        await super().stop()
+        if self._process is not None:
+            await self._process.communicate()
+
 
 class Loopback(server.Server):
     """Serve pages of its own address only: another site that is open in the same browser could otherwise press keys

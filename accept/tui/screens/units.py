@@ -95,6 +95,8 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         for queue in self._queues:
             rail.add_row(Text(f"{queue.title:<19.19}{len(queue.units):>3}"))
         self._fill()
+        if not units:
+            self.say("No units yet. F6: add the units of a tray" if not self._adding else self._tray)
 
     @property
     def _tray(self) -> str:
@@ -120,8 +122,6 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
                 style = HELD if unit.held and unit.signed <= 1 else ""
                 cells = (unit.serial, unit.kind, unit.state, unit.last_by, when_words(unit.last_at))
                 table.add_row(*(_cut(*each, style) for each in zip(cells, rooms, strict=True)), key=unit.serial)
-        if not self._units:
-            self.say("No units yet. F6: add the units of a tray" if not self._adding else self._tray)
 
     def on_input_changed(self) -> None:
         self._fill()
@@ -215,7 +215,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         if refused := await self.is_secret(text):
             self.query_one(TextEntry).value = ""
             self.app.bell()
-            self.call_after_refresh(self.say, NOT_TAKEN, "bad")  # behind what the emptied line says
+            self.say(NOT_TAKEN, "bad")
         return refused
 
     async def action_add(self) -> None:
