@@ -57,6 +57,7 @@ class Cause(Enum):
     CHANNEL_SIZE = "{channel} moves by {value:.3g}; expected {lo:g} to {hi:g}"
     CHANNEL_UNIT = "{channel} moves by {value:.3g} {unit}; expected at most {hi:g} {unit}: did you mean {guess}?"
     CHANNEL_SCALED = "{channel} {how} by [channels] of unit.toml, and no bench file states it"
+    INPUT_NOT_STATED = "{input} by {source}, but {against}"
     CHANNEL_STEP = "{channel} has steps of {value:.3g}; expected {expected:g}"
     CHANNEL_STUCK = "{channel} stays at one value from sample {sample} while {reference} changes by {span:.3g} V"
     CHANNEL_HELD = (
