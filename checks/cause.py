@@ -57,6 +57,7 @@ class Cause(Enum):
     CHANNEL_SIZE = "{channel} moves by {value:.3g}; expected {lo:g} to {hi:g}"
     CHANNEL_UNIT = "{channel} moves by {value:.3g} {unit}; expected at most {hi:g} {unit}: did you mean {guess}?"
     CHANNEL_SCALED = "{channel} {how} by [channels] of unit.toml, and no bench file states it"
+    INPUT_NOT_STATED = "{input} by {source}, but {against}"
     CHANNEL_STEP = "{channel} has steps of {value:.3g}; expected {expected:g}"
     CHANNEL_STUCK = "{channel} stays at one value from sample {sample} while {reference} changes by {span:.3g} V"
     CHANNEL_HELD = (
@@ -241,6 +242,7 @@ class Cause(Enum):
     CALIBRATION = "no valid calibration: {detail}"
     LEARNED_BENCH = "model {model}: {detail}; learn the bench again (`accept model learn`)"
     FOLDER_NAME = "its folder is called {name}, which is the serial of another unit: which of the two was measured?"
+    READ_OTHERWISE = "the same recording, read otherwise: {detail}"
     PART_DOUBTED = "each part is accepted before it is built in, and stands in one strut: {detail}"
     NONCONFORMANCE = "held: {detail}. Quality assurance decides"
     MEMORY_LIMIT = "the records are too large: judging them takes more memory than a worker has ({most:g} GB)"

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 from checks.cause import Cause, Reason, because, together
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
@@ -50,6 +51,20 @@ class UnitVerdict(StrEnum):
 
 
 @dataclass(frozen=True)
+class UsedInput:
+    """An input that decided a finding, beside the samples: a number, a setting, the source of a channel, a record.
+
+    source: the file that states it; against: what spec or bench file state otherwise, None if nothing."""
+
+    name: str
+    value: Any
+    unit: str
+    source: str
+    U: float | None = None
+    against: str | None = None
+
+
+@dataclass(frozen=True)
 class Finding:
     """One judged quantity. value, U: None if unknown; p_false_accept: see `probability_of_false_acceptance`.
 
@@ -72,6 +87,7 @@ class Finding:
     budget: tuple[Contribution, ...] = ()
     note: str | None = None
     cause: Reason | None = None
+    inputs: tuple[UsedInput, ...] = ()
 
 
 def judge(check: str, quantity: Quantity, limit: Limit, required: bool = True) -> Finding:

@@ -232,7 +232,8 @@ class Pipeline:
     def _reservations(self, unit: UnitFolder, result: UnitEntry | None) -> Reservations:
         confirmed_by = self.operator if unit.path in self._confirmed else ""
         samples, values = (result.samples, measured_values(result)) if result is not None else ({}, {})
-        return Reservations.known(self.store, unit, samples, confirmed_by, values)
+        findings = () if result is None else result.findings
+        return Reservations.known(self.store, unit, samples, confirmed_by, values, findings)
 
     def _model_hashes(self, kind: str) -> dict[str, dict[str, str]]:
         """Return the hashes of the model files that the spec of this kind names: if one changes, so may the verdict."""

@@ -38,6 +38,7 @@ ADVICE: Mapping[Cause, str] = {
     Cause.CHANNEL_STUCK: "check {channel}: it must move freely and stay within its range; then record again",
     Cause.CHANNEL_UNIT: "name the unit of {channel} in the file's header, or in [channels] of unit.toml",
     Cause.CHANNEL_SCALED: "state {channel} in [rig.channels] of the bench file and judge with it (--bench)",
+    Cause.INPUT_NOT_STATED: "correct it, or state it in [values] of the bench file and judge with that file (--bench)",
     Cause.CHANNEL_HELD: "check plug and supply of {channel}, then record again",
     Cause.CHANNEL_SLIPPED: _LOST,
     Cause.SAMPLES_LOST: _LOST,

@@ -1,7 +1,8 @@
 """Reservations: facts against a unit that the bench's store knows and its folder does not show, and their effect on the
 verdict.
 
-A recording that is filed twice does not count (`accept.judging.copies`); a strut with a part that was not accepted
+A recording that is filed twice does not count (`accept.judging.copies`), one that was read otherwise before makes no
+finding pass that did not (`accept.judging.rereadings`); a strut with a part that was not accepted
 (`accept.judging.parts`) and a unit with a nonconformance (`accept.judging.nonconformance`) are conditional at best.
 Every judgement is given its reservations here: those of batch, report and workflow, one by another spec, and that of
 `accept verify`, which takes them from the certificate.
@@ -16,6 +17,7 @@ from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, w
 from accept.judging.folder_name import CONFIRMED, NAME, doubted_folder
 from accept.judging.nonconformance import Values, in_notes, open_nonconformances
 from accept.judging.parts import part_doubts
+from accept.judging.rereadings import Rereading, rereadings, weaken_reread
 from accept.judging.result import UnitResult
 from accept.store import Store
 from accept.units.unit_folder import UnitFolder
@@ -27,31 +29,44 @@ from checks.verdict import Finding, unit_verdict
 @dataclass(frozen=True)
 class Reservations:
     """copies: recordings of the unit that are filed elsewhere too. part_doubts: doubts about its parts, a sentence
-    each. nonconformances: those that hold it. folder: its name if that is another unit's serial."""
+    each. nonconformances: those that hold it. folder: its name if that is another unit's serial. rereadings: by
+    quantity, of recordings that were read otherwise before."""
 
     copies: Sequence[Copy] = ()
     part_doubts: Sequence[str] = ()
     nonconformances: Sequence[str] = ()
     folder: Mapping[str, str] = field(default_factory=dict)
+    rereadings: Mapping[str, Rereading] = field(default_factory=dict)
 
     @classmethod
     def known(
-        cls, store: Store, unit: UnitFolder, samples: Samples, confirmed_by: str = "", values: Values | None = None
+        cls,
+        store: Store,
+        unit: UnitFolder,
+        samples: Samples,
+        confirmed_by: str = "",
+        values: Values | None = None,
+        findings: Sequence[Finding] = (),
     ) -> "Reservations":
-        """Return what the store knows now of a unit with these samples and values. confirmed_by: who confirmed that a
-        folder with another serial as its name is of this unit. Raises StoreError."""
+        """Return what the store knows now of a unit with these samples, values and findings. confirmed_by: who
+        confirmed that a folder with another serial as its name is of this unit. Raises StoreError."""
         return cls(
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
             tuple(part_doubts(store, unit.serial, unit.parts)),
             tuple(open_nonconformances(store, unit.serial, unit.notes, values)),
             doubted_folder(store, unit, confirmed_by),
+            rereadings(store, unit.serial, samples, findings),
         )
 
     @classmethod
     def stated(cls, entry: UnitEntry) -> "Reservations":
         """Return the reservations that an entry of results.json states."""
         return cls(
-            tuple(dict(copy) for copy in entry.copies), entry.part_doubts, entry.nonconformances, dict(entry.folder)
+            tuple(dict(copy) for copy in entry.copies),
+            entry.part_doubts,
+            entry.nonconformances,
+            dict(entry.folder),
+            entry.rereadings,
         )
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
@@ -60,13 +75,14 @@ class Reservations:
         return replace(self, nonconformances=(*here, *(n for n in self.nonconformances if n not in here)))
 
     def __bool__(self) -> bool:
-        return bool(self.copies or self.part_doubts or self.nonconformances or self.folder)
+        return bool(self.copies or self.part_doubts or self.nonconformances or self.folder or self.rereadings)
 
     def weaken(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
         """Return the findings of a unit with these reservations."""
         if not self:
             return tuple(findings)
         found = tuple(without_copies(f, self.copies) for f in findings)
+        found = tuple(weaken_reread(f, self.rereadings.get(f.quantity)) for f in found)
         if self.part_doubts:
             doubt = because(Cause.PART_DOUBTED, detail="; ".join(self.part_doubts))
             found = tuple(weakened(f, doubt) for f in found)
@@ -94,4 +110,5 @@ class Reservations:
             part_doubts=tuple(self.part_doubts),
             nonconformances=tuple(self.nonconformances),
             folder=dict(self.folder),
+            rereadings=self.rereadings,
         )

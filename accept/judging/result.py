@@ -30,6 +30,7 @@ class UnitResult:
     copies : its recordings that exist elsewhere too (`accept.judging.copies`); in the JSON only if any does.
     nonconformances : those of the part that hold it (`accept.judging.nonconformance`); likewise.
     folder : name of its folder if that is another unit's serial (`accept.judging.folder_name`); likewise.
+    rereadings : of its recordings that were read otherwise before (`accept.judging.rereadings`); likewise.
     part_doubts : doubts about its parts (`accept.judging.parts`); in the JSON only if any exists.
     gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only if that was asked for.
     measured : section -> day of measuring; origin, environment, provided : as its folder states them; in the JSON only
@@ -56,6 +57,7 @@ class UnitResult:
     part_doubts: tuple[str, ...] = ()
     nonconformances: tuple[str, ...] = ()
     folder: Mapping[str, str] = field(default_factory=dict)
+    rereadings: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     measured: Mapping[str, str] = field(default_factory=dict)
     origin: Mapping[str, str] = field(default_factory=dict)
     environment: Mapping[str, Measured] = field(default_factory=dict)
@@ -105,6 +107,7 @@ class UnitResult:
             action=self.action,
             nonconformances=self.nonconformances,
             folder=dict(self.folder),
+            rereadings=self.rereadings,
             calibration=self.calibration,
             gap=self.gap,
             models=self.models,

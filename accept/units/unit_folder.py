@@ -142,7 +142,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
         problems.append(f"kind = {kind!r}: no such product (installed: {', '.join(products())})")
     parts = folder_header.strings(data, "parts", problems)
     channels = folder_header.channels(data, problems)
-    known_channels = _record_channels() if channels else []  # every check is loaded for it
+    known_channels = record_channels() if channels else []  # every check is loaded for it
     problems += [
         f"[channels] {key}: no check reads a channel of this name{_meant(key, known_channels)}"
         f" (known: {', '.join(known_channels)})"
@@ -188,7 +188,7 @@ def serial_problem(serial: str) -> str | None:
     return None
 
 
-def _record_channels() -> list[str]:
+def record_channels() -> list[str]:
     """Return names, here, of every channel that a check may read from a record."""
     series = [i for check in CHECKS.values() for i in check.inputs.values() if isinstance(i, Series)]
     steps = [one.step for one in series if one.step is not None]

@@ -84,6 +84,11 @@ class UnitEntry(Document):
     provided: Annotated[
         Mapping[str, str], _filled, "who provided the values of a section, `customer` or an external provider"
     ] = field(default_factory=dict)
+    rereadings: Annotated[
+        Mapping[str, Mapping[str, str]],
+        _filled,
+        "quantities of recordings that were read otherwise before: `words`, `was`",
+    ] = field(default_factory=dict)
     simulated: Annotated[bool, _filled, "true: the unit was simulated, so its verdict is not about a real one"] = False
 
 

@@ -5,8 +5,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.certificate.contents.content import CertificateContent
+from accept.judging.inputs import input_words, stated_inputs
 from accept.pictures.labels import check_label
 from accept.units import folder_header
+from accept.units.unit_folder import UNIT_FILE
 from checks.acceptance import CHECKS
 from checks.verdict import RULES
 
@@ -43,9 +45,11 @@ def item_words(result: Mapping[str, Any]) -> str:
 
 
 def entered_words(contents: CertificateContent) -> str:
-    """Return the checks whose values have no recording, those entered and those read from an instrument apart, "" if
-    there are none (7.8.2.2)."""
-    sections, entered, read = contents.unit_file, [], []
+    """Return the checks whose values have no recording, those entered and those read from an instrument apart, and the
+    numbers that were entered beside recordings; "" if there are none (7.8.2.2)."""
+    sections = contents.unit_file
+    entered: dict[str, str] = {}
+    read: dict[str, str] = {}
     read_with = folder_header.read_with(sections, [])
     for check in dict.fromkeys(f["check"] for f in contents.result["findings"] if f["value"] is not None):
         section = sections.get(CHECKS[check].reads if check in CHECKS else check, {})
@@ -53,11 +57,22 @@ def entered_words(contents: CertificateContent) -> str:
         if section and not any(text in contents.inputs for text in texts if isinstance(text, str)):
             sources = read_with.get(CHECKS[check].reads if check in CHECKS else check)
             if sources is None:
-                entered.append(check_label(check))
+                entered[check] = check_label(check)
             else:
-                read.append(f"{check_label(check)} ({', '.join(sources)})")
-    told = [f"values of {', '.join(entered)} were entered without a recording"] if entered else []
-    told += [f"values of {', '.join(read)} were read from the instrument named, without a recording"] if read else []
+                read[check] = f"{check_label(check)} ({', '.join(sources)})"
+    told = [f"values of {', '.join(entered.values())} were entered without a recording"] if entered else []
+    told += (
+        [f"values of {', '.join(read.values())} were read from the instrument named, without a recording"]
+        if read
+        else []
+    )
+    beside = [
+        f"{input_words(check, one)} ({check_label(check)})"
+        for check, inputs in stated_inputs(contents.result).items()
+        for one in inputs
+        if one.source == UNIT_FILE and isinstance(one.value, int | float) and check not in (*entered, *read)
+    ]
+    told += [f"numbers entered beside recordings: {', '.join(beside)}"] if beside else []
     return "; ".join(told)
 
 

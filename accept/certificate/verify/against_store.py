@@ -9,6 +9,7 @@ from datetime import datetime
 from pathlib import PurePath
 from typing import Any
 
+from accept.base.documents.results import UnitEntry
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
@@ -23,6 +24,7 @@ from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import Copy, copies_of
 from accept.judging.nonconformance import open_nonconformances
 from accept.judging.parts import part_doubts
+from accept.judging.rereadings import rereadings
 from accept.judging.result import UnitResult
 from accept.judging.voids import voids
 from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
@@ -32,6 +34,7 @@ from accept.store.opening import BENCH_KEY
 from accept.store.payloads import BenchStated, CertificateSigned
 from accept.store.seal import bench_of
 from accept.units.attempt_folder import attempt_number
+from checks.verdict import Verdict
 from specs.spec import parse
 
 _STARTED = "attempt_started"
@@ -60,7 +63,8 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
             signature = _signature_event(events, signed)
             held = _held(store, contents, signature)
             history = _history(store, events, signature, contents) if signature else _later_than(events, when)
-            compared = [_copied(store, contents, again), _built(store, contents), _sound(store, contents)]
+            compared = [_copied(store, contents, again), reread(store, contents)]
+            compared += [_built(store, contents), _sound(store, contents)]
             other = [Step(problem, complete=stated != certified)] if problem else []
             return [*other, held, *history, *compared]
     except StoreError as e:
@@ -222,6 +226,17 @@ def _copied(store: Store, contents: CertificateContent, again: UnitResult | None
     same = "; ".join(f"{copy['sample']} is also {_others(copy)}" for copy in counted)
     words = "its recordings were given for other units too, without a decision of quality assurance"
     return Step(f"{words}: {same}", complete=False)
+
+
+def reread(store: Store, contents: CertificateContent) -> Step:
+    """Check how the recordings were read. Not complete if the store has a judgement that read one otherwise and did not
+    pass, and the certificate does not state it."""
+    entry = UnitEntry.from_json(contents.result)
+    found = rereadings(store, contents.serial, entry.samples, entry.findings)
+    passed = {f.quantity for f in entry.findings if f.verdict is Verdict.PASS}
+    new = [r["words"] for q, r in found.items() if r["was"] != Verdict.PASS and q in passed]
+    words = "the bench's store has the same recording, read otherwise"
+    return Step(f"{words}: {'; '.join(new)}", complete=False) if new else Step("")
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:

@@ -97,6 +97,7 @@ STATEMENTS = (
         ("nonconformances", (Way.DERIVED, Way.LOOKED_UP), "notes in unit.toml; what the store has open, else exit 4"),
         ("folder", _LOOKED_UP, "the stored judgement; a name that is another serial weakens the verdict"),
         ("part_doubts", _LOOKED_UP, "the parts' judgements in the store; without store and list exit 4"),
+        ("rereadings", _LOOKED_UP, "judgements of the same samples in the store; without store and list exit 4"),
         ("action", _DERIVED, "the causes of its findings"),
         (
             "gap",
@@ -133,8 +134,7 @@ def words_on_trust(contents: CertificateContent, unit: UnitFolder, looked_up: Co
         return Step("")  # it is never plainly valid
     result = contents.result
     found = [field for field in own_words(contents) if "gap" not in looked_up]
-    if result.get("part_doubts") and "part_doubts" not in looked_up:
-        found.append("part_doubts")
+    found += [field for field in ("part_doubts", "rereadings") if result.get(field) and field not in looked_up]
     if set(result.get("nonconformances", ())) - set(in_notes(unit.notes)) and "nonconformances" not in looked_up:
         found.append("nonconformances")
     words = "neither the store of its bench nor a list was asked for the words of"

@@ -29,8 +29,10 @@ from accept.certificate.verify.revocation_check import attached_entries, doubted
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_copies, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
+from accept.judging.inputs import LONGEST_INPUTS, inputs_words
 from accept.judging.result import UnitResult
 from accept.pictures import signs
+from accept.pictures.labels import check_label
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
 from checks.verdict import UnitVerdict
 
@@ -130,6 +132,10 @@ def _verify(
         details += _words_of_disposition(contents, signatures)
         said = guarded("the statements", statements, contents)
         details += [one_line(f"{name.lower()}: {words}") for name, words in said.items() if words]
+        used = guarded("the inputs of its findings", inputs_words, contents.result)
+        details += [
+            one_line(f"inputs of {check_label(check)}: {words}", LONGEST_INPUTS) for check, words in used.items()
+        ]
         attached = guarded("the attached list of revoked keys", attached_entries, contents, roots)
         signatures = doubted_by(attached, signatures)
         revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
