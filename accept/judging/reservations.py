@@ -14,10 +14,10 @@ from accept.base.documents.results import UnitEntry
 from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
 from accept.judging.folder_name import CONFIRMED, NAME, doubted_folder
-from accept.judging.nonconformance import Values, in_notes, open_nonconformances
+from accept.judging.nonconformance import in_notes, open_nonconformances
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
-from accept.store import Store
+from accept.store import Event, Store
 from accept.units.unit_folder import UnitFolder
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
@@ -27,31 +27,46 @@ from checks.verdict import Finding, unit_verdict
 @dataclass(frozen=True)
 class Reservations:
     """copies: recordings of the unit that are filed elsewhere too. part_doubts: doubts about its parts, a sentence
-    each. nonconformances: those that hold it. folder: its name if that is another unit's serial."""
+    each. nonconformances: those that hold it; superseded: check -> the one of them that holds its findings alone.
+    folder: its name if that is another unit's serial."""
 
     copies: Sequence[Copy] = ()
     part_doubts: Sequence[str] = ()
     nonconformances: Sequence[str] = ()
     folder: Mapping[str, str] = field(default_factory=dict)
+    superseded: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
     def known(
-        cls, store: Store, unit: UnitFolder, samples: Samples, confirmed_by: str = "", values: Values | None = None
+        cls,
+        store: Store,
+        unit: UnitFolder,
+        entry: UnitEntry | None,
+        confirmed_by: str = "",
+        past: Sequence[Event] | None = None,
     ) -> "Reservations":
-        """Return what the store knows now of a unit with these samples and values. confirmed_by: who confirmed that a
-        folder with another serial as its name is of this unit. Raises StoreError."""
+        """Return what the store knows now of a unit with this result, None before the first. confirmed_by: who
+        confirmed that a folder with another serial as its name is of this unit. past: the unit's events, if they were
+        read before. Raises StoreError."""
+        samples: Samples = {} if entry is None else entry.samples
+        held, older = open_nonconformances(store, unit.serial, unit.notes, entry, past=past)
         return cls(
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
             tuple(part_doubts(store, unit.serial, unit.parts)),
-            tuple(open_nonconformances(store, unit.serial, unit.notes, values)),
+            tuple(held),
             doubted_folder(store, unit, confirmed_by),
+            older,
         )
 
     @classmethod
     def stated(cls, entry: UnitEntry) -> "Reservations":
         """Return the reservations that an entry of results.json states."""
         return cls(
-            tuple(dict(copy) for copy in entry.copies), entry.part_doubts, entry.nonconformances, dict(entry.folder)
+            tuple(dict(copy) for copy in entry.copies),
+            entry.part_doubts,
+            entry.nonconformances,
+            dict(entry.folder),
+            dict(entry.superseded),
         )
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
@@ -70,9 +85,12 @@ class Reservations:
         if self.part_doubts:
             doubt = because(Cause.PART_DOUBTED, detail="; ".join(self.part_doubts))
             found = tuple(weakened(f, doubt) for f in found)
-        if self.nonconformances:
-            held = because(Cause.NONCONFORMANCE, detail="; ".join(self.nonconformances))
-            found = tuple(weakened(f, held) for f in found)
+        alone = set(self.superseded.values()) if self.superseded.keys() <= {f.check for f in found} else set()
+        of_unit = [words for words in self.nonconformances if words not in alone]
+        for check in {f.check for f in found} if self.nonconformances else ():
+            words = [*of_unit, *(w for name, w in self.superseded.items() if name == check and w in alone)]
+            held = because(Cause.NONCONFORMANCE, detail="; ".join(words))
+            found = tuple(weakened(f, held) if words and f.check == check else f for f in found)
         if self.folder and CONFIRMED not in self.folder:
             doubt = because(Cause.FOLDER_NAME, name=self.folder.get(NAME, ""))
             found = tuple(weakened(f, doubt) for f in found)
@@ -94,4 +112,5 @@ class Reservations:
             part_doubts=tuple(self.part_doubts),
             nonconformances=tuple(self.nonconformances),
             folder=dict(self.folder),
+            superseded=dict(self.superseded),
         )
