@@ -23,10 +23,12 @@ def sign_into(
     number: str = "",
     simulated: bool = False,
     reason: str = "",
+    judged: int = 0,
 ) -> Event:
     """Sign a document in the credential's role, write it to `path`, and store that it was signed, with the disposition
     of a unit that was not accepted and the number of the certificate, if it has one. simulated: no instrument measured
-    the unit, which the box of the signature says. reason: why the technician signs a unit that is not accepted.
+    the unit, which the box of the signature says. reason: why the technician signs a unit that is not accepted, or
+    replaces a certificate. judged: the event of the judgement that the technician signs.
 
     Raises SigningRefused, OSError, StoreError."""
     from accept.certificate.signature.signing import sign  # loads pyhanko: only when wanted
@@ -47,4 +49,5 @@ def sign_into(
         signer=signer,
         number=number,
         reason=reason,
+        judged=judged,
     )

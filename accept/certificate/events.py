@@ -26,10 +26,12 @@ def signed(
     signer: Signer | None = None,
     number: str = "",
     reason: str = "",
+    judged: int = 0,
 ) -> Event:
     """Store that a certificate was signed in a role and written to `path`. of: the document before a countersignature.
     disposition: of a unit that was not accepted, which `signer` signs for the store too. reason: why the technician
-    signed such a unit. Raises StoreError."""
+    signed such a unit, or another certificate of one. judged: the event of the judgement that the technician signed.
+    Raises StoreError."""
     before = None if role == TECHNICIAN else hashlib.sha256(of).hexdigest()
     decision = None
     if disposition is not None:
@@ -46,5 +48,6 @@ def signed(
         before=before,
         number=number,
         reason=reason,
+        judged=judged,
     )
     return store.write(event, serial, who=who, spec=spec)

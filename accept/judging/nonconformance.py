@@ -6,18 +6,20 @@ attempt is held too until a disposition to use the unit as it is, to rework it o
 return or to scrap it releases nothing.
 
 An attempt that quality assurance declared void does not become good by being judged once more: one with the same values
-is held in the same way.
+is held in the same way. So is what was measured before an attempt that was not accepted (`accept.judging.superseded`).
+Only the disposition to use it as it is releases what was measured before.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from datetime import datetime
 from typing import Any
 
-from accept.base.documents.results import Information, UnitEntry
+from accept.base.documents.results import UnitEntry
 from accept.judging.decisions import DecisionError, Signer, problem_here, sign_decision
+from accept.judging.superseded import are_same, measured_values, superseded
 from accept.judging.voids import Void, voids
-from accept.store import Store
+from accept.store import Event, Store
 from accept.store.payloads import (
     AttemptVoided,
     CertificateSigned,
@@ -27,13 +29,10 @@ from accept.store.payloads import (
     UnitJudged,
     payload_of,
 )
-from checks.verdict import Finding
 
 DISPOSITION = "disposition"  # the kind of decision that is signed
 MARK = "NONCONFORMANCE: "  # how its line in `unit.toml` begins
 RELEASING = ("use-as-is", "rework", "measure-again")  # of the dispositions
-SAME = 1e-9  # relative: the same data judged twice, on whatever processor; two readings do not agree by so much
-Values = Mapping[str, float]  # by quantity
 
 
 def in_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:
@@ -43,38 +42,44 @@ def in_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:
     ]
 
 
-def measured_values(entry: UnitEntry) -> dict[str, float]:
-    """Return the value of each quantity of a result that has one."""
-    rows: list[Information | Finding] = [*entry.information, *entry.findings]
-    return {row.quantity: row.value for row in rows if row.value is not None}
-
-
 def open_nonconformances(
-    store: Store, serial: str, notes: Mapping[str, Sequence[str]], values: Values | None = None
-) -> list[str]:
-    """Return the nonconformances that hold a unit. notes: those of its folder. values: of the judgement that is asked
-    about; None: a void attempt holds the unit only if its last judgement states so. Raises StoreError."""
+    store: Store,
+    serial: str,
+    notes: Mapping[str, Sequence[str]],
+    entry: UnitEntry | None = None,
+    until: datetime | None = None,
+    past: Sequence[Event] | None = None,
+) -> tuple[list[str], dict[str, str]]:
+    """Return the nonconformances that hold a unit, and check -> the one of them that holds only its findings. notes:
+    those of its folder. entry: of the judgement that is asked about; None: what was measured before holds the unit only
+    if its last judgement states so. until: later judgements supersede nothing. past: the unit's events, if they
+    were read before. Raises StoreError."""
     here = in_notes(notes)
-    last = store.latest(serial, UnitJudged.KIND)
-    stated: Sequence[str] = () if last is None else UnitJudged.of(last).result.nonconformances
+    events_of = store.events if past is None else lambda _, what: iter([e for e in past if e.what == what])
+    judgements = [(e, UnitJudged.of(e)) for e in events_of(serial, UnitJudged.KIND)]
+    stated: Sequence[str] = judgements[-1][1].result.nonconformances if judgements else ()
     void = voids(store, serial)
-    if not stated and not void and next(store.events(serial, StepNoted.KIND), None) is None:  # as for most units
-        return here
+    known = [j for j in judgements if until is None or datetime.fromisoformat(j[0].time) <= until]
+    older = superseded(known, void, entry) if entry is not None else {}
+    noted_here = next(events_of(serial, StepNoted.KIND), None) is not None
+    if not (stated or void or older or noted_here):  # as for most units
+        return here, {}
     kinds = (StepNoted, UnitJudged, CertificateSigned, NonconformanceDecided, AttemptVoided)
-    events = [(e, payload_of(e, *kinds)) for e in store.events(serial)]
-    judged = {event.seq: payload for event, payload in events if isinstance(payload, UnitJudged)}
-    of_void = {
-        _words_of(each): (each.judged in judged and _are_same(values, measured_values(judged[each.judged].result)))
-        for each in void.values()
-    }
+    events = [(e, payload_of(e, *kinds)) for e in (store.events(serial) if past is None else past)]
+    values = None if entry is None else measured_values(entry)
+    before = {words: False for _, judged in judgements for words in judged.result.superseded.values()}
+    before |= dict.fromkeys(older.values(), True)  # measured before -> whether it is what is asked about
+    for one in void.values():
+        same = [j for e, j in judgements if e.seq == one.judged]
+        before[_words_of(one)] = bool(values and same) and are_same(values or {}, measured_values(same[0].result))
     if values is None:
-        of_void = {words: words in stated for words in of_void}
+        before = {words: words in stated for words in before}
     notes_of = {
         event.seq: f"{payload.step}: {payload.line(event.who)}"
         for event, payload in events
         if isinstance(payload, StepNoted) and payload.nonconformance
     }
-    noted: dict[str, bool] = {}  # words -> whether it was released since
+    noted = dict.fromkeys(older.values(), False)  # words -> whether it was released since
     counted = set[str]()  # decisions by what was signed: a signature can be written in another way and hold still
     for event, payload in events:
         if event.seq in notes_of:
@@ -88,12 +93,11 @@ def open_nonconformances(
             about = payload.nonconformances if isinstance(payload, NonconformanceDecided) else stated
             decision = _signed_text(serial, payload, payload.disposition)
             if _releases(serial, payload) and decision not in counted:  # a signature counts once
-                noted |= {words: True for words in about if words in noted}
+                as_it_is = payload.disposition.choice == "use-as-is"
+                noted |= {words: True for words in about if words in noted and (as_it_is or words not in before)}
             counted.add(decision)
-    return [
-        *here,
-        *(w for w, released in noted.items() if not released and w not in here and of_void.get(w, True)),
-    ]
+    held = [w for w, released in noted.items() if not released and w not in here and before.get(w, True)]
+    return [*here, *held], {check: words for check, words in older.items() if words in held}
 
 
 def _signed_text(serial: str, given: CertificateSigned | NonconformanceDecided, decision: Decision) -> str:
@@ -104,12 +108,6 @@ def _signed_text(serial: str, given: CertificateSigned | NonconformanceDecided, 
 
 def _words_of(void: Void) -> str:
     return f"attempt {void.attempt}, with the same values, was declared void: {void.words}"
-
-
-def _are_same(values: Values | None, void: Values) -> bool:
-    """Return whether all quantities that both judgements have are equal: the same data, by whatever spec."""
-    common = (values or {}).keys() & void.keys()
-    return bool(common) and all(math.isclose((values or {})[q], void[q], rel_tol=SAME) for q in common)
 
 
 def content_of(
@@ -124,7 +122,7 @@ def content_of(
 def decide(store: Store, serial: str, decision: Decision, signer: Signer) -> list[str]:
     """Store the disposition of a unit that nonconformances hold, signed by quality assurance, and return them. Raises
     DecisionError if nothing holds the unit, or for a key of another role, StoreError."""
-    held = open_nonconformances(store, serial, {})
+    held, _ = open_nonconformances(store, serial, {})
     if not held:
         raise DecisionError(f"{serial}: no nonconformance in the store holds it")
     signed = sign_decision(DISPOSITION, content_of(serial, decision, None, held), signer)

@@ -15,11 +15,11 @@ from accept.base.documents.results import UnitEntry
 from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
 from accept.judging.folder_name import CONFIRMED, NAME, doubted_folder
-from accept.judging.nonconformance import Values, in_notes, open_nonconformances
+from accept.judging.nonconformance import in_notes, open_nonconformances
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import Rereading, rereadings, weaken_reread
 from accept.judging.result import UnitResult
-from accept.store import Store
+from accept.store import Event, Store
 from accept.units.unit_folder import UnitFolder
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
@@ -29,33 +29,38 @@ from checks.verdict import Finding, unit_verdict
 @dataclass(frozen=True)
 class Reservations:
     """copies: recordings of the unit that are filed elsewhere too. part_doubts: doubts about its parts, a sentence
-    each. nonconformances: those that hold it. folder: its name if that is another unit's serial. rereadings: by
-    quantity, of recordings that were read otherwise before."""
+    each. nonconformances: those that hold it; superseded: check -> the one of them that holds its findings alone.
+    folder: its name if that is another unit's serial. rereadings: by quantity, of recordings that were read otherwise
+    before."""
 
     copies: Sequence[Copy] = ()
     part_doubts: Sequence[str] = ()
     nonconformances: Sequence[str] = ()
     folder: Mapping[str, str] = field(default_factory=dict)
     rereadings: Mapping[str, Rereading] = field(default_factory=dict)
+    superseded: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
     def known(
         cls,
         store: Store,
         unit: UnitFolder,
-        samples: Samples,
+        entry: UnitEntry | None,
         confirmed_by: str = "",
-        values: Values | None = None,
-        findings: Sequence[Finding] = (),
+        past: Sequence[Event] | None = None,
     ) -> "Reservations":
-        """Return what the store knows now of a unit with these samples, values and findings. confirmed_by: who
-        confirmed that a folder with another serial as its name is of this unit. Raises StoreError."""
+        """Return what the store knows now of a unit with this result, None before the first. confirmed_by: who
+        confirmed that a folder with another serial as its name is of this unit. past: the unit's events, if they were
+        read before. Raises StoreError."""
+        samples: Samples = {} if entry is None else entry.samples
+        held, older = open_nonconformances(store, unit.serial, unit.notes, entry, past=past)
         return cls(
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
             tuple(part_doubts(store, unit.serial, unit.parts)),
-            tuple(open_nonconformances(store, unit.serial, unit.notes, values)),
+            tuple(held),
             doubted_folder(store, unit, confirmed_by),
-            rereadings(store, unit.serial, samples, findings),
+            rereadings(store, unit.serial, samples, () if entry is None else entry.findings),
+            older,
         )
 
     @classmethod
@@ -67,6 +72,7 @@ class Reservations:
             entry.nonconformances,
             dict(entry.folder),
             entry.rereadings,
+            dict(entry.superseded),
         )
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
@@ -86,9 +92,12 @@ class Reservations:
         if self.part_doubts:
             doubt = because(Cause.PART_DOUBTED, detail="; ".join(self.part_doubts))
             found = tuple(weakened(f, doubt) for f in found)
-        if self.nonconformances:
-            held = because(Cause.NONCONFORMANCE, detail="; ".join(self.nonconformances))
-            found = tuple(weakened(f, held) for f in found)
+        alone = set(self.superseded.values()) if self.superseded.keys() <= {f.check for f in found} else set()
+        of_unit = [words for words in self.nonconformances if words not in alone]
+        for check in {f.check for f in found} if self.nonconformances else ():
+            words = [*of_unit, *(w for name, w in self.superseded.items() if name == check and w in alone)]
+            held = because(Cause.NONCONFORMANCE, detail="; ".join(words))
+            found = tuple(weakened(f, held) if words and f.check == check else f for f in found)
         if self.folder and CONFIRMED not in self.folder:
             doubt = because(Cause.FOLDER_NAME, name=self.folder.get(NAME, ""))
             found = tuple(weakened(f, doubt) for f in found)
@@ -111,4 +120,5 @@ class Reservations:
             nonconformances=tuple(self.nonconformances),
             folder=dict(self.folder),
             rereadings=self.rereadings,
+            superseded=dict(self.superseded),
         )

@@ -28,7 +28,8 @@ class UnitResult:
     models : model file that the spec names -> its files -> sha256; in the JSON only if it names one.
     samples : sketches of its records (`accept.units.samples`); in the JSON only if it has records.
     copies : its recordings that exist elsewhere too (`accept.judging.copies`); in the JSON only if any does.
-    nonconformances : those of the part that hold it (`accept.judging.nonconformance`); likewise.
+    nonconformances : those of the part that hold it (`accept.judging.nonconformance`); likewise. superseded: check ->
+    the one that holds its findings alone.
     folder : name of its folder if that is another unit's serial (`accept.judging.folder_name`); likewise.
     rereadings : of its recordings that were read otherwise before (`accept.judging.rereadings`); likewise.
     part_doubts : doubts about its parts (`accept.judging.parts`); in the JSON only if any exists.
@@ -56,6 +57,7 @@ class UnitResult:
     copies: tuple[Mapping[str, Any], ...] = ()
     part_doubts: tuple[str, ...] = ()
     nonconformances: tuple[str, ...] = ()
+    superseded: Mapping[str, str] = field(default_factory=dict)
     folder: Mapping[str, str] = field(default_factory=dict)
     rereadings: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     measured: Mapping[str, str] = field(default_factory=dict)
@@ -106,6 +108,7 @@ class UnitResult:
             part_doubts=self.part_doubts,
             action=self.action,
             nonconformances=self.nonconformances,
+            superseded=dict(self.superseded),
             folder=dict(self.folder),
             rereadings=self.rereadings,
             calibration=self.calibration,

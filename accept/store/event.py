@@ -67,12 +67,14 @@ def digest(*fields: int | str) -> str:
 
 @dataclass(frozen=True)
 class NewEvent:
-    """An event to be appended; the store adds number, time, operator, code and hashes."""
+    """An event to be appended; the store adds number, time, operator, code and hashes. after: number of the last event
+    about its subject that it follows from; with a later one in the store it is not appended."""
 
     what: str
     subject: str = ""
     payload: Mapping[str, Any] = field(default_factory=dict)
     spec: str = ""
+    after: int | None = None
 
     def text(self) -> str:
         """Return the canonical JSON of the payload. Raises StoreError if it is not JSON, NaN and infinity included."""

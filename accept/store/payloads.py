@@ -119,7 +119,10 @@ class CertificateSigned(Payload, what="certificate_signed"):
     disposition: Annotated[Decision | None, only_if(), "QA's decision about a unit that was not accepted"] = None
     before: Annotated[str | None, only_if(), "sha256 of the certificate that was countersigned"] = None
     number: Annotated[str, only_if(bool), "of the certificate, by the scheme of `laboratory.toml`"] = ""
-    reason: Annotated[str, only_if(bool), "why the technician signed a unit that was not accepted"] = ""
+    reason: Annotated[
+        str, only_if(bool), "why the technician signed a unit that was not accepted, or replaced a certificate"
+    ] = ""
+    judged: Annotated[int, only_if(bool), "number of the event of the judgement that the technician signed"] = 0
 
 
 @dataclass(frozen=True)

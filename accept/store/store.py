@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
@@ -16,7 +16,7 @@ from accept.store import indexes, tables
 from accept.store.anchor import Anchor
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
 from accept.store.engine import appending, reconnecting, snapshot
-from accept.store.errors import StoreError, reported
+from accept.store.errors import Overtaken, StoreError, reported
 from accept.store.event import Event, NewEvent, sealed
 from accept.store.payloads import Payload
 from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
@@ -160,13 +160,17 @@ class Store:
         """
         return self.append_many([NewEvent(what, subject, payload, spec)], who=who)[0]
 
-    def write(self, payload: Payload, subject: str = "", *, who: str, spec: str = "") -> Event:
-        """Append the event of a payload, as `append` does. subject: a unit's serial. Raises StoreError."""
-        return self.append_many([payload.about(subject, spec)], who=who)[0]
+    def write(
+        self, payload: Payload, subject: str = "", *, who: str, spec: str = "", after: int | None = None
+    ) -> Event:
+        """Append the event of a payload, as `append` does. subject: a unit's serial; after: number of the last event
+        about it that was read, 0 for none. Raises StoreError, Overtaken if the store has a later one."""
+        return self.append_many([replace(payload.about(subject, spec), after=after)], who=who)[0]
 
     def append_many(self, entries: Sequence[NewEvent], *, who: str) -> list[Event]:
         """Append all entries in one transaction, or none of them, as `append` does. If the connection to a server is
-        lost, it is made again, and nothing is appended twice."""
+        lost, it is made again, and nothing is appended twice. Raises also Overtaken: no other program appends between
+        this comparison and the commit."""
         if not entries:
             return []
         tried: list[Event] = []
@@ -176,6 +180,7 @@ class Store:
             nonlocal ours
             with appending(self._engine) as connection:
                 if not (tried and self._holds(connection, tried[-1])):
+                    _check_followed(connection, entries)
                     end = self._end(connection)
                     ours = end == self._checked and self._file is not None and file_looks(self._file) == self._looks
                     tried[:] = self._put(connection, entries, who, end)
@@ -407,6 +412,16 @@ def _wanted(subject: str | None, what: str | None) -> Select[Any]:
     if subject is not None:
         query = query.where(tables.events.c.subject == subject)
     return query if what is None else query.where(tables.events.c.what == what)
+
+
+def _check_followed(connection: Connection, entries: Sequence[NewEvent]) -> None:
+    """Raise Overtaken if an event about a subject was stored after the one that an entry follows from."""
+    e = tables.events.c
+    for entry in entries:
+        if entry.after is not None:
+            last = connection.scalar(select(func.max(e.seq)).where(e.subject == entry.subject)) or 0
+            if last > entry.after:
+                raise Overtaken(f"{entry.what} {entry.subject}: event {last} came before it could be stored")
 
 
 def _chained(entries: Sequence[NewEvent], who: str, last: StoreHead) -> list[Event]:

@@ -61,6 +61,9 @@ class UnitEntry(Document):
     part_doubts: Annotated[tuple[str, ...], _filled, "doubts about its parts"] = ()
     action: Annotated[str | None, only_if(), "what to put right at the bench before it is measured again"] = None
     nonconformances: Annotated[tuple[str, ...], _filled, "what was found wrong with the part, and holds the unit"] = ()
+    superseded: Annotated[
+        Mapping[str, str], _filled, "of them by check: measured before an attempt that was not accepted"
+    ] = field(default_factory=dict)
     folder: Annotated[
         Mapping[str, str], _filled, "`name` of its folder if that is another serial, `confirmed_by` a person"
     ] = field(default_factory=dict)
@@ -94,9 +97,11 @@ class UnitEntry(Document):
 
 @dataclass(frozen=True)
 class ListedUnit(UnitEntry):
-    """A unit as results.json lists it: its entry and its certificate."""
+    """A unit as results.json lists it: its entry, its certificate, and its attempts before if there were any."""
 
-    certificate: Annotated[str | None, "its file beside results.json; null if none was asked for"] = None
+    certificate: Annotated[str | None, "its file beside results.json; null if none was asked for or written"] = None
+    attempt: Annotated[int | None, only_if(), "number of its judgement"] = None
+    earlier: Annotated[Mapping[str, Any] | None, only_if(), "how the attempts before ended, as in a certificate"] = None
 
 
 @dataclass(frozen=True)

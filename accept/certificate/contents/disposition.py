@@ -52,10 +52,12 @@ def parse_disposition(serial: str, verdict: str, choice: str, reason: str) -> Di
     return Disposition(choice, _one_line(reason, "a disposition"))
 
 
-def parse_signing_reason(verdict: str, reason: str) -> str:
-    """Return why the technician signs a unit that is not accepted, "" for an accepted unit, which needs no reason.
-    Raises DispositionError."""
-    return "" if verdict == UnitVerdict.ACCEPTED else _one_line(reason, f"signing a unit that is {verdict}")
+def parse_signing_reason(verdict: str, reason: str, amends: str = "") -> str:
+    """Return why the technician signs a unit that is not accepted, or a certificate that replaces another one; "" for
+    an accepted unit, which needs no reason. amends: the certificate that is replaced. Raises DispositionError."""
+    if verdict == UnitVerdict.ACCEPTED:
+        return _one_line(reason, f"replacing certificate {amends}") if amends else ""
+    return _one_line(reason, f"signing a unit that is {verdict}")
 
 
 def _one_line(text: str, of: str) -> str:

@@ -17,7 +17,7 @@ from accept.certificate.contents.laboratory import LaboratoryFile, number_of, st
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import digest_of, replaced_by, values_before
+from accept.certificate.trust.provenance import amended, digest_of, earlier_attempts, replaced_by, values_before
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
@@ -64,7 +64,7 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
             held = _held(store, contents, signature)
             history = _history(store, events, signature, contents) if signature else _later_than(events, when)
             compared = [_copied(store, contents, again), reread(store, contents)]
-            compared += [_built(store, contents), _sound(store, contents)]
+            compared += [_built(store, contents), _sound(store, contents, when)]
             other = [Step(problem, complete=stated != certified)] if problem else []
             return [*other, held, *history, *compared]
     except StoreError as e:
@@ -106,7 +106,8 @@ def _holds(store: Store, head: StoreHead) -> bool:
 def _history(store: Store, events: Sequence[Event], signature: Event, contents: CertificateContent) -> list[Step]:
     """Compare result, operator, spec, attempt and what was replaced with the judgement that the signature certifies."""
     result = canonical(contents.result)
-    before = [e for e in events if e.what == JUDGED and e.seq < signature.seq]
+    named = signature.data.get("judged")  # earlier programs do not name the judgement that was signed
+    before = [e for e in events if e.what == JUDGED and e.seq < signature.seq and named in (None, e.seq)]
     own = next((e for e in reversed(before) if canonical(e.data["result"]) == result), None)
     if own is None:
         return [Step("this bench's store holds no judgement with this result", complete=False)]
@@ -148,6 +149,8 @@ def _comparisons(
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
         earlier = fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject)
         replaced.append((replaced_by(earlier), values_before(earlier)))
+    latest = contents.code_sha256 == code_sha256()  # earlier programs do not state all of it
+    amends = amended(own.subject, before, UnitEntry.from_json(contents.result))
     return {
         "operator": same_person(own.who, contents.operator),
         "spec": own.spec == f"{contents.spec_name}@{contents.spec_sha256}",
@@ -155,8 +158,12 @@ def _comparisons(
         "attempt": given.get("attempt") in numbers,
         "replaced judgement": given.get("replaces") in [judgement for judgement, _ in replaced],
         "reason": given.get("reason") == own.data.get("reason"),
-        "values before": ("before" not in given and contents.code_sha256 != code_sha256())  # older ones state none
+        "values before": ("before" not in given and not latest)
         or (given.get("replaces"), given.get("before")) in replaced,
+        "end of the attempts before": ("earlier" not in given and not latest)
+        or given.get("earlier") == earlier_attempts(before),
+        "amended certificate": ("amends" not in given and not latest) or given.get("amends", "") == amends,
+        "time of the judgement": given.get("judged", own.time) == own.time,
         "reason of signing": given.get("signed_because", "") == CertificateSigned.of(signature).reason,
     }
 
@@ -246,12 +253,12 @@ def _built(store: Store, contents: CertificateContent) -> Step:
     return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
 
 
-def _sound(store: Store, contents: CertificateContent) -> Step:
-    """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state."""
-    stated = contents.result.get("nonconformances", ())
-    rows = [*contents.result["findings"], *contents.result["information"]]
-    values = {row["quantity"]: row["value"] for row in rows if row["value"] is not None}
-    new = [words for words in open_nonconformances(store, contents.serial, {}, values) if words not in stated]
+def _sound(store: Store, contents: CertificateContent, when: datetime) -> Step:
+    """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state; what
+    was judged after it was signed is a later attempt."""
+    stated, entry = contents.result.get("nonconformances", ()), UnitEntry.from_json(contents.result)
+    held, _ = open_nonconformances(store, contents.serial, {}, entry, when + SAME_SECOND)
+    new = [words for words in held if words not in stated]
     words = "the bench's store holds a nonconformance without a decision"
     return Step(f"{words}: {'; '.join(new)}", False) if new else Step("")
 

@@ -23,17 +23,21 @@ from accept.certificate.verify.statements import unlisted
 from accept.judging.copies import recording_party
 from accept.judging.decisions import decision_problem
 from accept.judging.folder_name import CONFIRMED, NAME
+from accept.store.fold import VOIDED
 from accept.store.payloads import CopiesResolved, SignedBy
 from accept.store.seal import head_problem
 from accept.units.samples import TYPED
 from accept.units.unit_folder import serial_problem
 from checks.acceptance import CHECKS
+from checks.verdict import UnitVerdict
 from specs.spec import parse
 from specs.strict import SpecError
 
 EXPECTED = ("attempt", "replaces", "approval", "head")  # in the provenance of every certificate of this program
+_ENDS = (*UnitVerdict, VOIDED)
 _REPLACED = {"verdict": str, "time": str, "certificate": str | None}
 _EARLIER = {"earlier_attempt": int, "earlier_certificate": str}
+_STOPPED = {"attempt": int, "verdict": str, "time": str}
 _HEAD = {"seq": int, "hash": str, "bench": str, "signature": str}
 _HEX = re.compile(r"[0-9a-f]{64,128}")
 STORED_WITHIN = timedelta(minutes=5)  # a decision is stored after it was signed, when the store is free
@@ -65,7 +69,8 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     steps = [] if own else [_other_program(contents)]
     if own and not demo and "head" in given and given["head"] is None:
         steps.append(Step("it states no head of its bench's store (provenance.head)", complete=False))
-    if absent := [name for name in EXPECTED if name not in given]:
+    expected = (*EXPECTED, *(["earlier"] if own and given.get("replaces") else []))
+    if absent := [name for name in expected if name not in given]:
         steps.append(Step(f"it does not state: {', '.join(absent)}", complete=False))
     return [*steps, *_check_folder(contents), *_times(given.get("replaces"), signatures)]
 
@@ -163,10 +168,25 @@ def _check_form(given: Mapping[str, Any]) -> None:
         form = _REPLACED | (_EARLIER if isinstance(replaced, Mapping) and "earlier_attempt" in replaced else {})
         _check_keys("replaces", replaced, form)
         _time_of(replaced["time"])
+    if "earlier" in given:
+        _check_keys("earlier", given["earlier"], {"verdicts": Mapping, "not_accepted": Mapping | None})
+        counts = given["earlier"]["verdicts"].items()
+        if not all(verdict in _ENDS and type(count) is int and count > 0 for verdict, count in counts):
+            raise InvalidCertificate(f"provenance.earlier.verdicts is {dict(counts)!r}, expected verdicts and numbers")
+        if (last := given["earlier"]["not_accepted"]) is not None:
+            _check_keys("earlier.not_accepted", last, _STOPPED)
+            _time_of(last["time"])
+        if (last is None) is bool({verdict for verdict, _ in counts} - {UnitVerdict.ACCEPTED, VOIDED}):
+            raise InvalidCertificate("provenance.earlier.not_accepted does not agree with its verdicts")
+    if "judged" in given:
+        _time_of(given["judged"])
     if "reason" in given and not isinstance(given["reason"], str):
         raise InvalidCertificate(f"provenance.reason is {given['reason']!r}, expected text")
-    if "signed_because" in given and (not isinstance(given["signed_because"], str) or not given["signed_because"]):
-        raise InvalidCertificate(f"provenance.signed_because is {given['signed_because']!r}, expected text")
+    for name in {"signed_because", "amends"} & given.keys():
+        if not isinstance(given[name], str) or not given[name]:
+            raise InvalidCertificate(f"provenance.{name} is {given[name]!r}, expected text")
+    if given.get("amends") and not (given.get("reason") or given.get("signed_because")):
+        raise InvalidCertificate("it replaces a certificate with another result, and does not say why")
     _check_laboratory(given)
     if "demo" in given and given["demo"] is not True:
         raise InvalidCertificate(f"provenance.demo is {given['demo']!r}, expected true or no such key")

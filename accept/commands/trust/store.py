@@ -244,11 +244,13 @@ def _verdict(event: Event) -> str:
             deciding = ", ".join(f.quantity for f in result.findings if f.verdict is not Verdict.PASS)
             copies = ", ".join(str(c["sample"]) for c in result.copies if c["withheld"])
             shown = f"{result.verdict} ({deciding})" if deciding else str(result.verdict)
-            return f"{shown}; copied: {copies}" if copies else shown
+            why = f"; reason: {payload.reason}" if payload.reason else ""
+            return (f"{shown}; copied: {copies}" if copies else shown) + why
         case CopiesResolved(measured=measured, reason=reason):
             return ", ".join((*map(" ".join, measured), reason))
         case NonconformanceDecided(disposition=decision):
             return f"{decision.choice}: {decision.reason}"
         case CertificateSigned(role=role, disposition=decision):
-            return role if decision is None else f"{role}, {decision.choice}: {decision.reason}"
+            why = f"{role}, because: {payload.reason}" if payload.reason else role
+            return why if decision is None else f"{role}, {decision.choice}: {decision.reason}"
     return str(getattr(payload, "reason", ""))

@@ -10,7 +10,7 @@ from accept.base.console import ask, clear_errors, confirm, operator_name, say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
 from accept.base.progress import busy
-from accept.batch.pipeline import Pipeline, spec_for
+from accept.batch.pipeline import Pipeline, ReasonError, spec_for
 from accept.batch.table import reasons_of
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.batch import specs_for
@@ -60,5 +60,8 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
     if result.gap is not None:
         say(f"{result.serial}: {one_line(result.gap)}")
     word = signs.marked(result.word, result.simulated)
+    if settled.unsigned:
+        say(f"{result.serial}: {word}")
+        raise ReasonError(settled.unsigned)
     say(f"{result.serial}: {word}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
     return of_verdicts([str(result.verdict)])

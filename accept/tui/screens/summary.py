@@ -38,6 +38,7 @@ from accept.workflow.certify import (
     disposition_problem,
     key_problem,
     make_keys,
+    needs_why,
     new_passphrase_problem,
     reason_problem,
     sign_unit,
@@ -264,9 +265,11 @@ class Summary(Scanning[bool]):
 
     @property
     def _asked_why(self) -> list[QuestionLine]:
-        """Return the line that asks why a unit is signed that is not accepted."""
+        """Return the line that asks why a unit is signed that is not accepted, or a certificate is replaced."""
         result = self.session.result
-        return [] if result is None or result.verdict is UnitVerdict.ACCEPTED else [QuestionLine(_WHY)]
+        if result is None or (result.verdict is UnitVerdict.ACCEPTED and not needs_why(self.session)):
+            return []
+        return [QuestionLine(_WHY_REPLACED if needs_why(self.session) else _WHY)]
 
     def _signs(self, secret: Callable[[list[str]], str], kept: str = "") -> Check:
         """Return a check of the lines by which a technician signs: why, if that is asked, then the passphrase. secret:
@@ -454,6 +457,7 @@ _OFF_THE_BENCH = (
 )
 _NOT_OPENED = "Wrong passphrase, or the file of the key is damaged. Type it again"
 _WHY = "Why it is signed so (on the certificate)"
+_WHY_REPLACED = "Why its certificate is replaced (on the certificate)"
 _FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without a key, or at once: Ctrl+L."
 _OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
 _FIRST_LINES = [
