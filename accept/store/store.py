@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
@@ -17,7 +17,7 @@ from accept.store.anchor import Anchor
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
 from accept.store.engine import appending, reconnecting, snapshot
 from accept.store.errors import StoreError, reported
-from accept.store.event import Event, NewEvent, sealed
+from accept.store.event import Event, KeyHolder, NewEvent, sealed
 from accept.store.payloads import Payload
 from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
 from accept.store.undone import NAMING, is_named
@@ -161,8 +161,10 @@ class Store:
         return self.append_many([NewEvent(what, subject, payload, spec)], who=who)[0]
 
     def write(self, payload: Payload, subject: str = "", *, who: str, spec: str = "") -> Event:
-        """Append the event of a payload, as `append` does. subject: a unit's serial. Raises StoreError."""
-        return self.append_many([payload.about(subject, spec)], who=who)[0]
+        """Append the event of a payload, as `append` does, marked as typed unless `who` is a `KeyHolder`. subject: a
+        unit's serial. Raises StoreError."""
+        marked = replace(payload, typed=not isinstance(who, KeyHolder))
+        return self.append_many([marked.about(subject, spec)], who=str(who))[0]
 
     def append_many(self, entries: Sequence[NewEvent], *, who: str) -> list[Event]:
         """Append all entries in one transaction, or none of them, as `append` does. If the connection to a server is
