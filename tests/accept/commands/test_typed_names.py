@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from pypdf import PdfReader
 from typer.testing import CliRunner, Result
 
 from accept.base.home import home
@@ -126,7 +127,19 @@ def test_a_report_in_the_name_of_a_key_holder_is_not_written_without_the_key(uni
     assert "Ada Lovelace has a key" in accept(*words, "Ada Lovelace", exit_code=6).stderr
     assert not (tmp_path / "a.pdf").exists()
     accept(*words, "Ann")
-    assert b"%PDF" in (tmp_path / "a.pdf").read_bytes()
+    assert "Ann (typed)" in PdfReader(tmp_path / "a.pdf").pages[0].extract_text()
+
+
+def test_an_instrument_that_is_only_named_in_the_folder_is_not_looked_up(
+    unit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The page says that the values were read from it."""
+    monkeypatch.setenv("ACCEPT_PASSPHRASE", TECHNICIANS)
+    text = (unit / "unit.toml").read_text()
+    (unit / "unit.toml").write_text(text.replace("[flatness]", '[read_with]\nstroke = ["C1216, 9"]\n[flatness]', 1))
+    accept("report", unit, "--spec", "apa-basic", "--out", tmp_path / "a.pdf", "--operator", "Ada Lovelace")
+    line = next(line for line in accept("verify", tmp_path / "a.pdf").stderr.splitlines() if "not looked up" in line)
+    assert line.endswith(": read_with")
 
 
 def typed_judgement(serial: str, who: str) -> NewEvent:

@@ -28,10 +28,11 @@ from accept.store.seal import _said, own_key
 from accept.units.unit_folder import UNIT_FILE
 from tests.accept.certificate.verify.test_forged_provenance import PHRASE, checked, contents, named, other, told
 from tests.accept.certificate.verify.test_statements import page_with
+from tests.soak import SOAK
 
 __all__ = ["contents"]
 BEFORE_SIGNING = ("as typed", "first line", "store", "named", "program")
-EVERY = 1
+EVERY = 1 if SOAK else 4
 
 STATED: dict[str, Any] = {  # what a forger states where the unit's own certificate states nothing
     "information": [
@@ -177,3 +178,11 @@ def test_what_shows_is_what_the_table_says(contents: CertificateContent) -> None
             if marks != expected:
                 wrong.append(f"{where} {field}, {who}: {marks}, not {expected}: {reports[0].reason[:90]}")
     assert wrong == []
+
+
+def test_the_size_of_an_attached_file_is_its_own(contents: CertificateContent) -> None:
+    """Sizes decide what there was no room for."""
+    manifest = contents.manifest()
+    manifest["inputs"][UNIT_FILE]["bytes"] += 1
+    with pytest.raises(ContentError, match=r"inputs\.unit\.toml\.bytes"):
+        C.read({**contents.attachments(), MANIFEST: C.canonical(manifest)})
