@@ -45,6 +45,7 @@ from accept.judging.result import UnitResult
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import Event, SignedHead, Store, UnitState, fold
 from accept.store.errors import Overtaken
+from accept.store.event import KeyHolder, shown_name
 from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
 from accept.store.spelling import mistaken_for
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
@@ -177,6 +178,7 @@ class Pipeline:
         """Return the job that judges a unit. certificate: the file wanted, None for none. place: in its batch. reason:
         why it is judged again, if the operator need not be asked."""
         spec, before, due = self.specs[unit.kind], known.before, None
+        typed = not isinstance(self.operator, KeyHolder)
         if certificate is not None and before is not None and self._lacks_only_certificate(unit, before):
             due, before = before, self._before(before)
             reason = due.reason
@@ -187,7 +189,7 @@ class Pipeline:
         return UnitJob(
             unit,
             spec,
-            self.operator,
+            shown_name(self.operator, typed) if self.credential is None else self.operator,
             stated=stated,
             start=self._start(unit),
             out=self.out,

@@ -9,9 +9,10 @@ import hashlib
 import json
 from array import array
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from datetime import UTC, datetime
 from functools import cache
+from heapq import merge
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,8 @@ from accept.base.documents.results import UnitEntry
 from accept.base.progress import busy
 from accept.store import Event, Store, payloads
 from accept.store.chain import START, StoreHead
-from accept.store.payloads import UnitJudged
+from accept.store.fold import TECHNICIAN
+from accept.store.payloads import CertificateSigned, UnitJudged, payload_of
 from accept.store.seal import Sealer
 from checks import verdict
 
@@ -42,6 +44,7 @@ TEXTS_OF_A_FINDING = ("check", "quantity", "unit", "verdict", "reason")
 TEXTS = (*TEXTS_OF_A_JUDGEMENT, *TEXTS_OF_A_FINDING)
 OF_A_JUDGEMENT = {
     "seq": WHOLE, "time": TIME, "batch": WHOLE, "place": WHOLE, "attempt": WHOLE, "findings": WHOLE, "simulated": TRUTH,
+    "typed": TRUTH,  # the name of the operator: nobody opened a key for the judgement or signed it
     **dict.fromkeys(TEXTS_OF_A_JUDGEMENT, TEXT),
 }  # fmt: skip
 OF_A_FINDING = {
@@ -65,13 +68,21 @@ class FindingsTable:
         self.words: dict[str, dict[str, int]] = {name: {} for name in TEXTS}
 
     def add(self, events: Iterable[Event]) -> None:
-        """Add judgements. Raises StoreError if one cannot be read."""
+        """Add judgements and, to those that their judge signed, that no name was only typed. Raises StoreError if one
+        cannot be read."""
         serials = list(self.words["serial"])
         attempts = Counter({serials[code]: n for code, n in Counter(self.columns["serial"]).items()})
+        last = {serials[code]: row for row, code in enumerate(self.columns["serial"])}
         for event in events:
-            judged = UnitJudged.of(event)
-            attempts[event.subject] += 1
-            self._add(event, judged, attempts[event.subject])
+            match payload_of(event, UnitJudged, CertificateSigned):
+                case UnitJudged() as judged:
+                    attempts[event.subject] += 1
+                    last[event.subject] = len(self.columns["seq"])
+                    self._add(event, judged, attempts[event.subject])
+                case CertificateSigned(role=role, typed=False) if role == TECHNICIAN and event.subject in last:
+                    row = last[event.subject]
+                    if self.columns["operator"][row] == self.words["operator"].get(event.who):
+                        self.columns["typed"][row] = False
 
     def _add(self, event: Event, judged: UnitJudged, attempt: int) -> None:
         result, batch = judged.result, judged.batch
@@ -83,6 +94,7 @@ class FindingsTable:
             attempt=attempt,
             findings=len(result.findings),
             simulated=result.simulated,
+            typed=judged.typed,
             operator=event.who,
             bench=bench_of(result),
             **{name: result.origin.get(name, NOT_STATED) for name in OF_ORIGIN},
@@ -136,7 +148,7 @@ class FindingsTable:
 def findings(store: Store, names: Collection[str]) -> dict[str, Column]:
     """Return these columns of all judgements of a store. Raises StoreError."""
     read = _read(store, store.sealer, names) if store.sealer is not None else None
-    if read is not None and next(store.events(what=UnitJudged.KIND, after=read[0].seq), None) is None:
+    if read is not None and next(_bearing(store, read[0].seq), None) is None:
         return read[1]
     return _brought_up(store).arrays(names)
 
@@ -150,7 +162,7 @@ def _brought_up(store: Store) -> FindingsTable:
     """Return the columns up to the end of the store, and write them if more than a few judgements were added."""
     table, head = _load(store), store.head()
     before = len(table.columns["seq"])
-    events = takewhile(lambda e: e.seq <= head.seq, store.events(what=UnitJudged.KIND, after=table.head.seq))
+    events = takewhile(lambda e: e.seq <= head.seq, _bearing(store, table.head.seq))
     if head.seq - table.head.seq > MANY:
         with busy("reading the judgements of the store"):
             table.add(events)
@@ -160,6 +172,12 @@ def _brought_up(store: Store) -> FindingsTable:
     if store.sealer is not None and len(table.columns["seq"]) - before > FEW:
         _write(table, store, store.sealer)
     return table
+
+
+def _bearing(store: Store, after: int) -> Iterator[Event]:
+    """Yield the judgements and signatures behind an event, in order."""
+    kinds = (store.events(what=kind, after=after) for kind in (UnitJudged.KIND, CertificateSigned.KIND))
+    return merge(*kinds, key=lambda event: event.seq)
 
 
 def bench_of(result: UnitEntry) -> str:

@@ -22,13 +22,13 @@ from accept.fleet.findings_file import (
 )
 from accept.judging.voids import voids
 from accept.store import Store
-from accept.store.payloads import InstrumentChecked, UnitJudged
+from accept.store.payloads import InstrumentChecked
 from checks.cause import Cause
 
 VOIDED = "voided"  # verdict of a unit whose judgement was declared void, and the column that says why
 COLUMNS_OF_A_JUDGEMENT = [
     "seq", "time", "batch", "place", "operator", "bench", *OF_ORIGIN, "serial", "kind", "attempt", "unit_verdict",
-    "spec", VOIDED, "simulated",
+    "spec", VOIDED, "simulated", "typed",
 ]  # fmt: skip
 COLUMNS_OF_A_FINDING = [
     "check", "quantity", "value", "unit", "U", "lower", "upper", "verdict", "reason", "required", "measured",
@@ -55,7 +55,8 @@ def measurements(
     attempt: how often the serial was judged up to then. bench: name of the bench file, if one was used. batch, place:
     the batch in which it was judged and the unit's place in it. measured: the day stated for the check, else NaT.
     voided: why quality assurance declared the judgement void, "" if it did not; unit_verdict is "voided" then.
-    simulated: whether no instrument measured the unit. Raises StoreError.
+    simulated: whether no instrument measured the unit. typed: whether the operator's name was only typed. Raises
+    StoreError.
     """
     if serial is None:
         wanted = {"seq", "findings", *({"quantity"} if quantities is not None else ()), *columns} - {VOIDED}
@@ -63,7 +64,7 @@ def measurements(
         found = findings(store, wanted)
     else:
         of_unit = FindingsTable()
-        of_unit.add(store.events(serial, UnitJudged.KIND))
+        of_unit.add(store.events(serial))
         found = of_unit.arrays(TYPES)
     void = {seq: each.words for seq, each in voids(store, serial).items()}
     return _frame(found, void, quantities, columns, after, brief)
@@ -160,7 +161,7 @@ def instrument_checks(store: Store, name: str) -> pd.DataFrame:
             **dict.fromkeys(COLUMNS, NOT_STATED),
             "seq": event.seq, "time": event.time, "batch": event.seq, "place": 0, "operator": event.who,
             "bench": f"{name} {each.serial or ''}".strip(), "serial": each.time[:19], "kind": each.what, "attempt": 1,
-            "voided": "", "simulated": False, "check": "reference", "quantity": f"{CHECKED}{name}",
+            "voided": "", "simulated": False, "typed": each.typed, "check": "reference", "quantity": f"{CHECKED}{name}",
             "value": each.value, "unit": each.unit, "U": each.U,
             "lower": each.reference - math.hypot(found[0][1].U, each.U_reference),
             "upper": each.reference + math.hypot(found[0][1].U, each.U_reference),

@@ -294,6 +294,7 @@ def _baseline_document(t: Trend) -> dict[str, Any] | None:
         "since": stored.stated.since if stored else None,
         "until": stored.stated.until if stored else None,
         "stored_by": stored.who if stored else None,
+        "typed": stored.stated.typed if stored else None,
         "stored_at": stored.time if stored else None,
         "reason": stored.stated.reason if stored else None,
     }

@@ -18,10 +18,14 @@ from checks.verdict import Finding
 KINDS: dict[str, type["Payload"]] = {}  # by what events of the kind are called
 
 
+@dataclass(frozen=True)
 class Payload(Document):
-    """The content of an event of one kind."""
+    """The content of an event of one kind. The store sets `typed` when it writes the event."""
 
     KIND: ClassVar[str]
+    typed: Annotated[bool, only_if(bool), "no key was opened for the name of who acted"] = field(
+        default=False, kw_only=True, compare=False
+    )
 
     def __init_subclass__(cls, what: str) -> None:
         cls.KIND = what

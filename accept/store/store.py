@@ -17,7 +17,7 @@ from accept.store.anchor import Anchor
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
 from accept.store.engine import appending, reconnecting, snapshot
 from accept.store.errors import Overtaken, StoreError, reported
-from accept.store.event import Event, NewEvent, sealed
+from accept.store.event import Event, KeyHolder, NewEvent, sealed
 from accept.store.payloads import Payload
 from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
 from accept.store.undone import NAMING, is_named
@@ -163,9 +163,11 @@ class Store:
     def write(
         self, payload: Payload, subject: str = "", *, who: str, spec: str = "", after: int | None = None
     ) -> Event:
-        """Append the event of a payload, as `append` does. subject: a unit's serial; after: number of the last event
-        about it that was read, 0 for none. Raises StoreError, Overtaken if the store has a later one."""
-        return self.append_many([replace(payload.about(subject, spec), after=after)], who=who)[0]
+        """Append the event of a payload, as `append` does, marked as typed unless `who` is a `KeyHolder`. subject: a
+        unit's serial; after: number of the last event about it that was read, 0 for none. Raises StoreError, Overtaken
+        if the store has a later one."""
+        marked = replace(payload, typed=not isinstance(who, KeyHolder))
+        return self.append_many([replace(marked.about(subject, spec), after=after)], who=str(who))[0]
 
     def append_many(self, entries: Sequence[NewEvent], *, who: str) -> list[Event]:
         """Append all entries in one transaction, or none of them, as `append` does. If the connection to a server is

@@ -7,6 +7,7 @@ from typing import Any
 from accept.certificate.contents.content import CertificateContent
 from accept.judging.inputs import input_words, stated_inputs
 from accept.pictures.labels import check_label
+from accept.store.event import shown_name
 from accept.units import folder_header
 from accept.units.unit_folder import UNIT_FILE
 from checks.acceptance import CHECKS
@@ -19,13 +20,15 @@ _ENVIRONMENT = {"temperature_C": ("temperature", "°C"), "humidity_percent": ("r
 
 
 def operator_words(contents: CertificateContent) -> str:
-    """Return who signs and, if others measured the unit, who they are: of several, the notes name them step by step."""
+    """Return who signs and, if others measured the unit, who they are, whose names are typed: of several, the notes
+    name them step by step."""
     signs = contents.operator or "not named"
     by_check = folder_header.measured_by(contents.unit_file, [])
     people = list(dict.fromkeys(name for names in by_check.values() for name in names))
     if {name.casefold() for name in people} <= {signs.casefold()}:
         return signs
-    return f"{signs} (signs); measured by {', '.join(people)}{': see Notes' if len(people) > 1 else ''}"
+    shown = ", ".join(shown_name(name, typed=name.casefold() != signs.casefold()) for name in people)
+    return f"{signs} (signs); measured by {shown}{': see Notes' if len(people) > 1 else ''}"
 
 
 def days_words(result: Mapping[str, Any]) -> str:
@@ -104,4 +107,4 @@ def rule_words(result: Mapping[str, Any]) -> str:
     """Return the decision rules of the findings in words, coverage and scope (7.8.6.1, 7.8.2.1 l)."""
     used = dict.fromkeys(finding["rule"] for finding in result["findings"])
     decision = "".join(f"Decision rule {r}: a finding passes if {RULES[r]}. " for r in RULES if r in used)
-    return f"{decision}P(false): chance that a value which passes lies outside its limits. {COVERAGE} {SCOPE}"
+    return f"{decision}{COVERAGE} {SCOPE}"

@@ -19,7 +19,7 @@ from accept.pictures.pdf.fonts import BOLD, MONO, REGULAR, fitting_size
 from accept.store.payloads import without_hashes
 
 TECHNICIAN, QA = "technician", "qa"
-BOXES = {TECHNICIAN: "Technician", QA: "Quality assurance"}
+BOXES = {TECHNICIAN: "Technician; date of issue", QA: "Quality assurance"}
 _BOX = (187, 71)  # pt, whole numbers because pyhanko rounds the box of an appearance
 _CODE = 29 * mm
 _TOP = page_style.HEIGHT - page_style.MARGIN

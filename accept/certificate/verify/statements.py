@@ -14,7 +14,7 @@ from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC,
 from accept.certificate.contents.step import Step
 from accept.certificate.verify.gap_check import own_words
 from accept.judging.nonconformance import in_notes
-from accept.units.unit_folder import UnitFolder
+from accept.units.unit_folder import UNIT_FILE, UnitFolder
 
 PAGE = "the page"
 
@@ -25,6 +25,7 @@ class Way(StrEnum):
     DERIVED = "derived"  # again from the attached bytes
     SIGNED = "signed"  # it carries a signature of its own
     LOOKED_UP = "looked up"  # in the bench's store or its published list; without them it is the signers' word
+    STATED = "stated"  # by the unit's folder alone: always the signers' word
 
 
 @dataclass(frozen=True)
@@ -110,6 +111,11 @@ STATEMENTS = (
         ),
     ),
     *_rows(
+        UNIT_FILE,
+        ("measured_by", (Way.STATED,), "nothing: names are typed"),
+        ("read_with", (Way.STATED,), "nothing: the values stand beside it"),
+    ),
+    *_rows(
         PANELS,
         ("", _DERIVED, "pictures of the attached records; of those of the gap workflow, their names and words"),
     ),
@@ -123,10 +129,11 @@ OF_THE_RESULT = tuple(s.field for s in STATEMENTS if Way.LOOKED_UP in s.ways and
 
 
 def taken_on_trust(contents: CertificateContent, looked_up: Collection[str]) -> Step:
-    """Name the fields that are stated and that only a store or a list shows, without those that were looked up: they
-    are the word of bench and technician, who signed them."""
+    """Name the fields that are stated and that only a store or a list shows, or nothing at all, without those that were
+    looked up: they are the word of bench and technician, who signed them."""
     stated = {*_fields(contents.manifest()), *(key for key, value in contents.result.items() if value)}
-    rows = (s for s in STATEMENTS if s.field in LOOKED_UP and s.field != "operator")
+    stated |= set(contents.unit_file)
+    rows = (s for s in STATEMENTS if {Way.LOOKED_UP, Way.STATED} & {*s.ways} and s.field != "operator")
     trusted = [s.field for s in rows if s.field in stated and s.field not in looked_up]
     return Step(f"not looked up, the word of bench and technician: {', '.join(trusted)}" if trusted else "")
 

@@ -18,6 +18,7 @@ from accept.fleet.findings_file import NOT_STATED
 from accept.fleet.measurements import day, is_between
 from accept.pictures.formats import format_of
 from accept.pictures.labels import label_and_name, label_of
+from accept.store.event import shown_name
 from checks.picture import Panel
 
 WHOLE = ("serial", "time", "verdict", "unit_verdict")  # columns that are looked for by eye
@@ -135,6 +136,12 @@ def telling(frame: pd.DataFrame, *columns: str) -> pd.DataFrame:
     """Drop the columns, of those named, that are empty in every row."""
     empty = [c for c in columns if frame[c].isna().all() or frame[c].isin([NOT_STATED, ""]).all()]
     return frame.drop(columns=[*empty, *(c for c in columns if frame[c].dtype == bool and not frame[c].any())])
+
+
+def named(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return a frame with its operators as they are shown: a name that was only typed is marked."""
+    pairs = zip(frame["operator"], frame["typed"], strict=True)
+    return frame.assign(operator=[shown_name(who, typed) for who, typed in pairs])
 
 
 def _label_words(column: str, text: str) -> str:

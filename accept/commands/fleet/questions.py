@@ -15,6 +15,7 @@ from accept.commands.fleet.answers import (
     chosen,
     draw,
     is_chosen,
+    named,
     say_not_counted,
     show,
     telling,
@@ -39,6 +40,7 @@ SHOWN = 500  # units on the terminal; the files have all
 LISTED = {
     "seq", "serial", "kind", "attempt", "time", "measured", "operator", "bench", "spec", "unit_verdict", "check",
     "quantity", "value", "U", "unit", "lower", "upper", "verdict", "voided", "simulated",
+    "typed",
 }  # fmt: skip
 
 
@@ -59,7 +61,9 @@ def history(
         raise FleetError(f"no judgement of a unit '{serial}' in the store; `accept list` shows all serials")
     changed = histories.changes(frame)
     tries = attempts(frame)
-    shown = tries[["attempt", "time", "operator", "bench", "spec", "unit_verdict", "simulated", "causes", "voided"]]
+    shown = named(tries)[
+        ["attempt", "time", "operator", "bench", "spec", "unit_verdict", "simulated", "causes", "voided"]
+    ]
     show(telling(shown, "bench", "simulated", "voided"), serial)
     columns = ["attempt", "quantity", "value", "U", "unit", "verdict", "change", "En", "changed"]
     shown = telling(_to_the_digits_of_U(changed[columns]), "change", "En", "changed")
@@ -102,13 +106,26 @@ def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exi
     why = _failures(judged)
     tries = tries.assign(why=[why.get(seq, "") for seq in tries["seq"]])
     rows = tries[
-        ["serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "simulated", "causes", "why"]
+        [
+            "serial",
+            "kind",
+            "attempt",
+            "time",
+            "operator",
+            "bench",
+            "spec",
+            "unit_verdict",
+            "simulated",
+            "causes",
+            "why",
+            "typed",
+        ]
     ]
     title = f"{len(rows)} of {judged['seq'].nunique()} judgements" if every else f"{len(rows)} units"
     one_spec = (
         ["spec"] if rows["spec"].astype(str).eq(rows["kind"].astype(str)).all() else []
     )  # the built-in one of each kind: said already
-    show(telling(rows, "bench", "simulated").drop(columns=[*one_spec, "causes"]).tail(SHOWN), title)
+    show(telling(named(rows), "bench", "simulated").drop(columns=[*one_spec, "causes", "typed"]).tail(SHOWN), title)
     if len(rows) > SHOWN:
         say(f"the last {SHOWN} are shown; --csv FILE or --json FILE has all {len(rows)}")
     write(outputs, rows)

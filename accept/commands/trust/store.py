@@ -217,7 +217,7 @@ def log(
         for event in store.events(subject=serial) if as_text else ():
             found = True
             spec = event.spec.split("@")[0]
-            words = (str(event.seq), event.time[:19], event.who, event.what, event.subject, _verdict(event), spec)
+            words = (str(event.seq), event.time[:19], event.by, event.what, event.subject, _verdict(event), spec)
             tell("  ".join(word for word in (*words, f"code {event.code[:8]}") if word))
             if full:
                 tell(f"    spec {event.spec}  hash {event.hash}", f"    {event.payload}")

@@ -143,7 +143,7 @@ function drawTable(rows) {
   const body = $("table").tBodies[0], fresh = document.createDocumentFragment();
   for (const j of sorted.slice(0, state.shown)) {
     const row = node("tr"); row.tabIndex = 0; row.dataset.serial = j.serial;
-    for (const c of COLUMNS) row.append(node("td", c === "time" ? j.time.replace("T", " ").slice(0, 16) : c === "causes" ? j.why : c === "verdict" && j.simulated ? `${j[c]}, simulated` : j[c], c === "verdict" ? j.verdict : c));
+    for (const c of COLUMNS) row.append(node("td", c === "time" ? j.time.replace("T", " ").slice(0, 16) : c === "causes" ? j.why : c === "operator" ? j.by : c === "verdict" && j.simulated ? `${j[c]}, simulated` : j[c], c === "verdict" ? j.verdict : c));
     fresh.append(row);
   }
   body.replaceChildren(fresh);
@@ -154,7 +154,7 @@ function show(serial) {
   const body = $("detail-body"); body.replaceChildren(node("h2", serial));
   for (const j of F.judgements.filter((k) => k.serial === serial).reverse()) {
     const head = node("h3", `Attempt ${j.attempt}: `); head.append(node("span", j.verdict, j.verdict)); body.append(head);
-    body.append(node("p", `${j.simulated ? "simulated" : "measured"} ${j.at.slice(0, 10)}, judged ${j.time.replace("T", " ")} UTC, ${j.operator}, bench: ${j.bench}, spec ${j.spec}`));
+    body.append(node("p", `${j.simulated ? "simulated" : "measured"} ${j.at.slice(0, 10)}, judged ${j.time.replace("T", " ")} UTC, ${j.by}, bench: ${j.bench}, spec ${j.spec}`));
     if (j.voided) body.append(node("p", `void: ${j.voided}`));
     if (j.certificate) { const link = node("a", "certificate (PDF)"); link.href = j.certificate; body.append(link); }
     const table = node("table"), top = node("tr");

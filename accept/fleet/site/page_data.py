@@ -26,6 +26,7 @@ from accept.judging.voids import voids
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.store import Store, fold
+from accept.store.event import shown_name
 from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged
 from checks.picture import Line, Panel
 from checks.rounding import rounded, rounded_U
@@ -52,9 +53,10 @@ def document(
     store holds; head: its last event; made: when. out: folder of the page, from which certificates are linked. last:
     how many judgements are shown, the last ones. Raises StoreError."""
     head = store.head().seq
-    numbers, tries = (values for values, _ in findings(store, ("seq", "attempt")).values())
+    numbers, tries, names = (values for values, _ in findings(store, ("seq", "attempt", "typed")).values())
     after = int(numbers[-last - 1]) if numbers.size > last else 0
     attempts = dict(zip(numbers[-last:].tolist(), tries[-last:].tolist(), strict=True))
+    typed = dict(zip(numbers[-last:].tolist(), names[-last:].tolist(), strict=True))
     frame = measurements(store, after=after)
     first, begun, passed = _first_attempts(store, set(frame["serial"].unique()), after)
     moments, void = _moments(frame), voids(store)
@@ -71,6 +73,7 @@ def document(
                 "serial": event.subject,
                 "time": event.time[:19],
                 "operator": event.who,
+                "by": shown_name(event.who, bool(typed[event.seq])),
                 "bench": bench_of(result),
                 "kind": result.kind,
                 "attempt": attempts[event.seq],

@@ -19,6 +19,7 @@ from accept.judging.advice import ADVICE, advice, first_advice
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
+from accept.store.event import shown_name
 from accept.store.payloads import RecordRefused, without_hashes
 from accept.tui.background.problems import words_of
 from accept.tui.background.process_work import send_to_worker
@@ -229,7 +230,7 @@ class Summary(Scanning[bool]):
             )
             words += "\n→ Do not hand it out. F2: sign again, which replaces it"
         elif attempt.certificate is None:
-            words = "Certificate: not signed"
+            words = f"Certificate: not signed. Judged in the name of {shown_name(self.session.operator, typed=True)}"
         else:
             words = f"Certificate: {attempt.certificate}"
             if self.report is not None:  # it names who signed

@@ -244,6 +244,7 @@ async def test_whose_key_is_needed_is_said_before_a_passphrase_is_asked():
         assert screen(pilot) == "Summary"
         assert "the key at this bench is that of Ann" in words(pilot, "#status")
         assert "keys request --role technician --name Bob" in words(pilot, "#status")
+        assert "not signed. Judged in the name of Bob (typed)" in words(pilot, "#certificate")
         await press(pilot, "escape", "escape")
         await press(pilot, *"APA-02")
         about = words(pilot, "#about")
