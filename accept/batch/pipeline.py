@@ -49,6 +49,7 @@ from accept.store.event import KeyHolder, shown_name
 from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
 from accept.store.spelling import mistaken_for
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
+from checks.verdict import UnitVerdict
 from specs.bench import BenchFile
 from specs.errors import AcceptError
 from specs.files import CERTIFICATE_BYTES, read_bounded
@@ -230,7 +231,9 @@ class Pipeline:
             given = reason or self._reason_to_amend(result, amends, before)
             reason, because = (given, "") if due is None else (reason, "" if reason else given)
         job, unsigned = replace(job, reason=reason), ""
-        if amends and not (reason or because):
+        handed_out = before.handed_out.result if before is not None and before.handed_out is not None else None
+        of_accepted = handed_out is None or handed_out.verdict == result.verdict == UnitVerdict.ACCEPTED
+        if amends and of_accepted and not (reason or because):  # another verdict is not held up
             unsigned = _NO_REASON.format(result.serial, amends)
         elif job.certificate is not None:
             stated = self._provenance(job.spec, result.serial, before, reason, due, because, amends)

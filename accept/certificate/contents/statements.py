@@ -138,7 +138,7 @@ def _earlier(provenance: Mapping[str, Any]) -> str:
 
 def _amended(provenance: Mapping[str, Any]) -> str:
     """Return which certificate with another result this one replaces, and why ([ISO17025] 7.8.8.3)."""
-    why = provenance.get("reason") or provenance.get("signed_because")
+    why = provenance.get("reason") or provenance.get("signed_because") or "no reason was given"
     return f"replaces certificate {provenance['amends']}: {why}" if provenance.get("amends") else ""
 
 

@@ -55,6 +55,9 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
         raise InvalidCertificate(f"the operator is {contents.operator}, but {technician} signed as technician")
     given = contents.provenance
     _check_form(given)
+    accepted = {contents.result["verdict"], (given.get("replaces") or {}).get("verdict")} == {UnitVerdict.ACCEPTED}
+    if given.get("amends") and accepted and not (given.get("reason") or given.get("signed_because")):
+        raise InvalidCertificate("it replaces the certificate of an accepted unit and does not say why")
     own = contents.code_sha256 == version.code_sha256()
     if own and contents.format != FORMAT:
         raise InvalidCertificate(f"it states format {contents.format}, but this program writes format {FORMAT}")
@@ -185,8 +188,6 @@ def _check_form(given: Mapping[str, Any]) -> None:
     for name in {"signed_because", "amends"} & given.keys():
         if not isinstance(given[name], str) or not given[name]:
             raise InvalidCertificate(f"provenance.{name} is {given[name]!r}, expected text")
-    if given.get("amends") and not (given.get("reason") or given.get("signed_because")):
-        raise InvalidCertificate("it replaces a certificate with another result, and does not say why")
     _check_laboratory(given)
     if "demo" in given and given["demo"] is not True:
         raise InvalidCertificate(f"provenance.demo is {given['demo']!r}, expected true or no such key")

@@ -55,19 +55,29 @@ def test_a_rejected_unit(judge: Callable[..., Path]) -> None:
     assert accept("verify", pdf).exit_code == 0
 
 
-def test_without_a_reason_no_certificate_is_amended(judge: Callable[..., Path]) -> None:
+def test_another_verdict_is_certified_without_a_reason_and_says_so(judge: Callable[..., Path]) -> None:
+    """Neither a rejection nor the measurement after it waits for words."""
+    judge(BAD)
+    pdf = judge(GOOD)
+    assert reasons() == [None, ""]
+    assert statements(stated(pdf))["Attempt"].startswith("2, replaces 'rejected'")
+    assert statements(stated(pdf))["Amended"] == "replaces certificate A/1: no reason was given"
+    done = accept("verify", pdf, "--require", "accepted,current")
+    assert (done.exit_code, "no reason was given" in done.stderr) == (0, True), done.output
+
+
+def test_without_a_reason_no_accepted_unit_is_amended(judge: Callable[..., Path]) -> None:
     """Without a terminal and without the option it is judged and stored, and the certificate before is superseded; the
     one with a reason is then of that attempt."""
-    pdf = judge(BAD)
+    pdf = judge(GOOD)
     before = pdf.read_bytes()
-    judge(GOOD)
-    assert reasons() == [None, ""]
+    other = GOOD.replace("5.10", "5.11")
+    judge(other)
     assert pdf.read_bytes() == before
     done = accept("verify", pdf)
     assert (done.exit_code, "a later attempt" in done.stdout) == (4, True), done.output
-    pdf = judge(GOOD, "--reason", REASON)
-    assert reasons() == [None, ""]
-    assert statements(stated(pdf))["Attempt"].startswith("2, replaces 'rejected'")
+    pdf = judge(other, "--reason", REASON)
+    assert len(reasons()) == 2
     assert statements(stated(pdf))["Amended"] == f"replaces certificate A/1: {REASON}"
     done = accept("verify", pdf, "--require", "accepted,current")
     assert (done.exit_code, REASON in done.stderr) == (0, True), done.output
