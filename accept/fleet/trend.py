@@ -217,13 +217,14 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
     count = alarm.units
     size = f"{'+' if alarm.size > 0 else ''}{with_U(alarm.size, alarm.U)} {trend.unit}"
     since = f"{first['day']:%Y-%m-%d}"
-    where = _whose(alarm.place, ", only")
+    where = whose(alarm.place, ", only")
     match alarm.rule:
         case "equal":
             value = f"{first['value']:g} {trend.unit}"
             return (
-                f"{units} (since {since}): {count} equal values of {value} in a row{_whose(alarm.place)}; "
-                f"more than {alarm.usual} in a row are expected once in {1.0 / FALSE_ALARM:g} charts of measured values"
+                f"{units} (since {since}): {count} equal values of {value} in a row{whose(alarm.place)}; measured ones "
+                f"show more than {alarm.usual} in a row once in {1.0 / FALSE_ALARM:g} charts: was a number copied, did "
+                "a reading stand still, or are the steps of the meter too coarse?"
             )
         case "value":
             there = "" if first["bench"] == NOT_STATED else f", at bench {first['bench']}"
@@ -238,7 +239,8 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
             return f"{units} ({count} units, since {since}): rule {alarm.rule}, {NELSON[int(alarm.rule)]}"
 
 
-def _whose(place: Place | None, only: str = "") -> str:
+def whose(place: Place | None, only: str = "") -> str:
+    """Return the place of values in words that follow others, "" if it is not known."""
     if place is None:
         return ""
     column, name = place

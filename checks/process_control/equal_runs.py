@@ -2,7 +2,7 @@
 
 Two readings of a normal process are equal with a chance p that depends on the step of the meter and the standard
 deviation alone; so does the length of the runs that such readings show. A longer run was not measured one by one: a
-number was copied, the reading stood still, or the meter cannot resolve the process.
+number was copied, the reading stood still, or the steps of the meter are too coarse for the process.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,6 +17,8 @@ from checks.process_control.spread import moving_range_sigma
 
 BY = ("operator", "bench")  # who reads, and with which meters: a run counts among the values of each alone
 FALSE_ALARM = 0.02  # chance of a run anywhere among measured values, of both together
+
+COARSEST = 0.5  # chance of equal neighbours at a step of 2 sigma: a coarser meter cannot resolve the process
 
 Labels = NDArray[np.object_]
 Place = tuple[str, str]  # ("operator", "Ben")
@@ -86,13 +88,14 @@ def _tie_chance(x: Array) -> float:
 
 
 def _tie_chance_of(x: Array) -> float:
-    """Return the larger of two estimates: the share of equal neighbours (one half without any), and the chance for
+    """Return the larger of two estimates, but at most `COARSEST`: the share of equal neighbours, and the chance for
     normal values that are rounded to a step, the mean of (1 - |difference| / step) where it is positive.
 
     The step is the median one between the values that occur: a single value with more digits does not make it finer."""
     shown = (float((np.diff(x) == 0.0).sum()) + 1.0) / (x.size + 1.0)
     steps = np.diff(np.unique(x))
     if not steps.size:
-        return shown
+        return COARSEST
     ratio = float(np.median(steps)) / (2.0 * moving_range_sigma(x))
-    return max(shown, float(erf(ratio) - (1.0 - np.exp(-(ratio**2))) / (ratio * np.sqrt(np.pi))))
+    rounded = float(erf(ratio) - (1.0 - np.exp(-(ratio**2))) / (ratio * np.sqrt(np.pi)))
+    return min(max(shown, rounded), COARSEST)

@@ -61,8 +61,11 @@ def test_a_meter_that_stands_still_is_found_among_the_values_of_its_bench():
 
 def test_values_that_never_vary():
     """Without any scatter an even chance of a tie is assumed: many in a row ring, few do not."""
-    assert [run.at.size for run in equal_runs(np.full(90, 4.95), {})] == [90]
-    assert equal_runs(np.full(12, 4.95), {}) == []
+    x = np.full(90, 4.95)
+    assert [run.at.size for run in equal_runs(x, {})] == [90]
+    assert equal_runs(x[:12], {}) == []
+    x[35] = 1.575  # nor does one that was mistyped among them hide it
+    assert [run.at.size for run in equal_runs(x, {})] == [35, 54]
 
 
 @pytest.mark.parametrize("count", [60, 90, 140, 160])
