@@ -22,7 +22,7 @@ from accept.base.atomic_files import writing_atomic
 from accept.base.documents import document, results
 from accept.base.documents.results import UnitEntry
 from accept.base.progress import busy
-from accept.judging.folder_name import CONFIRMED
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.store import Event, Store, payloads
 from accept.store.chain import START, StoreHead
 from accept.store.payloads import UnitJudged
@@ -179,7 +179,7 @@ def _held_by(result: UnitEntry) -> str:
         result.nonconformances,
         any(copy.get("withheld") for copy in result.copies),
         result.part_doubts,
-        result.folder and CONFIRMED not in result.folder,
+        ALIKE in result.folder or (NAME in result.folder and CONFIRMED not in result.folder),
         any(row.get("problem") for row in (result.calibration or {}).get("instruments") or ()),
     )
     return next((words for words, is_so in zip(HELD_BY, holds, strict=True) if is_so), "")

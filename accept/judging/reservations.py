@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from accept.base.documents.results import UnitEntry
 from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
-from accept.judging.folder_name import CONFIRMED, NAME, doubted_folder
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME, doubted_folder
 from accept.judging.nonconformance import Values, in_notes, open_nonconformances
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
@@ -27,7 +27,8 @@ from checks.verdict import Finding, unit_verdict
 @dataclass(frozen=True)
 class Reservations:
     """copies: recordings of the unit that are filed elsewhere too. part_doubts: doubts about its parts, a sentence
-    each. nonconformances: those that hold it. folder: its name if that is another unit's serial."""
+    each. nonconformances: those that hold it. folder: its name if that is another unit's serial, and
+    the serial that looks like its own (`accept.judging.folder_name`)."""
 
     copies: Sequence[Copy] = ()
     part_doubts: Sequence[str] = ()
@@ -73,8 +74,11 @@ class Reservations:
         if self.nonconformances:
             held = because(Cause.NONCONFORMANCE, detail="; ".join(self.nonconformances))
             found = tuple(weakened(f, held) for f in found)
-        if self.folder and CONFIRMED not in self.folder:
-            doubt = because(Cause.FOLDER_NAME, name=self.folder.get(NAME, ""))
+        if NAME in self.folder and CONFIRMED not in self.folder:
+            doubt = because(Cause.FOLDER_NAME, name=self.folder[NAME])
+            found = tuple(weakened(f, doubt) for f in found)
+        if ALIKE in self.folder:
+            doubt = because(Cause.SERIAL_ALIKE, name=self.folder[ALIKE])
             found = tuple(weakened(f, doubt) for f in found)
         return found
 

@@ -62,7 +62,9 @@ class UnitEntry(Document):
     action: Annotated[str | None, only_if(), "what to put right at the bench before it is measured again"] = None
     nonconformances: Annotated[tuple[str, ...], _filled, "what was found wrong with the part, and holds the unit"] = ()
     folder: Annotated[
-        Mapping[str, str], _filled, "`name` of its folder if that is another serial, `confirmed_by` a person"
+        Mapping[str, str],
+        _filled,
+        "`name` of its folder if that is another serial, `confirmed_by` a person; `alike`: a serial like it",
     ] = field(default_factory=dict)
     calibration: Annotated[Mapping[str, Any] | None, only_if(), "the instruments behind the findings"] = None
     gap: Annotated[Mapping[str, Any] | None, only_if(), "the answer of the gap workflow, as gap.json"] = None
