@@ -229,13 +229,8 @@ def latest(frame: pd.DataFrame) -> pd.DataFrame:
     return frame[frame["seq"] == frame.groupby("serial", observed=True)["seq"].transform("max")]
 
 
-def between(frame: pd.DataFrame, since: datetime.date | None, until: datetime.date | None) -> pd.DataFrame:
-    """Return the rows of these days, both included (UTC): of measurement if it is stated, else of judging."""
-    return frame[is_between(frame, since, until)]
-
-
 def is_between(frame: pd.DataFrame, since: datetime.date | None, until: datetime.date | None) -> pd.Series:
-    """Return which rows are of these days, as `between` has them."""
+    """Return which rows are of these days, both included (UTC): of measurement if it is stated, else of judging."""
     keep = pd.Series(True, index=frame.index)
     if since is not None:
         keep &= when(frame) >= pd.Timestamp(since, tz="UTC")

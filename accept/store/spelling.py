@@ -5,7 +5,7 @@ folders would overwrite each other. Those that differ by letters and digits that
 about.
 """
 
-LOOKS = {"o": "0", "i": "1", "l": "1", "s": "5", "b": "8"}  # letter, lower case -> digit that looks like it
+LOOKS = ("oilsb", "01158")  # letters, in lower case, and the digits that look like them
 
 
 def spelling_key(serial: str) -> str:
@@ -16,7 +16,7 @@ def spelling_key(serial: str) -> str:
 
 def look_key(serial: str) -> str:
     """Return the key that serials share that look alike. A store has an index of it (`accept.store.tables`)."""
-    return spelling_key(serial).translate(str.maketrans(LOOKS))
+    return spelling_key(serial).translate(str.maketrans(*LOOKS))
 
 
 def look_alike(serial: str, other: str) -> bool:

@@ -47,7 +47,7 @@ _BY_KIND = Index(BY_KIND, events.c.what, events.c.seq)
 # By the key that serials share that look alike. Earlier stores get it when they are opened.
 BY_LOOK = "events_by_look"
 LOOK = func.lower(events.c.subject)
-for _letter, _digit in LOOKS.items():
+for _letter, _digit in zip(*LOOKS, strict=True):
     LOOK = func.replace(LOOK, literal_column(f"'{_letter}'"), literal_column(f"'{_digit}'"))
 _BY_LOOK = Index(BY_LOOK, LOOK, events.c.what, events.c.subject)
 

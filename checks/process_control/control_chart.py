@@ -18,7 +18,7 @@ from scipy.ndimage import median_filter
 from scipy.special import stdtrit
 
 from checks.arrays import Array
-from checks.process_control.spread import D2, D4, moving_range_degrees, moving_range_sigma, robust_sigma
+from checks.process_control.spread import moving_range_degrees, moving_range_sigma, robust_sigma
 
 LEAST = 8  # values below which limits are not worth drawing
 FALSE_ALARM = 0.02  # chance that a test rings anywhere in a chart of a process in control; two tests: below 1 in 20
@@ -91,7 +91,7 @@ class Alarm:
 @dataclass(frozen=True, eq=False)
 class Chart:
     """values (N,) against a baseline: lower, upper limits of a single value; weighted (N,) the weighted mean, gross
-    values left out, with its limits weighted_lo, weighted_hi (N,); moving_range (N - 1,) with its upper limit."""
+    values left out, with its limits weighted_lo, weighted_hi (N,)."""
 
     values: Array
     baseline: Baseline
@@ -100,8 +100,6 @@ class Chart:
     weighted: Array
     weighted_lo: Array
     weighted_hi: Array
-    moving_range: Array
-    range_limit: float
     level: Array
     alarms: tuple[Alarm, ...]
 
@@ -155,8 +153,6 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
         weighted=weighted,
         weighted_lo=base.mean - spread,
         weighted_hi=base.mean + spread,
-        moving_range=np.abs(np.diff(x)),
-        range_limit=D4 * D2 * base.sigma,
         level=level,
         alarms=tuple(sorted([*alarms, *lasting, *_patterns(x, base, nelson_rules)], key=lambda a: (a.first, a.rule))),
     )
