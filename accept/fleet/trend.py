@@ -164,7 +164,7 @@ def equal_values(rows: pd.DataFrame) -> list[EqualRun]:
 
 
 def _labels(rows: pd.DataFrame) -> dict[str, NDArray[np.object_]]:
-    """Return place -> label of each row, "" where it is not stated."""
+    """Return place -> label of each row, "" for one that is not stated."""
     known = [column for column in PLACES if column in rows]
     return {column: np.where(rows[column] == NOT_STATED, "", rows[column]).astype(object) for column in known}
 

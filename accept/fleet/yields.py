@@ -111,13 +111,15 @@ def pareto(frame: pd.DataFrame, chosen: pd.Series | None = None) -> pd.DataFrame
     """Return what stopped units at the first attempt, each unit once, as `stops` has it: quantity, verdict, number of
     units, share, what else those units have; most frequent first."""
     each = stops(frame, chosen)
-    parts = each.groupby(["quantity", "verdict"])["also"]
-    rows = [(*cause, len(of), Counter(word for words in of for word in words)) for cause, of in parts]
-    rows.sort(key=lambda row: (-row[2], *row[:2]))
-    also = [", ".join(f"{word} {count}" for word, count in more.most_common()) for *_, more in rows]
-    units = len(_first_judgements(frame, chosen))
-    table = pd.DataFrame([row[:3] for row in rows], columns=["quantity", "verdict", "units"])
-    return table.assign(share=table["units"] / max(1, units), also=also)
+    table = each.groupby(["quantity", "verdict"])["also"].agg([len, _counted_words]).reset_index()
+    table.columns = pd.Index(["quantity", "verdict", "units", "also"])
+    table.insert(3, "share", table["units"] / max(1, len(_first_judgements(frame, chosen))))
+    return table.sort_values(["units", "quantity", "verdict"], ascending=[False, True, True], ignore_index=True)
+
+
+def _counted_words(of_units: pd.Series) -> str:
+    counts = Counter(word for words in of_units for word in words)
+    return ", ".join(f"{word} {count}" for word, count in counts.most_common())
 
 
 def wilson(hits: np.ndarray, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

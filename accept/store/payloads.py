@@ -180,7 +180,7 @@ class BaselineSet(Payload, what="baseline_set"):
 
 @dataclass(frozen=True)
 class SerialConfirmed(Payload, what="serial_confirmed"):
-    """A person confirmed the serial of a unit: it is none of those that look like it."""
+    """A person confirmed the serial of a unit and told it apart from those that look like it."""
 
     unlike: Annotated[tuple[str, ...], "the serials that it was asked about"]
 

@@ -89,9 +89,9 @@ def _tie_chance(x: Array) -> float:
 
 def _tie_chance_of(x: Array) -> float:
     """Return the larger of two estimates, but at most `COARSEST`: the share of equal neighbours, and the chance for
-    normal values that are rounded to a step, the mean of (1 - |difference| / step) where it is positive.
+    normal values that are rounded to a step, the mean of the positive part of 1 - |difference| / step.
 
-    The step is the median one between the values that occur: a single value with more digits does not make it finer."""
+    The step is the median difference of neighbouring values in order: one value with more digits makes it no finer."""
     shown = (float((np.diff(x) == 0.0).sum()) + 1.0) / (x.size + 1.0)
     steps = np.diff(np.unique(x))
     if not steps.size:

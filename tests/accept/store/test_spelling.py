@@ -5,12 +5,12 @@ from pathlib import Path
 import pytest
 
 from accept.judging.folder_name import confirm, unconfirmed
-from accept.store import open_store
+from accept.store import Event, Store, open_store
 from accept.store.payloads import AttemptStarted, EntryUndone
 from accept.store.spelling import difference, look_alike, look_key
 
 
-def begin(store, serial: str):
+def begin(store: Store, serial: str) -> Event:
     return store.write(AttemptStarted(1, "apa", {}, ""), serial, who="Ann")
 
 
