@@ -243,6 +243,7 @@ class Cause(Enum):
     LEARNED_BENCH = "model {model}: {detail}; learn the bench again (`accept model learn`)"
     FOLDER_NAME = "its folder is called {name}, which is the serial of another unit: which of the two was measured?"
     READ_OTHERWISE = "the same recording, read otherwise: {detail}"
+    SERIAL_ALIKE = "its serial looks like {name}, which the store knows: which of the two was measured?"
     PART_DOUBTED = "each part is accepted before it is built in, and stands in one strut: {detail}"
     NONCONFORMANCE = "held: {detail}. Quality assurance decides"
     MEMORY_LIMIT = "the records are too large: judging them takes more memory than a worker has ({most:g} GB)"

@@ -37,7 +37,7 @@ from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.copies import withhold_others
-from accept.judging.folder_name import CONFIRMED, question
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME, confirm, question
 from accept.judging.golden import check_may_judge, goldens, missed
 from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations
@@ -140,12 +140,14 @@ class Pipeline:
         last = None if before is None else before.result
         known = Known(before, self._reservations(unit, last))
         doubted = known.reservations.folder  # only who signs the certificate states that it was confirmed
-        if doubted and not same_person(doubted.get(CONFIRMED, ""), self.operator):
-            answer = self._confirm(question(unit))
+        named = NAME in doubted and not same_person(doubted.get(CONFIRMED, ""), self.operator)
+        if named or ALIKE in doubted:
+            answer = self._confirm(question(unit.serial, doubted))
             if answer is False:
                 raise UnitError(unit.path / UNIT_FILE, [f"serial = '{unit.serial}' was not confirmed for this folder"])
             if answer:
                 self._confirmed.add(unit.path)
+                confirm(self.store, unit.serial, self.operator)
                 known = Known(before, self._reservations(unit, last))
         return known
 

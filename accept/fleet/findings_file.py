@@ -23,6 +23,7 @@ from accept.base.atomic_files import writing_atomic
 from accept.base.documents import document, results
 from accept.base.documents.results import UnitEntry
 from accept.base.progress import busy
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.store import Event, Store, payloads
 from accept.store.chain import START, StoreHead
 from accept.store.fold import TECHNICIAN
@@ -36,10 +37,13 @@ MANY = 5000  # judgements to read that take seconds, so that a bar is shown
 LONGEST_HEADER = 1 << 20  # bytes; it has some 10,000
 NOT_STATED = "not stated"
 OF_ORIGIN = ("lot", "supplier", "order", "shift", "study")
+HELD_BY = (  # what holds a whole unit, whatever its values are; the first one counts
+    "nonconformance", "copied recording", "part in doubt", "serial in doubt", "no valid calibration",
+)  # fmt: skip
 NO_TIME = np.iinfo(np.int64).min  # NaT of numpy
 
 TEXT, NUMBER, WHOLE, TIME, TRUTH = "i", "d", "q", "q", "b"  # types of `array`; a text is the number of its word
-TEXTS_OF_A_JUDGEMENT = ("operator", "bench", *OF_ORIGIN, "serial", "kind", "unit_verdict", "spec")
+TEXTS_OF_A_JUDGEMENT = ("operator", "bench", *OF_ORIGIN, "serial", "kind", "unit_verdict", "spec", "held_by")
 TEXTS_OF_A_FINDING = ("check", "quantity", "unit", "verdict", "reason")
 TEXTS = (*TEXTS_OF_A_JUDGEMENT, *TEXTS_OF_A_FINDING)
 OF_A_JUDGEMENT = {
@@ -102,6 +106,7 @@ class FindingsTable:
             kind=result.kind,
             unit_verdict=str(result.verdict),
             spec=event.spec.split("@")[0],
+            held_by=_held_by(result),
         )
         days = {check: _microseconds(day) for check, day in result.measured.items()}
         for finding in result.findings:
@@ -184,6 +189,18 @@ def bench_of(result: UnitEntry) -> str:
     """Return the name of the bench file that a result was judged with."""
     calibration = result.calibration or {}
     return str(calibration.get("bench") or NOT_STATED)
+
+
+def _held_by(result: UnitEntry) -> str:
+    """Return which of `HELD_BY` holds a unit, "" if nothing does."""
+    holds = (
+        result.nonconformances,
+        any(copy.get("withheld") for copy in result.copies),
+        result.part_doubts,
+        ALIKE in result.folder or (NAME in result.folder and CONFIRMED not in result.folder),
+        any(row.get("problem") for row in (result.calibration or {}).get("instruments") or ()),
+    )
+    return next((words for words, is_so in zip(HELD_BY, holds, strict=True) if is_so), "")
 
 
 def _microseconds(text: str) -> int:

@@ -20,15 +20,17 @@ from accept.fleet.findings_file import (
     FindingsTable,
     findings,
 )
+from accept.judging.golden import goldens
 from accept.judging.voids import voids
 from accept.store import Store
 from accept.store.payloads import InstrumentChecked
 from checks.cause import Cause
 
 VOIDED = "voided"  # verdict of a unit whose judgement was declared void, and the column that says why
+GOLDEN = "golden"  # column: the unit is a golden one, which the bench is checked by and no process made
 COLUMNS_OF_A_JUDGEMENT = [
     "seq", "time", "batch", "place", "operator", "bench", *OF_ORIGIN, "serial", "kind", "attempt", "unit_verdict",
-    "spec", VOIDED, "simulated", "typed",
+    "spec", "held_by", VOIDED, "simulated", GOLDEN, "typed",
 ]  # fmt: skip
 COLUMNS_OF_A_FINDING = [
     "check", "quantity", "value", "unit", "U", "lower", "upper", "verdict", "reason", "required", "measured",
@@ -54,19 +56,23 @@ def measurements(
 
     attempt: how often the serial was judged up to then. bench: name of the bench file, if one was used. batch, place:
     the batch in which it was judged and the unit's place in it. measured: the day stated for the check, else NaT.
-    voided: why quality assurance declared the judgement void, "" if it did not; unit_verdict is "voided" then.
-    simulated: whether no instrument measured the unit. typed: whether the operator's name was only typed. Raises
-    StoreError.
+    held_by: of `HELD_BY`, what holds the whole unit, "" for nothing. voided: why quality assurance declared the
+    judgement void, "" if it did not; unit_verdict is "voided" then. simulated: whether no instrument measured the unit.
+    typed: whether the operator's name was only typed. Raises StoreError.
     """
     if serial is None:
-        wanted = {"seq", "findings", *({"quantity"} if quantities is not None else ()), *columns} - {VOIDED}
-        wanted |= {"verdict", "measured"} if brief else set()
+        wanted = {"seq", "findings", *({"quantity"} if quantities is not None else ()), *columns} - {VOIDED, GOLDEN}
+        wanted |= ({"verdict", "measured"} if brief else set()) | ({"serial"} if GOLDEN in columns else set())
         found = findings(store, wanted)
     else:
         of_unit = FindingsTable()
         of_unit.add(store.events(serial))
         found = of_unit.arrays(TYPES)
     void = {seq: each.words for seq, each in voids(store, serial).items()}
+    if GOLDEN in columns:
+        codes, words = found["serial"]
+        named = goldens(store)
+        found[GOLDEN] = np.isin(codes, [i for i, each in enumerate(words or ()) if each in named]), None
     return _frame(found, void, quantities, columns, after, brief)
 
 
@@ -135,7 +141,7 @@ def _typed_column(name: str, values: np.ndarray, words: list[str] | None) -> Any
         return pd.Categorical.from_codes(values, dtype=pd.CategoricalDtype(pd.Index(words, dtype=object)))
     if name in TIMES:
         return pd.Series(values.view("M8[us]")).dt.tz_localize("UTC")
-    return values.astype(bool) if TYPES[name] == TRUTH else values
+    return values.astype(bool) if TYPES.get(name) == TRUTH else values
 
 
 def _with_types(frame: pd.DataFrame) -> pd.DataFrame:
@@ -161,7 +167,8 @@ def instrument_checks(store: Store, name: str) -> pd.DataFrame:
             **dict.fromkeys(COLUMNS, NOT_STATED),
             "seq": event.seq, "time": event.time, "batch": event.seq, "place": 0, "operator": event.who,
             "bench": f"{name} {each.serial or ''}".strip(), "serial": each.time[:19], "kind": each.what, "attempt": 1,
-            "voided": "", "simulated": False, "typed": each.typed, "check": "reference", "quantity": f"{CHECKED}{name}",
+            "held_by": "", "voided": "", "simulated": False, GOLDEN: False, "typed": each.typed, "check": "reference",
+            "quantity": f"{CHECKED}{name}",
             "value": each.value, "unit": each.unit, "U": each.U,
             "lower": each.reference - math.hypot(found[0][1].U, each.U_reference),
             "upper": each.reference + math.hypot(found[0][1].U, each.U_reference),
@@ -190,8 +197,8 @@ def in_order_of_the_store(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def of_production(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of units of the process: neither simulated nor part of a gauge study."""
-    return frame[~frame["simulated"] & (frame["study"] == NOT_STATED)]
+    """Return the rows of units of the process: neither simulated nor golden nor part of a gauge study."""
+    return frame[~frame["simulated"] & ~frame[GOLDEN] & (frame["study"] == NOT_STATED)]
 
 
 def counted(frame: pd.DataFrame) -> pd.DataFrame:
@@ -203,7 +210,7 @@ def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the first attempt at every quantity of every unit: one row for each, of the whole history in frame.
 
     A quantity that was not measured has not been attempted: after a short spec, only the quantities of that spec count
-    as attempted. Void judgements, those of a study and simulated units are not attempts."""
+    as attempted. Void judgements, those of a study, of simulated and of golden units are not attempts."""
     frame = counted(frame)
     attempted = frame[(frame["verdict"] != "no_result") | (frame["reason"] != NOT_MEASURED)]
     return in_order_of_the_store(attempted).drop_duplicates(["serial", "quantity"])
@@ -222,13 +229,8 @@ def latest(frame: pd.DataFrame) -> pd.DataFrame:
     return frame[frame["seq"] == frame.groupby("serial", observed=True)["seq"].transform("max")]
 
 
-def between(frame: pd.DataFrame, since: datetime.date | None, until: datetime.date | None) -> pd.DataFrame:
-    """Return the rows of these days, both included (UTC): of measurement if it is stated, else of judging."""
-    return frame[is_between(frame, since, until)]
-
-
 def is_between(frame: pd.DataFrame, since: datetime.date | None, until: datetime.date | None) -> pd.Series:
-    """Return which rows are of these days, as `between` has them."""
+    """Return which rows are of these days, both included (UTC): of measurement if it is stated, else of judging."""
     keep = pd.Series(True, index=frame.index)
     if since is not None:
         keep &= when(frame) >= pd.Timestamp(since, tz="UTC")

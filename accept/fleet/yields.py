@@ -1,18 +1,33 @@
 """How many units pass, at the first attempt and in the end, and what stops the others."""
 
+from collections import Counter
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
-from accept.fleet.measurements import VOIDED, counted, first_attempts, in_order_of_the_store, of_production, when
+from accept.fleet.findings_file import HELD_BY
+from accept.fleet.measurements import (
+    GOLDEN,
+    VOIDED,
+    counted,
+    first_attempts,
+    in_order_of_the_store,
+    latest,
+    of_production,
+    when,
+)
 from accept.pictures.labels import label_of
 from checks.picture import Band, Line, Panel, Text
 
 PERIODS = {"month": "%Y-%m", "week": "%G-W%V", "day": "%Y-%m-%d"}
 COLUMNS = (  # what a yield and its causes are made of
-    "seq", "time", "measured", "kind", "study", VOIDED, "serial", "attempt", "unit_verdict", "check", "quantity",
-    "verdict", "reason", "required", "simulated",
+    "seq", "time", "measured", "kind", "study", "held_by", VOIDED, "serial", "attempt", "unit_verdict", "check",
+    "quantity", "verdict", "reason", "required", "simulated", GOLDEN,
 )  # fmt: skip
 Z_95 = 1.959963984540054  # of the interval of a yield: 95 %, two-sided
+WORST_FIRST = ("fail", "no_result", "conditional", VOIDED)
+VOID = "void judgement"
 MOST_CAUSES = 12  # of a picture: the others are in the table
 
 
@@ -51,19 +66,60 @@ def _first_judgements(frame: pd.DataFrame, chosen: pd.Series | None) -> pd.DataF
     return first if chosen is None else first[chosen.reindex(first.index, fill_value=False)]
 
 
-def pareto(frame: pd.DataFrame, chosen: pd.Series | None = None) -> pd.DataFrame:
-    """Return what stopped units at the first attempt: check, quantity, verdict, number of units; most frequent first.
+def stops(frame: pd.DataFrame, chosen: pd.Series | None = None) -> pd.DataFrame:
+    """Return a row for each unit that did not pass at its first attempt: serial; quantity, the one that stopped it, or
+    in its place what holds the whole unit; verdict; also, the others that would have stopped it, in words.
 
-    frame, chosen: as in `yields`, so that both count the same units.
+    frame, chosen: as in `yields`, so that both count the same units. Of several findings the worst counts, then the
+    first.
     """
-    first = _first_judgements(frame, chosen)
-    attempted = first_attempts(frame[frame["serial"].isin(first["serial"])])
-    bad = attempted[attempted["verdict"] != "pass"]
-    counted = (
-        bad.groupby(["check", "quantity", "verdict"], observed=True)["serial"].nunique().rename("units").reset_index()
-    )
-    ordered = counted.sort_values(["units", "check", "quantity"], ascending=[False, True, True], ignore_index=True)
-    return ordered.assign(share=ordered["units"] / max(1, len(first)))
+    made = yields(frame, "serial", chosen)
+    stopped = frame[frame["serial"].isin(made.loc[made["first"] == 0, "serial"])]
+    bad = _not_passed(first_attempts(stopped))
+    last = latest(of_production(stopped[~stopped["serial"].isin(bad["serial"])]))  # not measured to this day, or void
+    void = last[last[VOIDED] != ""].drop_duplicates("serial").assign(held_by=VOID, verdict=VOIDED)
+    rows = pd.concat([bad, _not_passed(last[last[VOIDED] == ""]), void], ignore_index=True)
+    held = rows["held_by"].astype(object)
+    order = np.where(held != "", -1, rows["verdict"].map({v: i for i, v in enumerate(WORST_FIRST)}).astype(float))
+    name = held.where(held != "", rows["quantity"].astype(object))
+    ordered = rows.assign(name=name, order=order).sort_values("order", kind="stable")
+    found = [
+        (serial, of["name"].iloc[0], str(of["verdict"].iloc[0]), _also(of))
+        for serial, of in ordered.groupby("serial", sort=False, observed=True)
+    ]
+    return pd.DataFrame(found, columns=["serial", "quantity", "verdict", "also"])
+
+
+def cause_label(cause: str) -> str:
+    """Return the label of a quantity, and what holds a whole unit as it is called."""
+    return cause.capitalize() if cause in (*HELD_BY, VOID) else label_of(cause)
+
+
+def _not_passed(rows: pd.DataFrame) -> pd.DataFrame:
+    return rows[rows["required"] & (rows["verdict"] != "pass")]
+
+
+def _also(of_unit: pd.DataFrame) -> list[str]:
+    """Return the findings of a unit beside the one that stopped it; of a unit that is held, those that failed."""
+    held = of_unit["held_by"].iloc[0] != ""
+    rows = of_unit[of_unit["verdict"] == "fail"] if held else of_unit.iloc[1:]
+    pairs = zip(rows["quantity"], rows["verdict"], strict=True)
+    return [f"{label_of(quantity)} {verdict.replace('_', ' ')}" for quantity, verdict in pairs]
+
+
+def pareto(frame: pd.DataFrame, chosen: pd.Series | None = None) -> pd.DataFrame:
+    """Return what stopped units at the first attempt, each unit once, as `stops` has it: quantity, verdict, number of
+    units, share, what else those units have; most frequent first."""
+    each = stops(frame, chosen)
+    table = each.groupby(["quantity", "verdict"])["also"].agg([len, _counted_words]).reset_index()
+    table.columns = pd.Index(["quantity", "verdict", "units", "also"])
+    table.insert(3, "share", table["units"] / max(1, len(_first_judgements(frame, chosen))))
+    return table.sort_values(["units", "quantity", "verdict"], ascending=[False, True, True], ignore_index=True)
+
+
+def _counted_words(of_units: pd.Series) -> str:
+    counts = Counter(word for words in of_units for word in words)
+    return ", ".join(f"{word} {count}" for word, count in counts.most_common())
 
 
 def wilson(hits: np.ndarray, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -82,26 +138,26 @@ def panels(made: pd.DataFrame, causes: pd.DataFrame, by: str) -> list[Panel]:
     made : as `yields` gives it. causes : as `pareto`."""
     share, lo, hi = (100.0 * made[name].to_numpy(dtype=float) for name in ("first_pass", "lo", "hi"))
     words = [f"{row[by]}: {row['first']} of {row['units']}" for row in made.to_dict("records")]
-    bars = _bars(share, words, "good")
+    shares = bars(share, words, "good")
     ends = [
         Line(np.array(pair), np.full(2, len(share) - 1.0 - i), role="data")
         for i, pair in enumerate(zip(lo, hi, strict=True))
     ]
     across = "passed at their first attempt [%], with the 95 % interval"
-    shown = [_panel("first-pass yield", across, [*bars, *ends], len(share), 100.0)]
+    shown = [row_panel("first-pass yield", across, [*shares, *ends], len(share), 100.0)]
     if len(causes):
         worst = causes.head(MOST_CAUSES)
         counted = worst["units"].to_numpy(dtype=float)
         named = [
-            f"{label_of(row['quantity'])}: {row['verdict'].replace('_', ' ')}, {row['units']}"
+            f"{cause_label(row['quantity'])}: {row['verdict'].replace('_', ' ')}, {row['units']}"
             for row in worst.to_dict("records")
         ]
         title = "what stopped units at their first attempt"
-        shown.append(_panel(title, "units", _bars(counted, named, "bad"), len(counted), 1.05 * float(counted.max())))
+        shown.append(row_panel(title, "units", bars(counted, named, "bad"), len(counted), 1.05 * float(counted.max())))
     return shown
 
 
-def _bars(values: np.ndarray, words: list[str], role: str) -> list[Band | Line | Text]:
+def bars(values: np.ndarray, words: list[str], role: str) -> list[Band | Line | Text]:
     """Return a bar each, the first one above, with its words on it."""
     items: list[Band | Line | Text] = []
     for i, (value, label) in enumerate(zip(values, words, strict=True)):
@@ -111,5 +167,8 @@ def _bars(values: np.ndarray, words: list[str], role: str) -> list[Band | Line |
     return items
 
 
-def _panel(title: str, across: str, items: list[Band | Line | Text], rows: int, most: float) -> Panel:
-    return Panel(title, across, "", tuple(items), x_range=(0.0, most), y_range=(-0.6, rows - 0.4), y_names=("",) * rows)
+def row_panel(title: str, across: str, items: Sequence[Band | Line | Text], rows: int, most: float | None) -> Panel:
+    """Return a panel of rows whose names stand in it. most: end of its axis, which begins at zero; None: as the items
+    reach."""
+    x_range = None if most is None else (0.0, most)
+    return Panel(title, across, "", tuple(items), x_range=x_range, y_range=(-0.6, rows - 0.4), y_names=("",) * rows)

@@ -58,6 +58,7 @@ ADVICE: Mapping[Cause, str] = {
     Cause.PART_DOUBTED: "judge the part again, build in another one, or correct [parts] of the strut that it left",
     Cause.FOLDER_NAME: "rename the folder, or correct serial in unit.toml; or confirm the serial: accept report at a "
     "terminal",
+    Cause.SERIAL_ALIKE: "correct serial in unit.toml, or confirm it: accept report at a terminal",
     Cause.NONCONFORMANCE: "sign; quality assurance countersigns with its disposition",
     Cause.POINT_TWICE: "measure points {first} and {second} again",
     Cause.VOLTAGE_START: _WHOLE_CYCLE,

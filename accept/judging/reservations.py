@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from accept.base.documents.results import UnitEntry
 from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
-from accept.judging.folder_name import CONFIRMED, NAME, doubted_folder
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME, doubted_folder
 from accept.judging.nonconformance import in_notes, open_nonconformances
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import Rereading, rereadings, weaken_reread
@@ -30,8 +30,8 @@ from checks.verdict import Finding, unit_verdict
 class Reservations:
     """copies: recordings of the unit that are filed elsewhere too. part_doubts: doubts about its parts, a sentence
     each. nonconformances: those that hold it; superseded: check -> the one of them that holds its findings alone.
-    folder: its name if that is another unit's serial. rereadings: by quantity, of recordings that were read otherwise
-    before."""
+    folder: its name if that is another unit's serial, and the serial that looks like its own
+    (`accept.judging.folder_name`). rereadings: by quantity, of recordings that were read otherwise before."""
 
     copies: Sequence[Copy] = ()
     part_doubts: Sequence[str] = ()
@@ -98,8 +98,11 @@ class Reservations:
             words = [*of_unit, *(w for name, w in self.superseded.items() if name == check and w in alone)]
             held = because(Cause.NONCONFORMANCE, detail="; ".join(words))
             found = tuple(weakened(f, held) if words and f.check == check else f for f in found)
-        if self.folder and CONFIRMED not in self.folder:
-            doubt = because(Cause.FOLDER_NAME, name=self.folder.get(NAME, ""))
+        if NAME in self.folder and CONFIRMED not in self.folder:
+            doubt = because(Cause.FOLDER_NAME, name=self.folder[NAME])
+            found = tuple(weakened(f, doubt) for f in found)
+        if ALIKE in self.folder:
+            doubt = because(Cause.SERIAL_ALIKE, name=self.folder[ALIKE])
             found = tuple(weakened(f, doubt) for f in found)
         return found
 

@@ -186,6 +186,13 @@ class BaselineSet(Payload, what="baseline_set"):
 
 
 @dataclass(frozen=True)
+class SerialConfirmed(Payload, what="serial_confirmed"):
+    """A person confirmed the serial of a unit and told it apart from those that look like it."""
+
+    unlike: Annotated[tuple[str, ...], "the serials that it was asked about"]
+
+
+@dataclass(frozen=True)
 class NonconformanceDecided(Payload, what="nonconformance_decided"):
     """Quality assurance decided about nonconformances that hold a unit, without countersigning a certificate."""
 

@@ -20,6 +20,7 @@ from accept.store.errors import Overtaken, StoreError, reported
 from accept.store.event import Event, KeyHolder, NewEvent, sealed
 from accept.store.payloads import Payload
 from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
+from accept.store.spelling import look_alike, look_key, spelling_key
 from accept.store.undone import NAMING, is_named
 
 END_NOT_KEPT = (
@@ -275,13 +276,26 @@ class Store:
     def other_spelling(self, serial: str) -> str | None:
         """Return the serial in the store that differs from this one only in capitals (`accept.store.spelling`); None if
         the store knows this one. A unit that was taken off the list is not known. Raises StoreError."""
-        subject, what = tables.events.c.subject, tables.events.c.what
-        asked = select(subject).where(func.lower(subject) == func.lower(serial), what.in_(NAMING)).distinct()
-        alike = self._ask(lambda connection: set(connection.scalars(asked)))
-        if alike <= {serial}:  # as for most: no events are read
-            return None
-        known = {each for each in alike if is_named(list(self.events(each)))}
-        return None if serial in known else min(known, default=None)
+        known = self._alike(serial)
+        same = [each for each in known if spelling_key(each) == spelling_key(serial)]
+        return None if serial in known else min(same, default=None)
+
+    def look_alikes(self, serial: str) -> list[str]:
+        """Return the serials that were in the store before this one, or are while it is not, and differ from it only by
+        letters and digits that look alike. Raises StoreError."""
+        known = self._alike(serial)
+        before = known[: known.index(serial)] if serial in known else known
+        return [each for each in before if spelling_key(each) != spelling_key(serial)]
+
+    def _alike(self, serial: str) -> list[str]:
+        """Return the known serials that may be taken for this one, itself among them, as they came into the store."""
+        e = tables.events.c
+        asked = select(e.subject).where(tables.LOOK == look_key(serial), e.what.in_(NAMING))
+        asked = asked.group_by(e.subject).order_by(func.min(e.seq))
+        found = self._ask(lambda connection: list(connection.scalars(asked)))
+        if found in ([], [serial]):  # as for most: no events are read
+            return found
+        return [each for each in found if look_alike(each, serial) and is_named(list(self.events(each)))]
 
     @property
     def engine(self) -> Engine:

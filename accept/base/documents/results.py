@@ -65,7 +65,9 @@ class UnitEntry(Document):
         Mapping[str, str], _filled, "of them by check: measured before an attempt that was not accepted"
     ] = field(default_factory=dict)
     folder: Annotated[
-        Mapping[str, str], _filled, "`name` of its folder if that is another serial, `confirmed_by` a person"
+        Mapping[str, str],
+        _filled,
+        "`name` of its folder if that is another serial, `confirmed_by` a person; `alike`: a serial like it",
     ] = field(default_factory=dict)
     calibration: Annotated[Mapping[str, Any] | None, only_if(), "the instruments behind the findings"] = None
     gap: Annotated[Mapping[str, Any] | None, only_if(), "the answer of the gap workflow, as gap.json"] = None

@@ -9,7 +9,7 @@ from cryptography import x509
 from cryptography.x509.oid import NameOID
 
 from accept.certificate.contents.content import CertificateContent
-from accept.judging.folder_name import CONFIRMED, NAME
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.models.evidence import hashes
 from accept.pictures.labels import label_of
 from checks.rounding import with_U
@@ -162,7 +162,9 @@ def _folder(given: Mapping[str, str]) -> str:
     confirmation = (
         f"the serial was confirmed by {given[CONFIRMED]}" if CONFIRMED in given else "the serial was not confirmed"
     )
-    return f"called {given.get(NAME, '')}, which is another serial; {confirmation}"
+    named = [f"called {given[NAME]}, which is another serial; {confirmation}"] if NAME in given else []
+    alike = [f"the serial looks like {given[ALIKE]}, and was not confirmed"] if ALIKE in given else []
+    return "; ".join(named + alike)
 
 
 def _one_copy(copy: Mapping[str, Any]) -> str:

@@ -22,7 +22,7 @@ from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.statements import unlisted
 from accept.judging.copies import recording_party
 from accept.judging.decisions import decision_problem
-from accept.judging.folder_name import CONFIRMED, NAME
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.store.fold import VOIDED
 from accept.store.payloads import CopiesResolved, SignedBy
 from accept.store.seal import head_problem
@@ -135,10 +135,11 @@ def _decision_problem(
 
 
 def _check_folder(contents: CertificateContent) -> list[Step]:
-    """Check what is stated of a folder that bears another serial: that this is one, and that who is said to have
-    confirmed the unit's own is the operator, who signs."""
+    """Check what is stated of a folder that bears another serial, or of a serial that looks like one: that this is
+    one, and that who is said to have confirmed the unit's own is the operator, who signs."""
     stated = contents.result.get("folder") or {}
-    if stated and (set(stated) - {NAME, CONFIRMED} or serial_problem(str(stated.get(NAME, "")))):
+    others = [str(stated[key]) for key in (NAME, ALIKE) if key in stated]
+    if stated and (set(stated) - {NAME, CONFIRMED, ALIKE} or not others or any(map(serial_problem, others))):
         return [Step("its folder is said to bear another serial, which is not one", complete=False)]
     if CONFIRMED in stated and not same_person(str(stated[CONFIRMED]), contents.operator):
         words = f"{stated[CONFIRMED]} is said to have confirmed the serial of its folder, and did not sign"

@@ -100,7 +100,7 @@ STATEMENTS = (
         ("simulated", _DERIVED, "unit.toml; never plainly valid"),
         ("nonconformances", (Way.DERIVED, Way.LOOKED_UP), "notes in unit.toml; what the store has open, else exit 4"),
         ("superseded", _LOOKED_UP, "the unit's judgements before; without store and list exit 4"),
-        ("folder", _LOOKED_UP, "the stored judgement; a name that is another serial weakens the verdict"),
+        ("folder", _LOOKED_UP, "the stored judgement; a name or a serial like that of another weakens the verdict"),
         ("part_doubts", _LOOKED_UP, "the parts' judgements in the store; without store and list exit 4"),
         ("rereadings", _LOOKED_UP, "judgements of the same samples in the store; without store and list exit 4"),
         ("action", _DERIVED, "the causes of its findings"),

@@ -72,15 +72,15 @@ def gauge_study(
     pooled = "not significant, pooled with the repeats" if found.pooled else "significant"
     stdout.print(f"operators x parts: {pooled} (p = {found.table['interaction'].p:.3g})")
     stdout.print(f"distinct categories: {found.distinct_categories} ({CATEGORIES} or more are wanted)")
-    if wanted.tolerance is not None:
-        stdout.print(f"gauge R&R: {document['percent_of_tolerance']:.1f} % of the tolerance")
+    of_tolerance = "" if wanted.tolerance is None else f", {document['percent_of_tolerance']:.1f} % of the tolerance"
+    stdout.print(f"gauge R&R: {found.percent_of_study:.1f} % of the study{of_tolerance}")
     stdout.print(
         f"for a spec: U = {document['U']:.3g} (k = 2, without calibration), "
         f"source = 'gauge study of {len(frame)} readings'"
     )
     write_documents(outputs, document, pd.DataFrame(document["components"]))
     draw(plot, gauge.panels(frame, found), columns=2)
-    stdout.print(f"the measurement is {document['verdict']}: {found.percent_of_study:.1f} % of the study")
+    stdout.print(f"the measurement is {document['verdict']}: {document['decided_by']}")
     return {"good": Exit.ACCEPTED, "conditional": Exit.INCOMPLETE}.get(document["verdict"], Exit.REJECTED)
 
 

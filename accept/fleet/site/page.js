@@ -79,13 +79,16 @@ function drawYield(first) {
     { xaxis: { type: "category" }, yaxis: { title: { text: "passed at first attempt [%]" }, range: [0, 105] } });
 }
 function drawCauses(first) {
-  const counts = new Map();
-  for (const j of first) for (const f of j.findings) if (f[R] !== "pass" && f[FIRST]) {
-    const key = `${F.labels[f[Q]]} (${said(f[R])})`; counts.set(key, (counts.get(key) || 0) + 1);
+  const counts = new Map(); // each unit once; what else it has is said beside
+  for (const j of first) if (j.stop) {
+    const key = `${j.stop[0]} (${said(j.stop[1])})`, [n, also] = counts.get(key) || [0, new Map()];
+    for (const word of j.stop[2]) also.set(word, (also.get(word) || 0) + 1);
+    counts.set(key, [n + 1, also]);
   }
-  const rows = [...counts].sort((a, b) => b[1] - a[1]).slice(0, 20).reverse();
-  plot("causes-plot", rows.length ? [{ type: "bar", orientation: "h", y: rows.map((r) => r[0]), x: rows.map((r) => r[1]),
-    marker: { color: css("--bad") }, hovertemplate: "%{y}: %{x} units<extra></extra>" }] : [], { xaxis: { title: { text: "units" } } });
+  const rows = [...counts].sort((a, b) => b[1][0] - a[1][0]).slice(0, 20).reverse();
+  const more = rows.map(([, [, also]]) => (also.size ? `also: ${[...also].map(([word, n]) => `${word} ${n}`).join(", ")}` : ""));
+  plot("causes-plot", rows.length ? [{ type: "bar", orientation: "h", y: rows.map((r) => r[0]), x: rows.map((r) => r[1][0]), text: more,
+    insidetextanchor: "start", marker: { color: css("--bad") }, hovertemplate: "%{y}: %{x} units %{text}<extra></extra>" }] : [], { xaxis: { title: { text: "units" }, dtick: rows.length && rows[rows.length - 1][1][0] < 10 ? 1 : undefined } });
 }
 function drawTrend(rows) {
   const name = $("quantity").value, by = $("trend-by").value, known = (F.trends[name] || {})[by] || [], shapes = [], points = [];
@@ -175,7 +178,8 @@ function show(serial) {
 function close() { $("detail").hidden = true; history.replaceState(null, "", "#units"); }
 let timer;
 function pictures(rows) {
-  drawYield(rows.filter((j) => j.first)); drawCauses(rows); drawTrend(rows); drawCurves(rows); drawGap(rows);
+  const first = rows.filter((j) => j.first);
+  drawYield(first); drawCauses(first); drawTrend(rows); drawCurves(rows); drawGap(rows);
   for (const part of document.querySelectorAll("#gap, nav a[href='#gap']")) part.hidden = !F.judgements.some((j) => j.gap);
 }
 function colours() { document.documentElement.classList.toggle("dark", state.dark && !state.printing); }
@@ -189,6 +193,7 @@ function draw() {
   const units = new Set(rows.map((j) => j.serial)), good = [...units].filter((s) => last.get(s).verdict === "accepted").length;
   $("summary").textContent = `${units.size} units, ${rows.length} judgements, ${good} accepted` +
     (F.of > F.judgements.length ? `; this page has the last ${F.judgements.length} of ${F.of} judgements` : "") +
+    (F.golden ? `; ${F.golden} judgements of golden units are not counted` : "") +
     `. Made ${F.made}, up to event ${F.head} of the store.`;
   drawTable(rows);
   clearTimeout(timer); // the table answers at once; the pictures follow
