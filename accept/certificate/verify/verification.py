@@ -29,6 +29,7 @@ from accept.certificate.verify.revocation_check import attached_entries, doubted
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_copies, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
+from accept.certificate.verify.structure import read_unknown
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
@@ -123,7 +124,8 @@ def _verify(
     details: list[str] = []
     try:
         roots = _roots(trust, demo)
-        signatures, signed = signatures_of(pdf, roots, now or datetime.now(UTC), revoked, stamping)
+        signatures = read_unknown(signatures_of, pdf, roots, now or datetime.now(UTC), revoked, stamping)
+        signed = pdf[: signatures[0].place[2]]
         _check_persons(signatures)
         details += _words_of_signatures(signatures)
         contents = guarded("the attachments", attachments.read, signed)
