@@ -9,6 +9,7 @@ from typing import Any
 
 from cryptography import x509
 
+from accept.base import version
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
@@ -34,6 +35,7 @@ from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
 from checks.verdict import UnitVerdict
+from specs import plugins
 
 Known = Callable[[bytes, CertificateContent, datetime, UnitResult | None], Sequence[Step]]
 """Asks a store or a list about what the technician signed, its content, when that was, and the unit as judged again."""
@@ -128,6 +130,8 @@ def _verify(
         signed = pdf[: signatures[0].place[2]]
         _check_persons(signatures)
         details += _words_of_signatures(signatures)
+        if plugins.packages():
+            details.append(one_line(f"plug-ins here: accept {version.program()}"))
         contents = guarded("the attachments", attachments.read, signed)
         details += _words_of_disposition(contents, signatures)
         said = guarded("the statements", statements, contents)
