@@ -95,7 +95,7 @@ def find(path: Path) -> list[Path]:
 
 def read(folder: Path, latest: date | None = None) -> UnitFolder:
     """Return unit of a folder. latest: the last day that a measurement may state; None: tomorrow, for a laboratory east
-    of this clock. Raises UnitError listing every problem of its `unit.toml`, and of the size of files; none is opened."""
+    of this clock. Raises UnitError listing every problem of its `unit.toml` and of the files' sizes; none is opened."""
     path = folder / UNIT_FILE
     whole = str(folder.resolve())
     if (shown := as_utf8(whole)) != whole:

@@ -203,7 +203,7 @@ def test_a_file_that_no_disk_holds_is_refused_by_its_size(tmp_path: Path) -> Non
     (unit / "unit.toml").write_text('serial = "A-1"\nkind = "apa"\n[stroke]\none_stack = "big.csv"\n')
     sparse(unit / "big.csv", 8 * 10**12)
     began = time.monotonic()
-    with pytest.raises(unit_folder.UnitError, match="big[.]csv has 8000000000000 bytes, at most 536870912 are read"):
+    with pytest.raises(unit_folder.UnitError, match=r"big[.]csv has 8000000000000 bytes, at most 536870912 are read"):
         unit_folder.read(unit)
     words = ["batch", str(tmp_path / "units"), "--spec", "apa-basic", "--out", str(tmp_path / "o"), "--workers", "1"]
     done = CliRunner().invoke(app, words)
@@ -216,7 +216,7 @@ def test_a_certificate_that_is_too_large_is_refused_by_its_size(tmp_path: Path) 
     sparse(tmp_path / "a.pdf", 10 * 10**9)
     done = CliRunner().invoke(app, ["verify", str(tmp_path / "a.pdf")])
     assert done.exit_code == Exit.BAD_INPUT
-    assert "a.pdf: has 10000000000 bytes, at most 200000000 are read" in done.stderr
+    assert "a.pdf: has 10000000000 bytes, at most 100000000 are read" in done.stderr
     sparse(tmp_path / "record.csv", 8 * 10**12)
     with pytest.raises(OSError, match="has 8000000000000 bytes, at most 536870912"):
         copy_in(tmp_path / "record.csv", tmp_path, DEFAULT_LIMITS.max_bytes)
