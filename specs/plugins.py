@@ -107,7 +107,7 @@ def _all_entries() -> list[EntryPoint]:
 
 
 def _sources(entry: EntryPoint) -> list[tuple[Path, str]]:
-    """Return path and name of every file below the first name of a plug-in's module, none where it is not in files."""
+    """Return path and name of every file of the package of a plug-in's module, nothing for one that is not in files."""
     top = entry.module.partition(".")[0]
     try:
         spec = find_spec(top)

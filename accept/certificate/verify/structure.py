@@ -39,7 +39,7 @@ def read_unknown(work: Callable[..., T], pdf: bytes, *given: Any) -> T:
     try:
         return bounded(work, pdf, *given, seconds=LIMIT_S, gigabytes=LIMIT_GB + len(pdf) / 1e9)
     except Exhausted as e:
-        raise InvalidCertificate(f"it is no certificate of this program: to read it {e}") from e
+        raise InvalidCertificate(f"not a certificate of this program: reading it {e}") from e
 
 
 def check_structure(pdf: bytes) -> None:
