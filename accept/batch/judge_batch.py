@@ -305,9 +305,10 @@ def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Ev
 
 def _pictures(certificate: Path) -> Mapping[str, Panel] | None:
     """Return the pictures of a certificate, None if it cannot be read."""
-    from accept.certificate.verify import attachments  # loads pyhanko
+    from accept.certificate.verify import attachments, structure  # loads pyhanko
 
     try:
-        return attachments.read(read_bounded(certificate, CERTIFICATE_BYTES)).panels
+        content = read_bounded(certificate, CERTIFICATE_BYTES)
+        return structure.read_unknown(attachments.read, content).panels
     except (InvalidCertificate, OSError):
         return None

@@ -227,7 +227,7 @@ def _by_operator(x: Array, names: list[str]) -> Panel:
     values = np.moveaxis(x, 1, 0).reshape(len(names), -1)
     points = Line(values.reshape(-1), np.repeat(rows, values.shape[1]), "value", "points", "data")
     words = (Text(float(x.min()), row + 0.2, name, "limit") for row, name in zip(rows, names, strict=True))
-    items = [points, Line(values.mean(axis=1), rows, "mean", role="model"), *words]
+    items: list[Line | Text] = [points, Line(values.mean(axis=1), rows, "mean", role="model"), *words]
     return row_panel("values by operator", "value", items, len(names), None)
 
 

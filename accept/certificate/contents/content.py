@@ -75,7 +75,7 @@ class CertificateContent:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     format: int = FORMAT
     statement: str = STATEMENT
-    accept_version: str = field(default_factory=version.version)
+    accept_version: str = field(default_factory=version.program)
     code_sha256: str = field(default_factory=version.code_sha256)
     drawn_with: Mapping[str, str] = field(default_factory=renderer)
 

@@ -28,10 +28,10 @@ from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, p
 from checks.acceptance import CHECKS
 from checks.picture import Panel
 from checks.verdict import UsedInput
+from hw.records import DEFAULT_LIMITS
 from specs.files import read_bounded
 from specs.strict import toml_of
 
-_LARGEST = 2_000_000_000  # bytes of a record given beside a certificate
 _SHOWN = 3  # differences named in the reason; the details have all
 
 
@@ -188,7 +188,7 @@ def with_records(contents: CertificateContent, folder: Path) -> CertificateConte
     more = {}
     for name, digest in contents.inputs.items():
         if name not in contents.files and (folder / name).exists():
-            more[name] = read_bounded(inside(folder, name), _LARGEST)
+            more[name] = read_bounded(inside(folder, name), DEFAULT_LIMITS.max_bytes)
             if hashlib.sha256(more[name]).hexdigest() != digest:
                 raise InvalidCertificate(f"{folder / name} is not the file that was judged")
     return replace(contents, files={**contents.files, **more})

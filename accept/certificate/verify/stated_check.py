@@ -61,8 +61,8 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     own = contents.code_sha256 == version.code_sha256()
     if own and contents.format != FORMAT:
         raise InvalidCertificate(f"it states format {contents.format}, but this program writes format {FORMAT}")
-    if own and contents.accept_version != version.version():
-        raise InvalidCertificate(f"it states version {contents.accept_version} of this program, {version.version()}")
+    if own and contents.accept_version != version.program():
+        raise InvalidCertificate(f"it states version {contents.accept_version} of this program, {version.program()}")
     if own and contents.statement != STATEMENT:
         raise InvalidCertificate("the page says of the verdicts what this program does not say")
     if unknown := unlisted(contents) if own else []:

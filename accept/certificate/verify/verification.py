@@ -9,6 +9,7 @@ from typing import Any
 
 from cryptography import x509
 
+from accept.base import version
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
@@ -29,12 +30,14 @@ from accept.certificate.verify.revocation_check import attached_entries, doubted
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_copies, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
+from accept.certificate.verify.structure import read_unknown
 from accept.judging.inputs import LONGEST_INPUTS, inputs_words
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import check_label
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
 from checks.verdict import UnitVerdict
+from specs import plugins
 
 Known = Callable[[bytes, CertificateContent, datetime, UnitResult | None], Sequence[Step]]
 """Asks a store or a list about what the technician signed, its content, when that was, and the unit as judged again."""
@@ -125,9 +128,12 @@ def _verify(
     details: list[str] = []
     try:
         roots = _roots(trust, demo)
-        signatures, signed = signatures_of(pdf, roots, now or datetime.now(UTC), revoked, stamping)
+        signatures = read_unknown(signatures_of, pdf, roots, now or datetime.now(UTC), revoked, stamping)
+        signed = pdf[: signatures[0].place[2]]
         _check_persons(signatures)
         details += _words_of_signatures(signatures)
+        if plugins.packages():
+            details.append(one_line(f"plug-ins here: accept {version.program()}"))
         contents = guarded("the attachments", attachments.read, signed)
         details += _words_of_disposition(contents, signatures)
         said = guarded("the statements", statements, contents)

@@ -20,6 +20,7 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.published_list import publish
 from accept.certificate.verify import attachments
 from accept.certificate.verify.rejudge import read_certificate
+from accept.certificate.verify.structure import read_unknown
 from accept.commands.options import JsonAnswer, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
 from accept.judging.copies import resolve
@@ -62,7 +63,7 @@ def _kept_head(path: Path) -> StoreHead:
     content = read_certificate(path)
     try:
         if content.startswith(b"%PDF-"):
-            stated: Mapping[str, Any] | None = attachments.read(content).provenance.get("head")
+            stated: Mapping[str, Any] | None = read_unknown(attachments.read, content).provenance.get("head")
         else:
             stated = jsonlib.loads(content)
         if stated is None:
