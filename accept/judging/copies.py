@@ -162,9 +162,8 @@ def _entry_without(entry: UnitEntry, copies: Sequence[Copy]) -> UnitEntry:
     findings = tuple(without_copies(finding, copies) for finding in entry.findings)
     sections = sections_withheld(copies)
     information = tuple(i for i in entry.information if CHECKS[i.check].reads not in sections)
-    return replace(
-        entry, findings=findings, verdict=unit_verdict(findings), information=information, copies=tuple(copies)
-    )
+    verdict = unit_verdict(findings, bool(entry.nonconformances))
+    return replace(entry, findings=findings, verdict=verdict, information=information, copies=tuple(copies))
 
 
 def resolved_content(decision: CopiesResolved) -> dict[str, Any]:

@@ -2,19 +2,21 @@
 verdict.
 
 A recording that is filed twice does not count (`accept.judging.copies`); a strut with a part that was not accepted
-(`accept.judging.parts`) and a unit with a nonconformance (`accept.judging.nonconformance`) are conditional at best.
+(`accept.judging.parts`) is conditional at best. So is a unit with a nonconformance (`accept.judging.nonconformance`),
+which changes no finding: each is a statement of conformity about what was measured ([ISO17025] 7.8.6).
 Every judgement is given its reservations here: those of batch, report and workflow, one by another spec, and that of
 `accept verify`, which takes them from the certificate.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from accept.base.documents.results import UnitEntry
 from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
 from accept.judging.folder_name import CONFIRMED, NAME, doubted_folder
-from accept.judging.nonconformance import Values, in_notes, open_nonconformances
+from accept.judging.nonconformance import RELEASING, Values, in_notes, standing
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.store import Store
@@ -27,12 +29,16 @@ from checks.verdict import Finding, unit_verdict
 @dataclass(frozen=True)
 class Reservations:
     """copies: recordings of the unit that are filed elsewhere too. part_doubts: doubts about its parts, a sentence
-    each. nonconformances: those that hold it. folder: its name if that is another unit's serial."""
+    each. nonconformances: those that hold it. dispositions: what quality assurance decided about those that do no more.
+    folder: its name if that is another unit's serial. of_findings: an earlier program made a nonconformance a doubt
+    about every finding."""
 
     copies: Sequence[Copy] = ()
     part_doubts: Sequence[str] = ()
     nonconformances: Sequence[str] = ()
+    dispositions: Sequence[Mapping[str, Any]] = ()
     folder: Mapping[str, str] = field(default_factory=dict)
+    of_findings: bool = False
 
     @classmethod
     def known(
@@ -40,27 +46,37 @@ class Reservations:
     ) -> "Reservations":
         """Return what the store knows now of a unit with these samples and values. confirmed_by: who confirmed that a
         folder with another serial as its name is of this unit. Raises StoreError."""
+        now = standing(store, unit.serial, unit.notes, values)
         return cls(
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
             tuple(part_doubts(store, unit.serial, unit.parts)),
-            tuple(open_nonconformances(store, unit.serial, unit.notes, values)),
+            now.open,
+            tuple(decided.to_json() for decided in now.released),
             doubted_folder(store, unit, confirmed_by),
         )
 
     @classmethod
     def stated(cls, entry: UnitEntry) -> "Reservations":
         """Return the reservations that an entry of results.json states."""
+        causes = [one.cause for f in entry.findings if f.cause is not None for one in f.cause.all()]
         return cls(
-            tuple(dict(copy) for copy in entry.copies), entry.part_doubts, entry.nonconformances, dict(entry.folder)
+            tuple(dict(copy) for copy in entry.copies),
+            entry.part_doubts,
+            entry.nonconformances,
+            tuple(dict(given) for given in entry.dispositions),
+            dict(entry.folder),
+            of_findings=Cause.NONCONFORMANCE in causes,
         )
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
-        """Return these and the nonconformances among the notes of the unit's folder."""
-        here = in_notes(notes)
+        """Return these and the nonconformances among the notes of the unit's folder, but for those that the last
+        disposition about them released."""
+        last = {w: given["disposition"]["choice"] for given in self.dispositions for w in given["nonconformances"]}
+        here = [words for words in in_notes(notes) if words in self.nonconformances or last.get(words) not in RELEASING]
         return replace(self, nonconformances=(*here, *(n for n in self.nonconformances if n not in here)))
 
     def __bool__(self) -> bool:
-        return bool(self.copies or self.part_doubts or self.nonconformances or self.folder)
+        return bool(self.copies or self.part_doubts or self.nonconformances or self.dispositions or self.folder)
 
     def weaken(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
         """Return the findings of a unit with these reservations."""
@@ -70,7 +86,7 @@ class Reservations:
         if self.part_doubts:
             doubt = because(Cause.PART_DOUBTED, detail="; ".join(self.part_doubts))
             found = tuple(weakened(f, doubt) for f in found)
-        if self.nonconformances:
+        if self.nonconformances and self.of_findings:
             held = because(Cause.NONCONFORMANCE, detail="; ".join(self.nonconformances))
             found = tuple(weakened(f, held) for f in found)
         if self.folder and CONFIRMED not in self.folder:
@@ -89,9 +105,10 @@ class Reservations:
             result,
             findings=findings,
             information=tuple((check, q) for check, q in result.information if CHECKS[check].reads not in withheld),
-            verdict=unit_verdict(findings),
+            verdict=unit_verdict(findings, bool(self.nonconformances)),
             copies=tuple(self.copies),
             part_doubts=tuple(self.part_doubts),
             nonconformances=tuple(self.nonconformances),
+            dispositions=tuple(self.dispositions),
             folder=dict(self.folder),
         )

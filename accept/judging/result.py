@@ -29,6 +29,7 @@ class UnitResult:
     samples : sketches of its records (`accept.units.samples`); in the JSON only if it has records.
     copies : its recordings that exist elsewhere too (`accept.judging.copies`); in the JSON only if any does.
     nonconformances : those of the part that hold it (`accept.judging.nonconformance`); likewise.
+    dispositions : what quality assurance decided about nonconformances of the unit; likewise.
     folder : name of its folder if that is another unit's serial (`accept.judging.folder_name`); likewise.
     part_doubts : doubts about its parts (`accept.judging.parts`); in the JSON only if any exists.
     gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only if that was asked for.
@@ -55,6 +56,7 @@ class UnitResult:
     copies: tuple[Mapping[str, Any], ...] = ()
     part_doubts: tuple[str, ...] = ()
     nonconformances: tuple[str, ...] = ()
+    dispositions: tuple[Mapping[str, Any], ...] = ()
     folder: Mapping[str, str] = field(default_factory=dict)
     measured: Mapping[str, str] = field(default_factory=dict)
     origin: Mapping[str, str] = field(default_factory=dict)
@@ -70,7 +72,7 @@ class UnitResult:
     @property
     def word(self) -> str:
         """The verdict as people read it."""
-        return signs.unit_word(self.verdict, self.nonconformances)
+        return signs.unit_word(self.verdict, self.nonconformances, self.dispositions)
 
     @property
     def action(self) -> str | None:
@@ -104,6 +106,7 @@ class UnitResult:
             part_doubts=self.part_doubts,
             action=self.action,
             nonconformances=self.nonconformances,
+            dispositions=self.dispositions,
             folder=dict(self.folder),
             calibration=self.calibration,
             gap=self.gap,

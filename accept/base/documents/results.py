@@ -61,6 +61,11 @@ class UnitEntry(Document):
     part_doubts: Annotated[tuple[str, ...], _filled, "doubts about its parts"] = ()
     action: Annotated[str | None, only_if(), "what to put right at the bench before it is measured again"] = None
     nonconformances: Annotated[tuple[str, ...], _filled, "what was found wrong with the part, and holds the unit"] = ()
+    dispositions: Annotated[
+        tuple[Mapping[str, Any], ...],
+        _filled,
+        "what quality assurance decided about nonconformances, each as that event",
+    ] = ()
     folder: Annotated[
         Mapping[str, str], _filled, "`name` of its folder if that is another serial, `confirmed_by` a person"
     ] = field(default_factory=dict)

@@ -4,7 +4,10 @@ It is part of the countersignature itself (the signed `/Reason` of its dictionar
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
+from accept.pictures.signs import CONCESSION
+from accept.store.payloads import without_hashes
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
 
@@ -16,6 +19,7 @@ CHOICES: Mapping[str, str] = {
     "scrap": "scrap",
 }
 LONGEST = 120  # characters of the reason: what the box of the countersignature shows
+NOBODY = "nobody, without a signature"
 _HEAD = "; disposition: "
 
 
@@ -63,6 +67,18 @@ def _one_line(text: str, of: str) -> str:
     if not reason or not reason.isprintable() or len(reason) > LONGEST:
         raise DispositionError(f"the reason of {of} is one line of 1 to {LONGEST} characters, got '{reason}'")
     return reason
+
+
+def words_of(given: Mapping[str, Any]) -> str:
+    """Return a disposition about nonconformances, as results.json has it, in words: the decision, who decided when, and
+    about what."""
+    decision = given["disposition"]
+    signed = decision.get("signed") or {}
+    kind, about = ("concession", "conceded") if decision["choice"] == CONCESSION else ("disposition", "about")
+    named = "; ".join(map(without_hashes, given["nonconformances"]))
+    who = f"{signed.get('person', NOBODY)} {str(signed.get('time', ''))[:10]}".rstrip()
+    called = CHOICES.get(decision["choice"], decision["choice"])
+    return f"{kind} by {who}: {called}: {decision['reason']}; {about}: {named}"
 
 
 def in_signature(reviewed: str, disposition: Disposition | None) -> str:

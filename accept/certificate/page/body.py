@@ -11,6 +11,7 @@ from reportlab.lib.utils import ImageReader
 from reportlab.platypus import Flowable, Image, KeepTogether, Paragraph, Spacer, Table, TableStyle
 
 from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.disposition import words_of
 from accept.certificate.contents.statements import statements
 from accept.certificate.page.clauses import (
     days_words,
@@ -42,6 +43,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
     parts = contents.result.get("parts") or {}
     attached = sum(name in contents.files for name in contents.inputs)
     rows = [
+        *(("Decided", words_of(given)) for given in contents.result.get("dispositions", ())),
         *statements(contents).items(),
         ("Operator", operator_words(contents)),
         ("Instruments", instruments_words(contents) or "none named by the spec"),

@@ -54,7 +54,9 @@ def render(contents: CertificateContent) -> bytes:
     height = _row_height(_height(above), _height(below), len(rows))
     figures = [FigureRow(row, height, columns, _SPACE_ABOVE) for row in rows]
     text = _build(contents, [*above, *figures, *below, *shown])
-    return assemble(text, contents.attachments(), fixed_parts.field_rectangles(), _title(contents))
+    fields = fixed_parts.field_rectangles()
+    shown = {name: fixed_parts.open_field(name) for name in fields}
+    return assemble(text, contents.attachments(), fields, _title(contents), shown)
 
 
 def _build(contents: CertificateContent, flowables: list[Flowable]) -> bytes:

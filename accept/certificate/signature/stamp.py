@@ -18,7 +18,7 @@ from accept.certificate.trust.keys import Credential
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 
-_WORDS = {"technician": "Signed: measured and judged", "qa": "Countersigned: reviewed"}
+_WORDS = {"technician": "Signed: measured and judged", "qa": "Countersigned: reviewed and authorised"}
 _SIMULATED_WORDS = {"technician": "Signed: simulated, not measured", "qa": "Countersigned: a simulation"}
 
 
@@ -90,9 +90,10 @@ def _draw(
         (f"issued by {authority.person_of(credential.ca)}", REGULAR, 5.4, page_style.GREY_COLOUR),
     )
     y = height - 6.0
+    shrunk = min(1.0, (height - 10.5) / (1.22 * sum(largest for _, _, largest, _ in lines)))  # to end above the border
     for text, font, largest, colour in lines:
-        points = fitting_size(text, font, largest, width - 14)
-        y -= largest * 1.22
+        points = fitting_size(text, font, shrunk * largest, width - 14)
+        y -= shrunk * largest * 1.22
         canvas.setFillColor(colour)
         canvas.setFont(font, points)
         canvas.drawString(7, y, text)

@@ -12,6 +12,7 @@ from typing import Any
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
+from accept.certificate.contents.disposition import CHOICES, words_of
 from accept.certificate.contents.laboratory import LaboratoryFile, number_of, statement_of
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
@@ -21,7 +22,7 @@ from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import Copy, copies_of
-from accept.judging.nonconformance import open_nonconformances
+from accept.judging.nonconformance import standing
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.judging.voids import voids
@@ -232,13 +233,21 @@ def _built(store: Store, contents: CertificateContent) -> Step:
 
 
 def _sound(store: Store, contents: CertificateContent) -> Step:
-    """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state."""
-    stated = contents.result.get("nonconformances", ())
+    """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state, open
+    or released; what was decided about one that it states as open is said beside its verdict."""
+    stated, dispositions = (contents.result.get(key, ()) for key in ("nonconformances", "dispositions"))
+    known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
     rows = [*contents.result["findings"], *contents.result["information"]]
     values = {row["quantity"]: row["value"] for row in rows if row["value"] is not None}
-    new = [words for words in open_nonconformances(store, contents.serial, {}, values) if words not in stated]
-    words = "the bench's store holds a nonconformance without a decision"
-    return Step(f"{words}: {'; '.join(new)}", False) if new else Step("")
+    now = standing(store, contents.serial, {}, values)
+    if new := [words for words in now.open if words not in stated]:
+        return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)
+    if new := [words for decided in now.released for words in decided.nonconformances if words not in known]:
+        return Step(f"the bench's store holds a nonconformance that it does not state: {'; '.join(new)}", False)
+    last = {words: decided for decided in now.decided for words in decided.nonconformances}
+    later = [*dict.fromkeys(last[words] for words in stated if words in last)]
+    remark = "; ".join(f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in later)
+    return Step("; ".join(words_of(each.to_json()) for each in later), remark=remark)
 
 
 def _others(copy: Copy) -> str:

@@ -11,9 +11,11 @@ from urllib.parse import quote
 import numpy as np
 import pandas as pd
 
+from accept.certificate.contents.disposition import words_of
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import NOT_STATED, bench_of, findings
 from accept.fleet.measurements import (
+    CONCEDED,
     VOIDED,
     counted,
     first_attempts,
@@ -37,7 +39,7 @@ TREND_BY = ("all", "bench", "lot")
 DAY_S = 86_400.0
 MOST = 2000  # judgements of a page: it opens in a second, and is written in two
 OF_FIRST = (
-    "seq", "serial", "attempt", "quantity", "verdict", "reason", "required", "study", VOIDED, "unit_verdict",
+    "seq", "serial", "attempt", "quantity", "verdict", "reason", "required", "study", VOIDED, CONCEDED, "unit_verdict",
     "simulated",
 )  # fmt: skip
 SHOWN_POINTS = 400  # of a curve: a page holds those of many units
@@ -85,6 +87,8 @@ def document(
                 "spec": event.spec.split("@")[0],
                 "findings": [_row(finding, (event.seq, finding.quantity) in first) for finding in result.findings],
                 "notes": result.notes,
+                "held": result.nonconformances,
+                "dispositions": [words_of(given) for given in result.dispositions],
                 "gap": _gap(result.gap),
             }
         )

@@ -21,6 +21,7 @@ from pypdf.generic import (
     TextStringObject,
 )
 
+_NOTHING: Mapping[str, bytes] = {}
 _SAMPLE = 100_000  # bytes that tell whether the rest can be compressed
 _PRINTED = 4  # annotation flag: print it
 _SIGNED_FILE = 3  # SigFlags: there are signatures, only append to this file
@@ -31,11 +32,13 @@ def assemble(
     attachments: Mapping[str, bytes],
     fields: Mapping[str, tuple[float, float, float, float]],
     title: str,
+    shown: Mapping[str, bytes] = _NOTHING,
 ) -> bytes:
-    """Return one PDF of all parts. The same parts give the same bytes: no date, no random identifier."""
+    """Return one PDF of all parts. The same parts give the same bytes: no date, no random identifier. shown: what
+    signature fields show until they are signed, each as a PDF of its size."""
     writer = PdfWriter(clone_from=PdfReader(io.BytesIO(text)))
     _attach(writer, attachments)
-    _add_fields(writer, fields)
+    _add_fields(writer, fields, shown)
     writer.pdf_header = "%PDF-1.7"  # reportlab writes 1.3, which knows no signatures of this kind
     writer.metadata = {"/Title": title, "/Producer": "accept", "/Creator": "accept"}
     writer.root_object[NameObject("/Lang")] = TextStringObject("en")
@@ -86,7 +89,9 @@ def _shrinks(content: bytes) -> bool:
     return len(content) <= _SAMPLE or len(zlib.compress(sample, 1)) < 0.95 * len(sample)
 
 
-def _add_fields(writer: PdfWriter, fields: Mapping[str, tuple[float, float, float, float]]) -> None:
+def _add_fields(
+    writer: PdfWriter, fields: Mapping[str, tuple[float, float, float, float]], shown: Mapping[str, bytes]
+) -> None:
     """Add empty, visible signature fields on the first page."""
     page = writer.pages[0]
     widgets = ArrayObject()
@@ -102,10 +107,28 @@ def _add_fields(writer: PdfWriter, fields: Mapping[str, tuple[float, float, floa
                 "/P": page.indirect_reference,
             }
         )
+        if name in shown:
+            widget[NameObject("/AP")] = _dictionary({"/N": _indirect(writer, _form(writer, shown[name]))})
         widgets.append(_indirect(writer, widget))
     page[NameObject("/Annots")] = ArrayObject(widgets)
     form = _dictionary({"/Fields": widgets, "/SigFlags": NumberObject(_SIGNED_FILE)})
     writer.root_object[NameObject("/AcroForm")] = _indirect(writer, form)
+
+
+def _form(writer: PdfWriter, pdf: bytes) -> StreamObject:
+    """Return the only page of a PDF as a form, which an annotation can show."""
+    page = PdfReader(io.BytesIO(pdf)).pages[0]
+    form, content = StreamObject(), page.get_contents()
+    form.set_data(b"" if content is None else content.get_data())
+    form.update(
+        {
+            NameObject("/Type"): NameObject("/XObject"),
+            NameObject("/Subtype"): NameObject("/Form"),
+            NameObject("/BBox"): ArrayObject([FloatObject(f"{v:.3f}") for v in page.mediabox]),
+            NameObject("/Resources"): page["/Resources"].clone(writer),
+        }
+    )
+    return form
 
 
 def _indirect(writer: PdfWriter, what: PdfObject) -> IndirectObject:
