@@ -18,8 +18,8 @@ from checks.picture import Band, Line, Panel, Text
 
 PERIODS = {"month": "%Y-%m", "week": "%G-W%V", "day": "%Y-%m-%d"}
 COLUMNS = (  # what a yield and its causes are made of
-    "seq", "time", "measured", "kind", "study", VOIDED, CONCEDED, "serial", "attempt", "unit_verdict", "check", "quantity",
-    "verdict", "reason", "required", "simulated",
+    "seq", "time", "measured", "kind", "study", VOIDED, CONCEDED, "serial", "attempt", "unit_verdict", "check",
+    "quantity", "verdict", "reason", "required", "simulated",
 )  # fmt: skip
 Z_95 = 1.959963984540054  # of the interval of a yield: 95 %, two-sided
 MOST_CAUSES = 12  # of a picture: the others are in the table
@@ -31,7 +31,8 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
 
     frame: the whole history. chosen (rows of frame): which of the units are counted: those whose first judgement is
     among them, so a re-test is never a first attempt. A unit counts in the group of its first judgement; it passed at
-    its first attempt if the first attempt at each of its quantities did, and no nonconformance held it. Wilson's interval holds for few units too.
+    its first attempt if the first attempt at each of its quantities did, and no nonconformance held it. Wilson's
+    interval holds for few units too.
     """
     first = _first_judgements(frame, chosen)
     if by in PERIODS:

@@ -64,7 +64,7 @@ class UnitEntry(Document):
     dispositions: Annotated[
         tuple[Mapping[str, Any], ...],
         _filled,
-        "what quality assurance decided about nonconformances, each as that event",
+        "what released nonconformances, each as `nonconformance_decided`",
     ] = ()
     folder: Annotated[
         Mapping[str, str], _filled, "`name` of its folder if that is another serial, `confirmed_by` a person"

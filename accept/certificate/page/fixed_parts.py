@@ -3,7 +3,7 @@
 import io
 import math
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import groupby
 from typing import Any
 
@@ -176,15 +176,17 @@ def _verdict(canvas: Canvas, contents: CertificateContent) -> None:
         canvas.drawCentredString(left + 22 * mm + room / 2, bottom + 2.5 * mm + 9 * nth, line)
 
 
-def open_field(name: str) -> bytes:
-    """Return what a signature field shows until it is signed, as a PDF of its size. The appearance of the signature
-    takes its place, while words of the page would stay below that and be read with it."""
+@cache
+def open_fields() -> bytes:
+    """Return what the signature fields show until they are signed, as a PDF with a page of its size for each. The
+    appearance of a signature takes its place, while words of the page would stay below that and be read with it."""
     buffer = io.BytesIO()
     canvas = Canvas(buffer, pagesize=_BOX, invariant=1)
-    canvas.setFillColor(page_style.GREY_COLOUR)
-    canvas.setFont(REGULAR, 7)
-    words = "not signed" if name == TECHNICIAN else "countersignature open"
-    canvas.drawCentredString(_BOX[0] / 2, _BOX[1] / 2 - 2, words)
+    for words in ("not signed", "countersignature open"):
+        canvas.setFillColor(page_style.GREY_COLOUR)
+        canvas.setFont(REGULAR, 7)
+        canvas.drawCentredString(_BOX[0] / 2, _BOX[1] / 2 - 2, words)
+        canvas.showPage()
     canvas.save()
     return buffer.getvalue()
 

@@ -210,9 +210,8 @@ def _first_line(contents: CertificateContent, signatures: Sequence[Signed], doub
     state = "countersigned" if len(signatures) == 2 else "countersignature open"
     state += "".join(f", disposition: {_quoted(s.disposition, 160)}" for s in signatures if s.disposition)
     spec = f"spec {_quoted(contents.spec_name)} {contents.spec_sha256[:12]}"
-    return "; ".join(
-        [f"{contents.serial} {word}", *(one_line(doubt) for doubt in doubts), *decided, *signed, state, spec]
-    )
+    doubted = map(one_line, doubts)
+    return "; ".join([f"{contents.serial} {word}", *doubted, *decided, *signed, state, spec])
 
 
 def _quoted(text: str, longest: int = 64) -> str:

@@ -39,6 +39,10 @@ from accept.store import open_store
 from checks.rounding import rounded, rounded_U
 
 SHOWN = 500  # units on the terminal; the files have all
+SHOWN_OF_A_UNIT = (
+    "serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "conceded", "simulated", "causes",
+    "why",
+)  # fmt: skip
 LISTED = {
     "seq", "serial", "kind", "attempt", "time", "measured", "operator", "bench", "spec", "unit_verdict", "check",
     "quantity", "value", "U", "unit", "lower", "upper", "verdict", "required", "voided", "conceded", "simulated",
@@ -107,22 +111,7 @@ def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exi
         tries = tries[tries["seq"].isin(_stopped_by(judged, wanted.check))]
     why = _failures(judged)
     tries = tries.assign(why=[why.get(seq, "") for seq in tries["seq"]])
-    rows = tries[
-        [
-            "serial",
-            "kind",
-            "attempt",
-            "time",
-            "operator",
-            "bench",
-            "spec",
-            "unit_verdict",
-            "conceded",
-            "simulated",
-            "causes",
-            "why",
-        ]  # fmt: skip
-    ]
+    rows = tries[list(SHOWN_OF_A_UNIT)]
     title = f"{len(rows)} of {judged['seq'].nunique()} judgements" if every else f"{len(rows)} units"
     one_spec = (
         ["spec"] if rows["spec"].astype(str).eq(rows["kind"].astype(str)).all() else []

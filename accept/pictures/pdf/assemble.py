@@ -6,7 +6,7 @@ import zlib
 from collections.abc import Mapping
 from typing import Any
 
-from pypdf import PdfReader, PdfWriter
+from pypdf import PageObject, PdfReader, PdfWriter
 from pypdf.generic import (
     ArrayObject,
     BooleanObject,
@@ -21,7 +21,6 @@ from pypdf.generic import (
     TextStringObject,
 )
 
-_NOTHING: Mapping[str, bytes] = {}
 _SAMPLE = 100_000  # bytes that tell whether the rest can be compressed
 _PRINTED = 4  # annotation flag: print it
 _SIGNED_FILE = 3  # SigFlags: there are signatures, only append to this file
@@ -32,10 +31,10 @@ def assemble(
     attachments: Mapping[str, bytes],
     fields: Mapping[str, tuple[float, float, float, float]],
     title: str,
-    shown: Mapping[str, bytes] = _NOTHING,
+    shown: bytes | None = None,
 ) -> bytes:
-    """Return one PDF of all parts. The same parts give the same bytes: no date, no random identifier. shown: what
-    signature fields show until they are signed, each as a PDF of its size."""
+    """Return one PDF of all parts. The same parts give the same bytes: no date, no random identifier. shown: what the
+    signature fields show until they are signed, as a PDF with a page of its size for each."""
     writer = PdfWriter(clone_from=PdfReader(io.BytesIO(text)))
     _attach(writer, attachments)
     _add_fields(writer, fields, shown)
@@ -90,11 +89,11 @@ def _shrinks(content: bytes) -> bool:
 
 
 def _add_fields(
-    writer: PdfWriter, fields: Mapping[str, tuple[float, float, float, float]], shown: Mapping[str, bytes]
+    writer: PdfWriter, fields: Mapping[str, tuple[float, float, float, float]], shown: bytes | None
 ) -> None:
     """Add empty, visible signature fields on the first page."""
     page = writer.pages[0]
-    widgets = ArrayObject()
+    widgets, pages = ArrayObject(), PdfReader(io.BytesIO(shown)).pages if shown is not None else ()
     for name, rectangle in fields.items():
         widget = _dictionary(
             {
@@ -107,17 +106,17 @@ def _add_fields(
                 "/P": page.indirect_reference,
             }
         )
-        if name in shown:
-            widget[NameObject("/AP")] = _dictionary({"/N": _indirect(writer, _form(writer, shown[name]))})
+        if shown is not None:
+            form = _form(writer, pages[len(widgets)])
+            widget[NameObject("/AP")] = _dictionary({"/N": _indirect(writer, form)})
         widgets.append(_indirect(writer, widget))
     page[NameObject("/Annots")] = ArrayObject(widgets)
     form = _dictionary({"/Fields": widgets, "/SigFlags": NumberObject(_SIGNED_FILE)})
     writer.root_object[NameObject("/AcroForm")] = _indirect(writer, form)
 
 
-def _form(writer: PdfWriter, pdf: bytes) -> StreamObject:
-    """Return the only page of a PDF as a form, which an annotation can show."""
-    page = PdfReader(io.BytesIO(pdf)).pages[0]
+def _form(writer: PdfWriter, page: PageObject) -> StreamObject:
+    """Return a page as a form, which an annotation can show."""
     form, content = StreamObject(), page.get_contents()
     form.set_data(b"" if content is None else content.get_data())
     form.update(

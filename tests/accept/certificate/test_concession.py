@@ -316,7 +316,7 @@ def test_a_certificate_that_hides_the_concession_is_not_plainly_valid(bench: Pat
 
 def test_what_an_earlier_program_stored_is_read_as_it_was(bench: Path) -> None:
     """Its findings are conditional because of the nonconformance, and its decision names a certificate alone."""
-    pdf, _ = report(bench)
+    report(bench)
     spec = load_spec("apa-basic")
     held = because(Cause.NONCONFORMANCE, detail=SCRATCH)
     credential = keys.unlock(home(), "qa", "battery staple")
