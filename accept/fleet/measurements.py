@@ -220,7 +220,7 @@ def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
 def attempts(frame: pd.DataFrame) -> pd.DataFrame:
     """Return one row per judgement, with the causes of its verdict."""
     bad = frame[frame["verdict"] != "pass"]
-    causes = dict.fromkeys(held(frame), "nonconformance")
+    causes: dict[Any, str] = dict.fromkeys(held(frame), "nonconformance")
     causes |= {seq: ", ".join(dict.fromkeys(names)) for seq, names in bad.groupby("seq")["quantity"]}
     stated = [name for name in COLUMNS_OF_A_JUDGEMENT if name in frame.columns]
     return frame.drop_duplicates("seq")[stated].assign(causes=lambda f: [causes.get(seq, "") for seq in f["seq"]])

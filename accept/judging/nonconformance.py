@@ -167,11 +167,13 @@ def concessions(store: Store, serial: str | None = None) -> dict[int, str]:
     found = {}
     for unit in dict.fromkeys(event.subject for event in store.events(serial, NonconformanceDecided.KIND)):
         judged = [(event.seq, UnitJudged.of(event).result) for event in store.events(unit, UnitJudged.KIND)]
+        if not judged:
+            continue
         for seq, entry in judged:
             if entry.verdict == UnitVerdict.ACCEPTED:
                 found[seq] = _conceded([NonconformanceDecided.from_json(d) for d in entry.dispositions])
-        seq, entry = judged[-1] if judged else (0, None)
-        if entry is None or not entry.nonconformances or entry.verdict != UnitVerdict.CONDITIONAL:
+        seq, entry = judged[-1]
+        if not entry.nonconformances or entry.verdict != UnitVerdict.CONDITIONAL:
             continue
         now = standing(store, unit, {}, measured_values(entry))
         if not now.open and all(not f.required or f.verdict is Verdict.PASS or is_only_held(f) for f in entry.findings):

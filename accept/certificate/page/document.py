@@ -54,8 +54,8 @@ def render(contents: CertificateContent) -> bytes:
     height = _row_height(_height(above), _height(below), len(rows))
     figures = [FigureRow(row, height, columns, _SPACE_ABOVE) for row in rows]
     text = _build(contents, [*above, *figures, *below, *shown])
-    fields, shown = fixed_parts.field_rectangles(), fixed_parts.open_fields()
-    return assemble(text, contents.attachments(), fields, _title(contents), shown)
+    fields = fixed_parts.field_rectangles()
+    return assemble(text, contents.attachments(), fields, _title(contents), fixed_parts.open_fields())
 
 
 def _build(contents: CertificateContent, flowables: list[Flowable]) -> bytes:

@@ -165,7 +165,8 @@ def first_pass(
     say_not_counted(frame[asked])
     if table.empty:
         raise FleetError("no unit was judged for the first time in this period; re-tests are no first attempts")
-    show(table, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
+    shown = table if table["conceded"].any() else table.drop(columns="conceded")
+    show(shown, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
     causes = yields.pareto(frame, asked)
     if len(causes):
         show(causes, "what stopped units at their first attempt", {"share": "{:.1%}"})

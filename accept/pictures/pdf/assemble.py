@@ -107,8 +107,8 @@ def _add_fields(
             }
         )
         if shown is not None:
-            form = _form(writer, pages[len(widgets)])
-            widget[NameObject("/AP")] = _dictionary({"/N": _indirect(writer, form)})
+            appearance = _indirect(writer, _form(writer, pages[len(widgets)]))
+            widget[NameObject("/AP")] = _dictionary({"/N": appearance})
         widgets.append(_indirect(writer, widget))
     page[NameObject("/Annots")] = ArrayObject(widgets)
     form = _dictionary({"/Fields": widgets, "/SigFlags": NumberObject(_SIGNED_FILE)})
