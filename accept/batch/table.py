@@ -7,9 +7,9 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from accept.certificate.contents.disposition import words_of
 from accept.gap.text import one_line
 from accept.judging.advice import stored_advice
+from accept.judging.nonconformance import stated_words
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_and_name, label_of
@@ -62,7 +62,7 @@ def _reasons(unit: dict[str, Any]) -> Iterator[str]:
     have it; of several, a later line has those that are new. What was said as the unit's action, or above, is not said
     again."""
     yield from (f"{unit['serial']}: {HELD}: {words}" for words in unit.get("nonconformances", ()))
-    yield from (f"{unit['serial']}: {words_of(given)}" for given in unit.get("dispositions", ()))
+    yield from (f"{unit['serial']}: {words}" for words in stated_words(unit))
     alike: dict[tuple[str, ...], list[dict[str, Any]]] = {}
     for finding in unit["findings"]:
         if finding["verdict"] != Verdict.PASS:

@@ -29,12 +29,20 @@ from accept.store.payloads import (
     StepNoted,
     UnitJudged,
     payload_of,
+    without_hashes,
 )
 from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
 
 DISPOSITION = "disposition"  # the kind of decision that is signed
 MARK = "NONCONFORMANCE: "  # how its line in `unit.toml` begins
+CHOICES: Mapping[str, str] = {
+    CONCESSION: "use as it is",
+    "rework": "rework and measure again",
+    "measure-again": "measure again",
+    "return": "return to the supplier",
+    "scrap": "scrap",
+}
 RELEASING = (CONCESSION, "rework", "measure-again")  # of the dispositions
 SAME = 1e-9  # relative: the same data judged twice, on whatever processor; two readings do not agree by so much
 Values = Mapping[str, float]  # by quantity
@@ -137,7 +145,7 @@ class _Decisions:
                 about = self._certified.get(payload.before or "", ())
                 if any((known := self.held.get(w)) is None or not _same(known[0].disposition, decision) for w in about):
                     self._decide(NonconformanceDecided(about, decision, payload.before))
-            case NonconformanceDecided(certificate=None):  # what else it named, nobody would have signed
+            case NonconformanceDecided(certificate=None):  # with one, its names are not signed
                 self._decide(payload)
 
     def _decide(self, given: NonconformanceDecided) -> None:
@@ -190,6 +198,20 @@ def _conceded(decided: Sequence[NonconformanceDecided]) -> str:
     )
 
 
+def words_of(given: NonconformanceDecided) -> str:
+    """Return a disposition about nonconformances in words: the decision, who decided when, and about what."""
+    decision, signed = given.disposition, given.disposition.signed
+    kind, about = ("concession", "conceded") if decision.choice == CONCESSION else ("disposition", "about")
+    who = "nobody, without a signature" if signed is None else f"{signed.person} {signed.time[:10]}"
+    called, named = CHOICES.get(decision.choice, decision.choice), map(without_hashes, given.nonconformances)
+    return f"{kind} by {who}: {called}: {decision.reason}; {about}: {'; '.join(named)}"
+
+
+def stated_words(result: Mapping[str, Any]) -> list[str]:
+    """Return the dispositions that a result in JSON states, in words."""
+    return [words_of(NonconformanceDecided.from_json(given)) for given in result.get("dispositions", ())]
+
+
 def is_only_held(finding: Finding) -> bool:
     """Return whether a finding would pass without the nonconformance that holds the unit: earlier programs made every
     finding of such a unit conditional."""
@@ -233,9 +255,9 @@ def content_of(serial: str, decision: Decision, certificate: str | None) -> dict
 def decide(
     store: Store, serial: str, decision: Decision, signer: Signer, about: Sequence[str] | None = None
 ) -> Sequence[str]:
-    """Store what quality assurance decides about nonconformances of a unit, signed, and return them. about: those that
-    the certificate states which is countersigned with it; None: all that hold the unit. Raises DecisionError if there
-    is none, or for a key of another role, StoreError."""
+    """Store a signed decision of quality assurance about nonconformances of a unit, and return these. about: those of
+    the certificate that is countersigned with it; None: all that hold the unit. Raises DecisionError without one, or
+    for a key of another role, StoreError."""
     held = open_nonconformances(store, serial, {}) if about is None else about
     if not held:
         raise DecisionError(f"{serial}: no nonconformance in the store holds it")

@@ -2,24 +2,13 @@
 
 It is part of the countersignature itself (the signed `/Reason` of its dictionary), of the page and of the store."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from accept.pictures.signs import CONCESSION
-from accept.store.payloads import without_hashes
+from accept.judging.nonconformance import CHOICES
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
 
-CHOICES: Mapping[str, str] = {
-    "use-as-is": "use as it is",
-    "rework": "rework and measure again",
-    "measure-again": "measure again",
-    "return": "return to the supplier",
-    "scrap": "scrap",
-}
 LONGEST = 120  # characters of the reason: what the box of the countersignature shows
-NOBODY = "nobody, without a signature"
 _HEAD = "; disposition: "
 
 
@@ -67,18 +56,6 @@ def _one_line(text: str, of: str) -> str:
     if not reason or not reason.isprintable() or len(reason) > LONGEST:
         raise DispositionError(f"the reason of {of} is one line of 1 to {LONGEST} characters, got '{reason}'")
     return reason
-
-
-def words_of(given: Mapping[str, Any]) -> str:
-    """Return a disposition about nonconformances, as results.json has it, in words: the decision, who decided when, and
-    about what."""
-    decision = given["disposition"]
-    signed = decision.get("signed") or {}
-    kind, about = ("concession", "conceded") if decision["choice"] == CONCESSION else ("disposition", "about")
-    named = "; ".join(map(without_hashes, given["nonconformances"]))
-    who = f"{signed.get('person', NOBODY)} {str(signed.get('time', ''))[:10]}".rstrip()
-    called = CHOICES.get(decision["choice"], decision["choice"])
-    return f"{kind} by {who}: {called}: {decision['reason']}; {about}: {named}"
 
 
 def in_signature(reviewed: str, disposition: Disposition | None) -> str:

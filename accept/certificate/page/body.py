@@ -11,7 +11,6 @@ from reportlab.lib.utils import ImageReader
 from reportlab.platypus import Flowable, Image, KeepTogether, Paragraph, Spacer, Table, TableStyle
 
 from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.disposition import words_of
 from accept.certificate.contents.statements import statements
 from accept.certificate.page.clauses import (
     days_words,
@@ -23,6 +22,7 @@ from accept.certificate.page.clauses import (
     rule_words,
 )
 from accept.judging.advice import stored_advice
+from accept.judging.nonconformance import stated_words
 from accept.pictures.labels import check_label, label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
@@ -43,7 +43,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
     parts = contents.result.get("parts") or {}
     attached = sum(name in contents.files for name in contents.inputs)
     rows = [
-        *(("Decided", words_of(given)) for given in contents.result.get("dispositions", ())),
+        *(("Decided", decided) for decided in stated_words(contents.result)),
         *statements(contents).items(),
         ("Operator", operator_words(contents)),
         ("Instruments", instruments_words(contents) or "none named by the spec"),

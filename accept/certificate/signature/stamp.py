@@ -11,10 +11,11 @@ from pyhanko.stamp import StaticStampStyle
 from reportlab.lib.utils import simpleSplit
 from reportlab.pdfgen.canvas import Canvas
 
-from accept.certificate.contents.disposition import CHOICES, Disposition
+from accept.certificate.contents.disposition import Disposition
 from accept.certificate.page.fixed_parts import BOXES
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import Credential
+from accept.judging.nonconformance import CHOICES
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 

@@ -12,7 +12,6 @@ from typing import Any
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
-from accept.certificate.contents.disposition import CHOICES, words_of
 from accept.certificate.contents.laboratory import LaboratoryFile, number_of, statement_of
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
@@ -22,7 +21,7 @@ from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import Copy, copies_of
-from accept.judging.nonconformance import standing
+from accept.judging.nonconformance import CHOICES, standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.judging.voids import voids
@@ -247,7 +246,7 @@ def _sound(store: Store, contents: CertificateContent) -> Step:
     last = {words: decided for decided in now.decided for words in decided.nonconformances}
     later = [*dict.fromkeys(last[words] for words in stated if words in last)]
     remark = "; ".join(f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in later)
-    return Step("; ".join(words_of(each.to_json()) for each in later), remark=remark)
+    return Step("; ".join(words_of(each) for each in later), remark=remark)
 
 
 def _others(copy: Copy) -> str:

@@ -11,7 +11,6 @@ from cryptography import x509
 
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.disposition import words_of
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
 from accept.certificate.contents.statements import NOT_STATED, statements
 from accept.certificate.contents.step import Step
@@ -30,6 +29,7 @@ from accept.certificate.verify.revocation_check import attached_entries, doubted
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_copies, check_dispositions, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
+from accept.judging.nonconformance import stated_words
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
@@ -205,7 +205,7 @@ def _first_line(contents: CertificateContent, signatures: Sequence[Signed], doub
     of the line or write a part of it."""
     dispositions = contents.result.get("dispositions", ())
     word = signs.unit_word(contents.result["verdict"], contents.result.get("nonconformances", ()), dispositions)
-    decided = (_quoted(words_of(given), 300) for given in dispositions)
+    decided = (_quoted(words, 300) for words in stated_words(contents.result))
     signed = (f"signed by {_quoted(s.person)} as {s.role} on {s.when:%Y-%m-%d %H:%M:%S} UTC" for s in signatures)
     state = "countersigned" if len(signatures) == 2 else "countersignature open"
     state += "".join(f", disposition: {_quoted(s.disposition, 160)}" for s in signatures if s.disposition)

@@ -9,7 +9,6 @@ import typer
 
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.certificate.contents.disposition import words_of
 from accept.commands.fleet.answers import (
     check,
     check_plot,
@@ -33,7 +32,7 @@ from accept.fleet.measurements import (
     latest,
     measurements,
 )
-from accept.judging.nonconformance import standing
+from accept.judging.nonconformance import standing, words_of
 from accept.pictures.labels import label_and_name, label_of
 from accept.store import open_store
 from checks.rounding import rounded, rounded_U
@@ -70,7 +69,7 @@ def history(
     shown = tries[["attempt", "time", "operator", "bench", "spec", "unit_verdict", "simulated", "causes", "voided"]]
     show(telling(shown, "bench", "simulated", "voided"), serial)
     for given in decided:
-        stdout.print(words_of(given.to_json()), soft_wrap=True)
+        stdout.print(words_of(given), soft_wrap=True)
     columns = ["attempt", "quantity", "value", "U", "unit", "verdict", "change", "En", "changed"]
     shown = telling(_to_the_digits_of_U(changed[columns]), "change", "En", "changed")
     show(shown, "values, with their expanded uncertainty U (k = 2)", {"En": "{:.2f}", "change": "{:+.3g}"})

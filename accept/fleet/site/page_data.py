@@ -11,7 +11,6 @@ from urllib.parse import quote
 import numpy as np
 import pandas as pd
 
-from accept.certificate.contents.disposition import words_of
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import NOT_STATED, bench_of, findings
 from accept.fleet.measurements import (
@@ -24,6 +23,7 @@ from accept.fleet.measurements import (
 )
 from accept.fleet.trend import stored_baselines, summary, trends
 from accept.fleet.yields import yields
+from accept.judging.nonconformance import stated_words
 from accept.judging.voids import voids
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
@@ -88,7 +88,7 @@ def document(
                 "findings": [_row(finding, (event.seq, finding.quantity) in first) for finding in result.findings],
                 "notes": result.notes,
                 "held": result.nonconformances,
-                "dispositions": [words_of(given) for given in result.dispositions],
+                "dispositions": stated_words(result.to_json()) if result.dispositions else [],
                 "gap": _gap(result.gap),
             }
         )

@@ -11,11 +11,11 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
-from accept.certificate.contents.disposition import CHOICES
 from accept.certificate.trust import keys
 from accept.certificate.trust.encrypted_key import LockedError
 from accept.certificate.verify.verification import Validity, Verification
-from accept.judging.advice import advice, first_advice
+from accept.judging.advice import ADVICE, advice, first_advice
+from accept.judging.nonconformance import CHOICES
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
@@ -84,6 +84,7 @@ class Summary(Scanning[bool]):
         self.report: Verification | None = None
         self._why: list[str] = []
         self._notes: list[str] = []
+        self._held = False
         self._signs_then = False  # F2 came before the result
 
     def compose(self) -> ComposeResult:
@@ -163,6 +164,7 @@ class Summary(Scanning[bool]):
         self._notes = [
             without_hashes(self._with_step(note)) for note in sorted(result.notes, key=lambda note: note not in people)
         ]
+        self._held = bool(result.nonconformances)
         said = verdict.plain.partition("\n")[2]
         self._why = [_detail(f, self.session.refusal(f), said) for f in result.findings]
         worst = next((n for n, f in enumerate(result.findings) if f.verdict is not Verdict.PASS), 0)
@@ -205,7 +207,9 @@ class Summary(Scanning[bool]):
     def _tell(self, row: int) -> None:
         """Tell why a finding is what it is, and what was noted about the unit."""
         if 0 <= row < len(self._why):  # an empty table says row -1
-            texts = list(filter(None, (self._why[row], *self._notes)))
+            hold = ADVICE[Cause.NONCONFORMANCE] if self._held else ""
+            hold = hold.removeprefix("sign; ") if self.session.attempt.certificate is not None else hold
+            texts = list(filter(None, (self._why[row], hold and f"→ {hold}", *self._notes)))
             self.query_one("#detail", Static).update("\n".join(texts))
             self.query_one("#why", VerticalScroll).scroll_home(animate=False)
             self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if it is longer than its room

@@ -262,7 +262,10 @@ def test_the_words_in_the_box_of_the_verdict_are_inside_it(made: CertificateCont
 
     def see(text: str, cm: list[float], tm: list[float], font: Any, size: float) -> None:
         line, left = text.strip(), tm[4] * cm[0] + cm[4]
-        if line in (signs.SIMULATED, "CONDITIONAL: QUALITY ASSURANCE DECIDES IN ITS BOX BELOW") and left > page_style.WIDTH / 2:
+        if (
+            line in (signs.SIMULATED, "CONDITIONAL: QUALITY ASSURANCE DECIDES IN ITS BOX BELOW")
+            and left > page_style.WIDTH / 2
+        ):
             ends[line] = left, left + pdfmetrics.stringWidth(line, BOLD, size)
 
     PdfReader(io.BytesIO(render(replace(made, result=dict(made.result) | more)))).pages[0].extract_text(
