@@ -222,15 +222,15 @@ def _upper_tail(z: float) -> float:
     return 0.5 * math.erfc(z / math.sqrt(2.0))
 
 
-def unit_verdict(findings: Sequence[Finding]) -> UnitVerdict:
+def unit_verdict(findings: Sequence[Finding], held: bool = False) -> UnitVerdict:
     """Return rejected if any finding failed, incomplete if any result is missing, and accepted only if all that is
-    required passed."""
+    required passed. held: something that is no finding holds the unit, which is conditional at best."""
     verdicts = [f.verdict for f in findings]
     required = [f.verdict for f in findings if f.required]
     if Verdict.FAIL in verdicts:
         return UnitVerdict.REJECTED
     if Verdict.NO_RESULT in verdicts or not required:
         return UnitVerdict.INCOMPLETE
-    if all(v is Verdict.PASS for v in required):
+    if all(v is Verdict.PASS for v in required) and not held:
         return UnitVerdict.ACCEPTED
     return UnitVerdict.CONDITIONAL

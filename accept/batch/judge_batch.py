@@ -32,7 +32,7 @@ from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
 from accept.store import Event, Store, StoreError, fold
-from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged
+from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged, without_hashes
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.picture import Panel
@@ -199,7 +199,7 @@ class _Batch:
             # Noted again: the run that judged it may have been killed before it could.
             self.doubted += pipeline.weaken_others(unit.serial, known.reservations.copies)
             self._note_parts(unit.serial, unit.parts, known.reservations.part_doubts)
-            word = signs.unit_word(before.verdict, known.reservations.nonconformances)
+            word = signs.unit_word(before.verdict, known.reservations.nonconformances, known.reservations.dispositions)
             self.say(f"{unit.serial}: unchanged, {signs.marked(word, unit.simulated)}")
             return None
         return pipeline.prepare(unit, known, certificate, self._place(unit))
@@ -293,8 +293,9 @@ class _Batch:
 
 def _why(result: UnitResult) -> str:
     bad = [f for f in result.findings if f.verdict is not Verdict.PASS]
-    words = "; ".join(f"{label_of(f.quantity)}: {f.verdict.replace('_', ' ')}" for f in bad)
-    because = f" ({words})" if bad else ""
+    words = [f"{label_of(f.quantity)}: {f.verdict.replace('_', ' ')}" for f in bad]
+    words += [without_hashes(noted) for noted in result.nonconformances]
+    because = f" ({'; '.join(words)})" if words else ""
     return because + (f"; {one_line(result.gap)}" if result.gap is not None else "")
 
 

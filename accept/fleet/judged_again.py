@@ -80,7 +80,9 @@ def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
         if before.get(f.quantity) != str(f.verdict)
     }
     gone = {name: (was, "not judged", "") for name, was in before.items() if name not in {f.quantity for f in now}}
-    return JudgedAgain(unit.serial, unit.verdict, str(unit_verdict(now)), differ | gone, basis)
+    return JudgedAgain(
+        unit.serial, unit.verdict, str(unit_verdict(now, bool(reservations.nonconformances))), differ | gone, basis
+    )
 
 
 def _from_records(unit: UnitState, spec: Spec) -> list[Finding] | None:

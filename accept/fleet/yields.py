@@ -8,10 +8,12 @@ import pandas as pd
 
 from accept.fleet.findings_file import HELD_BY
 from accept.fleet.measurements import (
+    CONCEDED,
     GOLDEN,
     VOIDED,
     counted,
     first_attempts,
+    held,
     in_order_of_the_store,
     latest,
     of_production,
@@ -22,8 +24,8 @@ from checks.picture import Band, Line, Panel, Text
 
 PERIODS = {"month": "%Y-%m", "week": "%G-W%V", "day": "%Y-%m-%d"}
 COLUMNS = (  # what a yield and its causes are made of
-    "seq", "time", "measured", "kind", "study", "held_by", VOIDED, "serial", "attempt", "unit_verdict", "check",
-    "quantity", "verdict", "reason", "required", "simulated", GOLDEN,
+    "seq", "time", "measured", "kind", "study", "held_by", VOIDED, CONCEDED, "serial", "attempt", "unit_verdict",
+    "check", "quantity", "verdict", "reason", "required", "simulated", GOLDEN,
 )  # fmt: skip
 Z_95 = 1.959963984540054  # of the interval of a yield: 95 %, two-sided
 WORST_FIRST = ("fail", "no_result", "conditional", VOIDED)
@@ -32,11 +34,13 @@ MOST_CAUSES = 12  # of a picture: the others are in the table
 
 
 def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.DataFrame:
-    """Return per group: units, passed at the first attempt, passed in the end, share of the first with its interval.
+    """Return per group: units, passed at the first attempt, passed in the end, those of them that passed by concession,
+    share of the first with its interval.
 
     frame: the whole history. chosen (rows of frame): which of the units are counted: those whose first judgement is
     among them, so a re-test is never a first attempt. A unit counts in the group of its first judgement; it passed at
-    its first attempt if the first attempt at each of its quantities did. Wilson's interval holds for few units too.
+    its first attempt if the first attempt at each of its quantities did, and no nonconformance held it. Wilson's
+    interval holds for few units too.
     """
     first = _first_judgements(frame, chosen)
     if by in PERIODS:
@@ -44,15 +48,24 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
         first = first.assign(**{by: days.map({day: day.strftime(PERIODS[by]) for day in days.unique()})})
     attempted = first_attempts(frame)
     stopped = set(attempted.loc[attempted["required"] & (attempted["verdict"] != "pass"), "serial"])
+    stopped |= set(attempted.loc[attempted["seq"].isin(held(frame)) | (attempted[CONCEDED] != ""), "serial"])
     tried = set(attempted["serial"])
     # Void ones too: a unit whose last judgement is void has not passed in the end.
     judged = in_order_of_the_store(of_production(frame))
-    last = judged.drop_duplicates("serial", keep="last").set_index("serial")["unit_verdict"].eq("accepted")
+    newest = judged.drop_duplicates("serial", keep="last").set_index("serial")
+    conceded = newest[CONCEDED] != ""
+    last = newest["unit_verdict"].eq("accepted") | conceded
     missing = set(last.index[~last]) - stopped  # incomplete to this day, though nothing that was attempted failed
     passed = [serial in tried and serial not in stopped | missing for serial in first["serial"]]
-    units = first.assign(first=passed, finally_=first["serial"].astype(object).map(last).astype(bool))
+    units = first.assign(
+        first=passed,
+        **{
+            name: first["serial"].astype(object).map(each).astype(bool)
+            for name, each in (("finally_", last), ("conceded", conceded))
+        },
+    )
     grouped = units.groupby(by, sort=True, observed=True).agg(
-        units=("serial", "size"), first=("first", "sum"), last=("finally_", "sum")
+        units=("serial", "size"), first=("first", "sum"), last=("finally_", "sum"), conceded=("conceded", "sum")
     )
     lo, hi = wilson(grouped["first"].to_numpy(), grouped["units"].to_numpy())
     share = grouped["first"] / grouped["units"]
@@ -96,7 +109,8 @@ def cause_label(cause: str) -> str:
 
 
 def _not_passed(rows: pd.DataFrame) -> pd.DataFrame:
-    return rows[rows["required"] & (rows["verdict"] != "pass")]
+    """Return the required rows that did not pass, and all of a unit that a nonconformance holds: its findings may."""
+    return rows[rows["required"] & ((rows["verdict"] != "pass") | (rows["held_by"] == HELD_BY[0]))]
 
 
 def _also(of_unit: pd.DataFrame) -> list[str]:

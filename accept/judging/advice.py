@@ -60,6 +60,7 @@ ADVICE: Mapping[Cause, str] = {
     "terminal",
     Cause.SERIAL_ALIKE: "correct serial in unit.toml, or confirm it: accept report at a terminal",
     Cause.NONCONFORMANCE: "sign; quality assurance countersigns with its disposition",
+    Cause.SUPERSEDED: "measure it again",
     Cause.POINT_TWICE: "measure points {first} and {second} again",
     Cause.VOLTAGE_START: _WHOLE_CYCLE,
     Cause.VOLTAGE_TOP: _WHOLE_CYCLE,

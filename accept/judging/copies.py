@@ -166,7 +166,7 @@ def _entry_without(entry: UnitEntry, copies: Sequence[Copy]) -> UnitEntry:
     return replace(
         entry,
         findings=findings,
-        verdict=unit_verdict(findings),
+        verdict=unit_verdict(findings, bool(entry.nonconformances)),
         information=information,
         copies=tuple(copies),
         action=action(findings),

@@ -29,7 +29,8 @@ class UnitResult:
     samples : sketches of its records (`accept.units.samples`); in the JSON only if it has records.
     copies : its recordings that exist elsewhere too (`accept.judging.copies`); in the JSON only if any does.
     nonconformances : those of the part that hold it (`accept.judging.nonconformance`); likewise. superseded: check ->
-    the one that holds its findings alone.
+    the one of them that its evidence is older than an attempt that was not accepted.
+    dispositions : what quality assurance decided about nonconformances of the unit; likewise.
     folder : name of its folder if that is another unit's serial (`accept.judging.folder_name`); likewise.
     rereadings : of its recordings that were read otherwise before (`accept.judging.rereadings`); likewise.
     part_doubts : doubts about its parts (`accept.judging.parts`); in the JSON only if any exists.
@@ -58,6 +59,7 @@ class UnitResult:
     part_doubts: tuple[str, ...] = ()
     nonconformances: tuple[str, ...] = ()
     superseded: Mapping[str, str] = field(default_factory=dict)
+    dispositions: tuple[Mapping[str, Any], ...] = ()
     folder: Mapping[str, str] = field(default_factory=dict)
     rereadings: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     measured: Mapping[str, str] = field(default_factory=dict)
@@ -74,7 +76,7 @@ class UnitResult:
     @property
     def word(self) -> str:
         """The verdict as people read it."""
-        return signs.unit_word(self.verdict, self.nonconformances)
+        return signs.unit_word(self.verdict, self.nonconformances, self.dispositions)
 
     @property
     def action(self) -> str | None:
@@ -109,6 +111,7 @@ class UnitResult:
             action=self.action,
             nonconformances=self.nonconformances,
             superseded=dict(self.superseded),
+            dispositions=self.dispositions,
             folder=dict(self.folder),
             rereadings=self.rereadings,
             calibration=self.calibration,

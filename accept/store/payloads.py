@@ -194,10 +194,13 @@ class SerialConfirmed(Payload, what="serial_confirmed"):
 
 @dataclass(frozen=True)
 class NonconformanceDecided(Payload, what="nonconformance_decided"):
-    """Quality assurance decided about nonconformances that hold a unit, without countersigning a certificate."""
+    """Quality assurance decided about nonconformances of a unit, with a countersignature or without one."""
 
     nonconformances: tuple[str, ...]
     disposition: Decision
+    certificate: Annotated[
+        str | None, only_if(), "of results.json alone: sha256 of what an earlier program countersigned with it"
+    ] = None
 
 
 @dataclass(frozen=True)

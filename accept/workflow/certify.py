@@ -93,6 +93,7 @@ def countersign_unit(session: Session, passphrase: str, choice: str = "", reason
         session.spec_name,
         disposition,
         simulated=before.simulated,
+        nonconformances=before.nonconformances,
     )
     return _verified(session, path, credential)
 

@@ -156,7 +156,7 @@ class Session:
         upto = max((e.seq for e in self._events if e.what not in _ENTRIES), default=0)
         if self._held is None or self._held[0] != upto:
             notes = {step.name: note_lines(self.state(step.name)) for step in self.steps}
-            self._held = upto, open_nonconformances(self.store, self.serial, notes)[0]
+            self._held = upto, open_nonconformances(self.store, self.serial, notes)
         return self._held[1]
 
     def next_step(self, after: str | None = None) -> WorkflowStep | None:

@@ -64,6 +64,11 @@ class UnitEntry(Document):
     superseded: Annotated[
         Mapping[str, str], _filled, "of them by check: measured before an attempt that was not accepted"
     ] = field(default_factory=dict)
+    dispositions: Annotated[
+        tuple[Mapping[str, Any], ...],
+        _filled,
+        "what released nonconformances, each as `nonconformance_decided`",
+    ] = ()
     folder: Annotated[
         Mapping[str, str],
         _filled,

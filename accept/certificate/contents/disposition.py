@@ -2,19 +2,12 @@
 
 It is part of the countersignature itself (the signed `/Reason` of its dictionary), of the page and of the store."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
+from accept.judging.nonconformance import CHOICES
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
 
-CHOICES: Mapping[str, str] = {
-    "use-as-is": "use as it is",
-    "rework": "rework and measure again",
-    "measure-again": "measure again",
-    "return": "return to the supplier",
-    "scrap": "scrap",
-}
 LONGEST = 120  # characters of the reason: what the box of the countersignature shows
 _HEAD = "; disposition: "
 

@@ -23,6 +23,7 @@ from accept.certificate.page.clauses import (
 )
 from accept.judging.advice import stored_advice
 from accept.judging.inputs import LONGEST_INPUTS, inputs_words
+from accept.judging.nonconformance import stated_words
 from accept.pictures.labels import check_label, label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
@@ -43,6 +44,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
     parts = contents.result.get("parts") or {}
     attached = sum(name in contents.files for name in contents.inputs)
     rows = [
+        *(("Decided", decided) for decided in stated_words(contents.result)),
         *statements(contents).items(),
         ("Operator", operator_words(contents)),
         ("Instruments", instruments_words(contents) or "none named by the spec"),

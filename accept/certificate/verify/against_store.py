@@ -22,7 +22,7 @@ from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import Copy, copies_of
-from accept.judging.nonconformance import open_nonconformances
+from accept.judging.nonconformance import CHOICES, standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.result import UnitResult
@@ -254,13 +254,20 @@ def _built(store: Store, contents: CertificateContent) -> Step:
 
 
 def _sound(store: Store, contents: CertificateContent, when: datetime) -> Step:
-    """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state; what
-    was judged after it was signed is a later attempt."""
-    stated, entry = contents.result.get("nonconformances", ()), UnitEntry.from_json(contents.result)
-    held, _ = open_nonconformances(store, contents.serial, {}, entry, when + SAME_SECOND)
-    new = [words for words in held if words not in stated]
-    words = "the bench's store holds a nonconformance without a decision"
-    return Step(f"{words}: {'; '.join(new)}", False) if new else Step("")
+    """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state, open
+    or released; what was decided about one that it states as open is said beside its verdict. What was judged after it
+    was signed is a later attempt."""
+    stated, dispositions = (contents.result.get(key, ()) for key in ("nonconformances", "dispositions"))
+    known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
+    now = standing(store, contents.serial, {}, UnitEntry.from_json(contents.result), when + SAME_SECOND)
+    if new := [words for words in now.open if words not in stated]:
+        return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)
+    if new := [words for decided in now.released for words in decided.nonconformances if words not in known]:
+        return Step(f"the bench's store holds a nonconformance that it does not state: {'; '.join(new)}", False)
+    last = {words: decided for decided in now.decided for words in decided.nonconformances}
+    later = [*dict.fromkeys(last[words] for words in stated if words in last)]
+    remark = "; ".join(f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in later)
+    return Step("; ".join(words_of(each) for each in later), remark=remark)
 
 
 def _others(copy: Copy) -> str:

@@ -23,8 +23,9 @@ from accept.certificate.verify.statements import unlisted
 from accept.judging.copies import recording_party
 from accept.judging.decisions import decision_problem
 from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
+from accept.judging.nonconformance import DISPOSITION, signed_content
 from accept.store.fold import VOIDED
-from accept.store.payloads import CopiesResolved, SignedBy
+from accept.store.payloads import CopiesResolved, NonconformanceDecided, SignedBy
 from accept.store.seal import head_problem
 from accept.units.samples import TYPED
 from accept.units.unit_folder import serial_problem
@@ -93,6 +94,22 @@ def check_copies(
             problem := _decision_problem(copy, contents, roots, revoked)
         ):
             steps.append(Step(f"{copy['sample']} {words}: {problem}", complete=False))
+    return steps
+
+
+def check_dispositions(
+    contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked]
+) -> list[Step]:
+    """Check what quality assurance is said to have decided about nonconformances: that she signed it."""
+    since = {entry.serial_number: entry.since for entry in revoked}
+    lost = {entry.serial_number for entry in revoked if entry.compromised}
+    steps = []
+    for stated in contents.result.get("dispositions") or ():
+        given = NonconformanceDecided.from_json(stated)
+        content = signed_content(contents.serial, given)
+        if problem := decision_problem(DISPOSITION, content, given.disposition.signed, roots, since, lost):
+            words = f"what is said to be decided about {'; '.join(given.nonconformances)} does not count"
+            steps.append(Step(f"{words}: {problem}", complete=False))
     return steps
 
 

@@ -100,6 +100,7 @@ STATEMENTS = (
         ("simulated", _DERIVED, "unit.toml; never plainly valid"),
         ("nonconformances", (Way.DERIVED, Way.LOOKED_UP), "notes in unit.toml; what the store has open, else exit 4"),
         ("superseded", _LOOKED_UP, "the unit's judgements before; without store and list exit 4"),
+        ("dispositions", _SIGNED_AND_LOOKED_UP, "signature of quality assurance; what the store has, else exit 4"),
         ("folder", _LOOKED_UP, "the stored judgement; a name or a serial like that of another weakens the verdict"),
         ("part_doubts", _LOOKED_UP, "the parts' judgements in the store; without store and list exit 4"),
         ("rereadings", _LOOKED_UP, "judgements of the same samples in the store; without store and list exit 4"),
@@ -146,6 +147,8 @@ def words_on_trust(contents: CertificateContent, unit: UnitFolder, looked_up: Co
     result = contents.result
     found = [field for field in own_words(contents) if "gap" not in looked_up]
     found += [field for field in ("part_doubts", "rereadings") if result.get(field) and field not in looked_up]
+    if any(given.get("certificate") for given in result.get("dispositions", ())) and "dispositions" not in looked_up:
+        found.append("dispositions")  # signed about a certificate: what that stated does not follow
     if set(result.get("nonconformances", ())) - set(in_notes(unit.notes)) and "nonconformances" not in looked_up:
         found.append("nonconformances")
     words = "neither the store of its bench nor a list was asked for the words of"

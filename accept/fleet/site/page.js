@@ -9,8 +9,9 @@ const state = { sort: "time", down: true, shown: 100, dark: false, printing: fal
 const PAPER_PX = 680; // the plots' width on a sheet of A4
 const last = new Map();
 for (const j of F.judgements) {
-  j.causes = j.findings.filter((f) => f[R] !== "pass").map((f) => f[Q]).join(", ");
-  j.why = j.findings.filter((f) => f[R] !== "pass").map((f) => F.labels[f[Q]]).join(", ");
+  const held = j.held.length ? ["nonconformance"] : [];
+  j.causes = [...held, ...j.findings.filter((f) => f[R] !== "pass").map((f) => f[Q])].join(", ");
+  j.why = [...held, ...j.findings.filter((f) => f[R] !== "pass").map((f) => F.labels[f[Q]])].join(", ");
   j.text = [j.serial, j.operator, j.bench, j.causes, ...j.findings.filter((f) => f[R] !== "pass").map((f) => F.labels[f[Q]]), j.lot].join(" ").toLowerCase();
   last.set(j.serial, j);
 }
@@ -171,7 +172,7 @@ function show(serial) {
     }
     body.append(table);
     if (j.gap) body.append(node("p", `Gap analysis: ${j.gap.verdict}${j.gap.named.length ? `; named: ${j.gap.named.join(", ")}` : ""}`));
-    for (const n of j.notes) body.append(node("p", n));
+    for (const n of [...j.held.map((words) => `held until quality assurance decides: ${words}`), ...j.dispositions, ...j.notes]) body.append(node("p", n));
   }
   $("detail").hidden = false; $("close").focus(); location.hash = `unit=${encodeURIComponent(serial)}`;
 }

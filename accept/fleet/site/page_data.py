@@ -14,6 +14,7 @@ import pandas as pd
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import NOT_STATED, bench_of, findings
 from accept.fleet.measurements import (
+    CONCEDED,
     GOLDEN,
     VOIDED,
     counted,
@@ -23,6 +24,7 @@ from accept.fleet.measurements import (
 )
 from accept.fleet.trend import stored_baselines, summary, trends
 from accept.fleet.yields import cause_label, stops
+from accept.judging.nonconformance import stated_words
 from accept.judging.voids import voids
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
@@ -39,8 +41,8 @@ TREND_BY = ("all", "bench", "lot")
 DAY_S = 86_400.0
 MOST = 2000  # judgements of a page: it opens in a second, and is written in two
 OF_FIRST = (
-    "seq", "serial", "attempt", "quantity", "verdict", "reason", "required", "study", "held_by", VOIDED, "unit_verdict",
-    "simulated", GOLDEN,
+    "seq", "serial", "attempt", "quantity", "verdict", "reason", "required", "study", "held_by", VOIDED, CONCEDED,
+    "unit_verdict", "simulated", GOLDEN,
 )  # fmt: skip
 SHOWN_POINTS = 400  # of a curve: a page holds those of many units
 
@@ -91,6 +93,8 @@ def document(
                 "spec": event.spec.split("@")[0],
                 "findings": [_row(finding, (event.seq, finding.quantity) in first) for finding in result.findings],
                 "notes": result.notes,
+                "held": result.nonconformances,
+                "dispositions": stated_words(result.to_json()) if result.dispositions else [],
                 "gap": _gap(result.gap),
             }
         )

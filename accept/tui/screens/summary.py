@@ -11,11 +11,11 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
-from accept.certificate.contents.disposition import CHOICES
 from accept.certificate.trust import keys
 from accept.certificate.trust.encrypted_key import LockedError
 from accept.certificate.verify.verification import Validity, Verification
 from accept.judging.advice import ADVICE, advice, first_advice
+from accept.judging.nonconformance import CHOICES
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
@@ -86,6 +86,7 @@ class Summary(Scanning[bool]):
         self.report: Verification | None = None
         self._why: list[str] = []
         self._notes: list[str] = []
+        self._held = False
         self._signs_then = False  # F2 came before the result
 
     def compose(self) -> ComposeResult:
@@ -152,12 +153,12 @@ class Summary(Scanning[bool]):
         table.visible = True
         table.clear()
         for f in result.findings:
-            status = self._status(f)
+            status = self._status(f, result)
             value = numbers(f.value, f.U, f.unit) if f.value is not None else "-"
             bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
             cells = (
                 *(f"{words} " for words in (label_of(f.quantity), value, bounds)),
-                Text("pass, held" if _is_only_held(f) else status.word, status.style),
+                Text("pass, held" if status is Status.HELD else status.word, status.style),
             )
             table.add_row(Text(f" {status.mark} ", status.style), *cells)
         steps = [step.name for step in self.session.steps]
@@ -165,6 +166,7 @@ class Summary(Scanning[bool]):
         self._notes = [
             without_hashes(self._with_step(note)) for note in sorted(result.notes, key=lambda note: note not in people)
         ]
+        self._held = bool(result.nonconformances)
         said = verdict.plain.partition("\n")[2]
         self._why = [_detail(f, self.session.refusal(f), said) for f in result.findings]
         worst = next((n for n, f in enumerate(result.findings) if f.verdict is not Verdict.PASS), 0)
@@ -174,9 +176,9 @@ class Summary(Scanning[bool]):
         signed = self.session.attempt.certificate is not None
         self.say("Signed. F3: countersign, F4: next unit" if signed else "F2: sign this result")
 
-    def _status(self, f: Finding) -> Status:
+    def _status(self, f: Finding, result: UnitResult) -> Status:
         """Return what became of a quantity, with what is told apart among those without a result."""
-        if _is_only_held(f):
+        if f.verdict is Verdict.PASS and result.nonconformances:
             return Status.HELD
         if self.session.refusal(f) is not None:
             return Status.REFUSED
@@ -191,7 +193,7 @@ class Summary(Scanning[bool]):
             Status.NOT_DONE: "not measured",
             Status.CONDITIONAL: "conditional",
         }
-        found = [(self._status(f), label_of(f.quantity)) for f in result.findings]
+        found = [(self._status(f, result), label_of(f.quantity)) for f in result.findings]
         groups = {word: [label for own, label in found if own is status] for status, word in words.items()}
         return [f"{word}: {listed(labels)}" for word, labels in groups.items() if labels]
 
@@ -207,9 +209,9 @@ class Summary(Scanning[bool]):
     def _tell(self, row: int) -> None:
         """Tell why a finding is what it is, and what was noted about the unit."""
         if 0 <= row < len(self._why):  # an empty table says row -1
-            hold = ADVICE[Cause.NONCONFORMANCE]
-            left = hold.removeprefix("sign; ") if self.session.attempt.certificate is not None else hold
-            texts = list(filter(None, (self._why[row].replace(hold, left), *self._notes)))
+            hold = ADVICE[Cause.NONCONFORMANCE] if self._held else ""
+            hold = hold.removeprefix("sign; ") if self.session.attempt.certificate is not None else hold
+            texts = list(filter(None, (self._why[row], hold and f"→ {hold}", *self._notes)))
             self.query_one("#detail", Static).update("\n".join(texts))
             self.query_one("#why", VerticalScroll).scroll_home(animate=False)
             self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if it is longer than its room
@@ -480,11 +482,6 @@ _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
 
 def _not_measured(f: Finding) -> bool:
     return f.cause is not None and f.cause.cause is Cause.NOT_MEASURED and not f.cause.record
-
-
-def _is_only_held(f: Finding) -> bool:
-    """Return whether a finding would pass without the nonconformance that holds the unit."""
-    return f.cause is not None and f.cause.cause is Cause.NONCONFORMANCE and f.verdict is Verdict.CONDITIONAL
 
 
 def _verdict(result: UnitResult, open_words: Sequence[str], refused: Sequence[RecordRefused]) -> Text:

@@ -152,7 +152,7 @@ def test_a_nonconformance_with_a_photo_holds_the_unit_once_and_is_never_internal
     (line,) = lines(session)
     assert DIGEST in line
     notes = unit_folder.read(session.folder).notes
-    assert len(open_nonconformances(session.store, "APA-02", notes)[0]) == 1
+    assert len(open_nonconformances(session.store, "APA-02", notes)) == 1
 
 
 def test_a_file_that_is_not_there_stores_nothing(session: Session, tmp_path: Path):
