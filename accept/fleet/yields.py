@@ -96,10 +96,10 @@ def stops(frame: pd.DataFrame, chosen: pd.Series | None = None) -> pd.DataFrame:
     order = np.where(held != "", -1, rows["verdict"].map({v: i for i, v in enumerate(WORST_FIRST)}).astype(float))
     name = held.where(held != "", rows["quantity"].astype(object))
     ordered = rows.assign(name=name, order=order).sort_values("order", kind="stable")
-    found = [
-        (serial, of["name"].iloc[0], str(of["verdict"].iloc[0]), _also(of))
-        for serial, of in ordered.groupby("serial", sort=False, observed=True)
-    ]
+    found = []
+    for serial, of in ordered.groupby("serial", sort=False, observed=True):
+        verdict = "held" if of["held_by"].iloc[0] == HELD_BY[0] else str(of["verdict"].iloc[0])
+        found.append((serial, of["name"].iloc[0], verdict, _also(of)))
     return pd.DataFrame(found, columns=["serial", "quantity", "verdict", "also"])
 
 

@@ -84,9 +84,9 @@ def standing(
 ) -> Standing:
     """Return which nonconformances hold a unit and what was decided.
 
-    notes: those of its folder. entry: of the judgement that is asked about; None: a void attempt, what was measured before and what is to be measured again hold the unit
-    only if its last judgement states so. until: later judgements supersede nothing. past: the unit's events, if they
-    were read before. Raises StoreError."""
+    notes: those of its folder. entry: of the judgement that is asked about; None: a void attempt, what was measured
+    before and what is to be measured again hold the unit only if its last judgement states so. until: later judgements
+    supersede nothing. past: the unit's events, if they were read before. Raises StoreError."""
     events_of = store.events if past is None else lambda _, what: iter([e for e in past if e.what == what])
     judged = {event.seq: (event, UnitJudged.of(event)) for event in events_of(serial, UnitJudged.KIND)}
     results = [payload.result for _, payload in judged.values()]

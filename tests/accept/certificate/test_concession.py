@@ -50,9 +50,9 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return make_unit(tmp_path / "A", "A", NOTED)
 
 
-def report(folder: Path, pdf: str = "A.pdf") -> tuple[Path, Result]:
+def report(folder: Path, pdf: str = "A.pdf", *more: str) -> tuple[Path, Result]:
     out = folder.parent / pdf
-    return out, accept("report", folder, "--out", out, "--spec", "apa-basic", "--operator", "Ann")
+    return out, accept("report", folder, "--out", out, "--spec", "apa-basic", "--operator", "Ann", *more)
 
 
 def judged(folder: Path) -> dict[str, object]:
@@ -124,7 +124,7 @@ def test_a_concession_stays_whatever_becomes_of_the_note(bench: Path, kept: bool
     assert [each["nonconformances"] for each in entry["dispositions"]] == [[SCRATCH]]
     assert "accepted by concession" in entry["said"]
     change(bench, "5.10", "5.11")  # measured again, and judged once more
-    says_the_concession(bench, report(bench, "third.pdf")[0])
+    says_the_concession(bench, report(bench, "third.pdf", "--reason", "a digit was exchanged")[0])
 
 
 def test_the_countersigned_certificate_says_nothing_that_its_decision_refutes(bench: Path) -> None:

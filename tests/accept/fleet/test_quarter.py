@@ -113,7 +113,7 @@ def test_each_stopped_unit_counts_once_under_its_cause():
     found = {(row["quantity"], row["verdict"]): (row["units"], row["also"]) for row in causes.to_dict("records")}
     assert found == {
         ("flatness_um", "fail"): (2, ""),
-        ("nonconformance", "conditional"): (2, ""),
+        ("nonconformance", "held"): (2, ""),
         ("stroke_um", "fail"): (2, "Flatness, half of the zone fail 1"),
         ("copied recording", "no_result"): (1, ""),
         ("sensor_uF", "fail"): (1, ""),
