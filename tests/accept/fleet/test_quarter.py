@@ -126,7 +126,7 @@ def test_each_stopped_unit_counts_once_under_its_cause():
         == {*FAILED, *HELD, COPY, NOT_MEASURED}
         == {j["serial"] for j in page["judgements"] if j["first"] and not j["passed"]}
     )
-    assert stops["APA-0101"] == ["Nonconformance", "conditional", []]
+    assert stops["APA-0101"] == ["Nonconformance", "held", []]
     assert stops["APA-0151"] == ["Stroke, three stacks", "fail", ["Flatness, half of the zone fail"]]
     shown = said(ask("yield"))
     assert "nonconformance conditional 2" in shown
