@@ -267,8 +267,10 @@ def test_differences_by_rounding_are_none() -> None:
     unit = result().to_json()
     again = json.loads(json.dumps(unit))
     again["findings"][0]["value"] *= 1 + 1e-9
-    again["findings"][0]["reason"] = again["findings"][0]["reason"].replace("1.72 ", "1.72000 ")
+    again["findings"][0]["reason"] = again["findings"][0]["reason"].replace("1.72 ", "1.7200 ")
     assert differences(unit, again) == []
+    for digits in (3, 800):  # rounding adds no such zeros, which push what follows off the page
+        assert differences({"note": "below 304.0 um, U 3.0"}, {"note": f"below 304.0{'0' * digits} um, U 3.0"}) != []
     for path, value in (("value", 1.7201), ("verdict", "pass"), ("U", None), ("required", 1), ("reason", "other")):
         changed = json.loads(json.dumps(unit))
         changed["findings"][0][path] = value
