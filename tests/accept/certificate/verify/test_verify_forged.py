@@ -28,6 +28,8 @@ from accept.certificate.verify.verification import verify
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again, result
 from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
 
+NOTHING = RevocationData()
+
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
@@ -157,7 +159,7 @@ def test_swapped_roles_are_refused(bench: Bench) -> None:
     refused(bench.check(sign(sign(bench.unsigned, as_technician, WHEN), as_qa, LATER)), "by a certificate for")
 
 
-def appended(pdf: bytes, credential: Credential, when: datetime, kept: RevocationData = RevocationData()) -> bytes:
+def appended(pdf: bytes, credential: Credential, when: datetime, kept: RevocationData = NOTHING) -> bytes:
     """Return the document with one more signature, whatever the rules of signing say of it."""
     out = io.BytesIO()
     asyncio.run(_append(out, pdf, credential, when, _signer(credential), None, kept, None, False))
