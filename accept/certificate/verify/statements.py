@@ -73,6 +73,7 @@ STATEMENTS = (
         ("provenance.approval", (Way.DERIVED, Way.SIGNED), "the program's own; a QA key's, of spec and models"),
         ("provenance.head", _SIGNED_AND_LOOKED_UP, "signature of the bench; that event in its store"),
         ("provenance.bench", _SIGNED, "certificate of the authority; its key signs head and provenance"),
+        ("provenance.result", (Way.DERIVED, Way.SIGNED), "results.json and spec.toml; the bench's key"),
         ("provenance.authority", _SIGNED_AND_LOOKED_UP, "the bench's key; in the store, as that day"),
         ("provenance.signature", _SIGNED, "the bench's key, over the serial and all of the provenance"),
         ("provenance.crl", _SIGNED_AND_LOOKED_UP, "signature of the authority; its hash in the store"),

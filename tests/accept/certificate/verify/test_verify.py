@@ -21,7 +21,6 @@ from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
-from accept.certificate.trust.provenance import signed_text
 from accept.certificate.verify import attachments as contents
 from accept.certificate.verify.attachments import unpack
 from accept.certificate.verify.result_diff import differences, is_said_otherwise, is_within_U
@@ -34,6 +33,7 @@ from tests.accept.certificate.certificate_help import (
     WHEN,
     certificate_contents,
     judged_again,
+    resigned,
     result,
     stated,
     stated_head,
@@ -294,8 +294,7 @@ def test_keys_made_by_init_verify_by_the_bench_ca(
     own = own_key(tmp_path / "bench.key")
     certificate = keys.bench_certificate(tmp_path, keys.ca(tmp_path))
     given = stated(head=stated_head(key=own)) | {"bench": certificate.public_bytes(Encoding.PEM).decode()}
-    given["signature"] = own.sign(signed_text("APA-03", given)).hex()
-    unsigned = render(certificate_contents(tmp_path / "unit", provenance=given))
+    unsigned = render(resigned(certificate_contents(tmp_path / "unit", provenance=given), own))
     pdf = sign(unsigned, keys.unlock(tmp_path, TECHNICIAN, "correct horse"), WHEN)
     assert verify(
         sign(pdf, keys.unlock(tmp_path, QA, "battery staple"), LATER),
