@@ -50,10 +50,10 @@ class UnitJob:
     stated : the calibration of the instruments behind it, None without a bench file. start : the model that explains
     its responses, None if there is nothing to explain. out : folder of the results; an improved model goes below it.
     certificate : the file wanted, None for none. provenance : what it states beside the result, signed by the key of
-    the bench in `home`. draws : whether `judge` draws the page; else it is drawn when the judgement is settled, because the page has to state a reservation
-    that the store already has. uncertified : number of the stored judgement that only lacks its certificate.
-    place : where the unit stands in its batch, None without one. reason : why it is judged again, "" if no reason was
-    given, None if none is asked for.
+    the bench in `home`. draws : whether `judge` draws the page; else it is drawn when the judgement is settled, because
+    the page has to state a reservation that the store already has. uncertified : number of the stored judgement that
+    only lacks its certificate. place : where the unit stands in its batch, None without one. reason : why it is judged
+    again, "" if no reason was given, None if none is asked for.
     """
 
     unit: UnitFolder

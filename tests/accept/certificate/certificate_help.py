@@ -133,10 +133,10 @@ def certificate_contents(
 ) -> CertificateContent:
     given: dict[str, Any] = {"provenance": stated(ca)} | more
     contents = content_of(unit or result(), spec(), folder(path), "M. Keller", **given)
-    return contents if "provenance" in more else resigned(contents)
+    return contents if "provenance" in more else bench_signed(contents)
 
 
-def resigned(contents: CertificateContent, key: Ed25519PrivateKey = BENCH_KEY) -> CertificateContent:
+def bench_signed(contents: CertificateContent, key: Ed25519PrivateKey = BENCH_KEY) -> CertificateContent:
     """With the signature of the bench over what it states now, if it states a bench."""
     if "bench" not in contents.provenance:
         return contents

@@ -35,7 +35,7 @@ from accept.units import unit_folder
 from accept.workflow.certify import countersign_unit
 from specs.model import builtin_models
 from specs.spec import builtin
-from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again, resigned, stated
+from tests.accept.certificate.certificate_help import WHEN, bench_signed, certificate_contents, judged_again, stated
 from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
 from tests.accept.units.units import make_unit
 
@@ -362,7 +362,7 @@ def test_a_spec_is_not_approved_by_a_key_that_was_revoked(bench: Bench, tmp_path
         said = stated(bench.technician.ca, "APA-02", approval=spec_approval.approve(spec, bench.qa, LATER))
         contents = content_of(judge_unit.judge_unit(unit, spec), spec, unit.path, "M. Keller", provenance=said)
         revoked = [Revoked(bench.qa.certificate.serial_number, since, compromised)]
-        pdf = sign(render(resigned(contents)), bench.technician, LATER)
+        pdf = sign(render(bench_signed(contents)), bench.technician, LATER)
         return verify(pdf, bench.trust, rejudge, now=NOW, revoked=revoked).outcome
 
     day = timedelta(days=1)

@@ -31,9 +31,9 @@ from accept.store.seal import own_key
 from tests.accept.certificate.certificate_help import (
     UNIT_TOML,
     WHEN,
+    bench_signed,
     certificate_contents,
     judged_again,
-    resigned,
     result,
     stated,
     stated_head,
@@ -294,7 +294,7 @@ def test_keys_made_by_init_verify_by_the_bench_ca(
     own = own_key(tmp_path / "bench.key")
     certificate = keys.bench_certificate(tmp_path, keys.ca(tmp_path))
     given = stated(head=stated_head(key=own)) | {"bench": certificate.public_bytes(Encoding.PEM).decode()}
-    unsigned = render(resigned(certificate_contents(tmp_path / "unit", provenance=given), own))
+    unsigned = render(bench_signed(certificate_contents(tmp_path / "unit", provenance=given), own))
     pdf = sign(unsigned, keys.unlock(tmp_path, TECHNICIAN, "correct horse"), WHEN)
     assert verify(
         sign(pdf, keys.unlock(tmp_path, QA, "battery staple"), LATER),
