@@ -10,11 +10,14 @@ from accept.base.console import say as say_on_stderr
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.base.worker_process import too_large
 from accept.certificate.contents.content import CertificateContent, ContentError, content_of
+from accept.certificate.trust.provenance import signed_by_bench
 from accept.gap.start_model import StartModel, applies
 from accept.judging.calibration import Statement
 from accept.judging.judge_unit import judge_unit
 from accept.judging.result import UnitResult
+from accept.store.opening import BENCH_KEY
 from accept.store.payloads import PlaceInBatch
+from accept.store.seal import bench_of
 from accept.units.loaded_unit import LoadedUnit, contents_of, loaded
 from accept.units.unit_folder import UnitError, UnitFolder
 from specs.spec import Spec
@@ -46,11 +49,11 @@ class UnitJob:
 
     stated : the calibration of the instruments behind it, None without a bench file. start : the model that explains
     its responses, None if there is nothing to explain. out : folder of the results; an improved model goes below it.
-    certificate : the file wanted, None for none. provenance : what it states beside the result. draws : whether
-    `judge` draws the page; else it is drawn when the judgement is settled, because the page has to state a reservation
-    that the store already has. uncertified : number of the stored judgement that only lacks its certificate.
-    place : where the unit stands in its batch, None without one. reason : why it is judged again, "" if no reason was
-    given, None if none is asked for.
+    certificate : the file wanted, None for none. provenance : what it states beside the result, signed by the key of
+    the bench in `home`. draws : whether `judge` draws the page; else it is drawn when the judgement is settled, because
+    the page has to state a reservation that the store already has. uncertified : number of the stored judgement that
+    only lacks its certificate. place : where the unit stands in its batch, None without one. reason : why it is judged
+    again, "" if no reason was given, None if none is asked for.
     """
 
     unit: UnitFolder
@@ -61,6 +64,7 @@ class UnitJob:
     out: Path | None = None
     certificate: Path | None = None
     provenance: Mapping[str, Any] | None = None
+    home: Path = Path()
     draws: bool = True
     uncertified: int | None = None
     place: PlaceInBatch | None = None
@@ -76,7 +80,8 @@ class UnitJob:
             result = explain_result(result, held, self.start, say, self.out)
         if self.certificate is None:
             return Judgement(replace(result, panels={}))
-        if not self.draws:
+        head = (self.provenance or {}).get("head")
+        if not self.draws or (head and bench_of(self.home / BENCH_KEY) != head["bench"]):  # another machine has no key
             return Judgement(result)
         contents = self.contents(result, held)
         return Judgement(replace(result, panels=contents.pictures), drawn(contents))
@@ -97,7 +102,8 @@ class UnitJob:
     def contents(self, result: UnitResult, held: LoadedUnit | None = None) -> CertificateContent:
         """Return what the certificate of a result states. Raises ContentError if an input is gone or was changed."""
         files = {} if held is None else contents_of(held)
-        return content_of(result, self.spec, self.unit.path, self.operator, held=files, provenance=self.provenance)
+        drawn_up = content_of(result, self.spec, self.unit.path, self.operator, held=files, provenance=self.provenance)
+        return signed_by_bench(drawn_up, self.home)
 
 
 def drawn(contents: CertificateContent) -> bytes:

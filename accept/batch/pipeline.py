@@ -198,6 +198,7 @@ class Pipeline:
             out=self.out,
             certificate=certificate,
             provenance=None if certificate is None else self._provenance(spec, unit.serial, before, reason, due),
+            home=self.home,
             draws=not (known.reservations or amends),
             uncertified=None if due is None else due.seq,
             place=place,

@@ -15,7 +15,7 @@ from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import earlier_attempts, numbers_of, provenance
+from accept.certificate.trust.provenance import earlier_attempts, numbers_of, provenance, signed_by_bench
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, verify_file
@@ -59,7 +59,8 @@ def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verificati
         session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
         session.home, credential, number, numbers_of(past), judged.reason, why, amends, earlier=earlier,
     )  # fmt: skip
-    page = drawn(content_of(result, session.spec, session.folder, credential.person, provenance=stated))
+    contents = content_of(result, session.spec, session.folder, credential.person, provenance=stated)
+    page = drawn(signed_by_bench(contents, session.home))
     path = session.home / "certificates" / certificate_name(session.serial, number)
     _keep_older(path)
     own = str(stated.get("number", ""))

@@ -4,6 +4,7 @@ store, the approval of the spec, and whether a demo made it."""
 import hashlib
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.base.documents.results import UnitEntry
-from accept.certificate.contents.content import canonical
+from accept.certificate.contents.content import CertificateContent, canonical
 from accept.certificate.contents.laboratory import contents_of, laboratory_of, number_of, statement_of
 from accept.certificate.trust import keys, revocation, revocation_record
 from accept.certificate.trust.keys import Credential
@@ -44,8 +45,8 @@ def provenance(
     judged: str = "",
     earlier: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Return what the certificate of a unit states beside its result, signed by the bench, and store what it states of
-    the bench itself, from one reading of the bench's files.
+    """Return what the certificate of a unit states beside its result, which `signed_by_bench` signs, and store what it
+    states of the bench itself, from one reading of the bench's files.
 
     who: the operator, for the store; before: what the store knows of the unit's last judgement; attempt: its number, if
     it is not one more than that; head: of the store when the unit was judged; taken: numbers that other certificates of
@@ -58,8 +59,9 @@ def provenance(
     last one that there was, of which attempt; before: the values of the last one, so that a significant change is seen.
     approval: of the spec, as it is attached. crl: the authority's list of revoked keys as it is now, PEM, for a
     verification after the authority is gone. authority: only if its key lies at the bench. laboratory, number: by
-    `laboratory.toml` of the bench. bench: the bench's certificate, PEM; signature: of all this and the serial by the
-    bench's key. Raises RevocationError, KeysError, SpecError, StoreError."""
+    `laboratory.toml` of the bench. bench: the bench's certificate, PEM.
+
+    Raises RevocationError, KeysError, SpecError, StoreError."""
     list_file = keys.folder(home) / revocation.FILE
     laboratory, listed, here = laboratory_of(home), revocation.kept(list_file), keys.authority_here(home)
     ca = credential.ca if credential else None
@@ -94,10 +96,7 @@ def provenance(
         "number": scheme and number_of(scheme, serial, number, datetime.now(UTC).year, taken),
         "bench": bench and bench.public_bytes(Encoding.PEM).decode("ascii"),
     }
-    stated |= {key: value for key, value in more.items() if value is not None}
-    if bench is not None:
-        stated["signature"] = own_key(home / BENCH_KEY).sign(signed_text(serial, stated)).hex()
-    return stated
+    return stated | {key: value for key, value in more.items() if value is not None}
 
 
 def _store_bench(store: Store, who: str, stated: BenchStated) -> None:
@@ -111,6 +110,22 @@ def _store_bench(store: Store, who: str, stated: BenchStated) -> None:
 def digest_of(listed: str) -> str:
     """Return the hash of a list of revoked keys, as the store keeps it."""
     return hashlib.sha256(listed.encode()).hexdigest()
+
+
+def signed_by_bench(contents: CertificateContent, home: Path) -> CertificateContent:
+    """Return the content with result and signature in its provenance, if a bench is named there. result: hashes of
+    result and spec, so that what is stated of one attempt is not put beside the result of another. signature: of the
+    serial and all that is stated, by the bench's key. Raises OSError."""
+    if "bench" not in contents.provenance:
+        return contents
+    stated = {**contents.provenance, "result": hashes_of(contents)}
+    signature = own_key(home / BENCH_KEY).sign(signed_text(contents.serial, stated)).hex()
+    return replace(contents, provenance=stated | {"signature": signature})
+
+
+def hashes_of(contents: CertificateContent) -> dict[str, str]:
+    """Return the hashes of result and spec, as the provenance states them."""
+    return {"record_sha256": contents.record_sha256, "spec_sha256": contents.spec_sha256}
 
 
 def signed_text(serial: str, stated: Mapping[str, Any]) -> bytes:

@@ -14,7 +14,7 @@ from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import BENCH, public_of
-from accept.certificate.trust.provenance import AT_THE_BENCH, signed_text
+from accept.certificate.trust.provenance import AT_THE_BENCH, hashes_of, signed_text
 from accept.certificate.trust.revocation import Revoked
 
 
@@ -35,7 +35,10 @@ def check_bench(
     name = authority.person_of(certificate)
     if not certificate.not_valid_before_utc <= when <= certificate.not_valid_after_utc:
         return [Step(f"the certificate of its bench, {name}, was not valid at {when.isoformat()}", complete=False)]
-    steps = [Step(f"made at {name}, which signed what is stated beside the result")]
+    if given.get("result", hashes_of(contents)) != hashes_of(contents):
+        raise InvalidCertificate("its bench signed what is stated beside the result for another result or spec")
+    signed = "signed the result and" if "result" in given else "did not sign the result, only"
+    steps = [Step(f"made at {name}, which {signed} what is stated beside it")]
     for entry in revoked:
         if entry.serial_number == certificate.serial_number and (entry.compromised or when >= entry.since):
             words = f"the key of its bench, {name}, was revoked on {entry.since:%Y-%m-%d}"

@@ -76,16 +76,20 @@ def _check_revisions(
     """Raise InvalidCertificate if a signature's revision is not what this program writes for its certificate and time:
     a signer writes that revision, and could lead a reader to another page in it. Only the hole with the signature
     itself is left out, which `signature_contents` builds again."""
-    before = drawn
+    before, held = drawn, 0
     for signed in signatures:
         start, end, last = signed.place
         ca = next(root for root in roots if authority.issued_by(signed.certificate, root))
         credential = Credential(signed.role, None, signed.certificate, ca)
+        kept = revocation_data_of(PdfFileReader(io.BytesIO(pdf[:last])))
+        already, held = held, sum(map(len, (kept.certificates, kept.lists, kept.answers)))
+        if held > already and signed.stamped is None:
+            raise InvalidCertificate(f"the {signed.role}'s revision keeps revocation data (/DSS) without a timestamp")
         again = signed_again(
             before,
             credential,
             signed.when,
-            revocation_data_of(PdfFileReader(io.BytesIO(pdf[:last]))),
+            kept,
             parse_stated(signed.disposition),
             is_simulated(contents),
             signed.stamped is not None,

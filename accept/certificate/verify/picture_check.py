@@ -17,6 +17,7 @@ from checks.picture import Panel
 
 SEEN = 5e-3  # of what a curve spans: a difference below it is not seen; another processor's sums differ by 1e-6
 FEW = 0.02  # of a curve's points: where two samples are as high, another processor may keep the other one
+BESIDE = 3  # points of a curve on either side: a run of samples keeps four, its ends, its lowest and its highest
 
 
 def check_pictures(attached: Mapping[str, Panel], again: Mapping[str, Panel]) -> None:
@@ -65,14 +66,19 @@ def _map(values: Sequence[Any]) -> bool:
 
 
 def _near(one: Sequence[Any], other: Sequence[Any]) -> bool:
-    """Return whether two curves look the same: all points but a few agree within a small part of the curve's span."""
+    """Return whether two curves look the same: all points but a few agree within a small part of the curve's span, and
+    those few lie between the points beside them, as another sample of their run does."""
     a, b = (np.array([float(v) for v in values]) for values in (one, other))
     if a.shape != b.shape:
         return False
     real = b[np.isfinite(b)]
     span = float(np.ptp(real)) if real.size > 1 else 0.0
     allowed = max(SEEN * span, 1e-6 * float(np.abs(real).max(initial=0.0)))
-    return bool(np.count_nonzero(~np.isclose(a, b, rtol=0.0, atol=allowed, equal_nan=True)) <= FEW * a.size)
+    far = np.flatnonzero(~np.isclose(a, b, rtol=0.0, atol=allowed, equal_nan=True))
+    if far.size > FEW * a.size:
+        return False
+    runs = [(a[n], b[max(n - BESIDE, 0) : n + BESIDE + 1]) for n in far]
+    return all(run.min() - allowed <= value <= run.max() + allowed for value, run in runs)
 
 
 def _texts(panel: Any) -> Iterator[str]:

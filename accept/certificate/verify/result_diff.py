@@ -13,6 +13,7 @@ _ABSOLUTE = 1e-12  # for values about zero; below what any quantity shows in its
 # A tail probability moves faster than the value it belongs to: by z dz, and z is 5 at 1e-6.
 _RELATIVE_RISK = 1e-3  # so do the G and the p of a cause, which its sentence rounds to three digits
 _RELATIVE_WORDS = 1e-4  # numbers in sentences are rounded to six digits and fewer
+_CHARACTERS = 2  # by which rounding changes the length of a number: "0.3", "0.301"; more could push words off the page
 ONLY_AGAIN = " is only judged again"  # how a line ends about what the attached result does not mention
 _SAID = frozenset({"note", "notes", "reason", "sentence", "source"})  # how something is said; causes have codes beside
 # Texts as they were given.
@@ -95,14 +96,15 @@ def _same(a: Any, b: Any, path: str) -> bool:
 
 def same_words(a: str, b: str) -> bool:
     """Return whether two sentences are the same apart from digits of rounded numbers."""
-    if _NUMBER.sub("#", a) != _NUMBER.sub("#", b):
+    if _NUMBER.sub("#", a) != _NUMBER.sub("#", b) or abs(len(a) - len(b)) > _CHARACTERS:
         return False
     numbers = zip(_NUMBER.findall(a), _NUMBER.findall(b), strict=True)
-    return all(x == y or ("." in x + y and _near(float(x), float(y))) for x, y in numbers)
+    return all(x == y or ("." in x + y and _near(x, y)) for x, y in numbers)
 
 
-def _near(x: float, y: float) -> bool:
-    return math.isclose(x, y, rel_tol=_RELATIVE_WORDS, abs_tol=_ABSOLUTE)
+def _near(x: str, y: str) -> bool:
+    as_long = abs(len(x) - len(y)) <= _CHARACTERS
+    return as_long and math.isclose(float(x), float(y), rel_tol=_RELATIVE_WORDS, abs_tol=_ABSOLUTE)
 
 
 def _is_list(value: Any) -> bool:

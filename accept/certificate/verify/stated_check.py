@@ -74,6 +74,7 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     if own and not demo and "head" in given and given["head"] is None:
         steps.append(Step("it states no head of its bench's store (provenance.head)", complete=False))
     expected = (*EXPECTED, *(["earlier"] if own and given.get("replaces") else []))
+    expected += ("result",) if own and "signature" in given else ()
     if absent := [name for name in expected if name not in given]:
         steps.append(Step(f"it does not state: {', '.join(absent)}", complete=False))
     return [*steps, *_check_folder(contents), *_times(given.get("replaces"), signatures)]

@@ -15,6 +15,7 @@ from accept.certificate.contents.step import Step
 from accept.certificate.verify.gap_check import own_words
 from accept.judging.nonconformance import in_notes
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
+from checks.verdict import UnitVerdict
 
 PAGE = "the page"
 
@@ -73,6 +74,7 @@ STATEMENTS = (
         ("provenance.approval", (Way.DERIVED, Way.SIGNED), "the program's own; a QA key's, of spec and models"),
         ("provenance.head", _SIGNED_AND_LOOKED_UP, "signature of the bench; that event in its store"),
         ("provenance.bench", _SIGNED, "certificate of the authority; its key signs head and provenance"),
+        ("provenance.result", (Way.DERIVED, Way.SIGNED), "results.json and spec.toml; the bench's key"),
         ("provenance.authority", _SIGNED_AND_LOOKED_UP, "the bench's key; in the store, as that day"),
         ("provenance.signature", _SIGNED, "the bench's key, over the serial and all of the provenance"),
         ("provenance.crl", _SIGNED_AND_LOOKED_UP, "signature of the authority; its hash in the store"),
@@ -131,12 +133,17 @@ OF_THE_RESULT = tuple(s.field for s in STATEMENTS if Way.LOOKED_UP in s.ways and
 
 def taken_on_trust(contents: CertificateContent, looked_up: Collection[str]) -> Step:
     """Name the fields that are stated and that only a store or a list shows, or nothing at all, without those that were
-    looked up: they are the word of bench and technician, who signed them."""
+    looked up: they are the word of bench and technician, who signed them. The first line names an attempt before that
+    was not accepted: whether what was measured before it was used again is their word too."""
     stated = {*_fields(contents.manifest()), *(key for key, value in contents.result.items() if value)}
     stated |= set(contents.unit_file)
     rows = (s for s in STATEMENTS if {Way.LOOKED_UP, Way.STATED} & {*s.ways} and s.field != "operator")
     trusted = [s.field for s in rows if s.field in stated and s.field not in looked_up]
-    return Step(f"not looked up, the word of bench and technician: {', '.join(trusted)}" if trusted else "")
+    words = f"not looked up, the word of bench and technician: {', '.join(trusted)}" if trusted else ""
+    last = (contents.provenance.get("earlier") or {}).get("not_accepted")
+    if last is None or "provenance.earlier" not in trusted or contents.result["verdict"] != UnitVerdict.ACCEPTED:
+        return Step(words)
+    return Step(words, remark=f"accepted after attempt {last['attempt']} was {last['verdict']} on {last['time'][:10]}")
 
 
 def words_on_trust(contents: CertificateContent, unit: UnitFolder, looked_up: Collection[str]) -> Step:

@@ -1,6 +1,7 @@
 """A realistic unit (APA 3 of [STB]) for the tests of certificates."""
 
 import hashlib
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 
 from accept.certificate.contents.content import CertificateContent, content_of
 from accept.certificate.trust import authority
-from accept.certificate.trust.provenance import signed_text
+from accept.certificate.trust.provenance import hashes_of, signed_text
 from accept.judging.result import UnitResult
 from accept.store import SignedHead, StoreHead
 from checks.picture import Band, Heights, Line, Mark, Panel
@@ -131,4 +132,13 @@ def certificate_contents(
     path: Path, unit: UnitResult | None = None, ca: x509.Certificate | None = None, **more: Any
 ) -> CertificateContent:
     given: dict[str, Any] = {"provenance": stated(ca)} | more
-    return content_of(unit or result(), spec(), folder(path), "M. Keller", **given)
+    contents = content_of(unit or result(), spec(), folder(path), "M. Keller", **given)
+    return contents if "provenance" in more else bench_signed(contents)
+
+
+def bench_signed(contents: CertificateContent, key: Ed25519PrivateKey = BENCH_KEY) -> CertificateContent:
+    """With the signature of the bench over what it states now, if it states a bench."""
+    if "bench" not in contents.provenance:
+        return contents
+    given = {**contents.provenance, "result": hashes_of(contents)}
+    return replace(contents, provenance=given | {"signature": key.sign(signed_text(contents.serial, given)).hex()})

@@ -13,6 +13,8 @@ from accept.base.home import home
 from accept.certificate.contents.statements import statements
 from accept.certificate.trust import encrypted_key, keys
 from accept.certificate.verify.attachments import read
+from accept.certificate.verify.rejudge import rejudge
+from accept.certificate.verify.verification import verify
 from accept.cli.main import app
 from accept.store import open_store
 from accept.store.payloads import UnitJudged
@@ -125,6 +127,19 @@ def test_the_page_counts_the_attempts_before_and_the_store_and_the_list_are_aske
     accept("store", "publish", tmp_path / "list.json")
     done = accept("verify", pdf, "--log", tmp_path / "list.json", "--require", "current")
     assert done.exit_code == 0, done.output
+
+
+def test_away_from_the_bench_the_first_line_names_the_rejection_before(tmp_path: Path) -> None:
+    """There nobody sees whether what was measured before it was used again."""
+    for folder, text in (("monday", GOOD), ("tuesday", LATER), ("wednesday", GOOD.replace("373.2", "371.9"))):
+        pdf = tmp_path / f"{folder}.pdf"
+        accept("report", make_unit(tmp_path / folder, "A-1", text), "--spec", "apa-basic", "--out", pdf, *WHY)
+    there = verify(pdf.read_bytes(), [keys.ca(home())], rejudge)
+    assert there.valid, there.reason
+    assert there.reason.split("; ")[1].startswith("accepted after attempt 2 was rejected on 20"), there.reason
+    assert "after attempt" not in accept("verify", pdf).stdout  # the store was asked
+    first = verify((tmp_path / "monday.pdf").read_bytes(), [keys.ca(home())], rejudge)
+    assert "after attempt" not in first.reason
 
 
 def test_a_new_measurement_replaces_what_was_not_accepted(tmp_path: Path) -> None:

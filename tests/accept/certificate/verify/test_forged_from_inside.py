@@ -35,7 +35,7 @@ from accept.units import unit_folder
 from accept.workflow.certify import countersign_unit
 from specs.model import builtin_models
 from specs.spec import builtin
-from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again, stated
+from tests.accept.certificate.certificate_help import WHEN, bench_signed, certificate_contents, judged_again, stated
 from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
 from tests.accept.units.units import make_unit
 
@@ -362,7 +362,7 @@ def test_a_spec_is_not_approved_by_a_key_that_was_revoked(bench: Bench, tmp_path
         said = stated(bench.technician.ca, "APA-02", approval=spec_approval.approve(spec, bench.qa, LATER))
         contents = content_of(judge_unit.judge_unit(unit, spec), spec, unit.path, "M. Keller", provenance=said)
         revoked = [Revoked(bench.qa.certificate.serial_number, since, compromised)]
-        pdf = sign(render(contents), bench.technician, LATER)
+        pdf = sign(render(bench_signed(contents)), bench.technician, LATER)
         return verify(pdf, bench.trust, rejudge, now=NOW, revoked=revoked).outcome
 
     day = timedelta(days=1)
@@ -498,3 +498,25 @@ def test_a_model_file_that_changed_after_certification_is_found(tmp_path: Path) 
     after = read(pdf.read_bytes())
     assert after.result["models"] != before.result["models"]
     assert accept("verify", pdf).exit_code == 0
+
+
+# --- what the bench signed, beside another result --------------------------------------------------------------------
+
+
+def test_the_bench_signs_what_it_states_for_one_result(tmp_path: Path) -> None:
+    """The provenance of a rejected attempt under an accepted result, by the technician's key alone, away from the
+    bench. Red before: the bench signed no result."""
+    pdf = tmp_path / "a.pdf"
+    accept("report", written(tmp_path / "u", 1.72), "--spec", "apa-basic", "--out", pdf)
+    technician, honest = keys.unlock(home(), TECHNICIAN, "correct horse"), read(pdf.read_bytes())
+    trust = [keys.ca(home())]
+    assert "which signed the result and" in " ".join(verify(pdf.read_bytes(), trust, rejudge).details)
+    good = replace(judged(tmp_path / "good"), operator=honest.operator, provenance=honest.provenance)
+    found = verify(sign(render(good), technician, datetime.now(UTC)), trust, rejudge)
+    refused(found, "for another result")
+    given = {k: v for k, v in honest.provenance.items() if k not in ("result", "signature")}  # as signed before
+    given["signature"] = own_key(home() / "bench.key").sign(signed_text(honest.serial, given)).hex()
+    earlier = replace(honest, provenance=given, code_sha256="0" * 64)
+    found = verify(sign(render(earlier), technician, datetime.now(UTC)), trust, rejudge)
+    assert found.outcome is Validity.SIGNED
+    assert any("did not sign the result" in line for line in found.details), found.details

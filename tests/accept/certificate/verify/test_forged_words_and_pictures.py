@@ -21,10 +21,11 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.gap_check import check_gap, own_words
-from accept.certificate.verify.picture_check import check_pictures
+from accept.certificate.verify.picture_check import SEEN, check_pictures
 from accept.certificate.verify.rejudge import rejudge
 from accept.certificate.verify.verification import Validity, verify
 from accept.judging import judge_unit
+from accept.pictures.reduce import reduce_panel
 from accept.units.unit_folder import parse
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.experiment import Experiment
@@ -257,17 +258,48 @@ def test_reservations_that_neither_store_nor_list_shows_are_not_plainly_valid(
 
 
 def test_pictures_of_another_processor_are_the_same() -> None:
-    """Its sums differ in the seventh digit, and of two samples as high it may keep the other one; a bump is seen."""
+    """Its sums differ in the seventh digit, and of two samples as high it may keep the other one; a shift is seen."""
     x = np.linspace(0.0, 1.0, 200)
 
     def drawn(bump: int) -> dict[str, Panel]:
         y = np.sin(9 * x) * (1 + 1e-6 * (bump > 0))
-        y[:bump] += 0.1
+        y[50 : 50 + bump] = y[51 : 51 + bump]  # the next sample
         return {"stroke/loop": Panel("Loop", "x", "y", (Line(x, y, "0.123456 um"),))}
 
     check_pictures(drawn(0), drawn(3))
     with pytest.raises(InvalidCertificate, match="does not show the attached records"):
         check_pictures(drawn(0), drawn(20))
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+@pytest.mark.parametrize("value", [1e7, 1.9, -0.3, np.nan, np.inf])  # of curves from 0 to 1
+def test_no_point_of_a_picture_is_free(axis: str, value: float) -> None:
+    """Red before: two points in a hundred could be anything, so the scale made the curve a flat line."""
+    turn = np.linspace(0.0, 2 * np.pi, 400)
+    loop = Line(0.5 - 0.5 * np.cos(turn), 0.5 - 0.5 * np.cos(turn - 0.2), "loop")
+    changed = np.array(getattr(loop, axis))
+    changed[200:204] = value  # 1 % of them
+    again, shown = (
+        {"stroke/loop": Panel("Loop", "x", "y", (item,))} for item in (loop, replace(loop, **{axis: changed}))
+    )
+    with pytest.raises(InvalidCertificate, match="does not show the attached records"):
+        check_pictures(shown, again)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_another_sample_as_high_is_the_same_picture(seed: int) -> None:
+    """Red if no point were free: where two samples of a run are as high but for rounding, another processor keeps the
+    other one, at another abscissa."""
+    turn, rng = np.linspace(0.0, 10 * np.pi, 100_000), np.random.default_rng(seed)
+    y = np.round(np.sin(turn) + 0.05 * rng.standard_normal(turn.size), 3)  # as a converter rounds: some are as high
+
+    def drawn(processor: int) -> Panel:
+        sums = y * (1 + 1e-14 * np.random.default_rng(processor).standard_normal(turn.size))
+        return reduce_panel(Panel("Loop", "x", "y", (Line(np.cos(turn), sums),)))
+
+    one, other = drawn(1), drawn(2)
+    assert np.abs(one.items[0].x - other.items[0].x).max() > 2 * SEEN  # type: ignore[union-attr]  # a line
+    check_pictures({"stroke/loop": one}, {"stroke/loop": other})
 
 
 # --- specs whose names look like another's ---------------------------------------------------------------------------

@@ -25,7 +25,7 @@ from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
-from accept.certificate.trust.provenance import signed_text
+from accept.certificate.trust.provenance import hashes_of, signed_text
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.rejudge import rejudge
@@ -248,7 +248,7 @@ def test_copies_are_looked_for_in_the_attached_records(tmp_path: Path) -> None:
 
 def replaced(contents: CertificateContent, *, without: str = "", **more: Any) -> CertificateContent:
     """With other statements in its provenance, signed by the bench's own key, which lies open at the bench."""
-    given = {k: v for k, v in {**contents.provenance, **more}.items() if k != without}
+    given = {k: v for k, v in {**contents.provenance, "result": hashes_of(contents), **more}.items() if k != without}
     signature = own_key(home() / "bench.key").sign(signed_text(contents.serial, given)).hex()
     return replace(contents, provenance=given | {"signature": signature})
 

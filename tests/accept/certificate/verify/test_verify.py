@@ -21,7 +21,6 @@ from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
-from accept.certificate.trust.provenance import signed_text
 from accept.certificate.verify import attachments as contents
 from accept.certificate.verify.attachments import unpack
 from accept.certificate.verify.result_diff import differences, is_said_otherwise, is_within_U
@@ -32,6 +31,7 @@ from accept.store.seal import own_key
 from tests.accept.certificate.certificate_help import (
     UNIT_TOML,
     WHEN,
+    bench_signed,
     certificate_contents,
     judged_again,
     result,
@@ -267,8 +267,10 @@ def test_differences_by_rounding_are_none() -> None:
     unit = result().to_json()
     again = json.loads(json.dumps(unit))
     again["findings"][0]["value"] *= 1 + 1e-9
-    again["findings"][0]["reason"] = again["findings"][0]["reason"].replace("1.72 ", "1.72000 ")
+    again["findings"][0]["reason"] = again["findings"][0]["reason"].replace("1.72 ", "1.7200 ")
     assert differences(unit, again) == []
+    for digits in (3, 800):  # rounding adds no such zeros, which push what follows off the page
+        assert differences({"note": "below 304.0 um, U 3.0"}, {"note": f"below 304.0{'0' * digits} um, U 3.0"}) != []
     for path, value in (("value", 1.7201), ("verdict", "pass"), ("U", None), ("required", 1), ("reason", "other")):
         changed = json.loads(json.dumps(unit))
         changed["findings"][0][path] = value
@@ -292,8 +294,7 @@ def test_keys_made_by_init_verify_by_the_bench_ca(
     own = own_key(tmp_path / "bench.key")
     certificate = keys.bench_certificate(tmp_path, keys.ca(tmp_path))
     given = stated(head=stated_head(key=own)) | {"bench": certificate.public_bytes(Encoding.PEM).decode()}
-    given["signature"] = own.sign(signed_text("APA-03", given)).hex()
-    unsigned = render(certificate_contents(tmp_path / "unit", provenance=given))
+    unsigned = render(bench_signed(certificate_contents(tmp_path / "unit", provenance=given), own))
     pdf = sign(unsigned, keys.unlock(tmp_path, TECHNICIAN, "correct horse"), WHEN)
     assert verify(
         sign(pdf, keys.unlock(tmp_path, QA, "battery staple"), LATER),

@@ -8,7 +8,10 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 import pytest
+from asn1crypto import crl
 from cryptography import x509
+from cryptography.hazmat.primitives.hashes import SHA256
+from cryptography.hazmat.primitives.serialization import Encoding
 from pyhanko.pdf_utils import generic
 from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
 from pyhanko.sign.fields import SigFieldSpec, SigSeedSubFilter, append_signature_field
@@ -24,6 +27,8 @@ from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.verify.verification import verify
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again, result
 from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
+
+NOTHING = RevocationData()
 
 
 @pytest.fixture(scope="module")
@@ -154,11 +159,23 @@ def test_swapped_roles_are_refused(bench: Bench) -> None:
     refused(bench.check(sign(sign(bench.unsigned, as_technician, WHEN), as_qa, LATER)), "by a certificate for")
 
 
-def appended(pdf: bytes, credential: Credential, when: datetime) -> bytes:
+def appended(pdf: bytes, credential: Credential, when: datetime, kept: RevocationData = NOTHING) -> bytes:
     """Return the document with one more signature, whatever the rules of signing say of it."""
     out = io.BytesIO()
-    asyncio.run(_append(out, pdf, credential, when, _signer(credential), None, RevocationData(), None, False))
+    asyncio.run(_append(out, pdf, credential, when, _signer(credential), None, kept, None, False))
     return out.getvalue()
+
+
+def test_revocation_data_without_a_timestamp_are_refused(bench: Bench) -> None:
+    """They belong to a time stamping authority; a list has room for anything, and no key of this bench signs it."""
+    key, now = authority.new_key(), WHEN + timedelta(days=1)
+    name = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, "stranger")])
+    payload = x509.UnrecognizedExtension(x509.ObjectIdentifier("1.2.3.4"), b"the unit is ACCEPTED " * 99)
+    builder = x509.CertificateRevocationListBuilder().issuer_name(name).last_update(WHEN).next_update(now)
+    listed = builder.add_extension(payload, critical=False).sign(key, SHA256()).public_bytes(Encoding.DER)
+    kept = RevocationData((), [crl.CertificateList.load(listed)], ())
+    refused(bench.check(appended(bench.unsigned, bench.technician, WHEN, kept)), "/DSS) without a timestamp")
+    refused(bench.check(appended(bench.signed, bench.qa, LATER, kept)), "/DSS) without a timestamp")
 
 
 def test_quality_assurance_alone_and_first_is_refused(bench: Bench) -> None:

@@ -19,7 +19,7 @@ from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC,
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
-from accept.certificate.trust.provenance import signed_text
+from accept.certificate.trust.provenance import hashes_of, signed_text
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.statements import PAGE, STATEMENTS
 from accept.certificate.verify.verification import Validity, Verification
@@ -95,7 +95,7 @@ def forged(whole: CertificateContent, where: str, field: str, bench: bool) -> by
         manifest = whole.manifest()
         attached = {MANIFEST: C.canonical({**manifest, field: changed(manifest.get(field))})}
     if bench and field != "provenance.signature":
-        given = {k: v for k, v in new.provenance.items() if k != "signature"}
+        given = {**new.provenance} | ({} if field == "provenance.result" else {"result": hashes_of(new)})
         signature = own_key(home() / "bench.key").sign(signed_text(new.serial, given)).hex()
         new = replace(new, provenance=given | {"signature": signature})
     if where == PAGE:
