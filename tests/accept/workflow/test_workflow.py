@@ -143,7 +143,7 @@ def test_a_unit_that_is_judged_meanwhile_is_not_countersigned(
     mine = signed.read_bytes()
     judged = UnitJudged.of(session.store.latest("APA-02", UnitJudged.KIND))
     meanwhile(monkeypatch, lambda: session.store.write(judged, "APA-02", who="Bob"))
-    with pytest.raises(SigningRefused, match="APA-02: its history went on .* nothing was signed"):
+    with pytest.raises(SigningRefused, match="APA-02: its history went on while the certificate"):
         certify.countersign_unit(session, "battery staple")
     assert signed.read_bytes() == mine
     assert countersignatures(session.store, "APA-02") == []
