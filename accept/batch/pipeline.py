@@ -235,7 +235,8 @@ class Pipeline:
             reason, because = (given, "") if due is None else (reason, "" if reason else given)
         job, unsigned = replace(job, reason=reason), ""
         handed_out = before.handed_out.result if before is not None and before.handed_out is not None else None
-        of_accepted = handed_out is None or handed_out.verdict == result.verdict == UnitVerdict.ACCEPTED
+        replaced = {each.verdict for each in (before, handed_out) if each is not None}
+        of_accepted = handed_out is None or (result.verdict == UnitVerdict.ACCEPTED and result.verdict in replaced)
         if amends and of_accepted and not (reason or because):  # another verdict is not held up
             unsigned = _NO_REASON.format(result.serial, amends)
         elif job.certificate is not None:

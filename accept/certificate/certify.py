@@ -10,6 +10,7 @@ from accept.certificate.contents.disposition import Disposition
 from accept.certificate.trust.keys import Credential
 from accept.judging.decisions import Signer
 from accept.store import Event, Store
+from accept.store.errors import Overtaken
 
 
 def sign_into(
@@ -26,32 +27,30 @@ def sign_into(
     reason: str = "",
     judged: int = 0,
     nonconformances: Sequence[str] = (),
+    after: int | None = None,
 ) -> Event:
     """Sign a document in the credential's role, write it to `path`, and store that it was signed, with the disposition
     of a unit that was not accepted and the number of the certificate, if it has one. simulated: no instrument measured
     the unit, which the box of the signature says. reason: why the technician signs a unit that is not accepted, or
     replaces a certificate. judged: the event of the judgement that the technician signs. nonconformances: that the
-    document states.
+    document states. after: number of the last event of the store that a countersigner knew of: with a later one of the
+    unit nothing is stored or written.
 
     Raises SigningRefused, OSError, StoreError."""
-    from accept.certificate.signature.signing import sign  # loads pyhanko: only when wanted
+    from accept.certificate.signature.signing import SigningRefused, sign  # loads pyhanko: only when wanted
 
     signed = sign(document, credential, datetime.now(UTC), disposition=disposition, simulated=simulated)
-    write_atomic(path, signed)
+    if after is None:  # one of the technician that the store does not know is made again
+        write_atomic(path, signed)
     signer = Signer(credential.key, credential.certificate) if disposition and credential.key is not None else None
-    return events.signed(
-        store,
-        serial,
-        path,
-        signed,
-        credential.role,
-        who=who,
-        spec=spec,
-        disposition=disposition,
-        of=document,
-        signer=signer,
-        number=number,
-        reason=reason,
-        judged=judged,
-        nonconformances=nonconformances,
-    )
+    try:
+        event = events.signed(
+            store, serial, path, signed, credential.role, who=who, spec=spec, disposition=disposition, of=document,
+            signer=signer, number=number, reason=reason, judged=judged, nonconformances=nonconformances, after=after,
+        )  # fmt: skip
+    except Overtaken as e:
+        words = "its history went on while the certificate was looked at; look at it again: nothing was signed"
+        raise SigningRefused(f"{serial}: {words}") from e
+    if after is not None:
+        write_atomic(path, signed)
+    return event

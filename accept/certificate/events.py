@@ -7,10 +7,10 @@ from pathlib import Path
 
 from accept.certificate.contents.disposition import Disposition
 from accept.judging.decisions import Signer, sign_decision
-from accept.judging.nonconformance import DISPOSITION, content_of, decide
+from accept.judging.nonconformance import DISPOSITION, content_of, decided
 from accept.store import Event, Store
 from accept.store.fold import TECHNICIAN
-from accept.store.payloads import CertificateSigned, Decision
+from accept.store.payloads import CertificateSigned, Decision, Payload
 
 
 def signed(
@@ -29,18 +29,20 @@ def signed(
     reason: str = "",
     judged: int = 0,
     nonconformances: Sequence[str] = (),
+    after: int | None = None,
 ) -> Event:
-    """Store that a certificate was signed in a role and written to `path`. of: the document before a countersignature.
+    """Store that a certificate was signed in a role for `path`. of: the document before a countersignature.
     disposition: of a unit that was not accepted, which `signer` signs for the store too. reason: why the technician
     signed such a unit, or another certificate of one. judged: the event of the judgement that the technician signed.
-    nonconformances: that the document states, about which the disposition is too. Raises StoreError."""
+    nonconformances: that the document states, about which the disposition is too. after: as in `Store.write`. Raises
+    StoreError, Overtaken."""
     before = None if role == TECHNICIAN else hashlib.sha256(of).hexdigest()
-    decision = None
+    decision, about = None, list[Payload]()
     if disposition is not None:
         decision = Decision(disposition.choice, disposition.reason)
         if signer is not None:
             if nonconformances:
-                decide(store, serial, decision, signer, nonconformances)
+                about.append(decided(serial, decision, signer, nonconformances))
             decision = replace(
                 decision, signed=sign_decision(DISPOSITION, content_of(serial, decision, before), signer)
             )
@@ -54,4 +56,4 @@ def signed(
         reason=reason,
         judged=judged,
     )
-    return store.write(event, serial, who=who, spec=spec)
+    return store.write_all([*about, event], serial, who=who, spec=spec, after=after)[-1]

@@ -270,16 +270,19 @@ def content_of(serial: str, decision: Decision, certificate: str | None) -> dict
     return {"serial": serial, "choice": decision.choice, "reason": decision.reason} | about
 
 
-def decide(
-    store: Store, serial: str, decision: Decision, signer: Signer, about: Sequence[str] | None = None
-) -> Sequence[str]:
-    """Store a signed decision of quality assurance about nonconformances of a unit, and return these. about: those of
-    the certificate that is countersigned with it; None: all that hold the unit. Raises DecisionError without one, or
-    for a key of another role, StoreError."""
-    held = open_nonconformances(store, serial, {}) if about is None else about
+def decide(store: Store, serial: str, decision: Decision, signer: Signer) -> Sequence[str]:
+    """Store a signed decision of quality assurance about all nonconformances that hold a unit, and return these. Raises
+    DecisionError without one, or for a key of another role, StoreError."""
+    held = open_nonconformances(store, serial, {})
     if not held:
         raise DecisionError(f"{serial}: no nonconformance in the store holds it")
-    given = NonconformanceDecided(tuple(held), decision)
-    signed = sign_decision(DISPOSITION, signed_content(serial, given), signer)
-    store.write(replace(given, disposition=replace(decision, signed=signed)), serial, who=signer.person)
+    store.write(decided(serial, decision, signer, held), serial, who=signer.person)
     return held
+
+
+def decided(serial: str, decision: Decision, signer: Signer, about: Sequence[str]) -> NonconformanceDecided:
+    """Return a decision about nonconformances as quality assurance signs it. Raises DecisionError for a key of another
+    role."""
+    given = NonconformanceDecided(tuple(about), decision)
+    signed = sign_decision(DISPOSITION, signed_content(serial, given), signer)
+    return replace(given, disposition=replace(decision, signed=signed))

@@ -167,8 +167,14 @@ class Store:
         """Append the event of a payload, as `append` does, marked as typed unless `who` is a `KeyHolder`. subject: a
         unit's serial; after: number of the last event about it that was read, 0 for none. Raises StoreError, Overtaken
         if the store has a later one."""
-        marked = replace(payload, typed=not isinstance(who, KeyHolder))
-        return self.append_many([replace(marked.about(subject, spec), after=after)], who=str(who))[0]
+        return self.write_all([payload], subject, who=who, spec=spec, after=after)[0]
+
+    def write_all(
+        self, payloads: Sequence[Payload], subject: str, *, who: str, spec: str = "", after: int | None = None
+    ) -> list[Event]:
+        """Append the events of all payloads in one transaction, or none of them, as `write` does."""
+        marked = [replace(each, typed=not isinstance(who, KeyHolder)).about(subject, spec) for each in payloads]
+        return self.append_many([replace(each, after=after) for each in marked], who=str(who))
 
     def append_many(self, entries: Sequence[NewEvent], *, who: str) -> list[Event]:
         """Append all entries in one transaction, or none of them, as `append` does. If the connection to a server is

@@ -1,5 +1,6 @@
 """Signing the certificate of a judged unit, and verifying it on the spot."""
 
+import hashlib
 import os
 from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
@@ -18,11 +19,12 @@ from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import earlier_attempts, numbers_of, provenance, signed_by_bench
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.verify.against_store import check_store
-from accept.certificate.verify.rejudge import read_certificate, verify_file
+from accept.certificate.verify.rejudge import read_certificate, rejudge
 from accept.certificate.verify.revocation_check import ListsBeside
-from accept.certificate.verify.verification import Verification
+from accept.certificate.verify.verification import Verification, verify
 from accept.judging.result import UnitResult
 from accept.store import fold
+from accept.store.payloads import CertificateSigned
 from accept.workflow.session import Session
 from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.state.unit_state import certificate_name
@@ -73,29 +75,28 @@ def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verificati
 
 def countersign_unit(session: Session, passphrase: str, choice: str = "", reason: str = "") -> Verification:
     """Verify, then sign as quality assurance, with the disposition of a unit that was not accepted. An invalid
-    certificate is not signed. Raises as `sign_unit`, DispositionError."""
+    certificate is not signed, nor one that the technician did not sign for this attempt, nor any if the unit's history
+    went on meanwhile. Raises as `sign_unit`, DispositionError."""
+    known = session.refresh().seq
     if session.attempt.certificate is None:
         raise SigningRefused(f"{session.serial}: the technician signs first")
     if _is_one_of(reason, [passphrase]):
         raise SigningRefused(NOT_TAKEN)
     path = Path(session.attempt.certificate)
     credential = _unlocked(session, QA, passphrase)
-    before = _verify(session, path, credential)
+    document = read_certificate(path)
+    before, digest = _verify(session, document, credential), hashlib.sha256(document).hexdigest()
+    signed = map(CertificateSigned.of, session.store.events(session.serial, CertificateSigned.KIND))
+    own = [e.sha256 for e in signed if (e.path, e.role) == (session.attempt.certificate, TECHNICIAN)]
+    if (before.serial, [digest]) != (session.serial, own[-1:]):
+        raise SigningRefused(f"{path} is not the certificate of {session.serial} that the technician signed")
     if not before.valid:
         raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
     disposition = parse_disposition(session.serial, before.verdict, choice, reason)
     sign_into(
-        path,
-        read_certificate(path),
-        credential,
-        session.store,
-        session.serial,
-        credential.person,
-        session.spec_name,
-        disposition,
-        simulated=before.simulated,
-        nonconformances=before.nonconformances,
-    )
+        path, document, credential, session.store, session.serial, credential.person, session.spec_name, disposition,
+        simulated=before.simulated, nonconformances=before.nonconformances, after=known,
+    )  # fmt: skip
     return _verified(session, path, credential)
 
 
@@ -200,15 +201,16 @@ def _keep_older(path: Path) -> None:
 
 def _verified(session: Session, path: Path, credential: Credential) -> Verification:
     session.refresh()
-    return _verify(session, path, credential)
+    return _verify(session, read_certificate(path), credential)
 
 
-def _verify(session: Session, path: Path, credential: Credential) -> Verification:
+def _verify(session: Session, document: bytes, credential: Credential) -> Verification:
     listed = ListsBeside({keys.folder(session.home) / FILE: credential.ca})
 
     def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
         return [*check_store(signed, contents, when, again), *listed.steps(contents, ())]
 
-    return verify_file(
-        path, [credential.ca], records=session.folder, known=ask, revoked=listed.entries, training=session.training
-    )
+    return verify(
+        document, [credential.ca], rejudge, records=session.folder, known=ask, revoked=listed.entries,
+        training=session.training,
+    )  # fmt: skip

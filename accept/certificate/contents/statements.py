@@ -118,8 +118,8 @@ def _attempt(provenance: Mapping[str, Any]) -> str:
         return f"{number}{judged}{earlier}{why}"
     certificate = f", certificate sha256 {str(before['certificate'])[:12]}" if before.get("certificate") else ""
     if before.get("earlier_certificate"):
-        digest, earlier = str(before["earlier_certificate"])[:12], before.get("earlier_attempt")
-        certificate = f", which had no certificate, and certificate sha256 {digest} of attempt {earlier}"
+        digest, of = str(before["earlier_certificate"])[:12], before.get("earlier_attempt")
+        certificate = f", which had no certificate, and certificate sha256 {digest} of attempt {of}"
     when = str(before["time"])[:19].replace("T", " ")
     replaced = f"replaces '{before['verdict']}' of {when} UTC{certificate}"
     return f"{number}{judged}, {replaced}{earlier}{why}"

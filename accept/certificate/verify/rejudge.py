@@ -13,9 +13,8 @@ from accept.base.documents.results import UnitEntry
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.attachments import unpack
-from accept.certificate.verify.verification import Known, Verification, verify
+from accept.certificate.verify.verification import Verification, verify
 from accept.judging import judge_unit
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.consistency import contradictions
@@ -66,19 +65,10 @@ def _contradictions(attached: CertificateContent, spec: Spec) -> list[str]:
         raise InvalidCertificate(f"the attached result cannot be read ({type(e).__name__}: {e})") from e
 
 
-def verify_file(
-    path: Path,
-    trust: Sequence[x509.Certificate],
-    demo: bool = False,
-    records: Path | None = None,
-    known: Known | None = None,
-    revoked: Sequence[Revoked] = (),
-    training: bool = False,
-) -> Verification:
+def verify_file(path: Path, trust: Sequence[x509.Certificate], demo: bool = False) -> Verification:
     """Return the verification of a certificate file, which includes judging it again. Raises OSError if it cannot be
     read."""
-    judge, pdf = rejudge_demo if demo else rejudge, read_certificate(path)
-    return verify(pdf, trust, judge, demo=demo, training=training, records=records, known=known, revoked=revoked)
+    return verify(read_certificate(path), trust, rejudge_demo if demo else rejudge, demo=demo)
 
 
 def read_certificate(path: Path) -> bytes:

@@ -52,14 +52,15 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     if another program made the certificate or a statement is absent."""
     _check_spec(contents)
     technician = None if demo else signatures[0].person
-    if technician and contents.format > BEFORE and not same_person(contents.operator, technician):
+    own = contents.code_sha256 == version.code_sha256()
+    same = contents.operator == technician if own else same_person(contents.operator, technician or "")
+    if technician and contents.format > BEFORE and not same:
         raise InvalidCertificate(f"the operator is {contents.operator}, but {technician} signed as technician")
     given = contents.provenance
     _check_form(given)
     accepted = {contents.result["verdict"], (given.get("replaces") or {}).get("verdict")} == {UnitVerdict.ACCEPTED}
     if given.get("amends") and accepted and not (given.get("reason") or given.get("signed_because")):
         raise InvalidCertificate("it replaces the certificate of an accepted unit and does not say why")
-    own = contents.code_sha256 == version.code_sha256()
     if own and contents.format != FORMAT:
         raise InvalidCertificate(f"it states format {contents.format}, but this program writes format {FORMAT}")
     if own and contents.accept_version != version.program():

@@ -23,7 +23,8 @@ def run(
     """Approve a spec with the key of quality assurance."""
     spec = load_spec(file)
     warn_of_home(home())
-    credential = keys.unlock(home(), QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE))
+    passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE, only=True)
+    credential = keys.unlock(home(), QA, passphrase)
     place = spec_approval.write(home(), spec_approval.approve(spec, credential, datetime.now(UTC)))
     stdout.print(f"{spec.name}, sha256 {spec.sha256}: approved by {credential.person}; {place}")
     return Exit.ACCEPTED

@@ -173,7 +173,7 @@ def decision_signer(passphrase_file: Path | None, reason: str) -> Signer:
     """Return the opened QA key of this bench, which signs decisions. Raises KeysError, also if the reason of the
     decision is the passphrase."""
     warn_of_home(home())
-    passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE)
+    passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE, only=True)
     check_reason(reason, passphrase)
     credential = keys.unlock(home(), keys.QA, passphrase)
     if credential.key is None:

@@ -35,7 +35,10 @@ def run(
     because: Annotated[str, typer.Option(help="Why: the reason of the disposition.")] = "",
 ) -> Exit:
     """Countersign a certificate as QA. It is verified first; a unit that was not accepted needs a disposition."""
-    content = read_certificate(certificate)
+    content, known = read_certificate(certificate), 0
+    if store_is_there():
+        with open_store() as store:
+            known = store.head().seq
     before = verify_here(content, VerifyOptions(records=records))
     for line in before.details:
         say(f"  {line}")
@@ -47,13 +50,13 @@ def run(
         place = "countersign at the bench, or name its store with ACCEPT_STORE_URL"
         raise StoreError(f"{home() / DATABASE}: there is no store to keep the countersignature in; {place}")
     warn_of_home(home())
-    passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE)
+    passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE, only=True)
     check_reason(because, passphrase)
     credential = keys.stamping(keys.unlock(home(), QA, passphrase), tsa, home())
     with open_store() as store:
         sign_into(
             certificate, content, credential, store, before.serial, credential.person,
-            disposition=decision, nonconformances=before.nonconformances,
+            disposition=decision, nonconformances=before.nonconformances, after=known,
         )  # fmt: skip
     tail = f"; disposition: {decision}" if decision else ""
     say(f"{before.serial} {before.verdict}: countersigned by {credential.person}{tail}")

@@ -11,6 +11,7 @@ from typer.testing import CliRunner, Result
 from accept.certificate.contents.disposition import LONGEST, Disposition, DispositionError, parse_disposition
 from accept.certificate.signature import stamp
 from accept.cli.main import app
+from accept.commands.trust import countersign
 from accept.store import open_store
 from tests.accept.certificate.certificate_help import WHEN
 from tests.accept.certificate.verify.verify_help import credentials
@@ -55,6 +56,35 @@ def test_a_rejected_unit_is_countersigned_with_a_disposition_only(rejected: Path
     assert (stored["choice"], stored["reason"]) == ("return", "stacks of the wrong size")
     assert stored["signed"]["person"] == "Grace Hopper"
     assert "qa, return: stacks of the wrong size" in accept("store", "log", "A").stdout
+
+
+def test_a_unit_that_is_judged_while_the_passphrase_is_asked_for_is_not_countersigned(
+    rejected: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is stored either: the disposition is about what quality assurance has seen."""
+    before = rejected.read_bytes()
+
+    def asked(*_: object, **__: object) -> str:
+        folder = make_unit(rejected.parent / "later", "A", GOOD.replace("5.10", "1.70"))
+        again = accept("batch", folder, "--spec", "apa-basic", "--out", rejected.parent / "o", "--no-certificates")
+        assert again.exit_code == 3
+        return "battery staple"
+
+    monkeypatch.setattr(countersign, "passphrase_of", asked)
+    done = accept("countersign", rejected, "--disposition", "use-as-is", "--because", "only the stroke was wanted")
+    assert done.exit_code == 6, done.output
+    assert "A: its history went on while the certificate was looked at" in done.stderr
+    assert rejected.read_bytes() == before
+    with open_store() as store:
+        assert [e.data["role"] for e in store.events("A", "certificate_signed")] == ["technician"]
+
+
+def test_the_technicians_passphrase_does_not_open_the_qa_key(rejected: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ACCEPT_QA_PASSPHRASE")
+    monkeypatch.setenv("ACCEPT_PASSPHRASE", "battery staple")
+    done = accept("countersign", rejected, "--disposition", "scrap", "--because", "too small")
+    assert done.exit_code == 6
+    assert "no passphrase: set ACCEPT_QA_PASSPHRASE" in done.stderr
 
 
 def test_a_disposition_that_was_changed_does_not_verify(rejected: Path) -> None:

@@ -3,6 +3,7 @@ stated."""
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -140,6 +141,40 @@ def test_away_from_the_bench_the_first_line_names_the_rejection_before(tmp_path:
     assert "after attempt" not in accept("verify", pdf).stdout  # the store was asked
     first = verify((tmp_path / "monday.pdf").read_bytes(), [keys.ca(home())], rejudge)
     assert "after attempt" not in first.reason
+
+
+BEFORE = {"verdict": "accepted", "time": "2026-05-04T10:00:00+00:00", "certificate": None}
+NONE = {"earlier_attempt": 1, "earlier_certificate": "ab" * 32}
+
+
+@pytest.mark.parametrize("replaces", [BEFORE, BEFORE | {"certificate": "cd" * 32}, BEFORE | NONE])
+def test_the_last_one_that_was_not_accepted_stands_in_every_form(tmp_path: Path, replaces: dict[str, object]) -> None:
+    pdf = tmp_path / "1.pdf"
+    assert accept("report", make_unit(tmp_path / "u", "A-1"), "--spec", "apa-basic", "--out", pdf).exit_code == 0
+    contents = read(pdf.read_bytes())
+    stopped = {"attempt": 1, "verdict": "rejected", "time": "2026-05-03T10:00:00+00:00"}
+    earlier = {"verdicts": {"accepted": 1, "rejected": 1}, "not_accepted": stopped}
+    provenance = contents.provenance | {"attempt": 3, "replaces": replaces, "earlier": earlier}
+    said = statements(replace(contents, provenance=provenance))["Attempt"]
+    assert said.endswith("; before: 1 accepted, 1 rejected; last not accepted: attempt 1, rejected on 2026-05-03")
+    assert ("certificate sha256 abababababab of attempt 1; before" in said) is ("earlier_attempt" in replaces)
+
+
+def test_a_second_acceptance_after_a_rejection_says_why_and_what_was_rejected(tmp_path: Path) -> None:
+    """The rejection has a certificate, the acceptance after it has none: what verification demands is asked for."""
+    rejected, pdf = make_unit(tmp_path / "monday", "A-1", LATER), tmp_path / "3.pdf"
+    assert accept("report", rejected, "--spec", "apa-basic", "--out", tmp_path / "1.pdf", *WHY).exit_code == 3
+    assert (
+        judged(make_unit(tmp_path / "tuesday", "A-1", GOOD.replace("373.2", "371.9")), "apa-basic", *WHY) == "accepted"
+    )
+    again = ("report", make_unit(tmp_path / "wednesday", "A-1", GOOD.replace("373.2", "372.4")), "--spec", "apa-basic")
+    done = accept(*again, "--out", pdf)
+    assert not pdf.exists(), accept("verify", pdf).output
+    assert "--reason" in done.stderr
+    assert accept(*again, "--out", pdf, *WHY).exit_code == 0
+    done = accept("verify", pdf, "--require", "accepted,current")
+    assert done.exit_code == 0, done.output
+    assert "last not accepted: attempt 1, rejected on 20" in done.stderr
 
 
 def test_a_new_measurement_replaces_what_was_not_accepted(tmp_path: Path) -> None:

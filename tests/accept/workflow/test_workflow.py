@@ -1,5 +1,6 @@
 """The workflow without screens: events, their fold, the unit's folder, judging, signing."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -8,13 +9,15 @@ from pypdf import PdfReader
 
 from accept.base.home import home
 from accept.certificate.contents.disposition import DispositionError
+from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.trust import keys
 from accept.certificate.verify import attachments
+from accept.certificate.verify.verification import Verification
 from accept.judging import golden
 from accept.judging.decisions import Signer
 from accept.judging.judge_unit import load_spec
 from accept.store import Store, open_store
-from accept.store.payloads import CertificateSigned, EntryUndone, GoldenMissed
+from accept.store.payloads import CertificateSigned, EntryUndone, GoldenMissed, UnitJudged
 from accept.units import unit_folder
 from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError, parse_number
@@ -52,14 +55,14 @@ def take(session: Session, step: str, name: str, value: float, **more):
     return session.take(step, declared(session, step, name), Measured(value), **more)
 
 
-def fill(session: Session) -> None:
+def fill(session: Session, k: float = 1.75) -> None:
     for index, z in enumerate(HEIGHTS):
         take(session, "flatness", "z_um", z, index=index)
     for step, name, value in (
         ("capacitance", "sensor_uF", 4.99),
         ("capacitance", "actuator_uF", 9.85),
         ("stroke", "stroke_um", 365.5),
-        ("stiffness", "k_N_per_um", 1.75),
+        ("stiffness", "k_N_per_um", k),
     ):
         take(session, step, name, value)
 
@@ -74,6 +77,76 @@ def test_a_unit_from_first_entry_to_verified_certificate(session: Session):
     assert certify.countersign_unit(session, "battery staple").countersigned
     assert [s.role for s in session.attempt.signatures] == ["technician", "qa"]
     assert session.store.check() is None
+
+
+@pytest.fixture
+def signed(session: Session) -> Path:
+    """An accepted certificate, which the technician has signed."""
+    certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
+    fill(session)
+    assert session.judge().verdict == "accepted"
+    assert certify.sign_unit(session, "correct horse").valid
+    return Path(session.attempt.certificate)
+
+
+def another_certificate(session: Session) -> bytes:
+    """The valid one of another unit of this bench."""
+    other = Session(session.store, session.home, session.spec, "Ann", "APA-03")
+    other.begin({})
+    fill(other, 1.71)
+    assert other.judge().verdict == "accepted"
+    assert certify.sign_unit(other, "correct horse").valid
+    other.close()
+    return Path(other.attempt.certificate).read_bytes()
+
+
+def meanwhile(monkeypatch: pytest.MonkeyPatch, happens: Callable[[], object]) -> None:
+    """Something happens once, just after the certificate was verified."""
+    verify = certify._verify
+
+    def followed(*given: object) -> Verification:
+        report = verify(*given)
+        monkeypatch.setattr(certify, "_verify", verify)
+        happens()
+        return report
+
+    monkeypatch.setattr(certify, "_verify", followed)
+
+
+def countersignatures(store: Store, serial: str) -> list[CertificateSigned]:
+    events = store.events(serial, CertificateSigned.KIND)
+    return [given for given in map(CertificateSigned.of, events) if given.role == "qa"]
+
+
+def test_only_the_certificate_that_the_technician_signed_is_countersigned(session: Session, signed: Path) -> None:
+    other = another_certificate(session)
+    signed.write_bytes(other)
+    with pytest.raises(SigningRefused, match="not the certificate of APA-02 that the technician signed"):
+        certify.countersign_unit(session, "battery staple")
+    assert signed.read_bytes() == other
+    assert countersignatures(session.store, "APA-02") == []
+
+
+def test_what_was_verified_is_what_is_countersigned(
+    session: Session, signed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mine, other = signed.read_bytes(), another_certificate(session)
+    meanwhile(monkeypatch, lambda: signed.write_bytes(other))
+    report = certify.countersign_unit(session, "battery staple")
+    assert (report.serial, report.countersigned) == ("APA-02", True)
+    assert signed.read_bytes().startswith(mine)
+
+
+def test_a_unit_that_is_judged_meanwhile_is_not_countersigned(
+    session: Session, signed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mine = signed.read_bytes()
+    judged = UnitJudged.of(session.store.latest("APA-02", UnitJudged.KIND))
+    meanwhile(monkeypatch, lambda: session.store.write(judged, "APA-02", who="Bob"))
+    with pytest.raises(SigningRefused, match="APA-02: its history went on while the certificate"):
+        certify.countersign_unit(session, "battery staple")
+    assert signed.read_bytes() == mine
+    assert countersignatures(session.store, "APA-02") == []
 
 
 def test_a_unit_that_is_not_accepted_is_signed_with_a_reason_only(session: Session):

@@ -23,7 +23,7 @@ from accept.certificate.trust.revocation import FILE, revoked_in
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.rejudge import rejudge
-from accept.certificate.verify.verification import Known, Verification, verify
+from accept.certificate.verify.verification import Known, Validity, Verification, verify
 from accept.store import open_store
 from accept.store.seal import own_key
 from tests.accept.certificate.verify.test_statements import (
@@ -131,6 +131,16 @@ def told(contents: CertificateContent, pdf: bytes) -> None:
 def checked(pdf: bytes, known: Known | None = None) -> Verification:
     place = keys.folder(home())
     return verify(pdf, [keys.ca(home())], rejudge, revoked=revoked_in(place / FILE, keys.ca(home())), known=known)
+
+
+@pytest.mark.parametrize("code", ["", "0" * 64], ids=["this program", "another"])
+def test_the_operator_is_the_name_in_the_signers_certificate(contents: CertificateContent, code: str) -> None:
+    """To the letter on a page of this program: signs that no comparison of persons weighs draw lines on it."""
+    technician = keys.unlock(home(), TECHNICIAN, PHRASE, "Test Technician")
+    written = replace(contents, operator=f"{'-' * 40} TEST TECHNICIAN", code_sha256=code or contents.code_sha256)
+    report = checked(sign(render(written), technician, datetime.now(UTC)))
+    assert (report.outcome is Validity.NOT_VALID) is (not code), report.reason
+    assert ("but Test Technician signed as technician" in report.reason) is (not code)
 
 
 @pytest.mark.slow
