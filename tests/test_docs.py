@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from accept.certificate.verify import statements
 from accept.cli.main import app
-from accept.judging.check_docs import all_checks
+from accept.commands.units.check_docs import all_checks
 from accept.store import formats
 from tests.accept.units.units import make_unit
 from tests.soak import SOAK

@@ -48,7 +48,7 @@ TEXTS_OF_A_FINDING = ("check", "quantity", "unit", "verdict", "reason")
 TEXTS = (*TEXTS_OF_A_JUDGEMENT, *TEXTS_OF_A_FINDING)
 OF_A_JUDGEMENT = {
     "seq": WHOLE, "time": TIME, "batch": WHOLE, "place": WHOLE, "attempt": WHOLE, "findings": WHOLE, "simulated": TRUTH,
-    "typed": TRUTH,  # the name of the operator: nobody opened a key for the judgement or signed it
+    "typed": TRUTH,  # without a key behind the operator's name
     **dict.fromkeys(TEXTS_OF_A_JUDGEMENT, TEXT),
 }  # fmt: skip
 OF_A_FINDING = {

@@ -157,7 +157,7 @@ def copy(
 @clear_errors
 def checks() -> Exit:
     """List every check that a spec may ask for. What it needs, what it measures, what can be set."""
-    from accept.judging.check_docs import all_checks
+    from accept.commands.units.check_docs import all_checks
 
     print(all_checks(), end="")
     return Exit.ACCEPTED
