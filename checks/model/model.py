@@ -119,6 +119,11 @@ class Model:
         """Return the same model at other values. Raises ModelError for an unknown name or an impossible value."""
         return replace(self, values=self._at(changes))
 
+    @property
+    def elements(self) -> dict[str, float]:
+        """Return the values of attached elements, by flat name."""
+        return {n: v for n, v in self.values.items() if n.startswith(ELEMENT)}
+
     def with_elements(self, elements: Values) -> "Model":
         """Return the same with these values of attached elements (`checks.model.structure.attached`), and no others."""
         bare = {n: v for n, v in self.values.items() if not n.startswith(ELEMENT)}

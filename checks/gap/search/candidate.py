@@ -10,7 +10,7 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import FitPoint
 from checks.fitting.goodness import gaps
 from checks.gap.modelling.augmented import Augmented
-from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
 from checks.gap.statistics.adequacy import Adequacy, judge
 from checks.gap.statistics.projected_residual import Projected, at_known, project
 
@@ -76,4 +76,4 @@ class Candidate:
         """Return lnL less the cost of parameters and unmodelled modes: a named effect is preferred to an unmodelled
         mode that is hardly better."""
         parameters = sum(len(m.parameters) for m in self.response.members)
-        return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.unmodelled_modes)
+        return self.lnL - PER_PARAMETER * parameters - self.table.parsimony * len(self.response.unmodelled_modes)

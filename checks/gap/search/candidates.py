@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import inf
@@ -17,9 +18,11 @@ from checks.fitting.fit import BEYOND_DOUBT, FitPoint, coarse_fits, work_of
 from checks.fitting.misplaced_modes import misplaced_modes
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.element import Element, simpler
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.held_scatter import scatter_of
+from checks.gap.search.places import Places
 from checks.gap.search.residuals import SearchResiduals, with_tolerance
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.projected_residual import project
@@ -40,6 +43,8 @@ PLACES = 2  # of the largest residual that a mode is moved to
 MOVES = 4  # modes that are moved one after the other beside an effect
 MOVED = 0.75  # of the cost: another mode is moved only if the one before leaves no more
 NEIGHBOURS = 3  # effects that are tried in the place of one that is there
+ELEMENTS_TRIED = 5  # of those that the screen of places finds
+AS_GOOD = 0.5  # of what a member explains: an element that promises less is not tried in its place
 FROM_FAR = 3  # candidates of a round begin once more at the priors, if no candidate is adequate
 # A sharp peak only pulls the model's peak once they overlap, so a fit first runs with a model that may be far off,
 # where peaks are broad in proportion, and then with less and less (found on drawn struts: 16 of 16 instead of 10 of
@@ -226,6 +231,21 @@ class Search:
             starts += [c for s in others if not self.over for c in self._coarse_start(base, s)]
         return self._race(starts)
 
+    def add_element(self, base: Candidate) -> list[Candidate]:
+        """Add each of the generic elements that promise most to a candidate, fitted jointly from its values and from
+        the priors, as `add_one` does."""
+        scores = [s for s in Places(project(base.response, self.A, base.at)).scores() if s.p < WORTH_A_FIT]
+        starts: list[Candidate] = []
+        for s in sorted(scores, key=lambda s: -s.net)[:ELEMENTS_TRIED]:
+            if not self.over:
+                own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
+                own |= {f"{s.member.name}.{k}": v for k, v in s.starts[0].items()}
+                response = base.response.with_member(s.member).holding_scatter()
+                starts += self._from_screen(base.response, base.at, s)
+                with suppress(ModelError):  # the strut is not held at such values
+                    starts.append(self.advance(self._with_shrinking_tolerance(response, own), FEW))
+        return self._race(starts)
+
     def with_other_damping(self, c: Candidate) -> Candidate | None:
         """Return a candidate with the model's other form of damping; None if the model cannot have it. Which form the
         strut has shows only when little else is missing."""
@@ -301,8 +321,20 @@ class Search:
             absent = [m for m in self.library if isinstance(m, Effect) and m.name not in c.response.names]
             scores = [screen(on_A, m) for m in absent if set(m.channels) & set(member.channels)]
             scores = sorted((s for s in scores if s.p < WORTH_A_FIT), key=lambda s: -s.gain)[:NEIGHBOURS]
+            if not isinstance(member, Effect) or member.in_signal_path:
+                scores += self._elements_like(Places(on_A), c)
+                scores += [_score_from(m, c.response.of(c.at, member.name)) for m in simpler(member)]
             out += self._race([r for s in scores for r in self._from_screen(less, at, s)], c.cost)
         return out
+
+    def _elements_like(self, places: Places, c: Candidate) -> list[Score]:
+        """Return the elements that promise about as much as a candidate gained by the member that they would replace.
+        Whether another place can do it shows before any kind is fitted."""
+        needed = places.projected.cost - c.cost
+        if max(places.gains.values(), default=0.0) < 2.0 * AS_GOOD * needed:
+            return []
+        absent = (s for s in places.scores() if s.member.name not in c.names and s.gain > 2.0 * AS_GOOD * needed)
+        return sorted(absent, key=lambda s: -s.net)[:ELEMENTS_TRIED]
 
     def refit_from_priors(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """Return the best few fitted once more, the model from the priors and the members from their present values."""
@@ -331,6 +363,12 @@ class Search:
             if adequate == inf and near and done[-1].adequate:
                 adequate = done[-1].cost
         return sorted(done, key=lambda c: -c.score)
+
+
+def _score_from(member: Element, values: Mapping[str, float]) -> Score:
+    """Return the score by which an element is fitted from values that another has for its parameters."""
+    start = {p.name: values[p.name] for p in member.parameters}
+    return Score(member, inf, len(member.parameters), 1, (start,))
 
 
 def _promising(scores: Sequence[Score]) -> list[Score]:

@@ -27,7 +27,7 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.prior import prior_rows
 from checks.gap.modelling.augmented import Augmented, Member, Values
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
 from checks.gap.search.screen import screen
@@ -36,7 +36,6 @@ from checks.gap.statistics.projected_residual import project
 CELLS_PER_OCTAVE = 2.0
 FIRST_HZ = 5.0  # where the first cell begins
 VALUES_PER_CELL = 2.0  # real numbers that a disagreement smooth over a cell has in it: one complex value
-PER_PARAMETER = 3.0  # of log-likelihood, as a candidate's score has it
 STAND_IN = 4.6  # of log-likelihood, a ratio of 100: by so much a stand-in must be better than an effect
 EFFECTS_TRIED, STAND_INS_TRIED = 8, 5  # members of a round that are fitted, the best of the screen
 FOLLOWED = 4  # of these to the end, with everything free

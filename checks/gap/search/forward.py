@@ -93,6 +93,26 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
     return SearchResult(base, best, (), tuple(tried))
 
 
+def explain_by_elements(search: Search, base: Candidate, most: int) -> SearchResult:
+    """Return the explanation by at most so many generic elements, on top of a candidate; with its rivals, if it is
+    adequate."""
+    search.say("looking for places of what is missing")
+    best, tried = base, []
+    for _ in range(most):
+        found = search.add_element(best)
+        if found and not any(c.adequate for c in found):
+            found = _best_of_each_set([*found, *search.refit_from_priors(found)])
+        tried += found
+        if adequate := [c for c in found if c.adequate]:
+            return _finish(search, base, adequate, tried)
+        needed = max(search.table.delta_lnL, search.table.progress * -best.lnL)
+        better = max(found, key=lambda c: c.score, default=best)
+        if search.over or not better.lnL > best.lnL + needed:
+            break
+        best = better
+    return SearchResult(base, best, (), tuple(tried))
+
+
 def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     """Return the result of a search beside the disagreement, used if no explanation was complete: an explanation that
     is adequate after all, with its rivals, or one with its steps.

@@ -34,7 +34,7 @@ class Attached:
     hung: tuple[float, float, float] | None
 
 
-def unit_of_motion(direction: str) -> dict[str, str]:
+def quantities_of(direction: str) -> dict[str, str]:
     """Return the names of the quantities of an element along a direction, by kind."""
     turns = direction.startswith("R")
     return {
@@ -53,7 +53,7 @@ def attached_of(values: Mapping[str, float]) -> tuple[Attached, ...]:
 
 def _attached(values: Mapping[str, float], head: str) -> Attached:
     _, place, direction = head.split(".")
-    names = unit_of_motion(direction)
+    names = quantities_of(direction)
 
     def at(quantity: str) -> float:
         return values.get(f"{head}.{quantity}", 0.0)
