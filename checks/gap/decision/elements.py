@@ -12,7 +12,7 @@ from checks.model.model import Model
 from checks.rounding import rounded
 from specs.units import DIMENSIONLESS, unit_of
 
-FitAll = Callable[[Candidate], tuple[Fit, Candidate]]
+FitAll = Callable[[Candidate], Fit]
 AGAINST = {"top_joint": "payload", "bottom_joint": "base", "apa": "bottom interface"}
 NODES = ("top_interface", "bottom_interface", "payload")  # of which a point is stated
 HANGS = "a cable, a hose or a loose part that swings there"
@@ -54,11 +54,10 @@ def found_elements(
         others = _rivals_by_element(result, effect.name, alike)
         library = tuple(sorted(n for n in alike if n not in {e.name for e, _ in others}))
         if isinstance(effect, Element):
-            out.append(_found(effect, others, fit, full, model, library))
+            out.append(_found(effect, others, fit, model, library))
         elif others:
             (first, rival), *rest = others
-            fit_rival, fitted = again(rival)
-            out.append(_found(first, rest, fit_rival, fitted, model, (effect.name, *library)))
+            out.append(_found(first, rest, again(rival), model, (effect.name, *library)))
     return tuple(out)
 
 
@@ -75,7 +74,6 @@ def _found(
     e: Element,
     others: Sequence[tuple[Element, Candidate]],
     fit: Fit,
-    full: Candidate,
     model: Model,
     library: tuple[str, ...],
 ) -> FoundElement:
@@ -162,5 +160,3 @@ def _experiment(places: Sequence[Place], library: tuple[str, ...]) -> str:
         return f"{what}: an element there is then gone, {' and '.join(n.replace('_', ' ') for n in library)} stays"
     more = ", one part after the other" if len(places) > 1 else ""
     return f"{what}{more}: it is then gone"
-
-

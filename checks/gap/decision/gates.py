@@ -380,7 +380,7 @@ def _same_pole(a: Values, b: Values) -> bool:
 def is_significant(table: Thresholds, effect: Effect, final: Fit, response: Augmented) -> bool:
     """Return whether the fitted values lie as far from those of no effect as a significant gain requires."""
     off = effect.off(response.model)
-    names = [p.name for p in effect.parameters if p.linear and np.isfinite(off[p.name])]
+    names = [p.name for p in effect.sizes if p.linear and np.isfinite(off[p.name])]
     if not names:
         return True
     at = [final.names.index(f"{effect.name}.{n}") for n in names]

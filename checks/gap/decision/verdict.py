@@ -177,7 +177,7 @@ def verdict_of(
 ) -> str:
     """Return the verdict. adequate: of the whole explanation, on unseen records; named: effects and elements."""
     if adequate and not missing:
-        if rivals:
+        if rivals or any(isinstance(n, FoundElement) and (n.alike or len(n.places) > 1) for n in named):
             return AMBIGUOUS
         return EXPLAINED if named else NO_MISSING
     return PARTLY if named or rivals else UNEXPLAINED

@@ -156,6 +156,11 @@ class Effect:
         return any(p.adds for p in self.parameters)
 
     @property
+    def sizes(self) -> tuple[Parameter, ...]:
+        """Return the parameters that say how large it is, which an explanation has to earn."""
+        return self.parameters
+
+    @property
     def in_signal_path(self) -> bool:
         """Return whether it acts on what is measured or driven, and not in the mechanics."""
         targets = [t for p in self.parameters for t in (*p.sets, *p.adds)]

@@ -13,7 +13,7 @@ from checks.model.structure.attached import DIRECTIONS, quantities_of
 SPRING, MASS, DAMPER, RESONATOR, JOINT = "spring", "mass", "damper", "resonator", "joint"
 HOLDER = "holder"  # a spring with a mass and a damper of its own, at one point
 PARTS = (SPRING, MASS, DAMPER)  # of a holder
-KINDS = (SPRING, MASS, DAMPER, HOLDER, RESONATOR)  # of rank one
+KINDS = (SPRING, MASS, DAMPER, HOLDER, RESONATOR, JOINT)
 UNITS = {"k_N_per_um": 1e6, "spring_N_per_um": 1e6}  # in SI
 LEAST = 1e-5  # kg that hangs: less is not seen
 LEVER = 1e-4  # m2: of a rotation's values, a lever of a centimetre
@@ -55,6 +55,11 @@ class Element(Effect):
         return True  # in its place every other element is tried, as in that of what only the signal path explains
 
     @property
+    def sizes(self) -> tuple[Parameter, ...]:
+        """Return the parameters that say what it is: without those that say where."""
+        return tuple(p for p in self.parameters if not p.name.endswith("_mm"))
+
+    @property
     def label(self) -> str:
         return f"a {self.kind} at the {self.place.replace('_', ' ')} along {self.direction}"
 
@@ -77,17 +82,17 @@ def element(place: str, direction: str, kind: str) -> Element:
     return _element(place, direction, kind, parameters)
 
 
-def simpler(member: object) -> list[Element]:
+def parts_of(member: object) -> list[Element]:
     """Return the elements of a part of a holder's dynamic stiffness; none for another member."""
     if not isinstance(member, Element) or member.kind != HOLDER:
         return []
     return [element(member.place, member.direction, kind) for kind in kinds_at(member.place) if kind in PARTS]
 
 
-def kinds_at(place: str) -> list[str]:
-    """Return the kinds of elements at a place. What lies across a part has no mass of its own; a mass on the payload is
-    an effect of the library."""
-    return [k for k in KINDS if k != MASS or place not in {*ACROSS, "payload"}]
+def kinds_at(place: str, kinds: Iterable[str] = KINDS) -> list[str]:
+    """Return the kinds of elements of rank one at a place. What lies across a part has no mass of its own; a mass on
+    the payload is an effect of the library."""
+    return [k for k in kinds if k != JOINT and (k != MASS or place not in {*ACROSS, "payload"})]
 
 
 @lru_cache(maxsize=2)
@@ -136,7 +141,9 @@ def _of_kind(head: str, direction: str, kind: str) -> Iterator[Parameter]:
     size = LEVER if turns else 1.0
     mass = "J_kg_m2" if turns else "m_kg"
     if kind in (SPRING, HOLDER):
-        yield _free("k_Nm_per_rad" if turns else "k_N_per_um", (f"{head}.{names['spring']}",), 1e3, 0.5 if turns else 0.01)
+        yield _free(
+            "k_Nm_per_rad" if turns else "k_N_per_um", (f"{head}.{names['spring']}",), 1e3, 0.5 if turns else 0.01
+        )
     if kind in (MASS, HOLDER):
         yield _free(mass, (f"{head}.{names['mass']}",), 50.0, 0.01 * size)
     if kind in (DAMPER, HOLDER):

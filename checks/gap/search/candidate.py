@@ -75,5 +75,5 @@ class Candidate:
     def score(self) -> float:
         """Return lnL less the cost of parameters and unmodelled modes: a named effect is preferred to an unmodelled
         mode that is hardly better."""
-        parameters = sum(len(m.parameters) for m in self.response.members)
+        parameters = sum(len(m.sizes) for m in self.response.members)
         return self.lnL - PER_PARAMETER * parameters - self.table.parsimony * len(self.response.unmodelled_modes)

@@ -18,7 +18,7 @@ from checks.fitting.fit import BEYOND_DOUBT, FitPoint, coarse_fits, work_of
 from checks.fitting.misplaced_modes import misplaced_modes
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import Element, simpler
+from checks.gap.modelling.element import KINDS, Element, parts_of
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.held_scatter import scatter_of
@@ -305,6 +305,12 @@ class Search:
             simpler = self.refit(less, start)
             if (simpler.adequate or not c.adequate) and c.lnL - simpler.lnL < self.table.delta_lnL:
                 return self.prune(simpler)
+            for part in parts_of(member):
+                own = c.response.of(c.at, member.name)
+                at = start | {f"{part.name}.{p.name}": own[p.name] for p in part.parameters}
+                simpler = self.refit(less.with_member(part), at)
+                if simpler.score > c.score and simpler.adequate >= c.adequate:
+                    return self.prune(simpler)
         return c
 
     def swap_members(self, c: Candidate) -> list[Candidate]:
@@ -314,27 +320,40 @@ class Search:
         its neighbour did not."""
         out = []
         for member in c.response.counted:
-            less = c.response.without(member.name)
-            implied = c.response.changes(c.at)  # of what the member stands for, and the model calibrates without it
-            at = {p.name: c.at.get(p.name, implied.get(p.name, p.prior)) for p in less.free()}
+            less, at = self._without(c, member)
             on_A = project(less, self.A, at)
             absent = [m for m in self.library if isinstance(m, Effect) and m.name not in c.response.names]
             scores = [screen(on_A, m) for m in absent if set(m.channels) & set(member.channels)]
             scores = sorted((s for s in scores if s.p < WORTH_A_FIT), key=lambda s: -s.gain)[:NEIGHBOURS]
             if not isinstance(member, Effect) or member.in_signal_path:
                 scores += self._elements_like(Places(on_A), c)
-                scores += [_score_from(m, c.response.of(c.at, member.name)) for m in simpler(member)]
             out += self._race([r for s in scores for r in self._from_screen(less, at, s)], c.cost)
         return out
 
-    def _elements_like(self, places: Places, c: Candidate) -> list[Score]:
+    def with_elements_elsewhere(self, c: Candidate) -> list[Candidate]:
+        """Return the candidates in which a generic element of the same kind sits at another place."""
+        out = []
+        for member in (m for m in c.response.effects if isinstance(m, Element)):
+            less, start = self._without(c, member)
+            scores = self._elements_like(Places(project(less, self.A, start)), c, (member.kind,))
+            out += self._race([r for s in scores for r in self._from_screen(less, start, s)], c.cost)
+        return out
+
+    def _elements_like(self, places: Places, c: Candidate, kinds: Sequence[str] = KINDS) -> list[Score]:
         """Return the elements that promise about as much as a candidate gained by the member that they would replace.
         Whether another place can do it shows before any kind is fitted."""
-        needed = places.projected.cost - c.cost
-        if max(places.gains.values(), default=0.0) < 2.0 * AS_GOOD * needed:
+        left = places.projected.left
+        needed = AS_GOOD * (float(left @ left) - 2.0 * c.cost)
+        if max(places.gains.values(), default=0.0) < needed:
             return []
-        absent = (s for s in places.scores() if s.member.name not in c.names and s.gain > 2.0 * AS_GOOD * needed)
+        absent = (s for s in places.scores(kinds) if s.member.name not in c.names and s.gain > needed)
         return sorted(absent, key=lambda s: -s.net)[:ELEMENTS_TRIED]
+
+    def _without(self, c: Candidate, member: Member) -> tuple[Augmented, dict[str, float]]:
+        """Return a candidate's response without a member, and all its other values."""
+        less = c.response.without(member.name)
+        implied = c.response.changes(c.at)  # of what the member stands for, and the model calibrates without it
+        return less, {p.name: c.at.get(p.name, implied.get(p.name, p.prior)) for p in less.free()}
 
     def refit_from_priors(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """Return the best few fitted once more, the model from the priors and the members from their present values."""
@@ -363,12 +382,6 @@ class Search:
             if adequate == inf and near and done[-1].adequate:
                 adequate = done[-1].cost
         return sorted(done, key=lambda c: -c.score)
-
-
-def _score_from(member: Element, values: Mapping[str, float]) -> Score:
-    """Return the score by which an element is fitted from values that another has for its parameters."""
-    start = {p.name: values[p.name] for p in member.parameters}
-    return Score(member, inf, len(member.parameters), 1, (start,))
 
 
 def _promising(scores: Sequence[Score]) -> list[Score]:

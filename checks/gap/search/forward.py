@@ -176,6 +176,7 @@ def _finish(search: Search, base: Candidate, adequate: Sequence[Candidate], trie
     if named := [c for c in search.swap_members(best) if c.adequate]:
         adequate = [*adequate, *named]
         best = search.prune(_prefer_named([*named, best]))
+    adequate = [*adequate, *(c for c in search.with_elements_elsewhere(best) if c.adequate)]
     damped = search.with_better_damping(best)
     if damped is not best:  # its rivals are compared with the same form
         near = (c for c in adequate if c.score > best.score - RIVAL and c.names != best.names)

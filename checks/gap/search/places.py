@@ -1,13 +1,14 @@
 """Where an element would have to attach, before what it is; then its kind, and values to begin a fit from.
 
 An element of dynamic stiffness z along v changes every response by reach z / (1 + z own), at each frequency by itself
-(`checks.model.structure.attached`). One unknown complex number for each frequency serves all channels. With orthonormal
-columns A (n, 2F) along the reach, a residual r and an orthonormal basis Q of all that noise's correlations and calibrated
-parameters may do within their priors, the gain of the best number at every frequency is b' (I - B' B)^-1 b, b = A' r,
-B = Q' A. A channel with any factor, or all of them with the same, is a rival on the same footing: another reach.
+(`checks.model.structure.attached`). One unknown complex number for each frequency serves all channels. With
+orthonormal columns A (n, 2F) along the reach, a residual r and an orthonormal basis Q of all that smooth errors and
+calibrated parameters may do within their priors, the gain of the best number at every frequency is b' (I - B' B)^-1 b,
+b = A' r, B = Q' A. A channel with any factor, or all of them with the same, is a rival on the same footing: another
+reach.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +17,18 @@ from scipy import linalg
 
 from checks.arrays import Array, Complex
 from checks.fitting.prior import prior_rows
-from checks.gap.modelling.element import RESONATOR, UNITS, Direction, Element, directions, element, joint, kinds_at
+from checks.gap.modelling.element import (
+    JOINT,
+    KINDS,
+    RESONATOR,
+    UNITS,
+    Direction,
+    Element,
+    directions,
+    element,
+    joint,
+    kinds_at,
+)
 from checks.gap.search.screen import Score, peaks
 from checks.gap.statistics.projected_residual import Projected
 from checks.model.structure.attached import PlaceReceptances
@@ -90,23 +102,23 @@ class Places:
         n = rows.size
         return (r - Q @ (Q.T @ r))[:n], Q[:n]
 
-    def scores(self) -> list[Score]:
+    def scores(self, kinds: Sequence[str] = KINDS) -> list[Score]:
         """Return the best kinds at the best places, by falling gain."""
         ranked = sorted(self.gains, key=lambda d: -self.gains[d])[:FOLLOWED]
         out: dict[str, Score] = {}
         for d in ranked:
-            for kind in kinds_at(d.place):
+            for kind in kinds_at(d.place, kinds):
                 e = element(d.place, d.direction, kind)
                 for values, gain in self._fits(e, d):
                     if e.name not in out or gain > out[e.name].gain:
-                        out[e.name] = Score(e, gain, len(e.parameters), len(self.gains), (values,))
+                        out[e.name] = Score(e, gain, len(e.sizes), len(self.gains), (values,))
         for score in map(self._joint, ("bottom_joint", "top_joint")):
-            if score is not None:
+            if score is not None and JOINT in kinds:
                 out[score.member.name] = score
         return sorted(out.values(), key=lambda s: -s.gain)
 
     def _joint(self, place: str) -> Score | None:
-        """Return the score of a joint whose stiffnesses and dampings differ: small changes, each along its directions."""
+        """Return the score of a joint of other stiffness and damping: small changes, each along its directions."""
         if place not in self.receptances.places:
             return None
         p, e = self.projected, joint(place)
@@ -123,11 +135,11 @@ class Places:
         best, *_ = np.linalg.lstsq(D.T, p.left, rcond=None)
         gain = float(p.left @ p.left - np.sum((p.left - best @ D) ** 2))
         values = {q.name: q.inside(float(v)) for q, v in zip(e.parameters, best, strict=True)}
-        return Score(e, gain, len(e.parameters), len(self.gains), (values,))
+        return Score(e, gain, len(e.sizes), len(self.gains), (values,))
 
     def _fits(self, e: Element, d: Direction) -> Iterator[tuple[dict[str, float], float]]:
         """Yield values and gain of an element, its dynamic stiffness at its best from every start."""
-        p, s = self.projected, 2j * np.pi * self.projected.data.f
+        s = 2j * np.pi * self.projected.data.f
         reach, own = self.along(d)
         point = {"x_mm": d.point[0], "y_mm": d.point[1]}
         names = [q.name for q in e.parameters if q.name not in point]
@@ -144,6 +156,7 @@ class Places:
 
             def z_of(x: Array) -> tuple[Complex, Complex]:
                 return _hung(s, x)
+
         for start in starts:
             x, gain = self._descend(z_of, start, reach, own)
             values = np.exp(x) if e.kind == RESONATOR else x * size

@@ -99,7 +99,7 @@ def _frequencies_last(a: Complex) -> Complex:
 
 
 def _receptance(parts: Parts, w: Array) -> Complex:
-    """Return the receptances (F, m, m) of the free APA between its motions; zero for motions of its own that others have."""
+    """Return the receptances (F, m, m) of the free APA between its motions; zero for the other motions."""
     rows = parts.motions[:, : parts.w2.size]
     i, j = np.triu_indices(len(rows))
 

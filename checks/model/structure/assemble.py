@@ -118,8 +118,8 @@ def places_of(joints: tuple[Joint, Joint] | None, encoder: Encoder | None, offse
 
 def assemble(apa: ApaBody, damping_ratio: float, fastened: FastenedParts) -> System:
     """Return the system from a force pair of 1 N on the actuator stacks to the elongation of the sensor stack, the
-    encoder's reading and the payload's z [m]: channels Vs, de, da. Behind the APA's coordinates come the payload's z and
-    what hangs, unless ties leave fewer coordinates, which keep every rigid direction rigid."""
+    encoder's reading and the payload's z [m]: channels Vs, de, da. Behind the APA's coordinates come the payload's z
+    and what hangs, unless ties leave fewer coordinates, which keep every rigid direction rigid."""
     hung = len(fastened.K) - MOTIONS
     motions = _motions(apa, hung)
     M, C, K = (motions.T @ A @ motions for A in (fastened.M, fastened.C, fastened.K))

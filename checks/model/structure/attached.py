@@ -1,5 +1,5 @@
-"""Elements attached to the strut: a spring, a damper, a mass, or a mass that hangs on a spring, along one direction of a
-place, against ground or across a part.
+"""Elements attached to the strut: a spring, a damper, a mass, or a mass that hangs on a spring, along one direction of
+a place, against ground or across a part.
 
 They are values of the model by flat name, `element.<place>.<direction>.<quantity>`, so that whatever varies a model's
 values can vary them too: element.top_interface.z.spring_N_per_um, element.payload.z.hung_Hz.
@@ -88,8 +88,8 @@ def attach(b: Builder, places: Places, elements: tuple[Attached, ...], first: in
 @dataclass(frozen=True, eq=False)
 class PlaceReceptances:
     """What an element sees and changes at F frequencies. places: rows (6, m) of each in terms of m motions; between (m,
-    m, F): receptances; driven (m, F): motions per newton of drive; seen (m, F, C): measured channels per volt of Va, per
-    unit of the drive's force that acts along a motion.
+    m, F): receptances; driven (m, F): motions per newton of drive; seen (m, F, C): measured channels per volt of Va,
+    per unit of the drive's force that acts along a motion.
 
     An element of dynamic stiffness z along v changes the channels by reach(v) z / (1 + z own(v)): exactly, at every
     frequency by itself."""
