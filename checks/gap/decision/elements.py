@@ -67,7 +67,10 @@ def _rivals_by_element(result: SearchResult, name: str, alike: set[str]) -> list
     for rival in sorted(result.rivals, key=lambda c: -c.score):
         others = result.best.names - {name}
         found += [(e, rival) for e in rival.response.effects if isinstance(e, Element) and e.name in alike - others]
-    return list({e.name: (e, rival) for e, rival in reversed(found)}.values())[::-1]
+    best: dict[str, tuple[Element, Candidate]] = {}
+    for e, rival in found:
+        best.setdefault(e.name, (e, rival))
+    return [*best.values()]
 
 
 def _found(
@@ -80,7 +83,10 @@ def _found(
     shown = {p.name: NamedValue(fit.at[n], *fit.interval(n)) for p in e.parameters if (n := f"{e.name}.{p.name}")}
     places = [_place(e, {k: v.value for k, v in shown.items()})]
     places += [_place(o, rival.response.of(rival.at, o.name)) for o, rival in others]
-    places = list({(p.part, p.against, p.direction): p for p in reversed(places)}.values())[::-1]
+    first: dict[tuple[str, str, str], Place] = {}
+    for p in places:
+        first.setdefault((p.part, p.against, p.direction), p)
+    places = [*first.values()]
     kind = SPRING if e.kind == HOLDER else e.kind
     values = _ratios(e, shown, model, fit) if e.kind == JOINT else {k: v for k, v in shown.items() if k[1:] != "_mm"}
     causes = tuple(dict.fromkeys(c for o in (e, *(o for o, _ in others)) for c in _causes(o)))

@@ -8,7 +8,7 @@ b = A' r, B = Q' A. A channel with any factor, or all of them with the same, is 
 reach.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -39,7 +39,8 @@ SETTLED = 0.05  # of twice the log-likelihood
 POLES = 14  # where a resonator is looked for, beside the peaks of the residual
 BEGUN = 2  # of these, that a fit begins from
 RATIO = 0.03  # damping ratio there
-W0 = 2.0 * np.pi * 100.0  # [rad/s] by which springs, dampers and masses are compared
+
+Stiffness = Callable[[Array], tuple[Complex, Complex]]  # values (k,) -> dynamic stiffness (F,) and its slopes (k, F)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +53,10 @@ class Places:
     def receptances(self) -> PlaceReceptances:
         p = self.projected
         return p.response.places(p.data.f, p.at, p.data.channels)
+
+    @property
+    def _s(self) -> Complex:
+        return np.asarray(2j * np.pi * self.projected.data.f, dtype=np.complex128)
 
     def along(self, d: Direction) -> tuple[Complex, Complex]:
         """Return reach (F, C) and own (F,) of a direction."""
@@ -122,7 +127,7 @@ class Places:
         if place not in self.receptances.places:
             return None
         p, e = self.projected, joint(place)
-        s = 2j * np.pi * p.data.f
+        s = self._s
         rows = []
         for parameter in e.parameters:
             change = np.zeros_like(p.data.H)
@@ -139,7 +144,7 @@ class Places:
 
     def _fits(self, e: Element, d: Direction) -> Iterator[tuple[dict[str, float], float]]:
         """Yield values and gain of an element, its dynamic stiffness at its best from every start."""
-        s = 2j * np.pi * self.projected.data.f
+        s = self._s
         reach, own = self.along(d)
         point = {"x_mm": d.point[0], "y_mm": d.point[1]}
         names = [q.name for q in e.parameters if q.name not in point]
@@ -165,7 +170,7 @@ class Places:
 
     def _poles(self, reach: Complex) -> list[Array]:
         """Return the logarithms of mass, frequency and damping ratio of small resonators that explain most."""
-        p, s = self.projected, 2j * np.pi * self.projected.data.f
+        p, s = self.projected, self._s
         f = np.unique([*np.geomspace(20.0, 0.9 * p.data.f[-1], POLES), *peaks(p, p.data.channels)])
         tried = [np.log([1e-3, f_Hz, RATIO]) for f_Hz in f]
         rows = p.rows(np.array([reach * _hung(s, x)[0][:, None] for x in tried]))
@@ -175,7 +180,7 @@ class Places:
         best = [k for k in np.argsort(-gains)[:BEGUN] if gains[k] > 0.0]
         return [tried[k] + [np.log(np.clip(share[k], 1e-2, 1e4)), 0.0, 0.0] for k in best]
 
-    def _descend(self, z_of, x: Array, reach: Complex, own: Complex) -> tuple[Array, float]:  # type: ignore[no-untyped-def]
+    def _descend(self, z_of: Stiffness, x: Array, reach: Complex, own: Complex) -> tuple[Array, float]:
         """Return the values (k,) of a dynamic stiffness at their best from x, and the gain."""
         p = self.projected
 
@@ -208,5 +213,5 @@ def _hung(s: Complex, x: Array) -> tuple[Complex, Complex]:
     m, f, ratio = np.exp(np.clip(x, -20.0, 10.0))
     w = 2.0 * np.pi * f
     link, own = w * w + 2.0 * ratio * w * s, s * s + 2.0 * ratio * w * s + w * w
-    z, by_link = m * link * s * s / own, m * s * s * s * s / own**2
+    z, by_link = np.asarray(m * link * s * s / own), m * s * s * s * s / own**2
     return z, np.array([z, by_link * (2.0 * w * w + 2.0 * ratio * w * s), by_link * 2.0 * ratio * w * s])

@@ -135,9 +135,9 @@ def receptances_between(system: System, rows: Array, w: Array, damping: str) -> 
     system, by its modes."""
     if damping == "modal":
         w2, P = real_modes(system)
-        shapes = rows @ P
+        motions = rows @ P
         each = 1.0 / (w2[:, None] + np.multiply.outer(np.einsum("ni,ni->i", P, system.C @ P), 1j * w) - w * w)
-        pairs = (shapes[:, None] * shapes[None]).reshape(-1, w2.size)
+        pairs = (motions[:, None] * motions[None]).reshape(-1, w2.size)
         return product(pairs, each).reshape(len(rows), len(rows), w.size)
     form = eigen(system)
     kept = form.mu.imag <= 0.0
