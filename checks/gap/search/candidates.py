@@ -2,7 +2,6 @@
 
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import inf
@@ -18,7 +17,7 @@ from checks.fitting.fit import BEYOND_DOUBT, FitPoint, coarse_fits, work_of
 from checks.fitting.misplaced_modes import misplaced_modes
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import KINDS, Element, parts_of
+from checks.gap.modelling.element import HOLDER, KINDS, RESONATOR, Element, element, parts_of
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.held_scatter import scatter_of
@@ -232,19 +231,21 @@ class Search:
         return self._race(starts)
 
     def add_element(self, base: Candidate) -> list[Candidate]:
-        """Add each of the generic elements that promise most to a candidate, fitted jointly from its values and from
-        the priors, as `add_one` does."""
-        scores = [s for s in Places(project(base.response, self.A, base.at)).scores() if s.p < WORTH_A_FIT]
-        starts: list[Candidate] = []
-        for s in sorted(scores, key=lambda s: -s.net)[:ELEMENTS_TRIED]:
-            if not self.over:
-                own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
-                own |= {f"{s.member.name}.{k}": v for k, v in s.starts[0].items()}
-                response = base.response.with_member(s.member).holding_scatter()
-                starts += self._from_screen(base.response, base.at, s)
-                with suppress(ModelError):  # the strut is not held at such values
-                    starts.append(self.advance(self._with_shrinking_tolerance(response, own), FEW))
-        return self._race(starts)
+        """Add each of the generic elements that promise most to a candidate, fitted jointly from its values; failing an
+        adequate fit, the best of them and what stands at the likeliest places from the priors too: a calibration that
+        lacked an element may have gone astray, and then only the place is told."""
+        places = Places(project(base.response, self.A, base.at))
+        scores = sorted((s for s in places.scores() if s.p < WORTH_A_FIT), key=lambda s: -s.net)
+        first = scores[:ELEMENTS_TRIED]
+        starts = [c for s in first if not self.over for c in self._from_screen(base.response, base.at, s)]
+        found = self._race(starts)
+        if any(c.adequate for c in found):
+            return found
+        tried = [next(s for s in first if s.member.name in c.names) for c in found[:FROM_FAR]]
+        for d in places.ranked[:PLACES]:
+            tried += [s for s in scores if s.member in {element(d.place, d.direction, k) for k in (HOLDER, RESONATOR)}]
+        far = [c for s in {s.member: s for s in tried}.values() if not self.over for c in self._coarse_start(base, s)]
+        return best_of_each(self._race([*far, *found]))
 
     def with_other_damping(self, c: Candidate) -> Candidate | None:
         """Return a candidate with the model's other form of damping; None if the model cannot have it. Which form the
@@ -286,7 +287,9 @@ class Search:
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
         names = [f"{member.name}.{p.name}" for p in member.parameters]
         places = [
-            (p.start, *(p.begins if base.gross else ())) if p.linear else (score.starts[0][p.name],)
+            (p.start, *(p.begins if base.gross else ()))
+            if p.linear and not isinstance(member, Element)
+            else (score.starts[0][p.name],)
             for p in member.parameters
         ]
         try:
@@ -372,16 +375,21 @@ class Search:
     def _race(self, started: Sequence[Candidate], adequate: float = inf) -> list[Candidate]:
         """Return the best start of every set, the most promising ones fitted to the end. adequate: cost of an adequate
         explanation; a start far above it is no rival and is not fitted further."""
-        best: dict[frozenset[str], Candidate] = {}
-        for c in sorted(started, key=lambda c: c.cost):
-            best.setdefault(c.names, c)
         done = []
-        for i, c in enumerate(best.values()):
+        for i, c in enumerate(best_of_each(sorted(started, key=lambda c: c.cost))):
             near = i < GO_ON and c.cost < NO_RIVAL * adequate
             done.append(self._finish_to_the_end(c) if near else self.free_scatter(c))
             if adequate == inf and near and done[-1].adequate:
                 adequate = done[-1].cost
         return sorted(done, key=lambda c: -c.score)
+
+
+def best_of_each(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the first candidate of every set of members."""
+    best: dict[frozenset[str], Candidate] = {}
+    for c in candidates:
+        best.setdefault(c.names, c)
+    return [*best.values()]
 
 
 def _promising(scores: Sequence[Score]) -> list[Score]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
 from checks.gap.search.candidate import Candidate
-from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Effort, Search
+from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Effort, Search, best_of_each
 from checks.gap.search.disagreement import ExplainingStep, score_of, search_beside, settle_if_held
 
 BESIDE = 0.5  # of the work of an analysis: kept for the search beside a disagreement, however the first search ended
@@ -194,7 +194,4 @@ def _prefer_named(adequate: Sequence[Candidate]) -> Candidate:
 
 
 def _best_of_each_set(candidates: Sequence[Candidate]) -> list[Candidate]:
-    best: dict[frozenset[str], Candidate] = {}
-    for c in sorted(candidates, key=lambda c: -c.score):
-        best.setdefault(c.names, c)
-    return list(best.values())
+    return best_of_each(sorted(candidates, key=lambda c: -c.score))

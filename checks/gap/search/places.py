@@ -67,6 +67,14 @@ class Places:
         """Return the gain in twice the log-likelihood of every direction with any dynamic stiffness."""
         return {d: self.gain_of(self.along(d)[0]) for d in directions(self.receptances.places)}
 
+    @cached_property
+    def ranked(self) -> list[Direction]:
+        """Return every direction of a place at its best point, by falling gain."""
+        best: dict[tuple[str, str], Direction] = {}
+        for d in sorted(self.gains, key=lambda d: -self.gains[d]):
+            best.setdefault((d.place, d.direction), d)
+        return [*best.values()]
+
     def gain_of(self, reach: Complex) -> float:
         """Return the gain of a change along reach (F, C) by any complex number at each frequency."""
         r, Q = self._residual
@@ -109,9 +117,8 @@ class Places:
 
     def scores(self, kinds: Sequence[str] = KINDS) -> list[Score]:
         """Return the best kinds at the best places, by falling gain."""
-        ranked = sorted(self.gains, key=lambda d: -self.gains[d])[:FOLLOWED]
         out: dict[str, Score] = {}
-        for d in ranked:
+        for d in self.ranked[:FOLLOWED]:
             for kind in kinds_at(d.place, kinds):
                 e = element(d.place, d.direction, kind)
                 for values, gain in self._fits(e, d):
