@@ -1,12 +1,15 @@
 """What is missing has a place and a kind: elements put into the mechanics are found where they are, by kind and value,
 and the constant of a channel that imitates them gets no name."""
 
+import json
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from accept.gap.analyse_unit import run_gap
 from checks.gap.decision.result import Result
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.element import Direction, directions, element, joint, kinds_at
@@ -150,3 +153,38 @@ class TestPlaces:
         assert "mass" not in kinds_at("top_joint")
         assert "mass" in kinds_at("head")
         assert Direction("payload", "z") in directions(("payload",))
+
+
+STRUCTURAL = Path(__file__).parents[4] / "shared" / "data" / "structural"
+MODEL = STRUCTURAL.parent / "units" / "model.toml"
+# unit: kind, a place of the class, values of truth.json; the modes of the last three are as built
+HIDDEN: dict[str, tuple[str, tuple[str, str], dict[str, float]]] = {
+    "E-01": ("spring", ("top interface", "ground"), {"k_N_per_um": 0.18, "m_kg": 0.030}),
+    "E-02": ("spring", ("payload", "ground"), {"k_N_per_um": 0.07}),
+    "E-03": ("resonator", ("payload", "ground"), {"m_kg": 0.045, "f_Hz": 88.0, "damping_ratio": 0.02}),
+    "E-04": ("joint", ("bottom joint", "base"), {"kz_ratio": 0.6, "c_N_s_per_m": 200.0}),
+    "E-05": ("resonator", ("top interface", "ground"), {"f_Hz": 121.0}),  # a payload that rocks, seen along the axis
+}
+
+
+@pytest.mark.slow
+@pytest.mark.takes_data
+@pytest.mark.skipif(not STRUCTURAL.is_dir(), reason="the recorded struts with elements are not beside the repository")
+@pytest.mark.parametrize("serial", sorted(HIDDEN))
+def test_elements_of_an_independent_simulation(serial: str, tmp_path: Path) -> None:
+    text = MODEL.read_text().replace("../superelements", str(MODEL.parent.parent / "superelements"))
+    if "as built" in next(
+        t["modes"] for t in json.loads((STRUCTURAL / "truth.json").read_text()) if t["serial"] == serial
+    ):
+        scatter = "mode_scatter = { frequency = 0.01, damping = 0.20 }"
+        text = text.replace('type = "superelement"', f'type = "superelement"\n{scatter}')
+    (tmp_path / "model.toml").write_text(text)
+    gap = run_gap(STRUCTURAL / serial, tmp_path / "model.toml")
+    kind, place, values = HIDDEN[serial]
+    (one,) = gap["elements"]
+    assert not gap["named"]
+    assert one["kind"] == kind
+    assert place in [(p["part"], p["against"]) for p in one["places"]]
+    for name, value in values.items():
+        lo, hi = one["parameters"][name]["ci95"]
+        assert abs(one["parameters"][name]["value"] - value) <= hi - lo, name  # twice the half-width
