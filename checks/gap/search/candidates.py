@@ -245,7 +245,11 @@ class Search:
         for d in places.ranked[:PLACES]:
             tried += [s for s in scores if s.member in {element(d.place, d.direction, k) for k in (HOLDER, RESONATOR)}]
         far = [c for s in {s.member: s for s in tried}.values() if not self.over for c in self._coarse_start(base, s)]
-        return best_of_each(self._race([*far, *found]))
+        found = best_of_each(self._race([*far, *found]))
+        if self.over or not found or found[0].adequate:
+            return found
+        bare = self.refit(base.response, base.response.own_values(found[0].at))  # what led the calibration back?
+        return self.add_element(bare) if bare.cost < MOVED * base.cost else found
 
     def with_other_damping(self, c: Candidate) -> Candidate | None:
         """Return a candidate with the model's other form of damping; None if the model cannot have it. Which form the
