@@ -21,7 +21,7 @@ from checks.gap.modelling.element import HOLDER, KINDS, RESONATOR, Element, elem
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.held_scatter import scatter_of
-from checks.gap.search.places import Places
+from checks.gap.search.places import NOTHING_KNOWN, Places
 from checks.gap.search.residuals import SearchResiduals, with_tolerance
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.projected_residual import project
@@ -342,18 +342,21 @@ class Search:
         out = []
         for member in (m for m in c.response.effects if isinstance(m, Element)):
             less, start = self._without(c, member)
-            scores = self._elements_like(Places(project(less, self.A, start)), c, (member.kind,))
+            own = c.response.of(c.at, member.name)
+            scores = self._elements_like(Places(project(less, self.A, start)), c, (member.kind,), own)
             out += self._race([r for s in scores for r in self._from_screen(less, start, s)], c.cost)
         return out
 
-    def _elements_like(self, places: Places, c: Candidate, kinds: Sequence[str] = KINDS) -> list[Score]:
+    def _elements_like(
+        self, places: Places, c: Candidate, kinds: Sequence[str] = KINDS, known: Mapping[str, float] = NOTHING_KNOWN
+    ) -> list[Score]:
         """Return the elements that promise about as much as a candidate gained by the member that they would replace.
         Whether another place can do it shows before any kind is fitted."""
         left = places.projected.left
         needed = AS_GOOD * (float(left @ left) - 2.0 * c.cost)
         if max(places.gains.values(), default=0.0) < needed:
             return []
-        absent = (s for s in places.scores(kinds) if s.member.name not in c.names and s.gain > needed)
+        absent = (s for s in places.scores(kinds, known) if s.member.name not in c.names and s.gain > needed)
         return sorted(absent, key=lambda s: -s.net)[:ELEMENTS_TRIED]
 
     def _without(self, c: Candidate, member: Member) -> tuple[Augmented, dict[str, float]]:

@@ -176,7 +176,8 @@ def _finish(search: Search, base: Candidate, adequate: Sequence[Candidate], trie
     if named := [c for c in search.swap_members(best) if c.adequate]:
         adequate = [*adequate, *named]
         best = search.prune(_prefer_named([*named, best]))
-    adequate = [*adequate, *(c for c in search.with_elements_elsewhere(best) if c.adequate)]
+    elsewhere = [c for c in search.with_elements_elsewhere(best) if c.adequate]
+    adequate, best = [*adequate, best, *elsewhere], max([best, *elsewhere], key=lambda c: c.score)
     damped = search.with_better_damping(best)
     if damped is not best:  # its rivals are compared with the same form
         near = (c for c in adequate if c.score > best.score - RIVAL and c.names != best.names)

@@ -8,7 +8,7 @@ b = A' r, B = Q' A. A channel with any factor, or all of them with the same, is 
 reach.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -40,6 +40,7 @@ POLES = 14  # where a resonator is looked for, beside the peaks of the residual
 BEGUN = 2  # of these, that a fit begins from
 RATIO = 0.03  # damping ratio there
 
+NOTHING_KNOWN: Mapping[str, float] = {}
 Stiffness = Callable[[Array], tuple[Complex, Complex]]  # values (k,) -> dynamic stiffness (F,) and its slopes (k, F)
 
 
@@ -115,13 +116,14 @@ class Places:
         n = rows.size
         return (r - Q @ (Q.T @ r))[:n], Q[:n]
 
-    def scores(self, kinds: Sequence[str] = KINDS) -> list[Score]:
-        """Return the best kinds at the best places, by falling gain."""
+    def scores(self, kinds: Sequence[str] = KINDS, known: Mapping[str, float] = NOTHING_KNOWN) -> list[Score]:
+        """Return the best kinds at the best places, by falling gain. known: values at another place, to begin from
+        too: what is large is not found from nothing."""
         out: dict[str, Score] = {}
         for d in self.ranked[:FOLLOWED]:
             for kind in kinds_at(d.place, kinds):
                 e = element(d.place, d.direction, kind)
-                for values, gain in self._fits(e, d):
+                for values, gain in self._fits(e, d, known):
                     if e.name not in out or gain > out[e.name].gain:
                         out[e.name] = Score(e, gain, len(e.sizes), len(self.gains), (values,))
         for score in map(self._joint, ("bottom_joint", "top_joint")):
@@ -149,7 +151,7 @@ class Places:
         values = {q.name: q.inside(float(v)) for q, v in zip(e.parameters, best, strict=True)}
         return Score(e, gain, len(e.sizes), len(self.gains), (values,))
 
-    def _fits(self, e: Element, d: Direction) -> Iterator[tuple[dict[str, float], float]]:
+    def _fits(self, e: Element, d: Direction, known: Mapping[str, float]) -> Iterator[tuple[dict[str, float], float]]:
         """Yield values and gain of an element, its dynamic stiffness at its best from every start."""
         s = self._s
         reach, own = self.along(d)
@@ -169,6 +171,9 @@ class Places:
             def z_of(x: Array) -> tuple[Complex, Complex]:
                 return _hung(s, x)
 
+        if all(n in known for n in names):
+            begin = np.array([known[n] for n in names])
+            starts.append(np.log(np.abs(begin)) if e.kind == RESONATOR else begin / size)
         for start in starts:
             x, gain = self._descend(z_of, start, reach, own)
             values = np.exp(x) if e.kind == RESONATOR else x * size
