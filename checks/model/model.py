@@ -33,7 +33,6 @@ from checks.model.joint_prior import JointPrior
 from checks.model.learned_bench import LearnedBench
 from checks.model.measured_outputs import OutputGains, output_gains
 from checks.model.parameters import (
-    ELEMENT,
     TURNS_TIES,
     depends_on,
     derivative_step,
@@ -48,7 +47,7 @@ from checks.model.parameters import (
 from checks.model.parts import bench_of, encoder_of, joints_of, offset_of
 from checks.model.structure.apa import ApaBody
 from checks.model.structure.assemble import MOTIONS, FastenedParts, assemble, fasten, places_of
-from checks.model.structure.attached import PlaceReceptances, attached_of
+from checks.model.structure.attached import ELEMENT, PlaceReceptances, attached_of
 from checks.model.structure.matrix_builder import System
 
 F_MAX = 5000.0  # [Hz] half of the bench's sampling rate; the reduction is made for 2 kHz, beyond 4 kHz peaks drift

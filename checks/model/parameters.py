@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from checks.errors import ModelError
+from checks.model.structure.attached import ELEMENT
 from specs.units import unit_of
 
 
@@ -91,7 +92,6 @@ _OFFSET = frozenset({"dx_um", "dy_um", "dz_um", "lopsided_x_um", "lopsided_y_um"
 _ON_THE_AXIS = frozenset({"kx_N_per_um", "ky_N_per_um", "kz_N_per_um", "c_N_s_per_m"})  # the offset is their lever
 TURNS_TIES = _OFFSET | {"length_mm", "height_mm"}  # where a rigid direction runs
 
-ELEMENT = "element."  # what begins the names of values of attached elements
 MODE_STIFFNESS, MODE_DAMPING = "apa.mode_stiffness_", "apa.mode_damping_"  # and the number of the mode, from 1
 DAMPING_RATIO = "apa.damping_ratio"
 OFF_AT_INFINITY = frozenset(

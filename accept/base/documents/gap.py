@@ -94,7 +94,7 @@ class ElementPlace(Document):
 
 @dataclass(frozen=True)
 class ElementFound(Document):
-    """Something in the mechanics that has no name in the library."""
+    """Something in the mechanics that is no effect of the library."""
 
     kind: Annotated[str, "`spring`, `mass`, `damper`, `resonator` or `joint`"]
     places: Annotated[tuple[ElementPlace, ...], "all that explain the records as well, the best first"]

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 
 from checks.fitting.fit import Fit
 from checks.gap.decision.gates import Claim
-from checks.gap.decision.result import Ambiguous, FoundElement, NamedValue, Place
-from checks.gap.modelling.element import ACROSS, DAMPER, HOLDER, JOINT, MASS, RESONATOR, SPRING, Element
+from checks.gap.decision.result import Ambiguous, FoundElement, FoundPlace, NamedValue
+from checks.gap.modelling.element import ACROSS, DAMPER, HOLDER, JOINT, MASS, RESONATOR, SPRING, GenericElement
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 from checks.model.model import Model
@@ -53,7 +53,7 @@ def found_elements(
         alike = {n for a in rivals if effect.name in a.effects for n in a.effects} - {effect.name}
         others = _rivals_by_element(result, effect.name, alike)
         library = tuple(sorted(n for n in alike if n not in {e.name for e, _ in others}))
-        if isinstance(effect, Element):
+        if isinstance(effect, GenericElement):
             out.append(_found(effect, others, fit, model, library))
         elif others:
             (first, rival), *rest = others
@@ -61,21 +61,23 @@ def found_elements(
     return tuple(out)
 
 
-def _rivals_by_element(result: SearchResult, name: str, alike: set[str]) -> list[tuple[Element, Candidate]]:
+def _rivals_by_element(result: SearchResult, name: str, alike: set[str]) -> list[tuple[GenericElement, Candidate]]:
     """Return the elements that do as well in the place of a member, the best first."""
     found = []
     for rival in sorted(result.rivals, key=lambda c: -c.score):
         others = result.best.names - {name}
-        found += [(e, rival) for e in rival.response.effects if isinstance(e, Element) and e.name in alike - others]
-    best: dict[str, tuple[Element, Candidate]] = {}
+        found += [
+            (e, rival) for e in rival.response.effects if isinstance(e, GenericElement) and e.name in alike - others
+        ]
+    best: dict[str, tuple[GenericElement, Candidate]] = {}
     for e, rival in found:
         best.setdefault(e.name, (e, rival))
     return [*best.values()]
 
 
 def _found(
-    e: Element,
-    others: Sequence[tuple[Element, Candidate]],
+    e: GenericElement,
+    others: Sequence[tuple[GenericElement, Candidate]],
     fit: Fit,
     model: Model,
     library: tuple[str, ...],
@@ -83,7 +85,7 @@ def _found(
     shown = {p.name: NamedValue(fit.at[n], *fit.interval(n)) for p in e.parameters if (n := f"{e.name}.{p.name}")}
     places = [_place(e, {k: v.value for k, v in shown.items()})]
     places += [_place(o, rival.response.of(rival.at, o.name)) for o, rival in others]
-    first: dict[tuple[str, str, str], Place] = {}
+    first: dict[tuple[str, str, str], FoundPlace] = {}
     for p in places:
         first.setdefault((p.part, p.against, p.direction), p)
     places = [*first.values()]
@@ -94,21 +96,21 @@ def _found(
     return FoundElement(kind, tuple(places), values, words, causes, _experiment(places, library), library)
 
 
-def _causes(e: Element) -> tuple[str, ...]:
+def _causes(e: GenericElement) -> tuple[str, ...]:
     kind = SPRING if e.kind == HOLDER else e.kind
     return LOOKS_LIKE.get((kind, e.place)) or OF_KIND[kind]
 
 
-def _place(e: Element, values: dict[str, float]) -> Place:
+def _place(e: GenericElement, values: dict[str, float]) -> FoundPlace:
     point = None
     if e.place in NODES:
         point = (values.get("x_mm", 0.0), values.get("y_mm", 0.0), 0.0)
     part = "top interface" if e.place == "apa" else e.place.replace("_", " ")
     other = AGAINST.get(e.place, f"across the {part}" if e.place in ACROSS else "ground")
-    return Place(part, other, e.direction, point)
+    return FoundPlace(part, other, e.direction, point)
 
 
-def _ratios(e: Element, shown: dict[str, NamedValue], model: Model, fit: Fit) -> dict[str, NamedValue]:
+def _ratios(e: GenericElement, shown: dict[str, NamedValue], model: Model, fit: Fit) -> dict[str, NamedValue]:
     """Return a joint's stiffnesses as factors on those that the model has at the other end; dampers as they are."""
     out = {}
     own = {"k_N_per_um": ("kz", "kz_ratio"), "kR_Nm_per_rad": ("kRx", "kR_ratio"), "kxy_N_per_um": ("kx", "kxy_ratio")}
@@ -129,7 +131,7 @@ def _ratios(e: Element, shown: dict[str, NamedValue], model: Model, fit: Fit) ->
 
 
 def _sentence(
-    kind: str, places: Sequence[Place], values: dict[str, NamedValue], cause: str, library: tuple[str, ...]
+    kind: str, places: Sequence[FoundPlace], values: dict[str, NamedValue], cause: str, library: tuple[str, ...]
 ) -> str:
     numbers = ", ".join(_value_words(name, v) for name, v in values.items())
     if kind == JOINT:
@@ -143,7 +145,7 @@ def _sentence(
     return f"{head}; {cause} would look like this.{others}{names}"
 
 
-def _where(p: Place) -> str:
+def _where(p: FoundPlace) -> str:
     """Return a place in words: "to ground at the top interface, along z, at (0, -16) mm"."""
     to = p.against if p.against.startswith("across") else f"to {p.against} at the {p.part}"
     beside = p.point_mm is not None and max(abs(x) for x in p.point_mm) >= 1.0
@@ -158,7 +160,7 @@ def _value_words(name: str, v: NamedValue) -> str:
     return f"{name.partition('_')[0] if unit else name.replace('_', ' ')} {at}{unit} (95 %: {lo} to {hi})"
 
 
-def _experiment(places: Sequence[Place], library: tuple[str, ...]) -> str:
+def _experiment(places: Sequence[FoundPlace], library: tuple[str, ...]) -> str:
     """Return the measurement that tells more: without what is there; a constant of the signal path would stay."""
     parts = " and ".join(dict.fromkeys(f"the {p.part}" for p in places))
     what = f"repeat the record with whatever touches or hangs on {parts} removed"

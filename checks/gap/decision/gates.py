@@ -19,7 +19,7 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.gap.modelling.augmented import Augmented, Member, Values
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import Element
+from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
@@ -361,7 +361,7 @@ def on_a_mode(effect: Effect, response: Augmented, at: Values) -> bool:
     lopsided APA are coupled in another way, which no factor on them explains: a small mode there does, but means
     nothing."""
     values = response.of(at, effect.name)
-    if isinstance(effect, Element) or not _adds_mode(effect, values):  # an element's coupling is the model's
+    if isinstance(effect, GenericElement) or not _adds_mode(effect, values):  # an element's coupling is the model's
         return False
     f, ratio = frequency_and_damping(response.model.poles(response.changes(at)))
     mode, width = values["f_Hz"], values["f_Hz"] * values["damping_ratio"]

@@ -67,7 +67,7 @@ class Ambiguous:
 
 
 @dataclass(frozen=True)
-class Place:
+class FoundPlace:
     """Where an element sits: a part, what it acts against ("ground" or another part), along a direction, at a point
     [mm] from the part's node; None where the place has none."""
 
@@ -83,7 +83,7 @@ class FoundElement:
     likely causes in words, and the measurement that tells more. alike: library effects that explain them as well."""
 
     kind: str
-    places: tuple[Place, ...]
+    places: tuple[FoundPlace, ...]
     parameters: Mapping[str, NamedValue]
     sentence: str
     looks_like: tuple[str, ...]

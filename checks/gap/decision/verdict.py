@@ -19,7 +19,7 @@ from checks.gap.decision.result import (
 )
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.effect import Effect, SlowFinding
-from checks.gap.modelling.element import Element
+from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.experiment import Experiment, sharpest
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.preparation.record_faults import RecordFault
@@ -43,7 +43,7 @@ def named_effects(
         out.append(Named(fault.effect, fault.effect.replace("_", " "), fault.words, exact, float("inf"), 0.0))
     for claim in claims:
         effect = claim.effect
-        if isinstance(effect, Element):
+        if isinstance(effect, GenericElement):
             continue
         values = {p.name: final.at[f"{effect.name}.{p.name}"] for p in effect.parameters}
         shown = {k: NamedValue(v, *final.interval(f"{effect.name}.{k}")) for k, v in values.items()}

@@ -12,7 +12,7 @@ from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.fit import free_of
 from checks.gap.modelling.effect import Effect, Parameter
-from checks.gap.modelling.element import Element
+from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.shift import AS_IT_IS, Shift
 from checks.gap.modelling.unmodelled_modes import UnmodelledMode, is_path
 from checks.model.model import Model
@@ -70,13 +70,13 @@ class Augmented:
         return (*self.unmodelled_modes, *self.effects)
 
     def with_member(self, member: Member) -> "Augmented":
-        model = _attached(self.model, member) if isinstance(member, Element) else self.model
+        model = _attached(self.model, member) if isinstance(member, GenericElement) else self.model
         return replace(self, members=(*self.members, member), model=model)
 
     def without(self, *names: str) -> "Augmented":
         model = self.model
         for m in self.members:
-            if isinstance(m, Element) and m.name in names:
+            if isinstance(m, GenericElement) and m.name in names:
                 model = _detached(model, m)
         return replace(self, members=tuple(m for m in self.members if m.name not in names), model=model)
 
@@ -226,13 +226,13 @@ def _modelled(model: Model, at: tuple[tuple[str, float], ...], band: bytes, chan
 
 
 @lru_cache(maxsize=64)
-def _attached(model: Model, member: Element) -> Model:
+def _attached(model: Model, member: GenericElement) -> Model:
     """Return the model with an element. Cached, as its matrices are by the model."""
     return member.attached_to(model)
 
 
 @lru_cache(maxsize=64)
-def _detached(model: Model, member: Element) -> Model:
+def _detached(model: Model, member: GenericElement) -> Model:
     return member.detached_from(model)
 
 

@@ -43,7 +43,7 @@ def directions(places: Iterable[str]) -> Iterator[Direction]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Element(Effect):
+class GenericElement(Effect):
     """place, direction: as `checks.model.structure.attached` names them; kind: of its dynamic stiffness."""
 
     place: str
@@ -74,7 +74,7 @@ class Element(Effect):
 
 
 @lru_cache(maxsize=512)
-def element(place: str, direction: str, kind: str) -> Element:
+def element(place: str, direction: str, kind: str) -> GenericElement:
     """Return the element of a kind at a place along a direction."""
     parameters = [*_of_kind(f"element.{place}.{direction}", direction, kind)]
     if direction == "z" and place in BESIDE_THE_AXIS:
@@ -82,9 +82,9 @@ def element(place: str, direction: str, kind: str) -> Element:
     return _element(place, direction, kind, parameters)
 
 
-def parts_of(member: object) -> list[Element]:
+def parts_of(member: object) -> list[GenericElement]:
     """Return the elements of a part of a holder's dynamic stiffness; none for another member."""
-    if not isinstance(member, Element) or member.kind != HOLDER:
+    if not isinstance(member, GenericElement) or member.kind != HOLDER:
         return []
     return [element(member.place, member.direction, kind) for kind in kinds_at(member.place) if kind in PARTS]
 
@@ -96,7 +96,7 @@ def kinds_at(place: str, kinds: Iterable[str] = KINDS) -> list[str]:
 
 
 @lru_cache(maxsize=2)
-def joint(place: str) -> Element:
+def joint(place: str) -> GenericElement:
     """Return the joint at one end whose stiffnesses and dampings differ from the model's."""
 
     def along(which: Iterable[str], kind: str) -> tuple[str, ...]:
@@ -116,8 +116,8 @@ def joint(place: str) -> Element:
     )
 
 
-def _element(place: str, direction: str, kind: str, parameters: list[Parameter]) -> Element:
-    return Element(
+def _element(place: str, direction: str, kind: str, parameters: list[Parameter]) -> GenericElement:
+    return GenericElement(
         name=f"{kind}_{place}_{direction}",
         title=f"{kind} at {place.replace('_', ' ')}",
         parameters=tuple(parameters),

@@ -17,7 +17,7 @@ from checks.fitting.fit import BEYOND_DOUBT, FitPoint, coarse_fits, work_of
 from checks.fitting.misplaced_modes import misplaced_modes
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import HOLDER, KINDS, RESONATOR, Element, element, parts_of
+from checks.gap.modelling.element import HOLDER, KINDS, RESONATOR, GenericElement, element, parts_of
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.held_scatter import scatter_of
@@ -292,7 +292,7 @@ class Search:
         names = [f"{member.name}.{p.name}" for p in member.parameters]
         places = [
             (p.start, *(p.begins if base.gross else ()))
-            if p.linear and not isinstance(member, Element)
+            if p.linear and not isinstance(member, GenericElement)
             else (score.starts[0][p.name],)
             for p in member.parameters
         ]
@@ -340,7 +340,7 @@ class Search:
     def with_elements_elsewhere(self, c: Candidate) -> list[Candidate]:
         """Return the candidates in which a generic element of the same kind sits at another place."""
         out = []
-        for member in (m for m in c.response.effects if isinstance(m, Element)):
+        for member in (m for m in c.response.effects if isinstance(m, GenericElement)):
             less, start = self._without(c, member)
             own = c.response.of(c.at, member.name)
             scores = self._elements_like(Places(project(less, self.A, start)), c, (member.kind,), own)

@@ -23,7 +23,7 @@ from checks.gap.modelling.element import (
     RESONATOR,
     UNITS,
     Direction,
-    Element,
+    GenericElement,
     directions,
     element,
     joint,
@@ -151,7 +151,9 @@ class Places:
         values = {q.name: q.inside(float(v)) for q, v in zip(e.parameters, best, strict=True)}
         return Score(e, gain, len(e.sizes), len(self.gains), (values,))
 
-    def _fits(self, e: Element, d: Direction, known: Mapping[str, float]) -> Iterator[tuple[dict[str, float], float]]:
+    def _fits(
+        self, e: GenericElement, d: Direction, known: Mapping[str, float]
+    ) -> Iterator[tuple[dict[str, float], float]]:
         """Yield values and gain of an element, its dynamic stiffness at its best from every start."""
         s = self._s
         reach, own = self.along(d)

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array, Complex
-from checks.model.parameters import ELEMENT
 from checks.model.structure.matrix_builder import Builder
 from checks.model.structure.rigid_motion import lever
 
+ELEMENT = "element."  # what begins the names of their values
 DIRECTIONS = ("x", "y", "z", "Rx", "Ry", "Rz")
 PER_UM = 1e6
 Places = Mapping[str, Array]  # place -> rows (6, n) that read its motion, or the motion across it

@@ -155,7 +155,7 @@ class TestPlaces:
         assert Direction("payload", "z") in directions(("payload",))
 
 
-STRUCTURAL = Path(__file__).parents[4] / "shared" / "data" / "structural"
+STRUCTURAL = Path(__file__).parents[5] / "shared" / "data" / "structural"
 MODEL = STRUCTURAL.parent / "units" / "model.toml"
 # unit: kind, a place of the class, values of truth.json; the modes of the last three are as built
 HIDDEN: dict[str, tuple[str, tuple[str, str], dict[str, float]]] = {

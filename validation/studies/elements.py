@@ -1,7 +1,7 @@
 """Struts with an element in the mechanics, which no effect of the library describes, and the score of what is said of
 them: names that are false, place within the stated class, kind, values within their intervals.
 
-    python -m validation.elements --out out/elements --cases 14 --seed 7 --scatter 0.01
+    python -m validation.studies.elements --out out/elements --cases 14 --seed 7 --scatter 0.01
 
 Kinds take turns, so that each occurs equally often; sizes are drawn evenly in their logarithm.
 """
