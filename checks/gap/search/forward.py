@@ -10,7 +10,7 @@ from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Effort, Search, best_of_each
 from checks.gap.search.disagreement import ExplainingStep, score_of, search_beside, settle_if_held
 
-BESIDE = 0.5  # of the work of an analysis: kept for the search beside a disagreement, however the first search ended
+BESIDE = 0.5  # of the work of an analysis: kept for each other search, however the first one ended
 RIVAL = 15.0  # of score beside a disagreement: members this near take part in the comparison by full likelihood
 
 
@@ -97,6 +97,7 @@ def explain_by_elements(search: Search, base: Candidate, most: int) -> SearchRes
     """Return the explanation by at most so many generic elements, on top of a candidate; with its rivals, if it is
     adequate."""
     search.say("looking for places of what is missing")
+    search = replace(search, effort=Effort(BESIDE * search.table.effort))  # whatever the library's search has spent
     best, tried = base, []
     for _ in range(most):
         found = search.add_element(best)
