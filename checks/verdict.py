@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 from checks.cause import Cause, Reason, because, together
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
@@ -50,6 +51,20 @@ class UnitVerdict(StrEnum):
 
 
 @dataclass(frozen=True)
+class UsedInput:
+    """An input that decided a finding, beside the samples: a number, a setting, the source of a channel, a record.
+
+    source: the file that states it; against: what spec or bench file state otherwise, None if nothing."""
+
+    name: str
+    value: Any
+    unit: str
+    source: str
+    U: float | None = None
+    against: str | None = None
+
+
+@dataclass(frozen=True)
 class Finding:
     """One judged quantity. value, U: None if unknown; p_false_accept: see `probability_of_false_acceptance`.
 
@@ -72,6 +87,7 @@ class Finding:
     budget: tuple[Contribution, ...] = ()
     note: str | None = None
     cause: Reason | None = None
+    inputs: tuple[UsedInput, ...] = ()
 
 
 def judge(check: str, quantity: Quantity, limit: Limit, required: bool = True) -> Finding:
@@ -206,15 +222,15 @@ def _upper_tail(z: float) -> float:
     return 0.5 * math.erfc(z / math.sqrt(2.0))
 
 
-def unit_verdict(findings: Sequence[Finding]) -> UnitVerdict:
+def unit_verdict(findings: Sequence[Finding], held: bool = False) -> UnitVerdict:
     """Return rejected if any finding failed, incomplete if any result is missing, and accepted only if all that is
-    required passed."""
+    required passed. held: something that is no finding holds the unit, which is conditional at best."""
     verdicts = [f.verdict for f in findings]
     required = [f.verdict for f in findings if f.required]
     if Verdict.FAIL in verdicts:
         return UnitVerdict.REJECTED
     if Verdict.NO_RESULT in verdicts or not required:
         return UnitVerdict.INCOMPLETE
-    if all(v is Verdict.PASS for v in required):
+    if all(v is Verdict.PASS for v in required) and not held:
         return UnitVerdict.ACCEPTED
     return UnitVerdict.CONDITIONAL

@@ -232,11 +232,13 @@ class RigEntry(Strict):
 
 class BenchDocument(Strict):
     """The TOML document. stage: file that tells a simulated bench what the technician would do by hand. rig: how the
-    real-time rig writes its records. recorders: those that this program controls."""
+    real-time rig writes its records. values: section -> number that units state beside its records, as it is at this
+    bench. recorders: those that this program controls."""
 
     name: Words
     stage: Words | None = None
     rig: RigEntry | None = None
+    values: dict[Words, dict[Words, Finite]] = Field(default_factory=dict)
     instruments: dict[Name, InstrumentEntry] = Field(default_factory=dict)
     recorders: dict[Name, RecorderEntry] = Field(default_factory=dict)
 

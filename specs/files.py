@@ -7,7 +7,7 @@ import stat
 from pathlib import Path
 
 TEXT_BYTES = 10_000_000  # of a spec, a key, a setting: what people write is far smaller
-CERTIFICATE_BYTES = 200_000_000  # of a certificate with the records attached to it: 13 MB for a strut
+CERTIFICATE_BYTES = 100_000_000  # with the files attached to it: 13 MB for a strut, 20 MB of records at most
 CHUNK_BYTES = 65536  # read at once
 log = logging.getLogger("accept.files")
 
@@ -25,14 +25,16 @@ def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
             raise IsADirectoryError(errno.EISDIR, "is a folder, expected a file", str(path))
         if not stat.S_ISREG(mode):
             raise OSError(errno.EINVAL, "is a pipe or a device, expected a regular file", str(path))
+        if found.st_size > limit:
+            raise OSError(errno.EFBIG, f"has {found.st_size} bytes, at most {limit} are read", str(path))
         with os.fdopen(handle, "rb", closefd=False) as file:
             # A read asks for its buffer at once: for what the file holds, not for what the limit allows.
-            content = file.read(min(found.st_size, limit) + 1)
+            content = file.read(found.st_size + 1)
             while len(content) <= limit and (more := file.read(CHUNK_BYTES)):  # grown, or of untold size
                 content += more
     finally:
         os.close(handle)
     if len(content) > limit:
-        raise OSError(errno.EFBIG, f"is larger than {limit} bytes", str(path))
+        raise OSError(errno.EFBIG, f"has more than {limit} bytes, which are not read", str(path))
     log.info("read %s, %d bytes", path, len(content))
     return content

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
+from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import walk_packages
 from typing import Any
@@ -47,6 +48,8 @@ def plugins(group: str, problem: Callable[[Any], str], taken: Collection[str]) -
     found: dict[str, Any] = {}
     for entry in _entries(group):
         try:
+            if not _sources(entry):
+                raise ImportError(f"no file of {entry.module} is found, so nothing would tell whether it was changed")
             value = entry.load()
             words = problem(value)
             if not words and value.name in (*taken, *found):
@@ -82,11 +85,39 @@ def fill_by_names(
 
 
 def packaged() -> list[tuple[str, bytes]]:
-    """Return path and content of every file of the packages with plug-ins, except compiled ones."""
-    entries = [e for group in GROUPS for e in _entries(group)]
-    packages = {e.dist.name: e.dist for e in entries if e.dist}
-    files = [p for _, package in sorted(packages.items()) for p in package.files or () if p.suffix != ".pyc"]
-    return [(str(p), Path(str(p.locate())).read_bytes()) for p in files if Path(str(p.locate())).is_file()]
+    """Return name and content of every file of the packages with plug-ins, except compiled ones: of those that a
+    package lists, and of those that are imported, which the list of an editable install does not have."""
+    found: dict[Path, str] = {}
+    for entry in _all_entries():
+        listed_ones = entry.dist.files or () if entry.dist else ()
+        found |= {Path(str(p.locate())).resolve(): str(p) for p in listed_ones if Path(str(p.locate())).is_file()}
+    for entry in _all_entries():
+        found = {path.resolve(): name for path, name in _sources(entry)} | found
+    return sorted((name, path.read_bytes()) for path, name in found.items() if path.suffix != ".pyc")
+
+
+def packages() -> list[str]:
+    """Return name and version of every package with plug-ins, as it states them, without what is no part of either."""
+    told = {f"{e.dist.name} {e.dist.version}" if e.dist else e.module for e in _all_entries()}
+    return sorted(re.sub(r"[^\w. -]", "_", one)[:60] for one in told)
+
+
+def _all_entries() -> list[EntryPoint]:
+    return [entry for group in GROUPS for entry in _entries(group)]
+
+
+def _sources(entry: EntryPoint) -> list[tuple[Path, str]]:
+    """Return path and name of every file of the package of a plug-in's module, nothing for one that is not in files."""
+    top = entry.module.partition(".")[0]
+    try:
+        spec = find_spec(top)
+    except (ImportError, ValueError):
+        return []
+    if spec is None:
+        return []
+    roots = [Path(place) for place in spec.submodule_search_locations or ()]
+    below = [(p, f"{top}/{p.relative_to(root).as_posix()}") for root in roots for p in root.rglob("*") if p.is_file()]
+    return below if roots else [(p, p.name) for p in (Path(spec.origin or ""),) if p.is_file()]
 
 
 def _entries(group: str) -> list[EntryPoint]:

@@ -12,7 +12,7 @@ from accept.base.console import say
 from checks.errors import RecordError
 from checks.signals.spectral.conjugate import conjugate_resonances
 from checks.signals.spectral.frf import Frf
-from hw.records.responses import ResponseFile, read_response_file
+from hw.records import ResponseFile, read_response_file
 from specs.units import UnitMismatch, factor
 
 DIGITS = 1e-6  # relative: universal files state frequencies with seven digits

@@ -7,7 +7,7 @@ from accept.analysis.record_responses import control_package
 from accept.base.atomic_files import write_atomic
 from checks.errors import ModelError
 from checks.model.time.state_space import StateSpace
-from hw.records.writers import ss_mat
+from hw.records import ss_mat
 
 
 def to_control(found: StateSpace, pade: int | None = None) -> Any:

@@ -25,11 +25,7 @@ from checks.signals.spectral.periodic import detect, periodic_frf
 from checks.signals.spectral.poles import Transforms
 from checks.signals.spectral.resonance import Resonance, find
 from checks.signals.spectral.transient import concentration, is_broadband, is_transient
-from hw.records import DEFAULT_LIMITS
-from hw.records.reader import record_by_input
-from hw.records.source import load_bytes
-from hw.records.uff.write import frf_bytes
-from hw.records.writers import frd_mat, response_csv
+from hw.records import frd_mat, frf_bytes, load_bytes, record_by_input, response_csv
 from specs.bench import ChannelSource, channel_map
 
 if TYPE_CHECKING:
@@ -171,9 +167,7 @@ def read_any(
     not name. Raises RecordError."""
     if not path.is_file():
         raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
-    record = record_by_input(
-        load_bytes(path, DEFAULT_LIMITS), input, channel_map(channels), step_s, UNITS, mapped_only, STEP
-    )
+    record = record_by_input(load_bytes(path), input, channel_map(channels), step_s, UNITS, mapped_only, STEP)
     for words in record.remarks:
         say(f"{words}; {record.t.size} samples, {record.fs:.6g} Hz")
     return record

@@ -1,37 +1,53 @@
-"""Child processes: they import nothing from the folder that they are started in, and do not get the passphrase.
+"""Child processes: they import nothing from the folder that they are started in, and get no passphrase.
 
 A folder of a supplier may hold `pickle.py` or a folder `accept`: Python puts the working folder first on its path for
 `-m` and `-c` unless it is told not to (PYTHONSAFEPATH, Python 3.11).
 """
 
+import multiprocessing
 import os
-from collections.abc import Iterator
+import re
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnContext, SpawnProcess
-from typing import Any
+from typing import Any, TypeVar
+
+from accept.base import worker_process
+from specs.errors import AcceptError
+
+T = TypeVar("T")
 
 SAFE_PATH = "PYTHONSAFEPATH"
-_SECRET = "PASSPHRASE"  # in the names of variables that hold one
+_BUSY = 8  # times as long may it take where others compute too
+# Names of variables that hold one. The windows of `accept run --web` open the store, whose password they need.
+_PASSPHRASE = re.compile("PASSPHRASE")
+_SECRET = re.compile(
+    "PASSPHRASE|PASSW|SECRET|TOKEN|CREDENTIAL|CONNECTION_STRING|STORE_URL|(ACCESS|ACCOUNT|API|PRIVATE|SAS)_?KEY",
+    re.IGNORECASE,
+)
 
 
-def environment() -> dict[str, str]:
-    """Return the environment of a child process."""
-    return {name: value for name, value in os.environ.items() if _SECRET not in name} | {SAFE_PATH: "1"}
+def environment(given: Mapping[str, str] = os.environ) -> dict[str, str]:
+    """Return the environment of a process that computes: without any secret."""
+    return {name: value for name, value in given.items() if not _SECRET.search(name)} | {SAFE_PATH: "1"}
 
 
 @contextmanager
-def protected() -> Iterator[None]:
-    """Make this the environment of all processes that are started inside: libraries pass theirs on as it is."""
+def protected(secret: re.Pattern[str] = _PASSPHRASE) -> Iterator[None]:
+    """Keep passphrases from all processes that are started inside: libraries pass their own environment on as it is."""
     before = dict(os.environ)
-    secret = [name for name in before if _SECRET in name]
+    kept = [name for name in before if secret.search(name)]
     try:
         os.environ[SAFE_PATH] = "1"
-        for name in secret:
+        for name in kept:
             del os.environ[name]
         yield
     finally:
-        for name in secret:
+        for name in kept:
             os.environ[name] = before[name]
         if SAFE_PATH not in before:
             del os.environ[SAFE_PATH]
@@ -40,7 +56,7 @@ def protected() -> Iterator[None]:
 class _Process(SpawnProcess):
     @staticmethod
     def _Popen(process_obj: Any) -> Any:
-        with protected():
+        with protected(_SECRET):
             return SpawnProcess._Popen(process_obj)  # noqa: SLF001 - what `Process` calls
 
 
@@ -50,5 +66,51 @@ class _Spawn(SpawnContext):
 
 def process_pool(count: int, initializer: Any = None, initargs: tuple[Any, ...] = ()) -> ProcessPoolExecutor:
     """Return a pool of fresh processes, which share nothing with this one."""
-    with protected():  # the helper that watches over semaphores is started here
+    with protected(_SECRET):  # the helper that watches over semaphores is started here
         return ProcessPoolExecutor(count, mp_context=_Spawn(), initializer=initializer, initargs=initargs)
+
+
+class Exhausted(AcceptError, RuntimeError):
+    """Work that took more time or memory than it was given."""
+
+
+def bounded(work: Callable[..., T], *given: Any, seconds: float, gigabytes: float) -> T:
+    """Return what a function of a module returns, or raise what it raises: in a process of its own, which is ended
+    after so many seconds of computing (Windows: of waiting), in the midst of any call, and on Linux gets no more memory
+    than that.
+
+    Linux makes the process as a copy of this one, in some milliseconds; elsewhere it starts anew. Raises Exhausted."""
+    context = multiprocessing.get_context("fork") if sys.platform == "linux" else _Spawn()
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=_answer, args=(sender, seconds, gigabytes, work, given))
+    with warnings.catch_warnings():  # a copy has none of the other threads, and waits for none of them
+        warnings.simplefilter("ignore", DeprecationWarning)
+        process.start()
+    sender.close()
+    try:
+        if not receiver.poll(seconds * (_BUSY if sys.platform != "win32" else 1)):
+            raise EOFError
+        what, error = receiver.recv()
+    except EOFError:
+        raise Exhausted(f"takes more than {seconds:g} s or {gigabytes:g} GB of memory") from None
+    finally:
+        process.kill()
+        process.join()
+        receiver.close()
+    if error is not None:
+        raise error
+    answer: T = what
+    return answer
+
+
+def _answer(
+    sender: Connection, seconds: float, gigabytes: float, work: Callable[..., Any], given: tuple[Any, ...]
+) -> None:
+    worker_process.begin(gigabytes)
+    worker_process.limit_time(seconds)
+    try:
+        sender.send((work(*given), None))
+    except MemoryError:
+        os._exit(1)  # nothing more can be said
+    except Exception as e:  # noqa: BLE001 - raised again by who asked
+        sender.send((None, e))

@@ -13,7 +13,7 @@ from rich.table import Table
 from accept.base import loading
 from accept.base.exit_codes import Exit
 from accept.base.operator_name import operator_name
-from accept.base.plain_text import lines, one_line
+from accept.base.plain_text import lines, one_line, without_secrets
 from specs import plugins
 from specs.errors import AcceptError
 
@@ -124,8 +124,8 @@ def _too_large() -> str:
 
 def _words(error: BaseException) -> str:
     if isinstance(error, OSError) and error.strerror and not isinstance(error, AcceptError):
-        return f"{error.filename or 'a file'}: {_PLAIN.get(type(error), error.strerror)}"
-    return str(error)
+        return without_secrets(f"{error.filename or 'a file'}: {_PLAIN.get(type(error), error.strerror)}")
+    return without_secrets(str(error))
 
 
 _PLAIN: dict[type[BaseException], str] = {  # errors of the system, in our words

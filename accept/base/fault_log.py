@@ -10,7 +10,7 @@ from typing import Any
 from filelock import FileLock
 
 from accept.base.home import home
-from accept.base.plain_text import lines, one_line
+from accept.base.plain_text import lines, one_line, without_secrets
 from accept.base.version import version
 
 NAME = "accept.log"
@@ -55,7 +55,7 @@ class _Plain(logging.Formatter):
     """An error may quote a file's name or content: none writes a line of its own or moves the cursor."""
 
     def format(self, record: logging.LogRecord) -> str:
-        return lines(super().format(record))
+        return lines(without_secrets(super().format(record)))
 
     def formatException(self, info: Any) -> str:
         kind, fault, trace = info

@@ -1,4 +1,10 @@
-"""Words from elsewhere as a terminal, a log or a table may show them: the one escaping for all output."""
+"""Words from elsewhere as a terminal, a log or a table may show them: the one escaping for all output, and the one
+place that takes secrets out of addresses."""
+
+import re
+
+_ADDRESS = re.compile(r"([A-Za-z][\w+.-]*://)((?:(?!::[A-Za-z])\S)*)")  # each link of a chain, zip://a::https://b
+_STATED = re.compile(r"(?i)\b(\w*(?:passw(?:or)?d|passphrase|secret|token|signature|sig|credential)=)[^\s&;'\"]+")
 
 
 def one_line(text: str) -> str:
@@ -16,3 +22,16 @@ def as_utf8(text: str) -> str:
 def lines(text: str) -> str:
     """Return the same of several lines."""
     return "\n".join(one_line(line) for line in text.split("\n"))
+
+
+def without_secrets(text: str) -> str:
+    """Return text whose addresses name no user, password, query or fragment: also a presigned address is a key."""
+    return _STATED.sub(r"\1***", _ADDRESS.sub(_bare, text))
+
+
+def _bare(found: re.Match[str]) -> str:
+    scheme, rest = found.groups()
+    place, *more = re.split(r"[?#;]", rest, maxsplit=1)
+    if more and "@" in more[0]:  # perhaps of a password that is not escaped
+        return f"{scheme}***"
+    return scheme + place.rpartition("@")[2]

@@ -10,8 +10,8 @@ import time
 from pathlib import Path
 
 from accept.base.home import home
-from accept.base.plain_text import one_line
-from accept.base.version import code_sha256, version
+from accept.base.plain_text import one_line, without_secrets
+from accept.base.version import code_sha256, program
 from specs import plugins
 
 NAME = "verbose.log"  # in ACCEPT_HOME/log, of a command that fills the screen
@@ -30,7 +30,7 @@ def begin(level: int, command: str | None) -> None:
     log.setLevel(root.level)
     began = time.monotonic()
     log.info(
-        "accept %s, code %s, Python %s, %s", version(), code_sha256()[:12], platform.python_version(), sys.platform
+        "accept %s, code %s, Python %s, %s", program(), code_sha256()[:12], platform.python_version(), sys.platform
     )
     log.info("folder of the bench %s", home())
     log.info(
@@ -56,4 +56,4 @@ class _Plain(logging.Formatter):
     """A name of a file writes no line of its own and moves no cursor."""
 
     def format(self, record: logging.LogRecord) -> str:
-        return one_line(super().format(record))
+        return one_line(without_secrets(super().format(record)))

@@ -6,14 +6,22 @@ from importlib import metadata
 from pathlib import Path
 
 from specs.distribution import NAME
-from specs.plugins import packaged
+from specs.plugins import packaged, packages
 
 PACKAGES = ("accept", "hw", "checks", "specs")
+_NAMED = 3  # packages of plug-ins, in a line
 
 
 def version() -> str:
     """Return the version of the installed program."""
     return metadata.version(NAME)
+
+
+def program() -> str:
+    """Return the version with the packages of plug-ins that are used beside it."""
+    others = packages()
+    more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
+    return f"{version()} with {', '.join(others[:_NAMED])}{more}" if others else version()
 
 
 @cache

@@ -5,6 +5,7 @@ The end of the program is watched for by a thread, on every system alike. Linux 
 (PR_SET_PDEATHSIG), but when the *thread* ends that started the worker, and that may be long before the program does.
 """
 
+import math
 import multiprocessing
 import os
 import signal
@@ -19,11 +20,11 @@ MEMORY_GB = 4.0  # twenty times what a strut with its gap analysis takes
 _LOST = 1  # exit code of a worker whose program is gone
 
 
-def begin() -> None:
-    """Initialise a process of a pool."""
+def begin(gigabytes: float | None = None) -> None:
+    """Initialise a process of a pool, or of one work that may take less memory."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all that runs in a terminal; the program answers it
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    limit_memory(memory_GB())
+    limit_memory(memory_GB() if gigabytes is None else gigabytes)
 
 
 def memory_GB() -> float:
@@ -55,6 +56,16 @@ def limit_memory(gigabytes: float) -> None:
     set_already = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]
     with suppress(ValueError, OSError):  # a container may forbid it: a worker without a limit judges all the same
         resource.setrlimit(resource.RLIMIT_AS, (min([_mapped() + int(gigabytes * 1e9), *set_already]), hard))
+
+
+def limit_time(seconds: float) -> None:
+    """Let the system end this process after so many seconds of computing, wherever it counts them."""
+    try:
+        import resource
+    except ImportError:  # Windows, or a Python that was built without it
+        return
+    with suppress(ValueError, OSError):
+        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(seconds), math.ceil(seconds)))  # equal: without a core file
 
 
 def _mapped() -> int:

@@ -23,6 +23,7 @@ from accept.batch.roster import Roster
 from accept.certificate.contents.content import ContentError
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.trust.keys import Credential
+from accept.certificate.trust.provenance import earlier_attempts
 from accept.fleet.findings_file import FEW, keep_findings
 from accept.gap.text import one_line
 from accept.judging.golden import BenchStopped
@@ -30,8 +31,8 @@ from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
-from accept.store import Event, Store, StoreError
-from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged
+from accept.store import Event, Store, StoreError, fold
+from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged, without_hashes
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.picture import Panel
@@ -147,6 +148,7 @@ class _Batch:
             ask_reason=request.ask_reason,
         )
         self.doubted: list[str] = []  # judged earlier with a recording that another unit has too
+        self.unsigned = set[str]()  # judged without a new certificate, though one was wanted
         self.started = 0  # number of the event that says so
         self.built: dict[str, tuple[Mapping[str, str], Sequence[str]]] = {}  # parts, and the doubts that were stated
 
@@ -197,7 +199,7 @@ class _Batch:
             # Noted again: the run that judged it may have been killed before it could.
             self.doubted += pipeline.weaken_others(unit.serial, known.reservations.copies)
             self._note_parts(unit.serial, unit.parts, known.reservations.part_doubts)
-            word = signs.unit_word(before.verdict, known.reservations.nonconformances)
+            word = signs.unit_word(before.verdict, known.reservations.nonconformances, known.reservations.dispositions)
             self.say(f"{unit.serial}: unchanged, {signs.marked(word, unit.simulated)}")
             return None
         return pipeline.prepare(unit, known, certificate, self._place(unit))
@@ -222,6 +224,9 @@ class _Batch:
         self.doubted += settled.weakened
         self._note_parts(result.serial, result.parts, result.part_doubts)
         self.say(f"{prefix}{result.serial}: {signs.marked(result.word, result.simulated)}{_why(result)}")
+        if settled.unsigned:
+            self.unsigned.add(result.serial)
+            self._refuse(job.unit.path, settled.unsigned, prefix)
 
     def settle_doubted_again(self) -> None:
         """Settle again the units of this run that share a recording with a later one, or whose part was judged or built
@@ -241,9 +246,13 @@ class _Batch:
             return
         unit = self.roster.unit(path)
         found, certificate = self.roster.found(serial), self.request.certificate(serial)
+        known = self.pipeline.ask(unit)
+        listed = known.before is not None and self.roster.event(serial) == known.before.seq
+        if listed and (serial in self.unsigned or self.pipeline.stands(unit, known, certificate)):
+            return
         panels = {} if certificate is None else _pictures(certificate)
         why = f"in the same batch, because of {because_of}"
-        job = self.pipeline.prepare(unit, self.pipeline.ask(unit), certificate, self._place(unit), why)
+        job = self.pipeline.prepare(unit, known, certificate, self._place(unit), why)
         judgement = job.run() if found is None or panels is None else Judgement(replace(found, panels=panels))
         self.keep(job, judgement, "again, ")
 
@@ -255,9 +264,12 @@ class _Batch:
         with results:
             for serial, seq, earlier, since in roster.results():
                 *more, judged = _judgements(self.store, serial, since, seq)
-                path = request.certificate(serial)
+                path = None if serial in self.unsigned else request.certificate(serial)
                 certificate = None if path is None else path.relative_to(request.out).as_posix()
                 entry = UnitJudged.of(judged).result.to_json() | {"certificate": certificate}
+                if attempts := earlier + len(more):
+                    before = fold(e for e in self.pipeline.events(serial) if e.seq < judged.seq).units.get(serial)
+                    entry |= {"attempt": attempts + 1, "earlier": earlier_attempts(before)}
                 report.verdicts[entry["verdict"]] += 1
                 kinds.add(entry["kind"])
                 results.add(entry, attempt=earlier + len(more) + 1, time=judged.time, operator=judged.who)
@@ -281,8 +293,9 @@ class _Batch:
 
 def _why(result: UnitResult) -> str:
     bad = [f for f in result.findings if f.verdict is not Verdict.PASS]
-    words = "; ".join(f"{label_of(f.quantity)}: {f.verdict.replace('_', ' ')}" for f in bad)
-    because = f" ({words})" if bad else ""
+    words = [f"{label_of(f.quantity)}: {f.verdict.replace('_', ' ')}" for f in bad]
+    words += [without_hashes(noted) for noted in result.nonconformances]
+    because = f" ({'; '.join(words)})" if words else ""
     return because + (f"; {one_line(result.gap)}" if result.gap is not None else "")
 
 
@@ -293,9 +306,10 @@ def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Ev
 
 def _pictures(certificate: Path) -> Mapping[str, Panel] | None:
     """Return the pictures of a certificate, None if it cannot be read."""
-    from accept.certificate.verify import attachments  # loads pyhanko
+    from accept.certificate.verify import attachments, structure  # loads pyhanko
 
     try:
-        return attachments.read(read_bounded(certificate, CERTIFICATE_BYTES)).panels
+        content = read_bounded(certificate, CERTIFICATE_BYTES)
+        return structure.read_unknown(attachments.read, content).panels
     except (InvalidCertificate, OSError):
         return None

@@ -65,8 +65,9 @@ def _cell(value: Any) -> Any:
 
 
 def junit_unit(unit: dict[str, Any]) -> bytes:
-    """Return a unit's suite, a case per finding: fail and conditional are failures, no result is an error. The answer
-    of the gap workflow is the suite's output and does not change it."""
+    """Return a unit's suite, a case per finding and per nonconformance: fail and conditional are failures, no result is
+    an error, and so is what holds the unit a failure. The answer of the gap workflow is the suite's output and does not
+    change it."""
     return _element(_suite(unit))
 
 
@@ -88,8 +89,9 @@ def _element(suite: ET.Element) -> bytes:
 
 
 def _suite(unit: dict[str, Any]) -> ET.Element:
-    findings = unit["findings"]
-    failures = sum(f["verdict"] in {"fail", "conditional"} for f in findings)
+    held = {"check": "unit", "quantity": "nonconformance", "verdict": "held"}
+    findings = [*unit["findings"], *(held | {"reason": words} for words in unit.get("nonconformances", ()))]
+    failures = sum(f["verdict"] in {"fail", "conditional", "held"} for f in findings)
     errors = sum(f["verdict"] == "no_result" for f in findings)
     counts = {"tests": len(findings), "failures": failures, "errors": errors}
     suite = ET.Element("testsuite", {"name": unit["serial"]} | {k: str(v) for k, v in counts.items()})

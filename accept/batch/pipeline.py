@@ -6,8 +6,12 @@ stores that it was signed, in this order: if the program is stopped in between, 
 does not exist, and no certificate states a verdict that is not stored.
 
 A judgement may be stored without its certificate: the program was killed, no time stamp could be had, or no certificate
-was wanted then. If it is made later, the unit is not judged a second time: it is the same attempt, and replaces what
-that attempt replaced.
+was wanted then. If it is made later, the unit is not judged a second time: it is the same attempt, as of the day of the
+judgement, and replaces what that attempt replaced.
+
+A verdict is stored only if no other program stored an event about the unit since this one read them; else what it
+replaces is read again. A certificate with another result than the one before needs a reason ([ISO17025] 7.8.8.3):
+without one the verdict is stored, which makes the certificate before a superseded one, and nothing is signed.
 """
 
 import hashlib
@@ -28,27 +32,35 @@ from accept.certificate.contents.content import canonical
 from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import numbers_of, provenance
+from accept.certificate.trust.provenance import amended, earlier_attempts, numbers_of, provenance
 from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.copies import withhold_others
-from accept.judging.folder_name import CONFIRMED, question
-from accept.judging.golden import check_may_judge, missed
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME, confirm, question
+from accept.judging.golden import check_may_judge, goldens, missed
 from accept.judging.judge_unit import serial_fits
-from accept.judging.nonconformance import measured_values
 from accept.judging.reservations import Reservations
 from accept.judging.result import UnitResult
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import Event, SignedHead, Store, UnitState, fold
+from accept.store.errors import Overtaken
+from accept.store.event import KeyHolder, shown_name
 from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
 from accept.store.spelling import mistaken_for
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
+from checks.verdict import UnitVerdict
 from specs.bench import BenchFile
 from specs.errors import AcceptError
 from specs.files import CERTIFICATE_BYTES, read_bounded
 from specs.spec import Spec
 
+_UNITS_READ = 100  # whose events a run keeps
+_SAME_DATA = "the same data: what the bench's store knows of them, or a calibration, has changed"
+_NO_REASON = (
+    "{0}: judged and stored, and not certified: its certificate {1} has another result, and no reason was given why it "
+    "is replaced: --reason"
+)
 ASKING = ("rejected", "incomplete")  # verdicts after which another judgement asks for a reason
 LONGEST = 200  # characters of the reason: two lines of the certificate
 
@@ -68,11 +80,13 @@ class Known:
 @dataclass(frozen=True, eq=False)
 class StoredJudgement:
     """A judgement that is stored. result: with its reservations; seq: number of its event; weakened: serials of other
-    units that share its recordings, and whose results are invalid."""
+    units that share its recordings, and whose results are invalid; unsigned: why no certificate was written, "" if it
+    was or none was wanted."""
 
     result: UnitResult
     seq: int
     weakened: tuple[str, ...]
+    unsigned: str = ""
 
 
 class Pipeline:
@@ -107,6 +121,8 @@ class Pipeline:
         self._stopped: bool | None = None
         self._confirm, self._confirmed = confirm, set[Path]()
         self._reason = None if reason is None else reason_line(reason)
+        self._read: dict[str, list[Event]] = {}  # by serial, the latest asked for last
+        self._weakened = set[int]()  # judgements that this run stored of other units
         self._ask_reason = ask_reason
 
     def ask(self, unit: UnitFolder) -> Known:
@@ -116,7 +132,7 @@ class Pipeline:
             self._stopped = missed(self.store) is not None
         if self._stopped:  # asked again when the verdict is stored; known before, it saves work
             check_may_judge(self.store, unit.serial)
-        past = list(self.store.events(unit.serial))
+        past = self.events(unit.serial)
         # Of two serials that the store knows both have been here since before this was looked at.
         if not past and (other := self.store.other_spelling(unit.serial)) is not None:
             raise UnitError(unit.path / UNIT_FILE, [mistaken_for(unit.serial, other)])
@@ -124,12 +140,14 @@ class Pipeline:
         last = None if before is None else before.result
         known = Known(before, self._reservations(unit, last))
         doubted = known.reservations.folder  # only who signs the certificate states that it was confirmed
-        if doubted and not same_person(doubted.get(CONFIRMED, ""), self.operator):
-            answer = self._confirm(question(unit))
+        named = NAME in doubted and not same_person(doubted.get(CONFIRMED, ""), self.operator)
+        if named or ALIKE in doubted:
+            answer = self._confirm(question(unit.serial, doubted))
             if answer is False:
                 raise UnitError(unit.path / UNIT_FILE, [f"serial = '{unit.serial}' was not confirmed for this folder"])
             if answer:
                 self._confirmed.add(unit.path)
+                confirm(self.store, unit.serial, self.operator)
                 known = Known(before, self._reservations(unit, last))
         return known
 
@@ -163,21 +181,24 @@ class Pipeline:
         """Return the job that judges a unit. certificate: the file wanted, None for none. place: in its batch. reason:
         why it is judged again, if the operator need not be asked."""
         spec, before, due = self.specs[unit.kind], known.before, None
+        typed = not isinstance(self.operator, KeyHolder)
         if certificate is not None and before is not None and self._lacks_only_certificate(unit, before):
             due, before = before, self._before(before)
             reason = due.reason
         elif reason is None:
             reason = self._reason_for(before)
+        stated = self.statement(unit) if due is None else self._statement_of(unit, due)
+        amends = before is not None and before.handed_out is not None and before.inputs != unit.input_hashes()
         return UnitJob(
             unit,
             spec,
-            self.operator,
-            stated=self.statement(unit),
+            shown_name(self.operator, typed) if self.credential is None else self.operator,
+            stated=stated,
             start=self._start(unit),
             out=self.out,
             certificate=certificate,
-            provenance=None if certificate is None else self._provenance(spec, unit.serial, before, reason),
-            draws=not known.reservations,
+            provenance=None if certificate is None else self._provenance(spec, unit.serial, before, reason, due),
+            draws=not (known.reservations or amends),
             uncertified=None if due is None else due.seq,
             place=place,
             reason=reason,
@@ -187,52 +208,85 @@ class Pipeline:
         """Store a judgement with what the store knows against the unit, and certify it.
 
         Raises StoreError, BenchStopped, ContentError, SigningRefused, OSError."""
-        store, unit = self.store, job.unit
-        found = judgement.result
-        result = self._reservations(unit, found.entry).apply(found)
-        due = job.uncertified
-        if due is not None and not self._is_stored(due, result):
-            last = fold(store.events(unit.serial)).units[unit.serial]
-            reason = self._reason_for(last)
-            stated = self._provenance(job.spec, unit.serial, last, reason)
-            job = replace(job, uncertified=None, reason=reason, provenance=stated)
-        page = judgement.page
-        if job.certificate is not None and (page is None or result is not found or due != job.uncertified):
-            page = drawn(job.contents(result))
-        seq = self._store_verdict(job, result).seq if job.uncertified is None else job.uncertified
-        if job.certificate is not None and page is not None:
+        while True:
+            try:
+                return self._settle(job, judgement)
+            except Overtaken:  # another program stored something of the unit: it is read again
+                continue
+
+    def _settle(self, job: UnitJob, judgement: Judgement) -> StoredJudgement:
+        past, found, page = self.events(job.unit.serial), judgement.result, judgement.page
+        last = fold(past).units.get(job.unit.serial)
+        result = self._reservations(job.unit, found.entry).apply(found)
+        due = last if last is not None and last.seq in {job.uncertified, *self._weakened} else None
+        if due is not None and not (self._unchanged(job.unit, due) and self._is_stored(due.seq, result)):
+            due = None
+        if job.uncertified is not None and due is None:  # it was judged as of that day
+            job = replace(job, uncertified=None, stated=self.statement(job.unit))
+            return self._settle(job, job.judge())
+        before = last if due is None else self._before(due)
+        reason, because = (self._reason_for(before) if job.reason is None else job.reason), ""
+        if due is not None:
+            reason = due.reason
+        signs = job.certificate is not None and self.credential is not None
+        if amends := amended(result.serial, before, result.entry) if signs else "":
+            given = reason or self._reason_to_amend(result, amends, before)
+            reason, because = (given, "") if due is None else (reason, "" if reason else given)
+        job, unsigned = replace(job, reason=reason), ""
+        handed_out = before.handed_out.result if before is not None and before.handed_out is not None else None
+        of_accepted = handed_out is None or handed_out.verdict == result.verdict == UnitVerdict.ACCEPTED
+        if amends and of_accepted and not (reason or because):  # another verdict is not held up
+            unsigned = _NO_REASON.format(result.serial, amends)
+        elif job.certificate is not None:
+            stated = self._provenance(job.spec, result.serial, before, reason, due, because, amends)
+            if page is None or result is not found or stated != job.provenance:
+                job = replace(job, provenance=stated)
+                page = drawn(job.contents(result))
+        seq = self._store_verdict(job, result, past[-1].seq if past else 0).seq if due is None else due.seq
+        if job.certificate is not None and page is not None and not unsigned:
             if self.credential is None:
                 write_atomic(job.certificate, page)
             else:
                 number = str((job.provenance or {}).get("number", ""))
                 sign_into(
-                    job.certificate, page, self.credential, store, result.serial, self.operator, result.spec,
-                    number=number, simulated=result.simulated,
+                    job.certificate, page, self.credential, self.store, result.serial, self.operator, result.spec,
+                    number=number, simulated=result.simulated, reason=because, judged=seq,
                 )  # fmt: skip
-        return StoredJudgement(result, seq, tuple(self.weaken_others(unit.serial, result.copies)))
+        others = tuple(self.weaken_others(result.serial, result.copies))
+        return StoredJudgement(result, seq, others, unsigned)
 
     def weaken_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> list[str]:
         """Re-judge the other units that hold a copy, without it, and return their serials. Raises StoreError."""
-        return withhold_others(self.store, serial, copies, self.operator)
+        changed = withhold_others(self.store, serial, copies, self.operator)
+        self._weakened |= set(changed.values())
+        return list(changed)
 
     def refuse(self, path: Path | str, reason: str) -> None:
         """Store that a folder, here or at an address, could not be judged at all. Raises StoreError."""
         self.store.write(UnitRefused(str(path), reason), who=self.operator)
 
-    def statement(self, unit: UnitFolder) -> Statement | None:
-        """Return the calibration of the instruments behind the checks of a unit, None without a bench file."""
+    def statement(self, unit: UnitFolder, on: date | None = None) -> Statement | None:
+        """Return the calibration of the instruments behind the checks of a unit, None without a bench file. on: the day
+        of judging, if it is not that of this run."""
         if self.bench_file is None:
             return None
         checks = self.specs[unit.kind].checks
         asked = any(check.reference_days is not None for check in checks.values())
         references = days_checked(self.store, self.bench_file) if asked else {}
-        stated = bench_statement(self.bench_file, checks, self.on, self.home, references)
+        stated = bench_statement(self.bench_file, checks, on or self.on, self.home, references)
         return calibration.checked(stated, unit.measured)
+
+    def events(self, serial: str) -> list[Event]:
+        """Return the events of a unit. Of those that this run has read only later ones are read."""
+        known = self._read.pop(serial, [])
+        self._read[serial] = known = [*known, *self.store.events(serial, after=known[-1].seq if known else 0)]
+        if len(self._read) > _UNITS_READ:
+            del self._read[next(iter(self._read))]
+        return known
 
     def _reservations(self, unit: UnitFolder, result: UnitEntry | None) -> Reservations:
         confirmed_by = self.operator if unit.path in self._confirmed else ""
-        samples, values = (result.samples, measured_values(result)) if result is not None else ({}, {})
-        return Reservations.known(self.store, unit, samples, confirmed_by, values)
+        return Reservations.known(self.store, unit, result, confirmed_by, self.events(unit.serial))
 
     def _model_hashes(self, kind: str) -> dict[str, dict[str, str]]:
         """Return the hashes of the model files that the spec of this kind names: if one changes, so may the verdict."""
@@ -249,51 +303,91 @@ class Pipeline:
         return self._starts[unit.kind]
 
     def _reason_for(self, before: UnitState | None) -> str | None:
-        """Return why a unit is judged again, "" if no reason was given; None if its last judgement asks for no reason.
-        The operator is asked once in a run."""
+        """Return why a unit is judged again, "" if no reason was given; None if its last judgement asks for none."""
         if before is None or before.voided or before.verdict not in ASKING:
             return None
+        return self._asked(f"{before.serial} was {before.verdict} on {before.time[:10]}; why is it judged again?")
+
+    def _reason_to_amend(self, result: UnitResult, number: str, before: UnitState | None) -> str:
+        """Return why a certificate is replaced by one with another result, "" if no reason was given. None is asked for
+        where the data are the same, and for golden units."""
+        last = before.handed_out if before is not None else None
+        if last is not None and last.result is not None and last.spec_sha256 == result.spec_sha256:
+            benches = {(stated or {}).get("sha256") for stated in (last.result.calibration, result.calibration)}
+            same = dict(last.result.inputs) == dict(result.entry.inputs) and len(benches) == 1
+            if same and before is not None and before.code_sha256 == code_sha256():
+                return _SAME_DATA
+        if result.serial in goldens(self.store):
+            return "a golden unit, measured again"
+        return self._asked(f"{result.serial}: its certificate {number} has another result; why is it replaced?")
+
+    def _asked(self, question: str) -> str:
+        """Return the reason that was given, or asked for once in a run; "" for none."""
         if self._reason is None:
-            question = f"{before.serial} was {before.verdict} on {before.time[:10]}; why is it judged again?"
             self._reason = reason_line(self._ask_reason(question) or "")
         return self._reason
 
-    def _provenance(self, spec: Spec, serial: str, before: UnitState | None, reason: str | None) -> dict[str, Any]:
+    def _provenance(
+        self,
+        spec: Spec,
+        serial: str,
+        before: UnitState | None,
+        reason: str | None,
+        due: UnitState | None,
+        because: str = "",
+        amends: str = "",
+    ) -> dict[str, Any]:
         if self._head is None:
             self._head = self.store.signed_head()
-        taken = numbers_of(self.store.events(serial))
+        taken = numbers_of(self.events(serial))
+        today = datetime.now(UTC).date().isoformat()
+        judged = due.time if due is not None and due.time[:10] != today else ""
         return provenance(
             self.store, self.operator, spec, serial, before, self._head, self.home, self.credential,
-            taken=taken, reason=reason,
+            taken=taken, reason=reason, signed_because=because, amends=amends, judged=judged,
+            earlier=earlier_attempts(before),
         )  # fmt: skip
 
     def _lacks_only_certificate(self, unit: UnitFolder, before: UnitState | None) -> bool:
         """Return whether the last judgement was made by the same person of the same inputs, spec and code, and has no
         certificate, which could be signed now."""
-        if self.credential is None or before is None or before.certificate is not None or before.who != self.operator:
+        if self.credential is None or before is None:
             return False
-        return before.unchanged(unit.input_hashes(), self.specs[unit.kind].sha256, code_sha256())
+        stated = before.result.calibration
+        return self._unchanged(unit, before) and calibration.same(stated, self._statement_of(unit, before))
+
+    def _unchanged(self, unit: UnitFolder, last: UnitState) -> bool:
+        """Return whether the last judgement has no certificate and was made by the same person of the same inputs, spec
+        and code."""
+        if last.certificate is not None or last.who != self.operator:
+            return False
+        return last.unchanged(unit.input_hashes(), self.specs[unit.kind].sha256, code_sha256())
+
+    def _statement_of(self, unit: UnitFolder, judged: UnitState) -> Statement | None:
+        """Return the calibration as it stood on the day of a judgement."""
+        given = judged.result.calibration
+        return self.statement(unit, None if given is None else date.fromisoformat(str(given["on"])))
 
     def _before(self, last: UnitState | None) -> UnitState | None:
         """Return the state of a unit before its last judgement."""
         if last is None:
             return None
-        return fold(e for e in self.store.events(last.serial) if e.seq < last.seq).units.get(last.serial)
+        return fold(e for e in self.events(last.serial) if e.seq < last.seq).units.get(last.serial)
 
     def _is_stored(self, seq: int, result: UnitResult) -> bool:
         """Return whether a result is that of an event, so that one certificate states both."""
         stored = UnitJudged.of(next(self.store.events(result.serial, UnitJudged.KIND, after=seq - 1)))
         return canonical(stored.result.to_json()) == canonical(result.to_json())
 
-    def _store_verdict(self, job: UnitJob, result: UnitResult) -> Event:
+    def _store_verdict(self, job: UnitJob, result: UnitResult, after: int) -> Event:
         """Store a result, as results.json has it, with all that it depends on. The golden units are checked here, so
-        that every verdict passes them."""
+        that every verdict passes them. after: the last event of the unit that was read. Raises also Overtaken."""
         check_may_judge(self.store, result.serial)
         entry, path = result.entry, str(job.unit.path.resolve())
         judged = UnitJudged(
             path, entry.inputs, result.spec_sha256, code_sha256(), entry, job.place, self.store.bench, job.reason
         )
-        return self.store.write(judged, result.serial, who=self.operator, spec=result.spec)
+        return self.store.write(judged, result.serial, who=self.operator, spec=result.spec, after=after)
 
 
 def reason_line(text: str) -> str:

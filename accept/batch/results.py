@@ -71,8 +71,7 @@ class Results:
         self._open.__exit__(kind, error, trace)
 
     def add(self, entry: dict[str, Any], *, attempt: int, time: str, operator: str) -> None:
-        """Add a unit, and of its judgement: which attempt of the serial, when (UTC, ISO 8601), by whom. These are not
-        in the entry: judged again, the same data give the same entry."""
+        """Add a unit, and of its judgement: which attempt of the serial, when (UTC, ISO 8601), by whom."""
         judgement = {"attempt": attempt, "time": time, "operator": operator}
         rows = outputs.findings(entry, judgement)
         self._csv.write(outputs.csv_rows(rows))

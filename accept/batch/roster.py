@@ -81,6 +81,11 @@ class Roster:
         row = (seq, int(unchanged), serial)
         self._file.execute("UPDATE unit SET seq = ?, unchanged = ? WHERE serial = ? AND refused = 0", row)
 
+    def event(self, serial: str) -> int | None:
+        """Return the number of the event that holds the unit's result, None before it was judged."""
+        row = self._file.execute("SELECT seq FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
+        return None if row is None else row[0]
+
     def keep(self, result: UnitResult) -> None:
         """Keep the result of a unit in this run, without its pictures."""
         row = (zlib.compress(pickle.dumps(replace(result, panels={})), 1), result.serial)

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from accept.gap.text import one_line
 from accept.judging.advice import stored_advice
+from accept.judging.nonconformance import stated_words
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_and_name, label_of
@@ -16,6 +17,7 @@ from checks.cause import Reason
 from checks.rounding import rounded
 from checks.verdict import Verdict
 
+HELD = "held until quality assurance decides"  # of a unit with a nonconformance
 MAX_COLUMNS = 7  # more do not fit into 80 columns; the reasons below the table say what matters
 
 
@@ -38,7 +40,7 @@ def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | 
         found = {f["quantity"]: f for f in unit["findings"]}
         cells = [Text(column.get(unit["serial"], "")) for column in extra.values()]
         cells += [_cell(found.get(q)) for q in shown]
-        word = signs.unit_word(unit["verdict"], unit.get("nonconformances") or ())
+        word = signs.unit_word(unit["verdict"], unit.get("nonconformances") or (), unit.get("dispositions") or ())
         simulated = ", simulated" if unit.get("simulated") else ""
         table.add_row(unit["serial"], *cells, Text.assemble((word, signs.UNITS[word].bold), simulated))
     return table
@@ -56,8 +58,11 @@ def reasons_of(result: UnitResult) -> list[str]:
 
 
 def _reasons(unit: dict[str, Any]) -> Iterator[str]:
-    """Yield the reasons, each once with all quantities that have it; of several, a later line has those that are new.
-    What was said as the unit's action, or above, is not said again."""
+    """Yield what holds the unit and what was decided about it, then the reasons, each once with all quantities that
+    have it; of several, a later line has those that are new. What was said as the unit's action, or above, is not said
+    again."""
+    yield from (f"{unit['serial']}: {HELD}: {words}" for words in unit.get("nonconformances", ()))
+    yield from (f"{unit['serial']}: {words}" for words in stated_words(unit))
     alike: dict[tuple[str, ...], list[dict[str, Any]]] = {}
     for finding in unit["findings"]:
         if finding["verdict"] != Verdict.PASS:

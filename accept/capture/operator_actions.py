@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from hw.errors import Implausible, SettingsError
-from hw.simulated.world import Stage, StageFile
+from hw.simulated import Stage, StageFile
 
 Ask = Callable[[str], str]
 NAMES = {

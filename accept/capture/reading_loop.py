@@ -11,8 +11,7 @@ from types import TracebackType
 from typing import Any
 
 from hw.errors import Implausible, InstrumentError, SettingsError
-from hw.instruments import Instrument, Reading
-from hw.instruments.driver import Sampling
+from hw.instruments import Instrument, Reading, Sampling
 
 Say = Callable[[str], None]
 PAUSES_S = (0.3, 2.0)  # before another attempt: a disturbed line is soon silent, a plug takes a moment to be found

@@ -12,7 +12,7 @@ from checks.acceptance.flatness import POSITIONS_MM
 from checks.declare import Measured
 from hw import records
 from hw.errors import Implausible
-from hw.instruments.reading import scaled
+from hw.instruments import scaled
 
 REPEATS = 3  # rounds over the probe points, so that their scatter is known
 MAX_SPREAD_UM = 3.0  # of repeats at one probe point: more is a probe that was not seated, or moved

@@ -1,5 +1,6 @@
 """A document signed, written, and its signature stored: the same for technician and quality assurance."""
 
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -23,10 +24,14 @@ def sign_into(
     number: str = "",
     simulated: bool = False,
     reason: str = "",
+    judged: int = 0,
+    nonconformances: Sequence[str] = (),
 ) -> Event:
     """Sign a document in the credential's role, write it to `path`, and store that it was signed, with the disposition
     of a unit that was not accepted and the number of the certificate, if it has one. simulated: no instrument measured
-    the unit, which the box of the signature says. reason: why the technician signs a unit that is not accepted.
+    the unit, which the box of the signature says. reason: why the technician signs a unit that is not accepted, or
+    replaces a certificate. judged: the event of the judgement that the technician signs. nonconformances: that the
+    document states.
 
     Raises SigningRefused, OSError, StoreError."""
     from accept.certificate.signature.signing import sign  # loads pyhanko: only when wanted
@@ -47,4 +52,6 @@ def sign_into(
         signer=signer,
         number=number,
         reason=reason,
+        judged=judged,
+        nonconformances=nonconformances,
     )

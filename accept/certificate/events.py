@@ -1,12 +1,13 @@
 """The event that signing a certificate adds to the store."""
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from accept.certificate.contents.disposition import Disposition
 from accept.judging.decisions import Signer, sign_decision
-from accept.judging.nonconformance import DISPOSITION, content_of
+from accept.judging.nonconformance import DISPOSITION, content_of, decide
 from accept.store import Event, Store
 from accept.store.fold import TECHNICIAN
 from accept.store.payloads import CertificateSigned, Decision
@@ -26,15 +27,20 @@ def signed(
     signer: Signer | None = None,
     number: str = "",
     reason: str = "",
+    judged: int = 0,
+    nonconformances: Sequence[str] = (),
 ) -> Event:
     """Store that a certificate was signed in a role and written to `path`. of: the document before a countersignature.
     disposition: of a unit that was not accepted, which `signer` signs for the store too. reason: why the technician
-    signed such a unit. Raises StoreError."""
+    signed such a unit, or another certificate of one. judged: the event of the judgement that the technician signed.
+    nonconformances: that the document states, about which the disposition is too. Raises StoreError."""
     before = None if role == TECHNICIAN else hashlib.sha256(of).hexdigest()
     decision = None
     if disposition is not None:
         decision = Decision(disposition.choice, disposition.reason)
         if signer is not None:
+            if nonconformances:
+                decide(store, serial, decision, signer, nonconformances)
             decision = replace(
                 decision, signed=sign_decision(DISPOSITION, content_of(serial, decision, before), signer)
             )
@@ -46,5 +52,6 @@ def signed(
         before=before,
         number=number,
         reason=reason,
+        judged=judged,
     )
     return store.write(event, serial, who=who, spec=spec)

@@ -189,9 +189,9 @@ app = typer.Typer(
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        from accept.base.version import code_sha256, version
+        from accept.base.version import code_sha256, program
 
-        print(f"accept {version()}, code {code_sha256()[:12]}")
+        print(f"accept {program()}, code {code_sha256()[:12]}")
         raise typer.Exit
 
 

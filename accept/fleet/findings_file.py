@@ -9,9 +9,10 @@ import hashlib
 import json
 from array import array
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from datetime import UTC, datetime
 from functools import cache
+from heapq import merge
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -22,9 +23,11 @@ from accept.base.atomic_files import writing_atomic
 from accept.base.documents import document, results
 from accept.base.documents.results import UnitEntry
 from accept.base.progress import busy
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.store import Event, Store, payloads
 from accept.store.chain import START, StoreHead
-from accept.store.payloads import UnitJudged
+from accept.store.fold import TECHNICIAN
+from accept.store.payloads import CertificateSigned, UnitJudged, payload_of
 from accept.store.seal import Sealer
 from checks import verdict
 
@@ -34,14 +37,18 @@ MANY = 5000  # judgements to read that take seconds, so that a bar is shown
 LONGEST_HEADER = 1 << 20  # bytes; it has some 10,000
 NOT_STATED = "not stated"
 OF_ORIGIN = ("lot", "supplier", "order", "shift", "study")
+HELD_BY = (  # what holds a whole unit, whatever its values are; the first one counts
+    "nonconformance", "copied recording", "part in doubt", "serial in doubt", "no valid calibration",
+)  # fmt: skip
 NO_TIME = np.iinfo(np.int64).min  # NaT of numpy
 
 TEXT, NUMBER, WHOLE, TIME, TRUTH = "i", "d", "q", "q", "b"  # types of `array`; a text is the number of its word
-TEXTS_OF_A_JUDGEMENT = ("operator", "bench", *OF_ORIGIN, "serial", "kind", "unit_verdict", "spec")
+TEXTS_OF_A_JUDGEMENT = ("operator", "bench", *OF_ORIGIN, "serial", "kind", "unit_verdict", "spec", "held_by")
 TEXTS_OF_A_FINDING = ("check", "quantity", "unit", "verdict", "reason")
 TEXTS = (*TEXTS_OF_A_JUDGEMENT, *TEXTS_OF_A_FINDING)
 OF_A_JUDGEMENT = {
     "seq": WHOLE, "time": TIME, "batch": WHOLE, "place": WHOLE, "attempt": WHOLE, "findings": WHOLE, "simulated": TRUTH,
+    "typed": TRUTH,  # the name of the operator: nobody opened a key for the judgement or signed it
     **dict.fromkeys(TEXTS_OF_A_JUDGEMENT, TEXT),
 }  # fmt: skip
 OF_A_FINDING = {
@@ -65,13 +72,21 @@ class FindingsTable:
         self.words: dict[str, dict[str, int]] = {name: {} for name in TEXTS}
 
     def add(self, events: Iterable[Event]) -> None:
-        """Add judgements. Raises StoreError if one cannot be read."""
+        """Add judgements and, to those that their judge signed, that no name was only typed. Raises StoreError if one
+        cannot be read."""
         serials = list(self.words["serial"])
         attempts = Counter({serials[code]: n for code, n in Counter(self.columns["serial"]).items()})
+        last = {serials[code]: row for row, code in enumerate(self.columns["serial"])}
         for event in events:
-            judged = UnitJudged.of(event)
-            attempts[event.subject] += 1
-            self._add(event, judged, attempts[event.subject])
+            match payload_of(event, UnitJudged, CertificateSigned):
+                case UnitJudged() as judged:
+                    attempts[event.subject] += 1
+                    last[event.subject] = len(self.columns["seq"])
+                    self._add(event, judged, attempts[event.subject])
+                case CertificateSigned(role=role, typed=False) if role == TECHNICIAN and event.subject in last:
+                    row = last[event.subject]
+                    if self.columns["operator"][row] == self.words["operator"].get(event.who):
+                        self.columns["typed"][row] = False
 
     def _add(self, event: Event, judged: UnitJudged, attempt: int) -> None:
         result, batch = judged.result, judged.batch
@@ -83,6 +98,7 @@ class FindingsTable:
             attempt=attempt,
             findings=len(result.findings),
             simulated=result.simulated,
+            typed=judged.typed,
             operator=event.who,
             bench=bench_of(result),
             **{name: result.origin.get(name, NOT_STATED) for name in OF_ORIGIN},
@@ -90,6 +106,7 @@ class FindingsTable:
             kind=result.kind,
             unit_verdict=str(result.verdict),
             spec=event.spec.split("@")[0],
+            held_by=_held_by(result),
         )
         days = {check: _microseconds(day) for check, day in result.measured.items()}
         for finding in result.findings:
@@ -136,7 +153,7 @@ class FindingsTable:
 def findings(store: Store, names: Collection[str]) -> dict[str, Column]:
     """Return these columns of all judgements of a store. Raises StoreError."""
     read = _read(store, store.sealer, names) if store.sealer is not None else None
-    if read is not None and next(store.events(what=UnitJudged.KIND, after=read[0].seq), None) is None:
+    if read is not None and next(_bearing(store, read[0].seq), None) is None:
         return read[1]
     return _brought_up(store).arrays(names)
 
@@ -150,7 +167,7 @@ def _brought_up(store: Store) -> FindingsTable:
     """Return the columns up to the end of the store, and write them if more than a few judgements were added."""
     table, head = _load(store), store.head()
     before = len(table.columns["seq"])
-    events = takewhile(lambda e: e.seq <= head.seq, store.events(what=UnitJudged.KIND, after=table.head.seq))
+    events = takewhile(lambda e: e.seq <= head.seq, _bearing(store, table.head.seq))
     if head.seq - table.head.seq > MANY:
         with busy("reading the judgements of the store"):
             table.add(events)
@@ -162,10 +179,28 @@ def _brought_up(store: Store) -> FindingsTable:
     return table
 
 
+def _bearing(store: Store, after: int) -> Iterator[Event]:
+    """Yield the judgements and signatures behind an event, in order."""
+    kinds = (store.events(what=kind, after=after) for kind in (UnitJudged.KIND, CertificateSigned.KIND))
+    return merge(*kinds, key=lambda event: event.seq)
+
+
 def bench_of(result: UnitEntry) -> str:
     """Return the name of the bench file that a result was judged with."""
     calibration = result.calibration or {}
     return str(calibration.get("bench") or NOT_STATED)
+
+
+def _held_by(result: UnitEntry) -> str:
+    """Return which of `HELD_BY` holds a unit, "" if nothing does."""
+    holds = (
+        result.nonconformances,
+        any(copy.get("withheld") for copy in result.copies),
+        result.part_doubts,
+        ALIKE in result.folder or (NAME in result.folder and CONFIRMED not in result.folder),
+        any(row.get("problem") for row in (result.calibration or {}).get("instruments") or ()),
+    )
+    return next((words for words, is_so in zip(HELD_BY, holds, strict=True) if is_so), "")
 
 
 def _microseconds(text: str) -> int:

@@ -9,14 +9,13 @@ import numpy as np
 import pandas as pd
 
 from accept.fleet.errors import FleetError
+from accept.fleet.yields import bars, row_panel
 from checks.arrays import Array
 from checks.errors import RecordError
-from checks.picture import Band, Line, Mark, Panel
+from checks.picture import Line, Mark, Panel, Text
 from checks.process_control.gauge_bias import BiasStudy, LinearityStudy, bias_study, linearity_study
 from checks.process_control.gauge_study import STUDY_SIGMAS, GaugeStudy, gauge_study
-from hw.records.limits import ReadLimits
-from hw.records.source import load_bytes
-from hw.records.text.file import read_text
+from hw.records import ReadLimits, load_bytes, read_text
 from specs.units import parse_column
 
 COLUMNS = ("part", "operator", "value")
@@ -123,6 +122,7 @@ def document(found: GaugeStudy, tolerance: float | None, readings: int) -> dict[
         "degrees": found.degrees,
         "U": expanded_uncertainty(found),
         "verdict": found.verdict(tolerance),
+        "decided_by": found.decided_by(tolerance),
     }  # fmt: skip
 
 
@@ -203,14 +203,12 @@ def panels(frame: pd.DataFrame, found: GaugeStudy) -> list[Panel]:
     x = crossed(frame)
     parts, operators, repeats = x.shape
     cells, ranges = x.mean(axis=2), np.ptp(x, axis=2)
-    cell, part, operator = (np.arange(1.0, n + 1) for n in (cells.size, parts, operators))
+    cell, part = (np.arange(1.0, n + 1) for n in (cells.size, parts))
     limit = float(ranges.mean()) * _UPPER_RANGE.get(repeats, 2.0)
     half = 3.0 * found.components["repeatability"].sigma / np.sqrt(repeats)
     upper, middle = Mark(limit, "y", "upper limit", "bad"), float(x.mean())
     limits = (Mark(middle - half, "y", "limits of repeatability", "bad"), Mark(middle + half, "y", "", "bad"))
     of_part = Line(np.repeat(part, operators * repeats), x.reshape(-1), "value", "points", "data")
-    of_operator = Line(np.tile(np.repeat(operator, repeats), parts), x.reshape(-1), "value", "points", "data")
-    of_means = Line(operator, cells.mean(axis=0), "mean", role="model")
     names = sorted(frame["operator"].astype(str).unique())
     across = "part, operator after operator"
     return [
@@ -218,17 +216,23 @@ def panels(frame: pd.DataFrame, found: GaugeStudy) -> list[Panel]:
         Panel("ranges", across, "range", (Line(cell, ranges.T.reshape(-1), "range"), upper)),
         Panel("means", across, "mean", (Line(cell, cells.T.reshape(-1), "mean"), *limits)),
         Panel("values by part", "part", "value", (of_part, Line(part, cells.mean(axis=1), "mean", role="model"))),
-        Panel("values by operator", "operator", "value", (of_operator, of_means)),
+        _by_operator(x, names),
         Panel("interaction", "part", "mean", tuple(Line(part, cells[:, k], name) for k, name in enumerate(names))),
     ]  # fmt: skip
+
+
+def _by_operator(x: Array, names: list[str]) -> Panel:
+    """Return the values (parts, operators, repeats) of each operator in a row with its name, the first one above."""
+    rows = np.arange(len(names), 0.0, -1.0) - 1.0
+    values = np.moveaxis(x, 1, 0).reshape(len(names), -1)
+    points = Line(values.reshape(-1), np.repeat(rows, values.shape[1]), "value", "points", "data")
+    words = (Text(float(x.min()), row + 0.2, name, "limit") for row, name in zip(rows, names, strict=True))
+    items: list[Line | Text] = [points, Line(values.mean(axis=1), rows, "mean", role="model"), *words]
+    return row_panel("values by operator", "value", items, len(names), None)
 
 
 def _shares(found: GaugeStudy) -> Panel:
     names = ("gauge", "repeatability", "reproducibility", "parts")
     share = [100.0 * found.components[name].sigma / found.components["total"].sigma for name in names]
-    bars = tuple(
-        Band(np.array([0.0, value]), np.full(2, 3.0 - i - 0.35), np.full(2, 3.0 - i + 0.35), role="good")
-        for i, value in enumerate(share)
-    )
-    title, across = "share of the total spread", "% of the study"
-    return Panel(title, across, "", bars, x_range=(0.0, 105.0), y_range=(-0.6, 3.6), y_names=tuple(reversed(names)))
+    words = [f"{name}: {each:.1f} %" for name, each in zip(names, share, strict=True)]
+    return row_panel("share of the total spread", "% of the study", bars(np.array(share), words, "good"), 4, 105.0)

@@ -7,6 +7,8 @@ from pathlib import Path
 from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.documents.results import UnitEntry
 from accept.base.progress import steps
+from accept.judging.calibration import weakened
+from accept.judging.inputs import input_doubts
 from accept.judging.judge_unit import judge_unit
 from accept.judging.reservations import Reservations
 from accept.judging.voids import voids
@@ -78,7 +80,9 @@ def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
         if before.get(f.quantity) != str(f.verdict)
     }
     gone = {name: (was, "not judged", "") for name, was in before.items() if name not in {f.quantity for f in now}}
-    return JudgedAgain(unit.serial, unit.verdict, str(unit_verdict(now)), differ | gone, basis)
+    return JudgedAgain(
+        unit.serial, unit.verdict, str(unit_verdict(now, bool(reservations.nonconformances))), differ | gone, basis
+    )
 
 
 def _from_records(unit: UnitState, spec: Spec) -> list[Finding] | None:
@@ -93,16 +97,19 @@ def _from_records(unit: UnitState, spec: Spec) -> list[Finding] | None:
 
 
 def from_values(result: UnitEntry, spec: Spec) -> list[Finding]:
-    """Compare stored values with a spec's limits. A quantity that was not measured has no result."""
+    """Compare stored values with a spec's limits. A quantity that was not measured has no result; one by inputs that
+    unit.toml alone stated is conditional at best."""
+    doubts = input_doubts({f.check: f.inputs for f in result.findings})
     held = {i.quantity: i.measured() for i in result.information} | {
         f.quantity: Quantity.missing(f.quantity, f.cause or because(Cause.IN_WORDS, detail=f.reason or "no value"))
         if f.value is None
         else Quantity(f.quantity, f.value, f.U)
         for f in result.findings
     }
-    return [
+    judged = [
         judge(name, held.get(quantity, Quantity.missing(quantity, Cause.NOT_MEASURED)), limit, asked.required)
         for name, asked in spec.checks.items()
         for quantity, limit in asked.limits.items()
         if asked.required or quantity in held
     ]
+    return [weakened(f, doubts[f.check]) if f.check in doubts else f for f in judged]

@@ -1,45 +1,40 @@
 """Which accepted units fit into one machine."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from accept.fleet.errors import FleetError
-from accept.fleet.measurements import latest
+from accept.fleet.measurements import GOLDEN, in_order_of_measurement, latest
+from accept.fleet.trend import equal_values, whose
 from checks.arrays import Array
 from checks.process_control.matching import MatchedSets, ideal_replacement, match
 
-COLUMNS = (
-    "seq",
-    "serial",
-    "kind",
-    "unit_verdict",
-    "quantity",
-    "value",
-    "U",
-    "unit",
-    "simulated",
-)  # what a pool is made of
+COLUMNS = (  # what a pool is made of
+    "seq", "serial", "kind", "unit_verdict", "quantity", "value", "U", "unit", "simulated", GOLDEN,
+    "time", "measured", "batch", "place", "operator", "bench",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """Units to choose from: serials (N,), values (N, Q) of `quantities` in `units`, U (Q,) the median of each."""
+    """Units to choose from: serials (N,), values (N, Q) of `quantities` in `units`, U (Q,) the median of each.
+    left_out: why -> serials of the others."""
 
     serials: tuple[str, ...]
     quantities: tuple[str, ...]
     units: tuple[str, ...]
     values: Array
     U: Array
-    left_out: tuple[str, ...]
+    left_out: Mapping[str, Sequence[str]]
 
 
 def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
-    """Return the accepted units of a kind, but for simulated ones, by their last judgement. Raises FleetError for a
-    quantity that no unit has."""
-    last = latest(frame[~frame["simulated"]])
+    """Return the accepted units of a kind by their last judgement, without simulated and golden ones and values that
+    were not measured one by one. Raises FleetError for a quantity that no unit has."""
+    last = latest(frame[~frame["simulated"] & ~frame[GOLDEN]])
     accepted = last[(last["kind"] == kind) & (last["unit_verdict"] == "accepted")]
     if accepted.empty:
         others = ", ".join(sorted(set(last.loc[last["unit_verdict"] == "accepted", "kind"])))
@@ -49,18 +44,27 @@ def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
     missing = [name for name in by if name not in set(known)]
     if missing:
         raise FleetError(f"no accepted {kind} has {', '.join(missing)}; there are: {', '.join(sorted(known))}")
-    serials = set(accepted["serial"].unique())
+    serials, left_out = set(accepted["serial"].unique()), dict[str, Sequence[str]]()
     accepted = accepted[accepted["quantity"].isin(by)].astype({"serial": object, "quantity": object})
+    known_values = accepted
+    for name in by:
+        rows = in_order_of_measurement(accepted[(accepted["quantity"] == name) & accepted["value"].notna()])
+        for run in equal_values(rows):
+            equal = rows.iloc[run.at]
+            words = f"{len(equal)} equal values of {name} in a row: {equal['value'].iloc[0]:g} {equal['unit'].iloc[0]}"
+            left_out[f"{words},{whose(run.place)}"] = sorted(equal["serial"])
+            accepted = accepted[~((accepted["quantity"] == name) & accepted["serial"].isin(equal["serial"]))]
     wide = accepted.pivot_table(index="serial", columns="quantity", values="value", aggfunc="last")
-    whole = wide[list(by)].dropna()
-    spread = [accepted[accepted["quantity"] == name] for name in by]
+    whole = wide.reindex(columns=list(by)).dropna()
+    spread = [known_values[known_values["quantity"] == name] for name in by]
     U = np.array([rows["U"].median() for rows in spread])
     unknown = [name for name, u in zip(by, U, strict=True) if not (np.isfinite(u) and u > 0)]
     if unknown:
         raise FleetError(f"{', '.join(unknown)}: no uncertainty is known, so widths cannot be compared")
     units = tuple(str(rows["unit"].iloc[0]) for rows in spread)
-    left = tuple(sorted(serials - set(whole.index)))
-    return Pool(tuple(map(str, whole.index)), tuple(by), units, whole.to_numpy(dtype=float), U, left)
+    if missing := sorted(serials.difference(whole.index, *left_out.values())):
+        left_out["a value is missing"] = missing
+    return Pool(tuple(map(str, whole.index)), tuple(by), units, whole.to_numpy(dtype=float), U, left_out)
 
 
 def choose(units: Pool, size: int, sets: int) -> MatchedSets:

@@ -20,15 +20,19 @@ from accept.fleet.findings_file import (
     FindingsTable,
     findings,
 )
+from accept.judging.golden import goldens
+from accept.judging.nonconformance import concessions
 from accept.judging.voids import voids
 from accept.store import Store
-from accept.store.payloads import InstrumentChecked, UnitJudged
+from accept.store.payloads import InstrumentChecked
 from checks.cause import Cause
 
 VOIDED = "voided"  # verdict of a unit whose judgement was declared void, and the column that says why
+GOLDEN = "golden"  # column: the unit is a golden one, which the bench is checked by and no process made
+CONCEDED = "conceded"  # the column of the concession by which the unit passes, "" if it passes without or does not
 COLUMNS_OF_A_JUDGEMENT = [
     "seq", "time", "batch", "place", "operator", "bench", *OF_ORIGIN, "serial", "kind", "attempt", "unit_verdict",
-    "spec", VOIDED, "simulated",
+    "spec", "held_by", VOIDED, CONCEDED, "simulated", GOLDEN, "typed",
 ]  # fmt: skip
 COLUMNS_OF_A_FINDING = [
     "check", "quantity", "value", "unit", "U", "lower", "upper", "verdict", "reason", "required", "measured",
@@ -54,19 +58,29 @@ def measurements(
 
     attempt: how often the serial was judged up to then. bench: name of the bench file, if one was used. batch, place:
     the batch in which it was judged and the unit's place in it. measured: the day stated for the check, else NaT.
-    voided: why quality assurance declared the judgement void, "" if it did not; unit_verdict is "voided" then.
-    simulated: whether no instrument measured the unit. Raises StoreError.
+    held_by: of `HELD_BY`, what holds the whole unit, "" for nothing. voided: why quality assurance declared the
+    judgement void, "" if it did not; unit_verdict is "voided" then. conceded: what quality assurance conceded, and why,
+    if the unit passes by that. simulated: whether no instrument measured the unit. typed: whether the operator's name
+    was only typed. Raises StoreError.
     """
     if serial is None:
-        wanted = {"seq", "findings", *({"quantity"} if quantities is not None else ()), *columns} - {VOIDED}
-        wanted |= {"verdict", "measured"} if brief else set()
+        wanted = {"seq", "findings", *({"quantity"} if quantities is not None else ()), *columns}
+        wanted -= {VOIDED, GOLDEN, CONCEDED}
+        wanted |= ({"verdict", "measured"} if brief else set()) | ({"serial"} if GOLDEN in columns else set())
         found = findings(store, wanted)
     else:
         of_unit = FindingsTable()
-        of_unit.add(store.events(serial, UnitJudged.KIND))
+        of_unit.add(store.events(serial))
         found = of_unit.arrays(TYPES)
     void = {seq: each.words for seq, each in voids(store, serial).items()}
-    return _frame(found, void, quantities, columns, after, brief)
+    if GOLDEN in columns:
+        codes, words = found["serial"]
+        named = goldens(store)
+        found[GOLDEN] = np.isin(codes, [i for i, each in enumerate(words or ()) if each in named]), None
+    found = {**found, **_of_voids(found, void)}
+    if CONCEDED in columns:
+        found[CONCEDED] = _words_of_judgements(found["seq"][0], concessions(store, serial))
+    return _frame(found, quantities, columns, after, brief)
 
 
 def measurements_of(store: Store, quantity: str) -> pd.DataFrame:
@@ -78,7 +92,6 @@ def measurements_of(store: Store, quantity: str) -> pd.DataFrame:
 
 def _frame(
     found: Mapping[str, Column],
-    void: Mapping[int, str],
     quantities: Collection[str] | None,
     columns: Collection[str],
     after: int,
@@ -95,7 +108,6 @@ def _frame(
     elif after:
         chosen = found["seq"][0][judgement] > after
     judgement = judgement[chosen]
-    found = {**found, **_of_voids(found, void)}
     typed = {
         name: _typed_column(name, found[name][0][chosen if name in OF_A_FINDING else judgement], found[name][1])
         for name in columns
@@ -115,10 +127,7 @@ def _is_brief(judgement: np.ndarray, days: np.ndarray, verdict: Column) -> np.nd
 def _of_voids(found: Mapping[str, Column], void: Mapping[int, str]) -> dict[str, Column]:
     """Return the columns `voided` and, if it is asked for, `unit_verdict` with the judgements that are void."""
     is_void = np.flatnonzero(np.isin(found["seq"][0], list(void)))
-    words = sorted({"", *void.values()})
-    codes = np.zeros(found["seq"][0].size, np.int32)  # "" is the first
-    codes[is_void] = [words.index(void[seq]) for seq in found["seq"][0][is_void].tolist()]
-    made: dict[str, Column] = {VOIDED: (codes, words)}
+    made = {VOIDED: _words_of_judgements(found["seq"][0], void)}
     if "unit_verdict" in found and is_void.size:
         values, verdicts = found["unit_verdict"]
         made["unit_verdict"] = (
@@ -128,13 +137,21 @@ def _of_voids(found: Mapping[str, Column], void: Mapping[int, str]) -> dict[str,
     return made
 
 
+def _words_of_judgements(seqs: np.ndarray, said: Mapping[int, str]) -> Column:
+    """Return the column of what is said of some judgements, "" for the others."""
+    where, words = np.flatnonzero(np.isin(seqs, list(said))), sorted({"", *said.values()})
+    codes = np.zeros(seqs.size, np.int32)  # "" is the first
+    codes[where] = [words.index(said[seq]) for seq in seqs[where].tolist()]
+    return codes, words
+
+
 def _typed_column(name: str, values: np.ndarray, words: list[str] | None) -> Any:
     """Return a column as pandas types it: texts as categories in order, times in UTC."""
     if words is not None:
         return pd.Categorical.from_codes(values, dtype=pd.CategoricalDtype(pd.Index(words, dtype=object)))
     if name in TIMES:
         return pd.Series(values.view("M8[us]")).dt.tz_localize("UTC")
-    return values.astype(bool) if TYPES[name] == TRUTH else values
+    return values.astype(bool) if TYPES.get(name) == TRUTH else values
 
 
 def _with_types(frame: pd.DataFrame) -> pd.DataFrame:
@@ -160,7 +177,8 @@ def instrument_checks(store: Store, name: str) -> pd.DataFrame:
             **dict.fromkeys(COLUMNS, NOT_STATED),
             "seq": event.seq, "time": event.time, "batch": event.seq, "place": 0, "operator": event.who,
             "bench": f"{name} {each.serial or ''}".strip(), "serial": each.time[:19], "kind": each.what, "attempt": 1,
-            "voided": "", "simulated": False, "check": "reference", "quantity": f"{CHECKED}{name}",
+            "held_by": "", "voided": "", CONCEDED: "", "simulated": False, GOLDEN: False, "typed": each.typed,
+            "check": "reference", "quantity": f"{CHECKED}{name}",
             "value": each.value, "unit": each.unit, "U": each.U,
             "lower": each.reference - math.hypot(found[0][1].U, each.U_reference),
             "upper": each.reference + math.hypot(found[0][1].U, each.U_reference),
@@ -189,8 +207,8 @@ def in_order_of_the_store(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def of_production(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of units of the process: neither simulated nor part of a gauge study."""
-    return frame[~frame["simulated"] & (frame["study"] == NOT_STATED)]
+    """Return the rows of units of the process: neither simulated nor golden nor part of a gauge study."""
+    return frame[~frame["simulated"] & ~frame[GOLDEN] & (frame["study"] == NOT_STATED)]
 
 
 def counted(frame: pd.DataFrame) -> pd.DataFrame:
@@ -202,7 +220,7 @@ def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the first attempt at every quantity of every unit: one row for each, of the whole history in frame.
 
     A quantity that was not measured has not been attempted: after a short spec, only the quantities of that spec count
-    as attempted. Void judgements, those of a study and simulated units are not attempts."""
+    as attempted. Void judgements, those of a study, of simulated and of golden units are not attempts."""
     frame = counted(frame)
     attempted = frame[(frame["verdict"] != "no_result") | (frame["reason"] != NOT_MEASURED)]
     return in_order_of_the_store(attempted).drop_duplicates(["serial", "quantity"])
@@ -211,9 +229,17 @@ def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
 def attempts(frame: pd.DataFrame) -> pd.DataFrame:
     """Return one row per judgement, with the causes of its verdict."""
     bad = frame[frame["verdict"] != "pass"]
-    causes = {seq: ", ".join(dict.fromkeys(names)) for seq, names in bad.groupby("seq")["quantity"]}
+    causes: dict[Any, str] = dict.fromkeys(held(frame), "nonconformance")
+    causes |= {seq: ", ".join(dict.fromkeys(names)) for seq, names in bad.groupby("seq")["quantity"]}
     stated = [name for name in COLUMNS_OF_A_JUDGEMENT if name in frame.columns]
     return frame.drop_duplicates("seq")[stated].assign(causes=lambda f: [causes.get(seq, "") for seq in f["seq"]])
+
+
+def held(frame: pd.DataFrame) -> set[int]:
+    """Return the judgements that a nonconformance holds: conditional, though each required finding passes."""
+    conditional = frame[frame["unit_verdict"] == "conditional"]
+    stopped = conditional.loc[conditional["required"] & (conditional["verdict"] != "pass"), "seq"]
+    return set(conditional["seq"]) - set(stopped)
 
 
 def latest(frame: pd.DataFrame) -> pd.DataFrame:
@@ -221,13 +247,8 @@ def latest(frame: pd.DataFrame) -> pd.DataFrame:
     return frame[frame["seq"] == frame.groupby("serial", observed=True)["seq"].transform("max")]
 
 
-def between(frame: pd.DataFrame, since: datetime.date | None, until: datetime.date | None) -> pd.DataFrame:
-    """Return the rows of these days, both included (UTC): of measurement if it is stated, else of judging."""
-    return frame[is_between(frame, since, until)]
-
-
 def is_between(frame: pd.DataFrame, since: datetime.date | None, until: datetime.date | None) -> pd.Series:
-    """Return which rows are of these days, as `between` has them."""
+    """Return which rows are of these days, both included (UTC): of measurement if it is stated, else of judging."""
     keep = pd.Series(True, index=frame.index)
     if since is not None:
         keep &= when(frame) >= pd.Timestamp(since, tz="UTC")

@@ -1,11 +1,12 @@
 """One quantity over time: control charts of every group against a baseline, alarms in words, capability."""
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import NOT_STATED
@@ -13,10 +14,12 @@ from accept.fleet.measurements import first_attempts, in_order_of_measurement, o
 from accept.pictures.labels import label_of
 from accept.store import Store
 from accept.store.payloads import BaselineSet
+from checks.arrays import Array
 from checks.picture import Line, Mark, Panel
 from checks.process_control.capability import Capability, Index, capability
 from checks.process_control.control_chart import (
     DRIFT,
+    EQUAL,
     LEAST,
     NELSON,
     SHIFT,
@@ -27,6 +30,7 @@ from checks.process_control.control_chart import (
     estimate_baseline,
     false_alarm_rate,
 )
+from checks.process_control.equal_runs import FALSE_ALARM, EqualRun, equal_runs
 from checks.process_control.places import Place, chart_by_place
 from checks.process_control.scale import as_measured, scale_of, to_scale
 from checks.rounding import with_U
@@ -49,15 +53,18 @@ class StoredBaseline:
 
 @dataclass(frozen=True, eq=False)
 class Trend:
-    """One group. rows: first attempts in the order of measurement, those that the chart compares; chart, capability:
-    None if there are too few values or the limits differ, and `why` then; baseline: the stored one, if there is one;
-    scale: on which the values are compared (`checks.process_control.scale`)."""
+    """One group. rows: first attempts in the order of measurement; compared (K,): indices of those that the chart
+    compares, all but equal values in a row; chart, capability: None if there are too few values or the limits differ,
+    and `why` then; alarms: of the chart and of equal values, by the indices of rows; baseline: the stored one, if there
+    is one; scale: on which the values are compared (`checks.process_control.scale`)."""
 
     name: str
     quantity: str
     unit: str
     rows: pd.DataFrame
+    compared: NDArray[np.intp]
     chart: Chart | None
+    alarms: tuple[Alarm, ...]
     capability: Capability | None
     baseline: StoredBaseline | None
     false_alarms: float
@@ -97,30 +104,35 @@ def _trend(
     units = rows["unit"].unique()
     if len(units) > 1:
         raise FleetError(f"{quantity}: values in {' and '.join(map(str, units))}; choose one kind or spec")
-    before = rows[:0]
+    runs, before = equal_values(rows), rows[:0]
+    equal = np.isin(np.arange(len(rows)), [i for run in runs for i in run.at])
     if baseline is not None:
         since, until = (pd.Timestamp(day, tz="UTC") for day in (baseline.stated.since, baseline.stated.until))
-        before = rows[(rows["day"] >= since) & (rows["day"] <= until)]
-        rows = rows[rows["day"] > until]
-    values, why = rows["value"].to_numpy(), []
+        before = rows[(rows["day"] >= since) & (rows["day"] <= until) & ~equal]
+        gone = int((rows["day"] <= until).sum())  # the rows are in the order of their days
+        rows, equal = rows[gone:], equal[gone:]
+        runs = [replace(run, at=run.at[run.at >= gone] - gone) for run in runs if run.at[-1] >= gone]
+    compared = np.flatnonzero(~equal)
+    values, why = rows["value"].to_numpy()[compared], []
     control, cap, rate = None, None, 0.0
     scale = baseline.stated.scale if baseline is not None else scale_of(values)
+    if equal.any():
+        why.append(f"{equal.sum()} equal values are not used for the limits")
     if values.size >= LEAST or (baseline is not None and values.size):
-        control = chart_by_place(
-            to_scale(values, scale),
-            {column: np.where(rows[column] == NOT_STATED, "", rows[column]).astype(object) for column in PLACES},
-            baseline.process if baseline else None,
-            nelson_rules,
-            _baselines_of_places(before, scale),
-        )
+        labels = {column: of[compared] for column, of in _labels(rows).items()}
+        process, of_places = baseline.process if baseline else None, _baselines_of_places(before, scale)
+        control = chart_by_place(to_scale(values, scale), labels, process, nelson_rules, of_places)
         control = as_measured(control, values, scale)
-        rate = false_alarm_rate(values.size, baseline.process.n if baseline else None, nelson_rules)
+        rate = false_alarm_rate(values.size, process.n if process else None, nelson_rules)
     elif baseline is not None:
         why.append(f"no unit since the baseline ended on {baseline.stated.until}")
     else:
         why.append(f"{values.size} values: a control chart needs {LEAST}")
+    alarms = _alarms(control, compared, runs, rows["value"].to_numpy())
     limits = rows[["lower", "upper"]].drop_duplicates()
-    if len(limits) > 1:
+    if equal.any():
+        why.append(f"no capability: {equal.sum()} of {equal.size} values are runs of equal ones, not a spread")
+    elif len(limits) > 1:
         why.append("the limits changed: no capability over both")
     elif len(limits):
         lower, upper = (None if np.isnan(v) else float(v) for v in limits.iloc[0])
@@ -129,19 +141,47 @@ def _trend(
         except ValueError as e:
             why.append(f"no capability: {e}")
     if cap is not None:
-        why += _cautions(cap, control)
+        why += _cautions(cap, alarms)
     return Trend(
         name=name,
         quantity=quantity,
         unit=str(units[0]),
         rows=rows,
+        compared=compared,
         chart=control,
+        alarms=alarms,
         capability=cap,
         baseline=baseline,
         false_alarms=rate,
         scale=scale,
         why=tuple(why),
     )
+
+
+def equal_values(rows: pd.DataFrame) -> list[EqualRun]:
+    """Return the runs of equal values among rows of one quantity in the order of measurement, by their positions."""
+    return equal_runs(rows["value"].to_numpy(), _labels(rows))
+
+
+def _labels(rows: pd.DataFrame) -> dict[str, NDArray[np.object_]]:
+    """Return place -> label of each row, "" for one that is not stated."""
+    known = [column for column in PLACES if column in rows]
+    return {column: np.where(rows[column] == NOT_STATED, "", rows[column]).astype(object) for column in known}
+
+
+def _alarms(
+    made: Chart | None, compared: NDArray[np.intp], runs: Sequence[EqualRun], values: Array
+) -> tuple[Alarm, ...]:
+    """Return the alarms of a chart and of runs of equal values, by the indices of all values (N,)."""
+    found = [
+        replace(a, first=int(compared[a.first]), last=int(compared[a.last]), units=a.units or a.last - a.first + 1)
+        for a in (made.alarms if made else ())
+    ]
+    for run in runs:
+        size = float(values[run.at[0]] - (made.baseline.mean if made else values.mean()))
+        ends = int(run.at[0]), int(run.at[-1])
+        found.append(Alarm(EQUAL, *ends, None, size, 0.0, run.at.size, run.place, run.usual))
+    return tuple(sorted(found, key=lambda a: (a.first, a.rule)))
 
 
 def _baselines_of_places(before: pd.DataFrame, scale: str) -> dict[Place, Baseline]:
@@ -155,10 +195,10 @@ def _baselines_of_places(before: pd.DataFrame, scale: str) -> dict[Place, Baseli
     return {(c, name): base for c, name, base in made if base.sigma > 0.0}
 
 
-def _cautions(cap: Capability, made: Chart | None) -> list[str]:
+def _cautions(cap: Capability, alarms: Collection[Alarm]) -> list[str]:
     """Return what to know before the indices are used."""
     out = []
-    if made is not None and any(alarm.rule in (VALUE, SHIFT, DRIFT) for alarm in made.alarms):
+    if any(alarm.rule in (VALUE, SHIFT, DRIFT) for alarm in alarms):
         out.append("not in control: Cp and Cpk describe no stable process; Pp and Ppk describe what was delivered")
     if not cap.normal:
         words = f"not normal (Anderson-Darling, p {cap.p_normal:.2g})"
@@ -174,11 +214,18 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
     """Return an alarm in words: which units, since when, direction, size and where."""
     first, last = (trend.rows.iloc[i] for i in (alarm.first, alarm.last))
     units = str(first["serial"]) if alarm.first == alarm.last else f"{first['serial']} to {last['serial']}"
-    count = alarm.units or alarm.last - alarm.first + 1
+    count = alarm.units
     size = f"{'+' if alarm.size > 0 else ''}{with_U(alarm.size, alarm.U)} {trend.unit}"
     since = f"{first['day']:%Y-%m-%d}"
-    where = _place_words(alarm.place)
+    where = whose(alarm.place, ", only")
     match alarm.rule:
+        case "equal":
+            value = f"{first['value']:g} {trend.unit}"
+            return (
+                f"{units} (since {since}): {count} equal values of {value} in a row{whose(alarm.place)}; measured ones "
+                f"show more than {alarm.usual} in a row once in {1.0 / FALSE_ALARM:g} charts: was a number copied, did "
+                "a reading stand still, or are the steps of the meter too coarse?"
+            )
         case "value":
             there = "" if first["bench"] == NOT_STATED else f", at bench {first['bench']}"
             return f"{units} ({since}{there}): {size} from the mean"
@@ -192,11 +239,12 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
             return f"{units} ({count} units, since {since}): rule {alarm.rule}, {NELSON[int(alarm.rule)]}"
 
 
-def _place_words(place: Place | None) -> str:
+def whose(place: Place | None, only: str = "") -> str:
+    """Return the place of values in words that follow others, "" if it is not known."""
     if place is None:
         return ""
     column, name = place
-    return f", only {'at' if column == 'bench' else 'by' if column == 'operator' else 'of'} {column} {name}"
+    return f"{only} {'at' if column == 'bench' else 'by' if column == 'operator' else 'of'} {column} {name}"
 
 
 def stored_baselines(store: Store, quantity: str, by: str) -> dict[str, StoredBaseline]:
@@ -223,7 +271,7 @@ def set_baseline(store: Store, trend: Trend, by: str, reason: str, who: str) -> 
     if trend.name in stored_baselines(store, trend.quantity, by) and not reason.strip():
         raise FleetError(f"{where}: has a baseline; say why it is revised: --reason")
     try:
-        process = estimate_baseline(to_scale(trend.rows["value"].to_numpy(), trend.scale))
+        process = estimate_baseline(to_scale(trend.rows["value"].to_numpy()[trend.compared], trend.scale))
     except ValueError as e:
         raise FleetError(f"{where}: no baseline: {e}") from e
     if process.sigma == 0.0:
@@ -266,7 +314,7 @@ def summary(t: Trend, points: bool = True) -> dict[str, Any]:
         "sigma_within": cap.sigma_within if cap else None,
         "sigma_overall": cap.sigma_overall if cap else None,
         **indices,
-        "in_control": t.chart is not None and not t.chart.alarms,
+        "in_control": t.chart is not None and not t.alarms,
         "normal": cap.normal if cap else None,
         "p_normal": cap.p_normal if cap else None,
         "Ppk_percentiles": cap.percentiles.Ppk if cap and cap.percentiles else None,
@@ -294,6 +342,7 @@ def _baseline_document(t: Trend) -> dict[str, Any] | None:
         "since": stored.stated.since if stored else None,
         "until": stored.stated.until if stored else None,
         "stored_by": stored.who if stored else None,
+        "typed": stored.stated.typed if stored else None,
         "stored_at": stored.time if stored else None,
         "reason": stored.stated.reason if stored else None,
     }
@@ -311,11 +360,11 @@ def _alarm_documents(t: Trend) -> list[dict[str, Any]]:
             "size": alarm.size,
             "U": alarm.U,
             "since": f"{t.rows['day'].iloc[alarm.first]:%Y-%m-%d}",
-            "units": alarm.units or alarm.last - alarm.first + 1,
+            "units": alarm.units,
             "place": dict([alarm.place]) if alarm.place else None,
             "words": alarm_words(t, alarm),
         }
-        for alarm in (t.chart.alarms if t.chart else ())
+        for alarm in t.alarms
     ]
 
 
@@ -330,16 +379,19 @@ def panel(trend: Trend) -> Panel:
     """Return the chart: values in order, those that ring marked, weighted mean with its limits, mean and limits."""
     x = np.arange(1.0, len(trend.rows) + 1)
     values = trend.rows["value"].to_numpy()
-    items: list[Line | Mark] = [Line(x, values, "value", "points", "data")]
+    rang, begun = ([a.first for a in trend.alarms if a.rule in rules] for rules in ((VALUE,), (SHIFT, DRIFT)))
+    aside = np.delete(np.arange(x.size), trend.compared)
+    items: list[Line | Mark] = [Line(x[trend.compared], values[trend.compared], "value", "points", "data")]
+    if aside.size:
+        items.append(Line(x[aside], values[aside], "equal values in a row", "points", "bad"))
     if (control := trend.chart) is not None:
-        rang = [a.first for a in control.alarms if a.rule == VALUE]
-        begun = [a.first for a in control.alarms if a.rule in (SHIFT, DRIFT)]
+        at = x[trend.compared]
         items += [
             Line(x[rang], values[rang], "beyond the limits", "points", "bad"),
-            Line(x, control.weighted, "weighted mean", role="model"),
-            Line(x, control.weighted_lo, role="quiet"),
-            Line(x, control.weighted_hi, "its limits", role="quiet"),
-            Mark(control.baseline.mean, "y", "mean of the baseline", "quiet"),
+            Line(at, control.weighted, "weighted mean", role="model"),
+            Line(at, control.weighted_lo, role="quiet"),
+            Line(at, control.weighted_hi, "its limits", role="quiet"),
+            Mark(control.baseline.mean, "y", f"mean of {'the baseline' if trend.baseline else 'these units'}", "quiet"),
             Mark(control.lower, "y", "limits of one value", "bad"),
             Mark(control.upper, "y", "", "bad"),
             *(Mark(float(x[i]), "x", "a shift begins", "bad") for i in begun),

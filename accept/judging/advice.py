@@ -38,6 +38,7 @@ ADVICE: Mapping[Cause, str] = {
     Cause.CHANNEL_STUCK: "check {channel}: it must move freely and stay within its range; then record again",
     Cause.CHANNEL_UNIT: "name the unit of {channel} in the file's header, or in [channels] of unit.toml",
     Cause.CHANNEL_SCALED: "state {channel} in [rig.channels] of the bench file and judge with it (--bench)",
+    Cause.INPUT_NOT_STATED: "correct it, or state it in [values] of the bench file and judge with that file (--bench)",
     Cause.CHANNEL_HELD: "check plug and supply of {channel}, then record again",
     Cause.CHANNEL_SLIPPED: _LOST,
     Cause.SAMPLES_LOST: _LOST,
@@ -57,7 +58,9 @@ ADVICE: Mapping[Cause, str] = {
     Cause.PART_DOUBTED: "judge the part again, build in another one, or correct [parts] of the strut that it left",
     Cause.FOLDER_NAME: "rename the folder, or correct serial in unit.toml; or confirm the serial: accept report at a "
     "terminal",
+    Cause.SERIAL_ALIKE: "correct serial in unit.toml, or confirm it: accept report at a terminal",
     Cause.NONCONFORMANCE: "sign; quality assurance countersigns with its disposition",
+    Cause.SUPERSEDED: "measure it again",
     Cause.POINT_TWICE: "measure points {first} and {second} again",
     Cause.VOLTAGE_START: _WHOLE_CYCLE,
     Cause.VOLTAGE_TOP: _WHOLE_CYCLE,

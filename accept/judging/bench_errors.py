@@ -29,7 +29,7 @@ def without_bench_errors(result: UnitResult) -> UnitResult:
     findings = withhold_bench_errors(result.findings, stiffness, result.gap)
     if findings is result.findings:
         return result
-    return replace(result, findings=tuple(findings), verdict=unit_verdict(findings))
+    return replace(result, findings=tuple(findings), verdict=unit_verdict(findings, bool(result.nonconformances)))
 
 
 def withhold_bench_errors(

@@ -12,7 +12,7 @@ from typing import Any
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because, together
 from checks.verdict import Finding, Verdict
-from specs.bench import BenchFile, Channels
+from specs.bench import BenchFile
 from specs.spec import CheckSpec
 
 References = Mapping[str, Sequence[tuple[str, float]]]  # instrument -> day and E_n of each comparison, in order
@@ -22,7 +22,8 @@ instrument that serves it: check, name, model, serial, certificate, calibrated, 
 program reads it), issuer (of the certificate, if it is stated) and, once held against a unit, measured (the day that
 counts: when it was measured where the unit tells, else of judging) and problem (None: valid). If the spec asks for a
 daily reference: reference_days, and reference, the day and E_n of the last comparison before the measurement (None:
-there was none). channels: of those that the rig scales, gain and unit."""
+there was none). channels: sources of channels in the rig's records; values: section -> number beside its records, as
+it is at this bench."""
 
 
 def statement(
@@ -51,14 +52,10 @@ def statement(
         for name, entry in bench.equipment.items()
         if check in entry.measures
     ]
-    scales = stated_scales(bench.rig.channels) if bench.rig else {}
+    sources = bench.rig.channels if bench.rig else {}
+    channels = {name: source.model_dump(exclude_defaults=True) for name, source in sources.items()}
     stated = {"bench": bench.name, "sha256": bench.sha256, "on": on.isoformat(), "instruments": rows}
-    return {**stated, "channels": scales} if scales else stated
-
-
-def stated_scales(channels: Channels) -> dict[str, dict[str, float | str | None]]:
-    """Return gain and unit of each channel of a map that has another gain than 1, or a unit."""
-    return {name: {"gain": s.gain, "unit": s.unit} for name, s in channels.items() if s.gain != 1.0 or s.unit}
+    return stated | {key: told for key, told in (("channels", channels), ("values", bench.values)) if told}
 
 
 def _asked_reference(asked: CheckSpec, comparisons: Sequence[tuple[str, float]]) -> dict[str, Any]:

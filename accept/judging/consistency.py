@@ -57,9 +57,9 @@ def _unit(entry: Mapping[str, Any]) -> Iterator[str]:
         Finding(**{**_SHORT, "verdict": Verdict(f["verdict"]), "required": bool(f["required"])})
         for f in entry["findings"]
     ]
-    follows = str(unit_verdict(findings))
+    follows = str(unit_verdict(findings, bool(entry.get("nonconformances"))))
     if entry["verdict"] != follows:
-        yield f"the unit is said to be '{entry['verdict']}', its findings make it '{follows}'"
+        yield f"the unit is said to be '{entry['verdict']}', its findings and nonconformances make it '{follows}'"
 
 
 _SHORT: dict[str, Any] = {

@@ -3,8 +3,8 @@
 The samples do not show where they belong, so all copies are without a result until quality assurance decides, with a
 reason (`accept store resolve`). The decision is an event, `copies_resolved`; the copies themselves follow from the
 samples that the store holds of every judgement. The same folder judged again, or moved, is the same evidence and not a
-copy. A set of typed readings that equals that of another serial is a copy like a recording (`accept.units.samples`);
-for one serial the readings may be typed again.
+copy; what it may replace says `accept.judging.superseded`. A set of typed readings that equals that of another serial
+is a copy like a recording (`accept.units.samples`); for one serial the readings may be typed again.
 """
 
 import hashlib
@@ -16,6 +16,7 @@ from pathlib import PurePath
 from typing import Any
 
 from accept.base.documents.results import UnitEntry
+from accept.judging.advice import action
 from accept.judging.decisions import Signer, problem_here, sign_decision
 from accept.store import Event, Store
 from accept.store.indexes import TABLE
@@ -139,10 +140,10 @@ def without_copies(finding: Finding, copies: Sequence[Copy]) -> Finding:
     return replace(bare, verdict=Verdict.NO_RESULT, cause=cause, reason=str(cause))
 
 
-def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any]], who: str) -> list[str]:
+def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any]], who: str) -> dict[str, int]:
     """Re-judge the other units that hold a copy if their last result does not state it: from then on it counts for them
-    no more than for this one. Returns their serials. Raises StoreError."""
-    changed = []
+    no more than for this one. Returns serial -> number of the event. Raises StoreError."""
+    changed = dict[str, int]()
     for other in sorted({w["serial"] for copy in copies for w in copy["with"]} - {serial}):
         last = store.latest(other, UnitJudged.KIND)
         if last is None:
@@ -150,9 +151,9 @@ def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any
         judged = UnitJudged.of(last)
         found = copies_of(store, other, judged.path, judged.result.samples)
         if found and found != list(judged.result.copies):
-            weaker = replace(judged, result=_entry_without(judged.result, found))
-            store.write(weaker, other, who=who, spec=last.spec)
-            changed.append(other)
+            why = f"a recording is also one of {serial}"
+            weaker = replace(judged, result=_entry_without(judged.result, found), reason=why)
+            changed[other] = store.write(weaker, other, who=who, spec=last.spec).seq
     return changed
 
 
@@ -163,7 +164,12 @@ def _entry_without(entry: UnitEntry, copies: Sequence[Copy]) -> UnitEntry:
     sections = sections_withheld(copies)
     information = tuple(i for i in entry.information if CHECKS[i.check].reads not in sections)
     return replace(
-        entry, findings=findings, verdict=unit_verdict(findings), information=information, copies=tuple(copies)
+        entry,
+        findings=findings,
+        verdict=unit_verdict(findings, bool(entry.nonconformances)),
+        information=information,
+        copies=tuple(copies),
+        action=action(findings),
     )
 
 

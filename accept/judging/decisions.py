@@ -18,6 +18,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509.oid import NameOID
 
 from accept.base.home import home
+from accept.store.event import KeyHolder
 from accept.store.payloads import SignedBy
 from specs.errors import AcceptError
 from specs.files import read_bounded
@@ -37,9 +38,9 @@ class Signer:
     certificate: x509.Certificate
 
     @property
-    def person(self) -> str:
+    def person(self) -> KeyHolder:
         """Return the name on the certificate."""
-        return _attribute(self.certificate, NameOID.COMMON_NAME)
+        return KeyHolder(_attribute(self.certificate, NameOID.COMMON_NAME))
 
 
 def sign_decision(kind: str, content: Mapping[str, Any], signer: Signer) -> SignedBy:

@@ -1,18 +1,21 @@
-"""The folder of a unit against the serial in it: a folder that was copied and whose `unit.toml` was forgotten.
+"""The serial of a unit against the name of its folder and the serials of others: a folder that was copied and whose
+`unit.toml` was forgotten, a letter that was typed for a digit.
 
 A folder may be called as one likes, with the serial in its name or without. If its name reads like the serial of
-another unit, a person confirms which of the two was measured, or the unit is conditional at best.
+another unit, or the serial looks like one that the store had before, a person confirms which of the two was measured,
+or the unit is conditional at best.
 """
 
 import re
+from collections.abc import Mapping
 
 from accept.store import Store
-from accept.store.payloads import UnitJudged
-from accept.store.spelling import spelling_key
+from accept.store.payloads import SerialConfirmed, UnitJudged
+from accept.store.spelling import difference, spelling_key
 from accept.units.attempt_folder import attempt_number
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
 
-NAME, CONFIRMED = "name", "confirmed_by"  # keys of what a result states about its folder
+NAME, CONFIRMED, ALIKE = "name", "confirmed_by", "alike"  # keys of what a result states about its serial
 _NUMBER = re.compile(r"\d+")
 
 
@@ -31,20 +34,47 @@ def is_other_serial(name: str, serial: str) -> bool:
 
 def doubted_folder(store: Store, unit: UnitFolder, confirmed_by: str = "") -> dict[str, str]:
     """Return the name of a unit's folder if it is the serial of another unit, with who confirmed the serial in it: now,
-    or when the same `unit.toml` was judged last. Empty without a doubt. Raises StoreError."""
+    or when the same `unit.toml` was judged last; and the known serial that looks like it. Empty without a doubt. Raises
+    StoreError."""
+    alike = doubted_serial(store, unit.serial)
     name = folder_of(unit)
     known = spelling_key(name) != spelling_key(unit.serial) and store.latest(name, UnitJudged.KIND) is not None
     if not known and not is_other_serial(name, unit.serial):
-        return {}
+        return alike
     last = store.latest(unit.serial, UnitJudged.KIND)
     if last is not None and not confirmed_by:
         judged = UnitJudged.of(last)
         same = judged.inputs.get(UNIT_FILE) == unit.input_hashes()[UNIT_FILE]
         if same and judged.result.folder.get(NAME) == name:
             confirmed_by = judged.result.folder.get(CONFIRMED, "")
-    return {NAME: name} | ({CONFIRMED: confirmed_by} if confirmed_by else {})
+    return {NAME: name} | ({CONFIRMED: confirmed_by} if confirmed_by else {}) | alike
 
 
-def question(unit: UnitFolder) -> str:
-    """Return what is asked about a doubted folder."""
-    return f"the folder is called {folder_of(unit)}, its {UNIT_FILE} says {unit.serial}: is the unit {unit.serial}?"
+def doubted_serial(store: Store, serial: str) -> dict[str, str]:
+    """Return the earlier serial that looks like this one, empty without one or if they were told apart. Raises
+    StoreError."""
+    known = unconfirmed(store, serial)
+    return {ALIKE: known[0]} if known else {}
+
+
+def unconfirmed(store: Store, serial: str) -> list[str]:
+    """Return the earlier serials that look like this one and from which no person told it apart. Raises StoreError."""
+    known = store.look_alikes(serial)
+    told = {each for event in (store.events(serial, SerialConfirmed.KIND) if known else ())
+            for each in SerialConfirmed.of(event).unlike}  # fmt: skip
+    return [each for each in known if each not in told]
+
+
+def confirm(store: Store, serial: str, who: str) -> None:
+    """Store that a person told a serial apart from those that look like it, so that it is asked once. Raises
+    StoreError."""
+    if known := unconfirmed(store, serial):
+        store.write(SerialConfirmed(tuple(known)), serial, who=who)
+
+
+def question(serial: str, doubted: Mapping[str, str]) -> str:
+    """Return what is asked about a serial. doubted: as `doubted_folder` states it."""
+    words = [difference(serial, doubted[ALIKE])] if ALIKE in doubted else []
+    if NAME in doubted:
+        words.append(f"the folder is called {doubted[NAME]}, its {UNIT_FILE} says {serial}")
+    return f"{'; '.join(words)}: is the unit {serial}?"

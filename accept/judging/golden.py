@@ -7,7 +7,7 @@ signed why. All of it is events of the store; several benches may share one, and
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -134,6 +134,12 @@ def goldens(store: Store) -> dict[str, Golden]:
         since = found[event.subject].since if event.subject in found else event.seq
         found[event.subject] = Golden(event.subject, named.expect, reference, event, since)
     return found
+
+
+def not_counted(judgements: int, serials: Iterable[str]) -> str:
+    """Return the words for judgements that no question about the process counts, "" for none."""
+    named = ", ".join(sorted(set(serials)))
+    return f"{judgements} judgements of golden units are not counted: {named}" if judgements else ""
 
 
 def resolve(store: Store, reason: str, signer: Signer) -> None:

@@ -12,8 +12,8 @@ from accept.base.worker_process import memory_GB
 from accept.judging import calibration
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.calibration import Statement, weakened
-from accept.judging.channel_map import scale_doubts
 from accept.judging.check_settings import settings_problems
+from accept.judging.inputs import input_doubts, inputs_of
 from accept.judging.learned_bench import learned_bench_doubts
 from accept.judging.result import UnitResult
 from accept.models.evidence import Models, model_of
@@ -30,7 +30,7 @@ from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
 from checks.record import Record
 from checks.verdict import Finding, bounds, judge, largest_U, unit_verdict
-from hw.records.contents.variable import Remarked
+from hw.records import Remarked
 from specs import plugins
 from specs.plugins import BUILT_IN, product_named, products
 from specs.spec import NAME, CheckSpec, Spec, load
@@ -98,13 +98,14 @@ def judge_unit(
     spec: Spec,
     stated: Statement | None = None,
     models: Models | None = None,
-    bench_errors: bool = True,
+    own: bool = True,
 ) -> UnitResult:
     """Judge every section of a unit that the spec asks about. Raises UnitError if the spec is for another kind.
 
     stated : the calibration of the instruments behind it; None without a bench file, then the result states none.
-    bench_errors : whether results that a wrong payload made fail are withheld; earlier programs let them fail. models :
-    opens the models that the spec names; None opens built-in ones and files by their paths.
+    own : False for a result of an earlier program, which let results fail that a wrong payload made fail, and did not
+    weigh what unit.toml alone states. models : opens the models that the spec names; None opens built-in ones and files
+    by their paths.
     """
     held = loaded(given)
     unit = held.folder
@@ -124,12 +125,14 @@ def judge_unit(
         {q.name: q for _, q in quantities if q.reason is None and isfinite(q.value)},
     )
     days = _days(unit, spec)
+    inputs = inputs_of(held, spec, stated)
     doubts = (
         learned_bench_doubts(spec, models, days),
         _unexpected_channels(held, spec),
-        scale_doubts(unit, spec, stated),
+        input_doubts(inputs) if own else {},
     )
-    findings = [reduce(weakened, [d[f.check] for d in doubts if f.check in d], f) for f in judged]
+    found = [replace(f, inputs=inputs.get(f.check, ())) for f in judged]
+    findings = [reduce(weakened, [d[f.check] for d in doubts if f.check in d], f) for f in found]
     notes = [f"{name}: {note}" for name, outcome in outcomes.items() for note in outcome.notes]
     notes += _notes_of_unit(held, spec)
     stated, findings, of_instruments = calibration.applied(stated, findings, spec.checks, unit.measured)
@@ -156,7 +159,7 @@ def judge_unit(
         simulated=unit.simulated,
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
-    return without_bench_errors(result) if bench_errors else result
+    return without_bench_errors(result) if own else result
 
 
 def _unexpected_channels(held: LoadedUnit, spec: Spec) -> dict[str, Reason]:

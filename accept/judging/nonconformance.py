@@ -1,24 +1,29 @@
 """Nonconformances of the part, which hold the unit: it is conditional at best until quality assurance has decided.
 
-A technician notes one in the workflow (an event of the store, and a line of `unit.toml`). In the folder or attempt in
-which it was noted the unit stays held: the disposition that quality assurance signs stands on that certificate. A later
-attempt is held too until a disposition to use the unit as it is, to rework it or to measure again was signed; one to
-return or to scrap it releases nothing.
+A technician notes one in the workflow (an event of the store, and a line of `unit.toml`). The store keeps it, whatever
+becomes of that line. Quality assurance signs what is to be done about it, and every later result of the unit states
+that: to use the unit as it is (a concession) releases it; to rework it or to measure again does once it was measured
+again; to return or to scrap it does not. A decision is about the nonconformances that it names: one that is noted
+later holds the unit, and what is outside its limits stays so.
 
 An attempt that quality assurance declared void does not become good by being judged once more: one with the same values
-is held in the same way.
+is held in the same way. So is what was measured before an attempt that was not accepted (`accept.judging.superseded`).
+Only the disposition to use it as it is releases what was measured before.
 """
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from datetime import datetime
 from typing import Any
 
-from accept.base.documents.results import Information, UnitEntry
+from accept.base.documents.results import UnitEntry
 from accept.judging.decisions import DecisionError, Signer, problem_here, sign_decision
+from accept.judging.superseded import are_same, measured_values, superseded
 from accept.judging.voids import Void, voids
-from accept.store import Store
+from accept.pictures.signs import CONCESSION
+from accept.store import Event, Store
 from accept.store.payloads import (
+    AttemptStarted,
     AttemptVoided,
     CertificateSigned,
     Decision,
@@ -26,121 +31,255 @@ from accept.store.payloads import (
     StepNoted,
     UnitJudged,
     payload_of,
+    without_hashes,
 )
-from checks.verdict import Finding
+from checks.cause import Cause
+from checks.verdict import Finding, UnitVerdict, Verdict
 
 DISPOSITION = "disposition"  # the kind of decision that is signed
 MARK = "NONCONFORMANCE: "  # how its line in `unit.toml` begins
-RELEASING = ("use-as-is", "rework", "measure-again")  # of the dispositions
-SAME = 1e-9  # relative: the same data judged twice, on whatever processor; two readings do not agree by so much
+CHOICES: Mapping[str, str] = {
+    CONCESSION: "use as it is",
+    "rework": "rework and measure again",
+    "measure-again": "measure again",
+    "return": "return to the supplier",
+    "scrap": "scrap",
+}
+RELEASING = (CONCESSION, "rework", "measure-again")  # of the dispositions
 Values = Mapping[str, float]  # by quantity
 
 
 def in_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:
     """Return the nonconformances among the notes of a unit folder, each with its step."""
-    return [
-        f"{step}: {line.removeprefix(MARK)}" for step, lines in notes.items() for line in lines if line.startswith(MARK)
-    ]
+    marked = ((step, line) for step, lines in notes.items() for line in lines if line.startswith(MARK))
+    return [*dict.fromkeys(f"{step}: {line.removeprefix(MARK)}" for step, line in marked)]
 
 
-def measured_values(entry: UnitEntry) -> dict[str, float]:
-    """Return the value of each quantity of a result that has one."""
-    rows: list[Information | Finding] = [*entry.information, *entry.findings]
-    return {row.quantity: row.value for row in rows if row.value is not None}
+@dataclass(frozen=True)
+class Standing:
+    """open: nonconformances that hold a unit. decided: what quality assurance decided about its nonconformances, with a
+    valid signature, in order; released: those by which one of them holds it no more. superseded: check -> the open one
+    that says that its evidence is older than an attempt that was not accepted."""
+
+    open: tuple[str, ...]
+    decided: tuple[NonconformanceDecided, ...] = ()
+    released: tuple[NonconformanceDecided, ...] = ()
+    superseded: Mapping[str, str] = field(default_factory=dict)
 
 
 def open_nonconformances(
-    store: Store, serial: str, notes: Mapping[str, Sequence[str]], values: Values | None = None
-) -> list[str]:
-    """Return the nonconformances that hold a unit. notes: those of its folder. values: of the judgement that is asked
-    about; None: a void attempt holds the unit only if its last judgement states so. Raises StoreError."""
-    here = in_notes(notes)
-    last = store.latest(serial, UnitJudged.KIND)
-    stated: Sequence[str] = () if last is None else UnitJudged.of(last).result.nonconformances
+    store: Store, serial: str, notes: Mapping[str, Sequence[str]], entry: UnitEntry | None = None
+) -> tuple[str, ...]:
+    """Return the nonconformances that hold a unit, as `standing`."""
+    return standing(store, serial, notes, entry).open
+
+
+def standing(
+    store: Store,
+    serial: str,
+    notes: Mapping[str, Sequence[str]],
+    entry: UnitEntry | None = None,
+    until: datetime | None = None,
+    past: Sequence[Event] | None = None,
+) -> Standing:
+    """Return which nonconformances hold a unit and what was decided.
+
+    notes: those of its folder. entry: of the judgement that is asked about; None: a void attempt, what was measured
+    before and what is to be measured again hold the unit only if its last judgement states so. until: later judgements
+    supersede nothing. past: the unit's events, if they were read before. Raises StoreError."""
+    events_of = store.events if past is None else lambda _, what: iter([e for e in past if e.what == what])
+    judged = {event.seq: (event, UnitJudged.of(event)) for event in events_of(serial, UnitJudged.KIND)}
+    results = [payload.result for _, payload in judged.values()]
     void = voids(store, serial)
-    if not stated and not void and next(store.events(serial, StepNoted.KIND), None) is None:  # as for most units
-        return here
-    kinds = (StepNoted, UnitJudged, CertificateSigned, NonconformanceDecided, AttemptVoided)
-    events = [(e, payload_of(e, *kinds)) for e in store.events(serial)]
-    judged = {event.seq: payload for event, payload in events if isinstance(payload, UnitJudged)}
-    of_void = {
-        _words_of(each): (each.judged in judged and _are_same(values, measured_values(judged[each.judged].result)))
+    known = [j for j in judged.values() if until is None or datetime.fromisoformat(j[0].time) <= until]
+    older = superseded(known, void, entry) if entry is not None else {}
+    noted = next(events_of(serial, StepNoted.KIND), None) is not None
+    if not (void or older or noted or any(r.nonconformances or r.dispositions for r in results)):  # as for most units
+        return Standing(tuple(in_notes(notes)))
+    kinds = (StepNoted, AttemptStarted, UnitJudged, CertificateSigned, NonconformanceDecided, AttemptVoided)
+    events = [(e, payload_of(e, *kinds)) for e in (store.events(serial) if past is None else past)]
+    stated = results[-1].nonconformances if results else ()
+    values = None if entry is None else measured_values(entry)
+    before = {words: False for result in results for words in result.superseded.values()}
+    before |= dict.fromkeys(older.values(), True)  # measured before -> whether it is what is asked about
+    before |= {
+        _words_of(each): each.judged in judged
+        and are_same(values or {}, measured_values(judged[each.judged][1].result))
         for each in void.values()
     }
     if values is None:
-        of_void = {words: words in stated for words in of_void}
-    notes_of = {
-        event.seq: f"{payload.step}: {payload.line(event.who)}"
-        for event, payload in events
-        if isinstance(payload, StepNoted) and payload.nonconformance
-    }
-    noted: dict[str, bool] = {}  # words -> whether it was released since
-    counted = set[str]()  # decisions by what was signed: a signature can be written in another way and hold still
+        before = {words: words in stated for words in before}
+    found = _Decisions(serial)
+    for words in older.values():
+        found.hold(words)
     for event, payload in events:
-        if event.seq in notes_of:
-            noted[notes_of[event.seq]] = False
+        if isinstance(payload, StepNoted) and payload.nonconformance:
+            found.hold(f"{payload.step}: {payload.line(event.who)}", anew=True)
         elif isinstance(payload, AttemptVoided) and (each := void.get(payload.judged)) is not None:
-            noted.setdefault(_words_of(each), False)
-        elif isinstance(payload, UnitJudged):  # what it states QA decides; some is of another bench's folder
-            stated = payload.result.nonconformances
-            noted = dict.fromkeys(stated, False) | noted
-        elif isinstance(payload, CertificateSigned | NonconformanceDecided) and payload.disposition is not None:
-            about = payload.nonconformances if isinstance(payload, NonconformanceDecided) else stated
-            decision = _signed_text(serial, payload, payload.disposition)
-            if _releases(serial, payload) and decision not in counted:  # a signature counts once
-                noted |= {words: True for words in about if words in noted}
-            counted.add(decision)
-    return [
-        *here,
-        *(w for w, released in noted.items() if not released and w not in here and of_void.get(w, True)),
-    ]
+            found.hold(_words_of(each))
+        elif isinstance(payload, UnitJudged | AttemptStarted | CertificateSigned | NonconformanceDecided):
+            found.follow(payload)
+    holding = [w for w in dict.fromkeys([*in_notes(notes), *found.held]) if before.get(w, True)]
+    by = {w: found.releasing(w, values, stated, w in before) for w in holding}
+    open_ones = tuple(w for w, decided in by.items() if decided is None)
+    return Standing(
+        open_ones,
+        tuple(found.given),
+        tuple(d for d in found.given if any(decided is d for decided in by.values())),
+        {check: words for check, words in older.items() if words in open_ones},
+    )
 
 
-def _signed_text(serial: str, given: CertificateSigned | NonconformanceDecided, decision: Decision) -> str:
-    """Return what a disposition is about, and who signed it when."""
-    by = (decision.signed.person, decision.signed.time) if decision.signed is not None else ()
-    return repr((_content_of(serial, given, decision), by))
+class _Decisions:
+    """The decisions about the nonconformances of a unit, from its events in their order.
+
+    held: words -> the last decision since they were noted, and the values of the judgement before it: None if the unit
+    was not judged, no values if an attempt was begun since. given: every decision that counts."""
+
+    def __init__(self, serial: str) -> None:
+        self.serial = serial
+        self.held: dict[str, tuple[NonconformanceDecided, Values | None] | None] = {}
+        self.given: list[NonconformanceDecided] = []
+        self._seen = set[str]()  # decisions by what was signed: one can be written in another way and hold still
+        self._last: Values | None = None
+        self._stated: tuple[str, ...] = ()
+        self._certified: dict[str, tuple[str, ...]] = {}  # sha256 of a certificate -> what its judgement states
+
+    def hold(self, words: str, anew: bool = False) -> None:
+        """Note a nonconformance. anew: what was decided about the same words before is not about this one."""
+        if anew or words not in self.held:
+            self.held[words] = None
+
+    def follow(self, payload: UnitJudged | AttemptStarted | CertificateSigned | NonconformanceDecided) -> None:
+        match payload:
+            case UnitJudged(result=result):  # what it states QA decides; some is of another bench's folder
+                self._last, self._stated = measured_values(result), result.nonconformances
+                for words in self._stated:
+                    self.hold(words)
+            case AttemptStarted():
+                self.held = {words: known and (known[0], {}) for words, known in self.held.items()}
+            case CertificateSigned(disposition=None):
+                self._certified[payload.sha256] = self._stated
+            case CertificateSigned(disposition=Decision() as decision):
+                about = self._certified.get(payload.before or "", ())
+                if any((known := self.held.get(w)) is None or not _same(known[0].disposition, decision) for w in about):
+                    self._decide(NonconformanceDecided(about, decision, payload.before))
+            case NonconformanceDecided(certificate=None):  # with one, its names are not signed
+                self._decide(payload)
+
+    def _decide(self, given: NonconformanceDecided) -> None:
+        """Count a decision once, if quality assurance signed it."""
+        signed, content = given.disposition.signed, signed_content(self.serial, given)
+        what = repr((content, signed and (signed.person, signed.time)))
+        if what not in self._seen and problem_here(DISPOSITION, content, signed) is None:
+            self.given.append(given)
+            self.held |= {words: (given, self._last) for words in given.nonconformances if words in self.held}
+            self._seen.add(what)
+
+    def releasing(
+        self, words: str, values: Values | None, stated: Sequence[str], before_it: bool
+    ) -> NonconformanceDecided | None:
+        """Return the last decision about a nonconformance if it releases a unit with these values: to use it as it is
+        does, to rework it or to measure it again only once it was measured again. before_it: what it is about was
+        measured before, which only the first one releases."""
+        decided, before = self.held.get(words) or (None, None)
+        if decided is None or decided.disposition.choice not in RELEASING:
+            return None
+        if decided.disposition.choice == CONCESSION or (before == {} and not before_it):
+            return decided
+        if before_it:
+            return None
+        is_as_before = words in stated if values is None else are_same(values, before or {})
+        return None if before is None or is_as_before else decided
+
+
+def concessions(store: Store, serial: str | None = None) -> dict[int, str]:
+    """Return number of a judgement's event -> the concession by which its unit passes, of one unit or of all: it was
+    accepted with it, or it is the last one and nothing else speaks against it. Raises StoreError."""
+    found = {}
+    for unit in dict.fromkeys(event.subject for event in store.events(serial, NonconformanceDecided.KIND)):
+        judged = [(event.seq, UnitJudged.of(event).result) for event in store.events(unit, UnitJudged.KIND)]
+        if not judged:
+            continue
+        for seq, entry in judged:
+            if entry.verdict == UnitVerdict.ACCEPTED:
+                found[seq] = _conceded([NonconformanceDecided.from_json(d) for d in entry.dispositions])
+        seq, entry = judged[-1]
+        if not entry.nonconformances or entry.verdict != UnitVerdict.CONDITIONAL:
+            continue
+        now = standing(store, unit, {}, entry)
+        if not now.open and all(not f.required or f.verdict is Verdict.PASS or is_only_held(f) for f in entry.findings):
+            found[seq] = _conceded(now.released)
+    return {seq: words for seq, words in found.items() if words}
+
+
+def _conceded(decided: Sequence[NonconformanceDecided]) -> str:
+    return "; ".join(
+        f"{', '.join(d.nonconformances)}: {d.disposition.reason} ({d.disposition.signed.person}, "
+        f"{d.disposition.signed.time[:10]})"
+        for d in decided
+        if d.disposition.choice == CONCESSION and d.disposition.signed is not None
+    )
+
+
+def words_of(given: NonconformanceDecided) -> str:
+    """Return a disposition about nonconformances in words: the decision, who decided when, and about what."""
+    decision, signed = given.disposition, given.disposition.signed
+    kind, about = ("concession", "conceded") if decision.choice == CONCESSION else ("disposition", "about")
+    who = "nobody, without a signature" if signed is None else f"{signed.person} {signed.time[:10]}"
+    called, named = CHOICES.get(decision.choice, decision.choice), map(without_hashes, given.nonconformances)
+    return f"{kind} by {who}: {called}: {decision.reason}; {about}: {'; '.join(named)}"
+
+
+def stated_words(result: Mapping[str, Any]) -> list[str]:
+    """Return the dispositions that a result in JSON states, in words."""
+    return [words_of(NonconformanceDecided.from_json(given)) for given in result.get("dispositions", ())]
+
+
+def is_only_held(finding: Finding) -> bool:
+    """Return whether a finding would pass without the nonconformance that holds the unit: earlier programs made every
+    finding of such a unit conditional."""
+    return (
+        finding.verdict is Verdict.CONDITIONAL
+        and finding.cause is not None
+        and {one.cause for one in finding.cause.all()} == {Cause.NONCONFORMANCE}
+    )
+
+
+def _same(one: Decision, other: Decision) -> bool:
+    """Return whether two decisions are one, signed about a certificate and about what it states."""
+    persons = [d.signed and d.signed.person for d in (one, other)]
+    return (one.choice, one.reason, persons[0]) == (other.choice, other.reason, persons[1])
 
 
 def _words_of(void: Void) -> str:
     return f"attempt {void.attempt}, with the same values, was declared void: {void.words}"
 
 
-def _are_same(values: Values | None, void: Values) -> bool:
-    """Return whether all quantities that both judgements have are equal: the same data, by whatever spec."""
-    common = (values or {}).keys() & void.keys()
-    return bool(common) and all(math.isclose((values or {})[q], void[q], rel_tol=SAME) for q in common)
+def signed_content(serial: str, given: NonconformanceDecided) -> dict[str, Any]:
+    """Return the data of a disposition that quality assurance signs. Earlier programs signed the certificate that was
+    countersigned with it in place of what it states."""
+    about = {"nonconformances": list(given.nonconformances)} if given.certificate is None else {}
+    return content_of(serial, given.disposition, given.certificate) | about
 
 
-def content_of(
-    serial: str, decision: Decision, certificate: str | None, nonconformances: Sequence[str] = ()
-) -> dict[str, Any]:
-    """Return the data of a disposition that quality assurance signs. certificate: sha256 of the one that was
+def content_of(serial: str, decision: Decision, certificate: str | None) -> dict[str, Any]:
+    """Return the data of a disposition that is signed with a certificate. certificate: sha256 of the one that was
     countersigned with it."""
-    about = {"certificate": certificate} if certificate is not None else {"nonconformances": list(nonconformances)}
+    about = {"certificate": certificate} if certificate is not None else {}
     return {"serial": serial, "choice": decision.choice, "reason": decision.reason} | about
 
 
-def decide(store: Store, serial: str, decision: Decision, signer: Signer) -> list[str]:
-    """Store the disposition of a unit that nonconformances hold, signed by quality assurance, and return them. Raises
-    DecisionError if nothing holds the unit, or for a key of another role, StoreError."""
-    held = open_nonconformances(store, serial, {})
+def decide(
+    store: Store, serial: str, decision: Decision, signer: Signer, about: Sequence[str] | None = None
+) -> Sequence[str]:
+    """Store a signed decision of quality assurance about nonconformances of a unit, and return these. about: those of
+    the certificate that is countersigned with it; None: all that hold the unit. Raises DecisionError without one, or
+    for a key of another role, StoreError."""
+    held = open_nonconformances(store, serial, {}) if about is None else about
     if not held:
         raise DecisionError(f"{serial}: no nonconformance in the store holds it")
-    signed = sign_decision(DISPOSITION, content_of(serial, decision, None, held), signer)
-    store.write(NonconformanceDecided(tuple(held), replace(decision, signed=signed)), serial, who=signer.person)
+    given = NonconformanceDecided(tuple(held), decision)
+    signed = sign_decision(DISPOSITION, signed_content(serial, given), signer)
+    store.write(replace(given, disposition=replace(decision, signed=signed)), serial, who=signer.person)
     return held
-
-
-def _releases(serial: str, given: CertificateSigned | NonconformanceDecided) -> bool:
-    """Return whether a disposition lets the unit pass, and quality assurance signed it."""
-    if given.disposition is None or given.disposition.choice not in RELEASING:
-        return False
-    content = _content_of(serial, given, given.disposition)
-    return problem_here(DISPOSITION, content, given.disposition.signed) is None
-
-
-def _content_of(serial: str, given: CertificateSigned | NonconformanceDecided, decision: Decision) -> dict[str, Any]:
-    if isinstance(given, CertificateSigned):
-        return content_of(serial, decision, given.before)
-    return content_of(serial, decision, None, given.nonconformances)

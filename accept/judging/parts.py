@@ -12,7 +12,7 @@ from accept.base.documents.results import UnitEntry
 from accept.judging.voids import voids
 from accept.store import Store
 from accept.store.payloads import UnitJudged
-from accept.store.spelling import spelling_key
+from accept.store.spelling import difference, spelling_key
 from checks.verdict import UnitVerdict
 
 
@@ -26,7 +26,7 @@ def _doubts(store: Store, serial: str, name: str, part: str) -> list[str]:
         return [f"{name} {part} differs from {known}, which the store knows, in capitals only"]
     last = store.latest(part, UnitJudged.KIND)
     if last is None:
-        return []
+        return [f"{name} {difference(part, known)}" for known in store.look_alikes(part)]
     if (void := voids(store, part).get(last.seq)) is not None:
         return [f"the last judgement of {name} {part} was declared void: {void.words}"]
     verdict = str(UnitJudged.of(last).result.verdict)

@@ -1,23 +1,28 @@
 """Reservations: facts against a unit that the bench's store knows and its folder does not show, and their effect on the
 verdict.
 
-A recording that is filed twice does not count (`accept.judging.copies`); a strut with a part that was not accepted
-(`accept.judging.parts`) and a unit with a nonconformance (`accept.judging.nonconformance`) are conditional at best.
+A recording that is filed twice does not count (`accept.judging.copies`), one that was read otherwise before makes no
+finding pass that did not (`accept.judging.rereadings`), nor does one that is older than an attempt that was not
+accepted (`accept.judging.superseded`); a strut with a part that was not accepted (`accept.judging.parts`) is
+conditional at best. So is a unit with a nonconformance (`accept.judging.nonconformance`), which changes no finding:
+each is a statement of conformity about what was measured ([ISO17025] 7.8.6).
 Every judgement is given its reservations here: those of batch, report and workflow, one by another spec, and that of
 `accept verify`, which takes them from the certificate.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from accept.base.documents.results import UnitEntry
 from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
-from accept.judging.folder_name import CONFIRMED, NAME, doubted_folder
-from accept.judging.nonconformance import Values, in_notes, open_nonconformances
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME, doubted_folder
+from accept.judging.nonconformance import RELEASING, in_notes, standing
 from accept.judging.parts import part_doubts
+from accept.judging.rereadings import Rereading, rereadings, weaken_reread
 from accept.judging.result import UnitResult
-from accept.store import Store
+from accept.store import Event, Store
 from accept.units.unit_folder import UnitFolder
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
@@ -27,54 +32,92 @@ from checks.verdict import Finding, unit_verdict
 @dataclass(frozen=True)
 class Reservations:
     """copies: recordings of the unit that are filed elsewhere too. part_doubts: doubts about its parts, a sentence
-    each. nonconformances: those that hold it. folder: its name if that is another unit's serial."""
+    each. nonconformances: those that hold it; superseded: check -> the one of them that says that its evidence is older
+    than an attempt that was not accepted. dispositions: what quality assurance decided about those that hold it no
+    more. folder: its name if that is another unit's serial, and the serial that looks like its own. rereadings: by
+    quantity, of recordings that were read otherwise before. of_findings: an earlier program made a nonconformance a
+    doubt about every finding."""
 
     copies: Sequence[Copy] = ()
     part_doubts: Sequence[str] = ()
     nonconformances: Sequence[str] = ()
+    dispositions: Sequence[Mapping[str, Any]] = ()
     folder: Mapping[str, str] = field(default_factory=dict)
+    rereadings: Mapping[str, Rereading] = field(default_factory=dict)
+    superseded: Mapping[str, str] = field(default_factory=dict)
+    of_findings: bool = False
 
     @classmethod
     def known(
-        cls, store: Store, unit: UnitFolder, samples: Samples, confirmed_by: str = "", values: Values | None = None
+        cls,
+        store: Store,
+        unit: UnitFolder,
+        entry: UnitEntry | None,
+        confirmed_by: str = "",
+        past: Sequence[Event] | None = None,
     ) -> "Reservations":
-        """Return what the store knows now of a unit with these samples and values. confirmed_by: who confirmed that a
-        folder with another serial as its name is of this unit. Raises StoreError."""
+        """Return what the store knows now of a unit with this result, None before the first. confirmed_by: who
+        confirmed that a folder with another serial as its name is of this unit. past: the unit's events, if they were
+        read before. Raises StoreError."""
+        samples: Samples = {} if entry is None else entry.samples
+        now = standing(store, unit.serial, unit.notes, entry, past=past)
         return cls(
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
             tuple(part_doubts(store, unit.serial, unit.parts)),
-            tuple(open_nonconformances(store, unit.serial, unit.notes, values)),
+            now.open,
+            tuple(decided.to_json() for decided in now.released),
             doubted_folder(store, unit, confirmed_by),
+            rereadings(store, unit.serial, samples, () if entry is None else entry.findings),
+            now.superseded,
         )
 
     @classmethod
     def stated(cls, entry: UnitEntry) -> "Reservations":
         """Return the reservations that an entry of results.json states."""
+        causes = [one.cause for f in entry.findings if f.cause is not None for one in f.cause.all()]
         return cls(
-            tuple(dict(copy) for copy in entry.copies), entry.part_doubts, entry.nonconformances, dict(entry.folder)
+            tuple(dict(copy) for copy in entry.copies),
+            entry.part_doubts,
+            entry.nonconformances,
+            tuple(dict(given) for given in entry.dispositions),
+            dict(entry.folder),
+            entry.rereadings,
+            dict(entry.superseded),
+            of_findings=Cause.NONCONFORMANCE in causes,
         )
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
-        """Return these and the nonconformances among the notes of the unit's folder."""
-        here = in_notes(notes)
+        """Return these and the nonconformances among the notes of the unit's folder, but for those that the last
+        disposition about them released."""
+        last = {w: given["disposition"]["choice"] for given in self.dispositions for w in given["nonconformances"]}
+        here = [words for words in in_notes(notes) if words in self.nonconformances or last.get(words) not in RELEASING]
         return replace(self, nonconformances=(*here, *(n for n in self.nonconformances if n not in here)))
 
     def __bool__(self) -> bool:
-        return bool(self.copies or self.part_doubts or self.nonconformances or self.folder)
+        return any(
+            (
+                self.copies, self.part_doubts, self.nonconformances, self.dispositions, self.folder, self.rereadings,
+            )
+        )  # fmt: skip
 
     def weaken(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
         """Return the findings of a unit with these reservations."""
         if not self:
             return tuple(findings)
         found = tuple(without_copies(f, self.copies) for f in findings)
+        found = tuple(weaken_reread(f, self.rereadings.get(f.quantity)) for f in found)
         if self.part_doubts:
             doubt = because(Cause.PART_DOUBTED, detail="; ".join(self.part_doubts))
             found = tuple(weakened(f, doubt) for f in found)
-        if self.nonconformances:
+        found = tuple(_weaken_superseded(f, self.superseded.get(f.check)) for f in found)
+        if self.nonconformances and self.of_findings:
             held = because(Cause.NONCONFORMANCE, detail="; ".join(self.nonconformances))
             found = tuple(weakened(f, held) for f in found)
-        if self.folder and CONFIRMED not in self.folder:
-            doubt = because(Cause.FOLDER_NAME, name=self.folder.get(NAME, ""))
+        if NAME in self.folder and CONFIRMED not in self.folder:
+            doubt = because(Cause.FOLDER_NAME, name=self.folder[NAME])
+            found = tuple(weakened(f, doubt) for f in found)
+        if ALIKE in self.folder:
+            doubt = because(Cause.SERIAL_ALIKE, name=self.folder[ALIKE])
             found = tuple(weakened(f, doubt) for f in found)
         return found
 
@@ -89,9 +132,16 @@ class Reservations:
             result,
             findings=findings,
             information=tuple((check, q) for check, q in result.information if CHECKS[check].reads not in withheld),
-            verdict=unit_verdict(findings),
+            verdict=unit_verdict(findings, bool(self.nonconformances)),
             copies=tuple(self.copies),
             part_doubts=tuple(self.part_doubts),
             nonconformances=tuple(self.nonconformances),
+            dispositions=tuple(self.dispositions),
             folder=dict(self.folder),
+            rereadings=self.rereadings,
+            superseded=dict(self.superseded),
         )
+
+
+def _weaken_superseded(finding: Finding, words: str | None) -> Finding:
+    return finding if words is None else weakened(finding, because(Cause.SUPERSEDED, detail=words))

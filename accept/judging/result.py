@@ -28,8 +28,11 @@ class UnitResult:
     models : model file that the spec names -> its files -> sha256; in the JSON only if it names one.
     samples : sketches of its records (`accept.units.samples`); in the JSON only if it has records.
     copies : its recordings that exist elsewhere too (`accept.judging.copies`); in the JSON only if any does.
-    nonconformances : those of the part that hold it (`accept.judging.nonconformance`); likewise.
+    nonconformances : those of the part that hold it (`accept.judging.nonconformance`); likewise. superseded: check ->
+    the one of them that its evidence is older than an attempt that was not accepted.
+    dispositions : what quality assurance decided about nonconformances of the unit; likewise.
     folder : name of its folder if that is another unit's serial (`accept.judging.folder_name`); likewise.
+    rereadings : of its recordings that were read otherwise before (`accept.judging.rereadings`); likewise.
     part_doubts : doubts about its parts (`accept.judging.parts`); in the JSON only if any exists.
     gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only if that was asked for.
     measured : section -> day of measuring; origin, environment, provided : as its folder states them; in the JSON only
@@ -55,7 +58,10 @@ class UnitResult:
     copies: tuple[Mapping[str, Any], ...] = ()
     part_doubts: tuple[str, ...] = ()
     nonconformances: tuple[str, ...] = ()
+    superseded: Mapping[str, str] = field(default_factory=dict)
+    dispositions: tuple[Mapping[str, Any], ...] = ()
     folder: Mapping[str, str] = field(default_factory=dict)
+    rereadings: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     measured: Mapping[str, str] = field(default_factory=dict)
     origin: Mapping[str, str] = field(default_factory=dict)
     environment: Mapping[str, Measured] = field(default_factory=dict)
@@ -70,7 +76,7 @@ class UnitResult:
     @property
     def word(self) -> str:
         """The verdict as people read it."""
-        return signs.unit_word(self.verdict, self.nonconformances)
+        return signs.unit_word(self.verdict, self.nonconformances, self.dispositions)
 
     @property
     def action(self) -> str | None:
@@ -104,7 +110,10 @@ class UnitResult:
             part_doubts=self.part_doubts,
             action=self.action,
             nonconformances=self.nonconformances,
+            superseded=dict(self.superseded),
+            dispositions=self.dispositions,
             folder=dict(self.folder),
+            rereadings=self.rereadings,
             calibration=self.calibration,
             gap=self.gap,
             models=self.models,

@@ -1,8 +1,9 @@
 """How a verdict looks, once for every medium: distinguished by word, by mark and by colour, so also without colour."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 from accept.pictures.colours import GREEN, GREY, INK, ORANGE, VERMILION
 
@@ -57,6 +58,7 @@ UNITS = {
     "incomplete": Sign("incomplete", *_OPEN),
     "held": Sign("held", "!", "!", Tone.BAD),  # conditional, as quality assurance must decide about a nonconformance
     "held, incomplete": Sign("held, incomplete", "!", "!", Tone.BAD),
+    "accepted by concession": Sign("accepted by concession", *_GOOD),  # quality assurance uses it as it is
 }
 GAP = {
     "no_missing_effect": Sign("no missing effect", *_GOOD),
@@ -68,6 +70,7 @@ GAP = {
 }
 
 
+CONCESSION = "use-as-is"  # the disposition by which a unit passes as it is
 SIMULATED = "SIMULATED - NOT A MEASUREMENT"  # of a unit of a training or a simulation, beside its verdict
 
 
@@ -76,7 +79,10 @@ def marked(word: str, simulated: bool) -> str:
     return f"{word}, {SIMULATED}" if simulated else word
 
 
-def unit_word(verdict: str, nonconformances: Collection[str]) -> str:
-    """Return the verdict of a unit as people read it, a key of `UNITS`: one that is held is called so everywhere."""
-    held = {"conditional": "held", "incomplete": "held, incomplete"} if nonconformances else {}
-    return held.get(str(verdict), str(verdict))
+def unit_word(verdict: str, nonconformances: Collection[str], dispositions: Collection[Mapping[str, Any]] = ()) -> str:
+    """Return the verdict of a unit as people read it, a key of `UNITS`: one that is held is called so everywhere, and
+    one that quality assurance uses as it is, too."""
+    called = {"conditional": "held", "incomplete": "held, incomplete"} if nonconformances else {}
+    if any(given["disposition"]["choice"] == CONCESSION for given in dispositions):
+        called["accepted"] = "accepted by concession"
+    return called.get(str(verdict), str(verdict))

@@ -18,10 +18,9 @@ from checks.model.time.adc_dac import RANGE_V, in_steps
 from checks.model.time.hysteresis_creep import loops_of, stroke_of
 from checks.record import motion_of
 from hw.errors import InstrumentRefused, SettingsError
-from hw.instruments.driver import settings_of
-from hw.instruments.reading import Identity
-from hw.recorders.recorder import Heard, Recorder
-from hw.simulated.world import StageFile
+from hw.instruments import Identity, settings_of
+from hw.recorders import Heard, Recorder
+from hw.simulated import StageFile
 from specs.bench import AMPLIFIER_GAIN, STACK_V, RecorderChannel, RecorderEntry
 from specs.strict import NotNegative, Strict, Words
 

@@ -28,6 +28,10 @@ class StoreError(AcceptError, RuntimeError):
     """The store cannot be used; the text names it, says why and what to do."""
 
 
+class Overtaken(StoreError):
+    """Another program stored an event about the unit since the writer read them: nothing was stored. Read again."""
+
+
 @contextmanager
 def reported(where: str) -> Iterator[None]:
     """Turn every error of the database or its file into a StoreError about `where`."""

@@ -12,6 +12,15 @@ from accept.store.errors import StoreError
 GENESIS = "0" * 64  # stands for the event before the first
 
 
+class KeyHolder(str):
+    """The name on a key that its holder opened. An event under any other name is marked `typed`."""
+
+
+def shown_name(who: str, typed: bool) -> str:
+    """Return a name as it is shown beside what was done under it."""
+    return f"{who} (typed)" if typed else str(who)
+
+
 @dataclass(frozen=True)
 class Event:
     """One stored event, its fields in the order in which they are stored and hashed.
@@ -37,6 +46,11 @@ class Event:
         """The payload as it was appended."""
         content: dict[str, Any] = json.loads(self.payload)
         return content
+
+    @property
+    def by(self) -> str:
+        """The operator as shown: a name for which no key was opened is marked. Earlier versions stored no mark."""
+        return shown_name(self.who, self.data.get("typed") is True)
 
     @property
     def name(self) -> str:
@@ -67,12 +81,14 @@ def digest(*fields: int | str) -> str:
 
 @dataclass(frozen=True)
 class NewEvent:
-    """An event to be appended; the store adds number, time, operator, code and hashes."""
+    """An event to be appended; the store adds number, time, operator, code and hashes. after: number of the last event
+    about its subject that it follows from; with a later one in the store it is not appended."""
 
     what: str
     subject: str = ""
     payload: Mapping[str, Any] = field(default_factory=dict)
     spec: str = ""
+    after: int | None = None
 
     def text(self) -> str:
         """Return the canonical JSON of the payload. Raises StoreError if it is not JSON, NaN and infinity included."""

@@ -15,6 +15,7 @@ from accept.store.payloads import (
 )
 
 TECHNICIAN = "technician"  # the role of the first signature
+VOIDED = "voided"  # how an attempt ended that quality assurance declared void
 
 
 @dataclass(frozen=True)
@@ -36,9 +37,21 @@ class Certificate:
 
 
 @dataclass(frozen=True)
+class HandedOut:
+    """A certificate as it was handed out: of which attempt, its hash, its number ("" without one), its spec, and its
+    result, None if another judgement came before it was signed."""
+
+    attempt: int
+    sha256: str
+    number: str
+    spec_sha256: str
+    result: UnitEntry | None
+
+
+@dataclass(frozen=True)
 class UnitState:
-    """State of one serial: its last judgement and the certificate of that, the number of judgements, and the latest
-    attempt that ever had a certificate, with its hash (`handed_out`)."""
+    """State of one serial: its last judgement and the certificate of that, how each judgement ended, and the
+    certificate of the latest attempt that ever had one (`handed_out`)."""
 
     serial: str
     path: str
@@ -46,15 +59,20 @@ class UnitState:
     spec_sha256: str
     code_sha256: str
     result: UnitEntry
-    attempts: int = 1
+    ended: tuple[tuple[int, str, str], ...] = ()  # event, verdict (`VOIDED` too) and time of each judgement, in order
     certificate: Certificate | None = None
-    handed_out: tuple[int, str] | None = None
+    handed_out: HandedOut | None = None
     certificates: Mapping[str, tuple[int, str]] = field(default_factory=dict)  # sha256 -> attempt, path
     seq: int = 0  # the event of the last judgement
     time: str = ""  # of it, UTC, ISO 8601
     who: str = ""  # who judged
     reason: str | None = None  # why it was judged again; "" if no reason was given, None if none was asked for
     voided: str = ""  # why the last judgement was declared void, by whom and when
+
+    @property
+    def attempts(self) -> int:
+        """The number of judgements."""
+        return len(self.ended)
 
     @property
     def verdict(self) -> str:
@@ -91,9 +109,8 @@ def fold(events: Iterable[Event], state: BenchState | None = None) -> BenchState
                 refused[path] = reason
             case CertificateWritten() | CertificateSigned() as certified if event.subject in units:
                 units[event.subject] = _certified(units[event.subject], event, certified)
-            case AttemptVoided() as void if event.subject in units and units[event.subject].seq == void.judged:
-                words = f"{void.reason} ({event.who}, {event.time[:10]})"
-                units[event.subject] = replace(units[event.subject], voided=words)
+            case AttemptVoided() as void if event.subject in units:
+                units[event.subject] = _voided(units[event.subject], event, void)
             # A certificate of a unit that was judged elsewhere, as at QA's own desk, is a line of the history.
     return BenchState(units, refused, seq)
 
@@ -107,7 +124,7 @@ def _judged(before: UnitState | None, event: Event, judged: UnitJudged) -> UnitS
         judged.spec_sha256,
         judged.code_sha256,
         judged.result,
-        attempts=before.attempts + 1 if before else 1,
+        ended=(*(before.ended if before else ()), (event.seq, str(judged.result.verdict), event.time)),
         handed_out=before.handed_out if before else None,
         certificates=before.certificates if before else {},
         seq=event.seq,
@@ -117,6 +134,12 @@ def _judged(before: UnitState | None, event: Event, judged: UnitJudged) -> UnitS
     )
 
 
+def _voided(unit: UnitState, event: Event, void: AttemptVoided) -> UnitState:
+    ended = tuple((seq, VOIDED if seq == void.judged else verdict, time) for seq, verdict, time in unit.ended)
+    words = f"{void.reason} ({event.who}, {event.time[:10]})" if unit.seq == void.judged else unit.voided
+    return replace(unit, ended=ended, voided=words)
+
+
 def _certified(unit: UnitState, event: Event, certified: CertificateWritten | CertificateSigned) -> UnitState:
     """Return the unit with a certificate that was written or signed: of its last attempt, unless it is known to be of
     an earlier one."""
@@ -124,7 +147,13 @@ def _certified(unit: UnitState, event: Event, certified: CertificateWritten | Ce
     attempt = _attempt_of(unit, certified)
     known = {**unit.certificates, sha256: (attempt, path)}
     before = unit.handed_out
-    handed_out = before if before is not None and before[0] > attempt else (attempt, sha256)
+    if before is None or before.attempt < attempt:
+        result = unit.result if attempt == unit.attempts else None
+        handed_out = HandedOut(attempt, sha256, getattr(certified, "number", ""), unit.spec_sha256, result)
+    elif before.attempt == attempt:  # countersigned, or signed a second time
+        handed_out = replace(before, sha256=sha256, number=getattr(certified, "number", "") or before.number)
+    else:
+        handed_out = before
     if attempt < unit.attempts:
         return replace(unit, certificates=known, handed_out=handed_out)
     signatures: tuple[Signature, ...] = ()
@@ -138,7 +167,8 @@ def _attempt_of(unit: UnitState, certified: CertificateWritten | CertificateSign
     """Return the number of the attempt that a certificate states: that of the file which was countersigned or, for
     events from before they named that file, that of the last certificate at the same place."""
     if isinstance(certified, CertificateWritten) or certified.role == TECHNICIAN:
-        return unit.attempts
+        judged = getattr(certified, "judged", 0)  # another program may have judged the unit before it was signed
+        return next((n for n, (seq, _, _) in enumerate(unit.ended, 1) if seq == judged), unit.attempts)
     if certified.before is not None and certified.before in unit.certificates:
         return unit.certificates[certified.before][0]
     return max((n for n, path in unit.certificates.values() if path == certified.path), default=unit.attempts)

@@ -12,7 +12,7 @@ from accept.base.documents.gap import GapDocument
 from accept.base.documents.manifest import Manifest
 from accept.base.documents.misalignment import MisalignmentDocument
 from accept.base.documents.results import ResultsDocument
-from accept.store.payloads import KINDS
+from accept.store.payloads import KINDS, Payload
 from checks.cause import Reason
 
 HEAD = """# Formats
@@ -24,7 +24,8 @@ earlier versions, or wherever it has nothing to say. Numbers that are unknown ar
 EVENTS = """## Events of the store
 
 Each event has a number, a time, who, what (the kind), a subject (the serial, or nothing), the spec, the hash of the
-program, its payload and two hashes (`accept store log --full` shows them). The payload is one of these.
+program, its payload and two hashes (`accept store log --full` shows them). The payload is one of these. Any has
+`typed` = true if no key was opened for the name of who acted; events of versions before 0.2.0 have no such mark.
 """
 DOCUMENTS: Mapping[str, type[Document]] = {
     "results.json": ResultsDocument,
@@ -76,7 +77,7 @@ def _section(kind: Any, parts: dict[str, Any]) -> Iterator[str]:
     yield " ".join((kind.__doc__ or "").partition("\n\n")[0].split()) + "\n"
     yield "| key | type | meaning |\n|---|---|---|"
     hints = get_type_hints(kind, include_extras=True)
-    for field in fields(kind):
+    for field in (field for field in fields(kind) if field not in fields(Payload)):
         hint = hints[field.name]
         words = [m for m in getattr(hint, "__metadata__", ()) if isinstance(m, str)]
         later = "*later*" if _is_later(field) else ""

@@ -8,8 +8,10 @@ from functools import cache
 from pathlib import Path
 
 from sqlalchemy import URL, Connection, Engine, make_url, select, update
+from sqlalchemy.exc import SQLAlchemyError
 
 from accept.base.home import HomeError, home
+from accept.base.plain_text import without_secrets
 from accept.store import indexes, tables
 from accept.store.anchor import Anchor
 from accept.store.engine import appending, make_engine, snapshot
@@ -38,9 +40,8 @@ def open_store(
     fails its integrity check.
     """
     chosen = url or os.environ.get("ACCEPT_STORE_URL") or None
-    with reported(chosen.split("@")[-1] if chosen else "the event store"):  # after the @: no password in a message
-        parsed = make_url(chosen) if chosen else URL.create("sqlite", database=str(_default_path()))
-        where = _where(parsed)
+    parsed = _parsed(chosen) if chosen else URL.create("sqlite", database=str(_default_path()))
+    where = _where(parsed)
     with reported(where):
         engine = make_engine(parsed, timeout_s)
         try:
@@ -92,8 +93,22 @@ def _default_path() -> Path:
         raise StoreError(str(e)) from e
 
 
+def _parsed(address: str) -> URL:
+    """Raise StoreError for what is no address of a database. Its words are not repeated: they may be a password."""
+    try:
+        url = make_url(address)
+        url.get_backend_name()
+        if "@" in (url.host or ""):
+            raise ValueError("@ stands in the host")
+    except (SQLAlchemyError, ValueError) as e:
+        form = "postgresql://USER:PASSWORD@HOST:PORT/DATABASE, '@' and ':' in a password as %40 and %3A"
+        raise StoreError(f"ACCEPT_STORE_URL is no address of a database: expected {form}") from e
+    return url
+
+
 def _where(url: URL) -> str:
-    return str(url.database) if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
+    shown = url.render_as_string(hide_password=True)
+    return str(url.database) if url.get_backend_name() == "sqlite" else without_secrets(shown)
 
 
 def _prepare(engine: Engine, where: str, make: bool) -> bool:

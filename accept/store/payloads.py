@@ -18,10 +18,14 @@ from checks.verdict import Finding
 KINDS: dict[str, type["Payload"]] = {}  # by what events of the kind are called
 
 
+@dataclass(frozen=True)
 class Payload(Document):
-    """The content of an event of one kind."""
+    """The content of an event of one kind. The store sets `typed` when it writes the event."""
 
     KIND: ClassVar[str]
+    typed: Annotated[bool, only_if(bool), "no key was opened for the name of who acted"] = field(
+        default=False, kw_only=True, compare=False
+    )
 
     def __init_subclass__(cls, what: str) -> None:
         cls.KIND = what
@@ -119,7 +123,10 @@ class CertificateSigned(Payload, what="certificate_signed"):
     disposition: Annotated[Decision | None, only_if(), "QA's decision about a unit that was not accepted"] = None
     before: Annotated[str | None, only_if(), "sha256 of the certificate that was countersigned"] = None
     number: Annotated[str, only_if(bool), "of the certificate, by the scheme of `laboratory.toml`"] = ""
-    reason: Annotated[str, only_if(bool), "why the technician signed a unit that was not accepted"] = ""
+    reason: Annotated[
+        str, only_if(bool), "why the technician signed a unit that was not accepted, or replaced a certificate"
+    ] = ""
+    judged: Annotated[int, only_if(bool), "number of the event of the judgement that the technician signed"] = 0
 
 
 @dataclass(frozen=True)
@@ -179,11 +186,21 @@ class BaselineSet(Payload, what="baseline_set"):
 
 
 @dataclass(frozen=True)
+class SerialConfirmed(Payload, what="serial_confirmed"):
+    """A person confirmed the serial of a unit and told it apart from those that look like it."""
+
+    unlike: Annotated[tuple[str, ...], "the serials that it was asked about"]
+
+
+@dataclass(frozen=True)
 class NonconformanceDecided(Payload, what="nonconformance_decided"):
-    """Quality assurance decided about nonconformances that hold a unit, without countersigning a certificate."""
+    """Quality assurance decided about nonconformances of a unit, with a countersignature or without one."""
 
     nonconformances: tuple[str, ...]
     disposition: Decision
+    certificate: Annotated[
+        str | None, only_if(), "of results.json alone: sha256 of what an earlier program countersigned with it"
+    ] = None
 
 
 @dataclass(frozen=True)

@@ -1,16 +1,45 @@
-"""Serials that differ only in capitals: on a file system that does not distinguish them, their certificates and folders
-would overwrite each other."""
+"""Serials that are taken for one another.
+
+Those that differ only in capitals are refused: on a file system that does not distinguish them, their certificates and
+folders would overwrite each other. Those that differ by letters and digits that look alike (A-10, A-1O) are asked
+about.
+"""
+
+LOOKS = ("oilsb", "01158")  # letters, in lower case, and the digits that look like them
 
 
 def spelling_key(serial: str) -> str:
-    """Return the key that such serials share. A serial is ASCII (`accept.units.unit_folder`): no letter has two
-    forms."""
+    """Return the key that serials share that differ only in capitals. A serial is ASCII (`accept.units.unit_folder`):
+    no letter has two forms."""
     return serial.casefold()
 
 
+def look_key(serial: str) -> str:
+    """Return the key that serials share that look alike. A store has an index of it (`accept.store.tables`)."""
+    return spelling_key(serial).translate(str.maketrans(*LOOKS))
+
+
+def look_alike(serial: str, other: str) -> bool:
+    """Return whether one serial may be taken for the other: not if a letter stands for a digit here and a digit for a
+    letter there, as in B-8 and 8-B."""
+    pairs = [(a, b) for a, b in zip(serial, other, strict=False) if a != b and a.isdigit() != b.isdigit()]
+    return look_key(serial) == look_key(other) and len({a.isdigit() for a, _ in pairs}) < 2
+
+
 def mistaken_for(serial: str, known: str) -> str:
-    """Return the message that refuses such a serial."""
+    """Return the message that refuses a serial that differs in capitals."""
     return (
         f"serial = '{serial}' differs from '{known}', which the bench's store knows, in capitals only; "
         "some file systems take both for one, and the certificates would overwrite each other"
     )
+
+
+def difference(serial: str, known: str) -> str:
+    """Return in words where a serial differs from one that looks like it."""
+    pairs = enumerate(zip(serial, known, strict=True), 1)
+    apart = [f"character {i} is the {_kind(a)} {a}, not the {_kind(b)} {b}" for i, (a, b) in pairs if a != b]
+    return f"{serial} differs from {known}, which the store knows: {'; '.join(apart)}"
+
+
+def _kind(character: str) -> str:
+    return "digit" if character.isdigit() else "letter"

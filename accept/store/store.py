@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
@@ -16,10 +16,11 @@ from accept.store import indexes, tables
 from accept.store.anchor import Anchor
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
 from accept.store.engine import appending, reconnecting, snapshot
-from accept.store.errors import StoreError, reported
-from accept.store.event import Event, NewEvent, sealed
+from accept.store.errors import Overtaken, StoreError, reported
+from accept.store.event import Event, KeyHolder, NewEvent, sealed
 from accept.store.payloads import Payload
 from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
+from accept.store.spelling import look_alike, look_key, spelling_key
 from accept.store.undone import NAMING, is_named
 
 END_NOT_KEPT = (
@@ -160,13 +161,19 @@ class Store:
         """
         return self.append_many([NewEvent(what, subject, payload, spec)], who=who)[0]
 
-    def write(self, payload: Payload, subject: str = "", *, who: str, spec: str = "") -> Event:
-        """Append the event of a payload, as `append` does. subject: a unit's serial. Raises StoreError."""
-        return self.append_many([payload.about(subject, spec)], who=who)[0]
+    def write(
+        self, payload: Payload, subject: str = "", *, who: str, spec: str = "", after: int | None = None
+    ) -> Event:
+        """Append the event of a payload, as `append` does, marked as typed unless `who` is a `KeyHolder`. subject: a
+        unit's serial; after: number of the last event about it that was read, 0 for none. Raises StoreError, Overtaken
+        if the store has a later one."""
+        marked = replace(payload, typed=not isinstance(who, KeyHolder))
+        return self.append_many([replace(marked.about(subject, spec), after=after)], who=str(who))[0]
 
     def append_many(self, entries: Sequence[NewEvent], *, who: str) -> list[Event]:
         """Append all entries in one transaction, or none of them, as `append` does. If the connection to a server is
-        lost, it is made again, and nothing is appended twice."""
+        lost, it is made again, and nothing is appended twice. Raises also Overtaken: no other program appends between
+        this comparison and the commit."""
         if not entries:
             return []
         tried: list[Event] = []
@@ -176,6 +183,7 @@ class Store:
             nonlocal ours
             with appending(self._engine) as connection:
                 if not (tried and self._holds(connection, tried[-1])):
+                    _check_followed(connection, entries)
                     end = self._end(connection)
                     ours = end == self._checked and self._file is not None and file_looks(self._file) == self._looks
                     tried[:] = self._put(connection, entries, who, end)
@@ -268,13 +276,26 @@ class Store:
     def other_spelling(self, serial: str) -> str | None:
         """Return the serial in the store that differs from this one only in capitals (`accept.store.spelling`); None if
         the store knows this one. A unit that was taken off the list is not known. Raises StoreError."""
-        subject, what = tables.events.c.subject, tables.events.c.what
-        asked = select(subject).where(func.lower(subject) == func.lower(serial), what.in_(NAMING)).distinct()
-        alike = self._ask(lambda connection: set(connection.scalars(asked)))
-        if alike <= {serial}:  # as for most: no events are read
-            return None
-        known = {each for each in alike if is_named(list(self.events(each)))}
-        return None if serial in known else min(known, default=None)
+        known = self._alike(serial)
+        same = [each for each in known if spelling_key(each) == spelling_key(serial)]
+        return None if serial in known else min(same, default=None)
+
+    def look_alikes(self, serial: str) -> list[str]:
+        """Return the serials that were in the store before this one, or are while it is not, and differ from it only by
+        letters and digits that look alike. Raises StoreError."""
+        known = self._alike(serial)
+        before = known[: known.index(serial)] if serial in known else known
+        return [each for each in before if spelling_key(each) != spelling_key(serial)]
+
+    def _alike(self, serial: str) -> list[str]:
+        """Return the known serials that may be taken for this one, itself among them, as they came into the store."""
+        e = tables.events.c
+        asked = select(e.subject).where(tables.LOOK == look_key(serial), e.what.in_(NAMING))
+        asked = asked.group_by(e.subject).order_by(func.min(e.seq))
+        found = self._ask(lambda connection: list(connection.scalars(asked)))
+        if found in ([], [serial]):  # as for most: no events are read
+            return found
+        return [each for each in found if look_alike(each, serial) and is_named(list(self.events(each)))]
 
     @property
     def engine(self) -> Engine:
@@ -407,6 +428,16 @@ def _wanted(subject: str | None, what: str | None) -> Select[Any]:
     if subject is not None:
         query = query.where(tables.events.c.subject == subject)
     return query if what is None else query.where(tables.events.c.what == what)
+
+
+def _check_followed(connection: Connection, entries: Sequence[NewEvent]) -> None:
+    """Raise Overtaken if an event about a subject was stored after the one that an entry follows from."""
+    e = tables.events.c
+    for entry in entries:
+        if entry.after is not None:
+            last = connection.scalar(select(func.max(e.seq)).where(e.subject == entry.subject)) or 0
+            if last > entry.after:
+                raise Overtaken(f"{entry.what} {entry.subject}: event {last} came before it could be stored")
 
 
 def _chained(entries: Sequence[NewEvent], who: str, last: StoreHead) -> list[Event]:

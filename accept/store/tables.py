@@ -14,10 +14,12 @@ from sqlalchemy import (
     func,
     insert,
     inspect,
+    literal_column,
 )
 
 from accept.store.chain import START
 from accept.store.engine import has_index
+from accept.store.spelling import LOOKS
 
 SCHEMA = 2  # of the tables; a store of the one before is brought up to it when it is opened
 EARLIER = 1  # without the index of parts, which a program that writes such a store does not fill
@@ -42,9 +44,12 @@ Index("events_by_subject", events.c.subject, events.c.what, events.c.seq)
 # By the kind of event. Earlier stores get it when they are opened.
 BY_KIND = "events_by_kind"
 _BY_KIND = Index(BY_KIND, events.c.what, events.c.seq)
-# By the key that two serials share that differ only in capitals. Earlier stores get it when they are opened.
-BY_SPELLING = "events_by_spelling"
-_BY_SPELLING = Index(BY_SPELLING, func.lower(events.c.subject), events.c.what, events.c.subject)
+# By the key that serials share that look alike. Earlier stores get it when they are opened.
+BY_LOOK = "events_by_look"
+LOOK = func.lower(events.c.subject)
+for _letter, _digit in zip(*LOOKS, strict=True):
+    LOOK = func.replace(LOOK, literal_column(f"'{_letter}'"), literal_column(f"'{_digit}'"))
+_BY_LOOK = Index(BY_LOOK, LOOK, events.c.what, events.c.subject)
 
 head = Table(
     "head",
@@ -70,7 +75,7 @@ def _index(name: str) -> Table:
 samples = _index("samples")
 parts = _index("parts")
 
-LATER = {BY_KIND: _BY_KIND, BY_SPELLING: _BY_SPELLING}  # indexes that earlier stores lack
+LATER = {BY_KIND: _BY_KIND, BY_LOOK: _BY_LOOK}  # indexes that earlier stores lack
 NAMES = {*metadata.tables, *LATER}
 
 _REFUSAL = "events are never changed or removed"

@@ -177,7 +177,7 @@ class BenchApp(InOrder):
             return
         self._leave_unit()
         try:
-            opened = await asyncio.to_thread(open_at_bench, bench, (serial, kind, operator, {}, None))
+            opened = await asyncio.to_thread(open_at_bench, bench, (serial, kind, operator, {}, None, False))
         except (AcceptError, OSError) as e:
             self.given = Given(operator, serial, kind)
             self.show_start(str(e))

@@ -9,15 +9,13 @@ import tomlkit
 
 from accept.base.atomic_files import write_atomic
 from accept.units.unit_entry import is_reserved
-from accept.units.unit_folder import UNIT_FILE
+from accept.units.unit_folder import UNIT_FILE, file_hash
 from accept.units.variants import pointed_to_variant
 from checks.declare import CsvTable, Series
 from checks.errors import RecordError
 from hw import records
 from specs.bench import NO_CHANNELS, Channels
 from specs.files import read_bounded
-
-_MAX_BYTES = 2_000_000_000  # of one record; an hour of four channels at 10 kHz has 1.2 GB
 
 
 def take_in(
@@ -29,7 +27,7 @@ def take_in(
     if not source.is_file():
         raise RecordError(f"{source.name or source}: no such file")
     _readable(source, declared, channels)
-    return copy_in(source, folder, _MAX_BYTES)
+    return copy_in(source, folder, records.DEFAULT_LIMITS.max_bytes)
 
 
 def pointed(
@@ -44,7 +42,7 @@ def copy_in(source: Path, folder: Path, most: int) -> tuple[str, str]:
     content stays, the new one gets a number. most: bytes. Raises OSError, also if it has more."""
     content = read_bounded(source, most)
     digest = hashlib.sha256(content).hexdigest()
-    name = _free_name(folder, source.name, digest)
+    name = _free_name(folder, source.name, digest, len(content))
     if not (folder / name).exists():
         write_atomic(folder / name, content)
     return name, digest
@@ -106,20 +104,16 @@ def _channels_of(source: Path, _mtime_ns: int, _size: int) -> dict[str, tuple[in
         return e
 
 
-def _free_name(folder: Path, name: str, digest: str) -> str:
+def _free_name(folder: Path, name: str, digest: str, size: int) -> str:
     path, number = Path(name), 1
     tried = name
     while is_reserved(tried) or tried.startswith(".") or (folder / tried).exists():
-        if not is_reserved(tried) and (folder / tried).is_file() and _sha256(folder / tried) == digest:
+        there = folder / tried
+        if not is_reserved(tried) and there.is_file() and there.stat().st_size == size and file_hash(there) == digest:
             return tried
         number += 1
         tried = f"{path.stem.lstrip('.') or 'record'}-{number}{path.suffix}"
     return tried
-
-
-def _sha256(path: Path) -> str:
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def write_document(folder: Path, document: dict[str, Any]) -> None:

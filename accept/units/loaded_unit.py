@@ -2,6 +2,7 @@
 certificate are the same bytes, and what was estimated of a record is kept for the next caller."""
 
 import hashlib
+import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cached_property
@@ -21,11 +22,9 @@ from checks.cause import Cause, Reason, because
 from checks.declare import CsvTable, Series, Values
 from checks.errors import RecordError
 from checks.record import Record
-from hw.records import record_of, table_of
-from hw.records.limits import DEFAULT_LIMITS
-from hw.records.source import Source, load_bytes
+from hw.records import Source, list_channels, load_bytes, record_of, table_of
 from specs.plugins import product_named
-from specs.units import CHANNEL_LABELS
+from specs.units import CHANNEL_LABELS, parse_column
 
 RESPONSES = "frf"  # the section that experiments repeat under other conditions
 HELD_BYTES = 256_000_000  # of one unit's files kept in memory: twenty times a strut's; what is beyond is read again
@@ -84,6 +83,15 @@ class LoadedUnit:
                     return asked.within(name, file)
         return None
 
+    def names_in_files(self, section: UnitSection[Any]) -> set[str]:
+        """Return the names of the channels in a section's records, without units and places, of those that can be
+        read."""
+        found: set[str] = set()
+        for name in section.files:
+            with suppress(RecordError, OSError):
+                found |= {bare_name(channel) for channel in list_channels(inside(self.folder.path, name))}
+        return found
+
     def _remembered(self, key: str, read: Callable[[], Values]) -> Values:
         """Return what was read, or why it could not be, the same whenever it is asked for again."""
         if key not in self._values:
@@ -129,7 +137,7 @@ class LoadedUnit:
         if entry.name not in self._sources and not path.is_file():  # said here, without the folder's own path: a
             # certificate is judged again elsewhere
             raise RecordError(f"{entry.name}: no such file in the unit folder")
-        source = self._sources.get(entry.name) or load_bytes(path, DEFAULT_LIMITS)
+        source = self._sources.get(entry.name) or load_bytes(path)
         if isinstance(entry.declared, CsvTable):
             found: Any = table_of(source, entry.declared)
         else:
@@ -155,12 +163,17 @@ class LoadedUnit:
                 return None
             if not 0 < path.stat().st_size <= self._room:
                 return unit_folder.file_hash(path)
-            source = load_bytes(path, DEFAULT_LIMITS)
+            source = load_bytes(path)
         except (OSError, RecordError, ValueError):
             return None
         self._room -= len(source.raw)
         self._sources[name] = source
         return source.sha256
+
+
+def bare_name(channel: str) -> str:
+    """Return the name of a channel in a file without its unit and without the structure that it stands in."""
+    return re.split(r"[./]", parse_column(channel)[0])[-1]
 
 
 def loaded(unit: Path | UnitFolder | LoadedUnit) -> LoadedUnit:

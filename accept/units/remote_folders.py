@@ -16,10 +16,11 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import writing_atomic
+from accept.base.plain_text import without_secrets
 from accept.units import unit_folder
 from accept.units.unit_folder import MAX_UNIT_TOML_BYTES, UNIT_FILE, UnitError
 from checks.errors import RecordError
-from hw.records.limits import DEFAULT_LIMITS
+from hw.records import DEFAULT_LIMITS
 from specs.distribution import install
 from specs.errors import AcceptError
 
@@ -46,11 +47,6 @@ def is_remote(where: str) -> bool:
     return ADDRESS.match(where) is not None and not where.startswith("file://")
 
 
-def shown(where: str) -> str:
-    """Return an address without the password that may be in it."""
-    return re.sub(r"(://)[^/@]*@", r"\1", where)
-
-
 def fetched(wheres: Sequence[str], out: Path, say: Say) -> tuple[list[Path], list[Refused]]:
     """Return what is named, on this machine: paths (and `file://`) as they are, other places fetched into a folder of
     `out`; and what could not be fetched whole.
@@ -71,7 +67,7 @@ def fetched(wheres: Sequence[str], out: Path, say: Say) -> tuple[list[Path], lis
 def _fetch_all(where: str, out: Path, say: Say) -> tuple[list[Path], list[Refused]]:
     paths: list[Path] = []
     refused: list[Refused] = []
-    place = out / f"{_recognised(shown(where))}-{_short(where)}"
+    place = out / f"{_recognised(without_secrets(where))}-{_short(where)}"
     with _listed(place / LIST) as listed:
         for fs, folder, address in _unit_folders(where):
             target = place / f"{_recognised(folder)}-{_short(folder)}"  # beside each other, whatever is in what there
@@ -80,21 +76,22 @@ def _fetch_all(where: str, out: Path, say: Say) -> tuple[list[Path], list[Refuse
                     listed.writerow([address, name, target.name, size, sha256])
             except Exception as e:  # noqa: BLE001 - every kind of place has its own errors
                 words = str(e) if isinstance(e, _NotWhole) else f"{type(e).__name__}: {e}"
-                refused.append((address, f"{address}: could not be fetched whole: {shown(words)}"))
+                refused.append((address, f"{address}: could not be fetched whole: {without_secrets(words)}"))
             else:
                 paths.append(target)
     if not paths and not refused:
-        raise RemoteError(f"{shown(where)}: holds no {UNIT_FILE}, neither itself nor in any folder below")
-    say(f"{shown(where)}: {len(paths)} units fetched into {place}")
+        raise RemoteError(f"{without_secrets(where)}: holds no {UNIT_FILE}, neither itself nor in any folder below")
+    say(f"{without_secrets(where)}: {len(paths)} units fetched into {place}")
     return paths, refused
 
 
 def _unit_folders(where: str) -> Iterator[tuple[Any, str, str]]:
     """Yield (file system, unit folder there, its address) of each at or below an address. Raises RemoteError."""
+    shown = without_secrets(where)
     try:
         from fsspec.core import url_to_fs
     except ImportError as e:
-        raise RemoteError(f"{shown(where)}: fsspec is not installed ({e}): {install('remote')}") from e
+        raise RemoteError(f"{shown}: fsspec is not installed ({e}): {install('remote')}") from e
     entries = 0
     try:
         fs, root = url_to_fs(where)
@@ -103,13 +100,13 @@ def _unit_folders(where: str) -> Iterator[tuple[Any, str, str]]:
         for folder, folders, files in fs.walk(root, maxdepth=MAX_DEPTH, on_error="raise"):
             entries += len(folders) + len(files)
             if entries > MAX_ENTRIES:
-                raise RemoteError(f"{shown(where)}: lists more than {MAX_ENTRIES} names; name a smaller part of it")
+                raise RemoteError(f"{shown}: lists more than {MAX_ENTRIES} names; name a smaller part of it")
             if UNIT_FILE in files and folder.startswith(root):
-                yield fs, folder, _below(shown(where), folder.removeprefix(root).strip("/"))
+                yield fs, folder, _below(shown, folder.removeprefix(root).strip("/"))
     except RemoteError:
         raise
     except Exception as e:  # every kind of place has its own errors
-        raise RemoteError(f"{shown(where)}: cannot be listed: {type(e).__name__}: {shown(str(e))}") from e
+        raise RemoteError(f"{shown}: cannot be listed: {type(e).__name__}: {without_secrets(str(e))}") from e
 
 
 def _below(where: str, relative: str) -> str:

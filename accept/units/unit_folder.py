@@ -19,6 +19,7 @@ from accept.units.unit_experiments import Experiments, experiments_of
 from checks.acceptance import CHECKS, RESERVED, check_for
 from checks.declare import Check, Form, Measured, Series
 from checks.errors import RecordError
+from hw.records import DEFAULT_LIMITS
 from specs.bench import TIME, Channels
 from specs.errors import AcceptError
 from specs.files import read_bounded
@@ -94,7 +95,7 @@ def find(path: Path) -> list[Path]:
 
 def read(folder: Path, latest: date | None = None) -> UnitFolder:
     """Return unit of a folder. latest: the last day that a measurement may state; None: tomorrow, for a laboratory east
-    of this clock. Raises UnitError listing every problem of its `unit.toml`; no other file is opened."""
+    of this clock. Raises UnitError listing every problem of its `unit.toml` and of the files' sizes; none is opened."""
     path = folder / UNIT_FILE
     whole = str(folder.resolve())
     if (shown := as_utf8(whole)) != whole:
@@ -117,9 +118,19 @@ def read(folder: Path, latest: date | None = None) -> UnitFolder:
         for name, day in unit.measured.items()
         if day < EARLIEST
     ]
-    if wrong:
+    if wrong := wrong + _too_large(unit):
         raise UnitError(path, wrong)
     return unit
+
+
+def _too_large(unit: UnitFolder) -> list[str]:
+    """Return the problems of files that are larger than any record may be: already their hash would take hours."""
+    found = []
+    for name in unit.files:
+        with suppress(OSError, ValueError):
+            if (size := _as_stored(unit.path, name).stat().st_size) > DEFAULT_LIMITS.max_bytes:
+                found.append(f"{name} has {size} bytes, at most {DEFAULT_LIMITS.max_bytes} are read")
+    return found
 
 
 def _read_text(path: Path) -> bytes:
@@ -142,7 +153,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
         problems.append(f"kind = {kind!r}: no such product (installed: {', '.join(products())})")
     parts = folder_header.strings(data, "parts", problems)
     channels = folder_header.channels(data, problems)
-    known_channels = _record_channels() if channels else []  # every check is loaded for it
+    known_channels = record_channels() if channels else []  # every check is loaded for it
     problems += [
         f"[channels] {key}: no check reads a channel of this name{_meant(key, known_channels)}"
         f" (known: {', '.join(known_channels)})"
@@ -188,7 +199,7 @@ def serial_problem(serial: str) -> str | None:
     return None
 
 
-def _record_channels() -> list[str]:
+def record_channels() -> list[str]:
     """Return names, here, of every channel that a check may read from a record."""
     series = [i for check in CHECKS.values() for i in check.inputs.values() if isinstance(i, Series)]
     steps = [one.step for one in series if one.step is not None]

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from accept.base.home import home
 from accept.base.operator_name import is_system_account
-from accept.judging.folder_name import doubted_folder, question
+from accept.judging.folder_name import confirm, doubted_folder, doubted_serial, question
 from accept.judging.judge_unit import default_specs, load_spec
 from accept.store import Event, Store, open_store
 from accept.store.payloads import AttemptStarted, RunOpened
@@ -130,6 +130,8 @@ class Workbench:
         refuse_passphrases(self.home, [*new, begun.operator, *begun.parts.values(), begun.reason or ""])
         session = self.session(begun.serial, begun.kind, begun.operator)
         try:
+            if begun.confirmed:
+                confirm(self.store, begun.serial, begun.operator)
             self.worker.warm()
             problems = self._attempt(session, begun)
             if self.training is not None:
@@ -175,23 +177,26 @@ class Workbench:
         return [] if taken is None else adopt(session, taken)
 
     def doubt(self, serial: str) -> str | None:
-        """Return what is asked about the unit folder that is continued if it is called like another serial, None
-        without a doubt. Raises StoreError."""
-        if self.taken is None or self.taken.serial != serial or not doubted_folder(self.store, self.taken):
-            return None
-        return question(self.taken)
+        """Return what is asked about a serial that looks like a known one, and about the unit folder that is continued
+        if it is called like another one; None without a doubt. Raises StoreError."""
+        if self.taken is not None and self.taken.serial == serial:
+            doubted = doubted_folder(self.store, self.taken)
+        else:
+            doubted = doubted_serial(self.store, serial)
+        return question(serial, doubted) if doubted else None
 
 
 @dataclass(frozen=True)
 class Begun:
     """The technician's entries at the start. reason: of a new attempt at a known unit; None continues the present
-    one."""
+    one. confirmed: whether the serial was asked about and typed once more."""
 
     serial: str
     kind: str
     operator: str
     parts: Mapping[str, str] = field(default_factory=dict)
     reason: str | None = None
+    confirmed: bool = False
 
 
 def open_bench(

@@ -15,7 +15,7 @@ from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import numbers_of, provenance
+from accept.certificate.trust.provenance import earlier_attempts, numbers_of, provenance
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, verify_file
@@ -38,7 +38,7 @@ def make_keys(home: Path, operator: str, passphrase: str) -> Path:
 
 def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verification:
     """Judge if needed, draw, sign as technician, write, store, and verify what was written. reason: why a unit is
-    signed that is not accepted; it stands on the certificate and in the store.
+    signed that is not accepted, or a certificate is replaced; it stands on the certificate and in the store.
 
     Raises KeysError if the passphrase does not open the key and DispositionError if the reason is missing (nothing was
     done then), SigningRefused, ContentError, OSError, StoreError.
@@ -47,15 +47,17 @@ def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verificati
     if session.attempt.certificate is not None:
         raise SigningRefused(f"{session.serial}: this result is signed already")
     result = session.result or session.judge()
-    why = parse_signing_reason(result.verdict, reason)
+    amends = session.amends
+    why = parse_signing_reason(result.verdict, reason, needs_why(session))
     if _is_one_of(why, [passphrase]):
         raise SigningRefused(NOT_TAKEN)
-    number = session.attempt.number
+    number, past = session.attempt.number, list(session.store.events(session.serial))
     before = fold(session.before_attempt()).units.get(session.serial)
-    judged = fold(session.store.events(session.serial)).units[session.serial]
+    judged = fold(past).units[session.serial]
+    earlier = earlier_attempts(fold(e for e in past if e.seq < judged.seq).units.get(session.serial))
     stated = provenance(
         session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
-        session.home, credential, number, numbers_of(session.store.events(session.serial)), judged.reason, why,
+        session.home, credential, number, numbers_of(past), judged.reason, why, amends, earlier=earlier,
     )  # fmt: skip
     page = drawn(content_of(result, session.spec, session.folder, credential.person, provenance=stated))
     path = session.home / "certificates" / certificate_name(session.serial, number)
@@ -63,7 +65,7 @@ def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verificati
     own = str(stated.get("number", ""))
     sign_into(
         path, page, credential, session.store, session.serial, credential.person, result.spec,
-        number=own, simulated=result.simulated, reason=why,
+        number=own, simulated=result.simulated, reason=why, judged=judged.seq,
     )  # fmt: skip
     return _verified(session, path, credential)
 
@@ -91,6 +93,7 @@ def countersign_unit(session: Session, passphrase: str, choice: str = "", reason
         session.spec_name,
         disposition,
         simulated=before.simulated,
+        nonconformances=before.nonconformances,
     )
     return _verified(session, path, credential)
 
@@ -117,15 +120,22 @@ def check_passphrase(session: Session, role: str, passphrase: str) -> Credential
     return credential
 
 
+def needs_why(session: Session) -> str:
+    """Return the certificate that a signature would replace by another result without a reason given before, "" for
+    none. A new attempt has its reason."""
+    return "" if session.attempt.reason else session.amends
+
+
 def reason_problem(session: Session, reason: str, secrets: Iterable[str]) -> str:
     """Return why a technician's reason to sign the present result cannot stand on the certificate, "" if it can.
     secrets: passphrases that were typed or kept."""
-    result = session.result
-    if result is None or result.verdict is UnitVerdict.ACCEPTED:
+    result, amends = session.result, needs_why(session)
+    if result is None or (result.verdict is UnitVerdict.ACCEPTED and not amends):
         return ""
     if not reason.strip():
-        return f"Say in one line why you sign a unit that is {result.word}: it stands on the certificate"
-    return _is_one_of(reason, secrets) or _refusal(lambda: parse_signing_reason(result.verdict, reason))
+        what = f"replace certificate {amends}" if amends else f"sign a unit that is {result.word}"
+        return f"Say in one line why you {what}: it stands on the certificate"
+    return _is_one_of(reason, secrets) or _refusal(lambda: parse_signing_reason(result.verdict, reason, amends))
 
 
 def disposition_problem(session: Session, choice: str, reason: str, secrets: Sequence[str]) -> str:

@@ -7,6 +7,7 @@ import math
 import threading
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -16,12 +17,14 @@ from accept.base.documents.results import Information
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
+from accept.certificate.trust.provenance import amended
 from accept.gap.attach_to_result import with_explanation
 from accept.judging.advice import ADVICE, action, record_advice
 from accept.judging.bench_errors import BY_RESONANCE, withhold_bench_errors
 from accept.judging.nonconformance import open_nonconformances
 from accept.judging.result import UnitResult
-from accept.store import Event, Store
+from accept.store import Event, Store, fold
+from accept.store.errors import Overtaken
 from accept.store.payloads import (
     AttemptStarted,
     EntryUndone,
@@ -217,10 +220,14 @@ class Session:
     ) -> Event:
         """Start the next attempt; earlier ones stay as they are. channels: their names in the lab's records.
         simulated: no instrument measures the unit."""
-        number = len(self.run.attempts) + 1
         written = {name: source.to_toml() for name, source in channels.items()}
         simulated = simulated or self.simulates
-        return self.append(AttemptStarted(number, self.spec.kind, dict(parts), reason, written, simulated))
+        while True:  # another program may begin an attempt at once: each gets a number of its own
+            number, known = len(self.run.attempts) + 1, self.run.seq
+            begun = AttemptStarted(number, self.spec.kind, dict(parts), reason, written, simulated)
+            with suppress(Overtaken):
+                return self.append(begun, after=known)
+            self.refresh()
 
     def resume(self) -> Event:
         """Note that the present attempt is taken up again. Raises EntryError if it is one of another kind, or if it is
@@ -544,10 +551,17 @@ class Session:
             return None
         return self._result[1]
 
-    def append(self, payload: Payload) -> Event:
-        """Store an event about this unit. Raises StoreError, and then nothing is stored."""
+    @property
+    def amends(self) -> str:
+        """Return the certificate with another result that one of the present result replaces, "" for none."""
+        state = fold(self._events).units.get(self.serial)
+        return amended(self.serial, state, self.result.entry) if self.result is not None else ""
+
+    def append(self, payload: Payload, after: int | None = None) -> Event:
+        """Store an event about this unit. after: number of the last one that it follows from. Raises StoreError, and
+        then nothing is stored."""
         with self._mutex:
-            event = self.store.write(payload, self.serial, who=self.operator, spec=self.spec_name)
+            event = self.store.write(payload, self.serial, who=self.operator, spec=self.spec_name, after=after)
             self._catch_up()
             return event
 

@@ -168,7 +168,7 @@ def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUni
         begun.time,
         "" if last is None else _entry_words(last),
         len(notes),
-        any(note.nonconformance for note in notes) or bool(attempt.judged and attempt.judged.result.nonconformances),
+        bool(attempt.judged.result.nonconformances) if attempt.judged else any(note.nonconformance for note in notes),
         0 if spec is None else len(steps_of(spec)),
         () if spec is None else _waiting(attempt, spec),
         events[-1].who,

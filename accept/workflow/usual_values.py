@@ -3,7 +3,7 @@
 from collections import defaultdict
 from statistics import median
 
-from accept.judging.nonconformance import measured_values
+from accept.judging.superseded import measured_values
 from accept.store import Store
 from accept.store.payloads import UnitJudged
 

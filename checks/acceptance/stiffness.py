@@ -22,6 +22,7 @@ from specs.spec import CheckSpec
 UM = 1e-6
 N_PER_UM = 1e6
 GRAVITY, GRAVITY_U = 9.80665, 0.027  # m/s2: from 9.780 at the equator to 9.832 at the poles
+MASS_KG = 6.4  # added by [STB] 3.1.7
 MIN_PLATEAU_S = 2.0  # a shorter one does not separate creep from the step
 MAX_DISAGREEMENT = 0.1  # of the deflection, between adding and removing: beyond it something slipped
 SLOW_S = 1.0  # creep over a decade of seconds is determined by means over so long
@@ -326,6 +327,7 @@ CHECK = Check(
     },
     measure=measure,
     settings=(
+        Setting("mass_kg", MASS_KG, "added mass; by another one, only the bench file's, nothing is accepted"),
         Setting("gravity", GRAVITY, "acceleration of gravity on the bench [m/s2]", positive=True),
         Setting(
             "gravity_U", GRAVITY_U, "its expanded uncertainty [m/s2]; where it is not known, that of the whole globe"

@@ -18,7 +18,7 @@ from scipy.ndimage import median_filter
 from scipy.special import stdtrit
 
 from checks.arrays import Array
-from checks.process_control.spread import D2, D4, moving_range_degrees, moving_range_sigma, robust_sigma
+from checks.process_control.spread import moving_range_degrees, moving_range_sigma, robust_sigma
 
 LEAST = 8  # values below which limits are not worth drawing
 FALSE_ALARM = 0.02  # chance that a test rings anywhere in a chart of a process in control; two tests: below 1 in 20
@@ -28,6 +28,7 @@ NEIGHBOURS = 9  # values whose median is the level around one of them
 BACK = 1.0 / 3.0  # of its limits: so far a weighted mean must come back before a shift is over
 SHORTEST = 3  # values that a shift must last to be a shift, not single values
 VALUE, SHIFT, DRIFT = "value", "shift", "drift"  # a drift is a shift that a line describes better than steps
+EQUAL = "equal"  # a run of equal values (`checks.process_control.equal_runs`)
 NELSON = {
     1: "one value beyond 3 sigma",
     2: "nine in a row on one side of the mean",
@@ -65,10 +66,11 @@ class Baseline:
 
 @dataclass(frozen=True)
 class Alarm:
-    """A test that raises an alarm. rule: "value", "shift", "drift" or a number of `NELSON`; first, last: indices of its
-    values; direction: "up" or "down", None for a pattern on both sides; size: distance of their mean from that of the
-    baseline, or, without one, from the mean before; U: its expanded uncertainty (k = 2). units: number of values that
-    show it, if not all from first to last do; place: what those have in common, ("bench", "B2"), None if unknown."""
+    """A test that raises an alarm. rule: "value", "shift", "drift", "equal" or a number of `NELSON`; first, last:
+    indices of its values; direction: "up" or "down", None for a pattern on both sides; size: distance of their mean
+    from that of the baseline, or, without one, from the mean before; U: its expanded uncertainty (k = 2). units: number
+    of values that show it, if not all from first to last do; place: what those have in common, ("bench", "B2"), None if
+    unknown; usual: of equal values, how many in a row are no alarm."""
 
     rule: str
     first: int
@@ -78,6 +80,7 @@ class Alarm:
     U: float
     units: int = 0
     place: tuple[str, str] | None = None
+    usual: int = 0
 
     @property
     def lasts(self) -> bool:
@@ -88,7 +91,7 @@ class Alarm:
 @dataclass(frozen=True, eq=False)
 class Chart:
     """values (N,) against a baseline: lower, upper limits of a single value; weighted (N,) the weighted mean, gross
-    values left out, with its limits weighted_lo, weighted_hi (N,); moving_range (N - 1,) with its upper limit."""
+    values left out, with its limits weighted_lo, weighted_hi (N,)."""
 
     values: Array
     baseline: Baseline
@@ -97,8 +100,6 @@ class Chart:
     weighted: Array
     weighted_lo: Array
     weighted_hi: Array
-    moving_range: Array
-    range_limit: float
     level: Array
     alarms: tuple[Alarm, ...]
 
@@ -115,7 +116,8 @@ def estimate_baseline(values: Array) -> Baseline:
     kept = x[apart <= GROSS_SIGMAS * robust_sigma(x)] if robust_sigma(x) > 0.0 else x
     if kept.size < LEAST:
         kept = x
-    return Baseline(float(kept.mean()), moving_range_sigma(kept), kept.size, x.size - kept.size)
+    mean = kept[0] + (kept - kept[0]).mean()  # of equal values it is that value, without a rounding error
+    return Baseline(float(mean), moving_range_sigma(kept), kept.size, x.size - kept.size)
 
 
 def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collection[int] = ()) -> Chart:
@@ -151,8 +153,6 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
         weighted=weighted,
         weighted_lo=base.mean - spread,
         weighted_hi=base.mean + spread,
-        moving_range=np.abs(np.diff(x)),
-        range_limit=D4 * D2 * base.sigma,
         level=level,
         alarms=tuple(sorted([*alarms, *lasting, *_patterns(x, base, nelson_rules)], key=lambda a: (a.first, a.rule))),
     )

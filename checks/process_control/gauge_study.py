@@ -73,10 +73,23 @@ class GaugeStudy:
     def verdict(self, tolerance: float | None = None) -> str:
         """Return "good", "conditional" or "not usable", the worst of the shares of the study and of the tolerance, and
         of the categories. tolerance: distance between the limits, if given."""
-        share = max(self.percent_of_study, 0.0 if tolerance is None else self.percent_of_tolerance(tolerance))
+        share = max(self._shares(tolerance).values())
         if share > USABLE:
             return "not usable"
         return "conditional" if share > GOOD or self.distinct_categories < CATEGORIES else "good"
+
+    def decided_by(self, tolerance: float | None = None) -> str:
+        """Return the figure that the verdict follows from, with what is wanted, in words."""
+        of, share = max(self._shares(tolerance).items(), key=lambda each: each[1])
+        if share <= GOOD and self.distinct_categories < CATEGORIES:
+            return f"it distinguishes {self.distinct_categories} categories of parts, {CATEGORIES} or more are wanted"
+        wanted = f"at most {USABLE if share > USABLE else GOOD:g} %"
+        return f"gauge R&R is {share:.1f} % of the {of}, {wanted} {'is usable' if share > USABLE else 'is good'}"
+
+    def _shares(self, tolerance: float | None) -> dict[str, float]:
+        """Return what gauge R&R is compared with -> its share of it [%]."""
+        of_tolerance = {} if tolerance is None else {"tolerance": self.percent_of_tolerance(tolerance)}
+        return {"study": self.percent_of_study} | of_tolerance
 
 
 def gauge_study(values: Array) -> GaugeStudy:

@@ -12,7 +12,7 @@ from scipy.ndimage import median_filter
 from checks.arrays import Array
 from checks.process_control.capability import LEAST, NOT_NORMAL, normality
 from checks.process_control.control_chart import GROSS_SIGMAS, Alarm, Baseline, Chart
-from checks.process_control.spread import D2, D4, robust_sigma
+from checks.process_control.spread import robust_sigma
 
 AS_MEASURED = ""
 POWERS = {AS_MEASURED: 1.0, "square root": 1 / 2, "cube root": 1 / 3, "logarithm": 0.0}
@@ -75,8 +75,6 @@ def as_measured(made: Chart, values: Array, name: str) -> Chart:
         weighted=weighted,
         weighted_lo=low_w,
         weighted_hi=high_w,
-        moving_range=np.abs(np.diff(values)),
-        range_limit=D4 * D2 * base.sigma,
         level=level,
         alarms=tuple(map(of_alarm, made.alarms)),
     )

@@ -4,7 +4,7 @@ import numpy as np
 
 from checks.arrays import Array
 
-D2, D4 = 1.128379167095513, 3.2665  # of ranges of two normal values: mean range / sigma (2 / sqrt(pi)), upper limit
+D2 = 1.128379167095513  # mean range of two normal values / sigma: 2 / sqrt(pi)
 MEDIAN_RANGE = 0.9538725524  # median range of two normal values / sigma: sqrt(2) times the upper quartile
 
 

@@ -1,15 +1,27 @@
-"""Instruments: each file of this folder with a `DRIVER`. Other packages bring theirs as `accept.instruments`."""
+"""Instruments: what a bench file names, opened and read.
+
+    bench = load_bench(Path("bench.toml"))
+    instrument = open_instrument("gauge", bench.instruments["gauge"], input)
+    instrument.connect()  # identity and settings, or an InstrumentError
+    reading = instrument.read()
+    reading.value, reading.unit, reading.raw  # SI; the bytes that came
+
+A driver is a file of this folder with a `DRIVER`; other packages bring theirs as `accept.instruments`: a `Driver` with
+its names, how it opens, and the `Trial`s of its commissioning. `find_instruments` lists the
+instruments that are connected. A failed reading raises an `InstrumentError` of `hw.errors`, which carries no value."""
 
 from typing import Any
 
 from hw.errors import SettingsError
-from hw.instruments.driver import Ask, Driver, Instrument, link_of, serial_driver, settings_of
+from hw.instruments.driver import Ask, Driver, Instrument, Sampling, Trial, link_of, serial_driver, settings_of
+from hw.instruments.find import find_instruments
 from hw.instruments.heidenhain import Heidenhain
 from hw.instruments.lcr800 import Lcr800
 from hw.instruments.manual import Manual
 from hw.instruments.millimar_m1240 import MillimarM1240
 from hw.instruments.millimar_optors import MillimarOptors
-from hw.instruments.reading import Identity, Reading
+from hw.instruments.reading import Identity, Reading, scaled
+from hw.link import Traffic
 from specs import plugins
 from specs.bench import OFFLINE, InstrumentEntry
 
@@ -24,9 +36,14 @@ __all__ = [
     "MillimarM1240",
     "MillimarOptors",
     "Reading",
+    "Sampling",
+    "Traffic",
+    "Trial",
     "find_drivers",
+    "find_instruments",
     "link_of",
     "open_instrument",
+    "scaled",
     "serial_driver",
     "settings_of",
 ]

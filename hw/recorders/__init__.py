@@ -1,16 +1,23 @@
-"""Recorders: each file of this folder with a `RECORDER`. Other packages bring theirs as `accept.recorders`."""
+"""Recorders: converters that play a drive and record all channels on one clock.
+
+    recorder = open_recorder("daq", bench.recorders["daq"])
+    record = recorder.record({"Va": "V", "de": "m"}, 10e3, 20.0, drive=volts)  # refused if an input was overloaded
+
+A back end is a file of this folder with a `RECORDER`; other packages bring theirs as `accept.recorders`: a
+`RecorderDriver` that opens a `Converter`. A device that fails raises an `InstrumentError`."""
 
 from typing import Any
 
 from hw.errors import SettingsError
 from hw.instruments.driver import settings_of
-from hw.recorders.recorder import Converter, Recorder, RecorderDriver
+from hw.recorders.recorder import Converter, Heard, Recorder, RecorderDriver
 from specs import plugins
 from specs.bench import RecorderEntry
 
 __all__ = [
     "RECORDERS",
     "Converter",
+    "Heard",
     "Recorder",
     "RecorderDriver",
     "find_recorders",

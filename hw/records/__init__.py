@@ -1,20 +1,52 @@
-"""Record files: .mat (MATLAB 5 to 7.3), .csv, .uff and .tdms to records, and back."""
+"""Record files: .mat (MATLAB 5 to 7.3), .csv, .uff and .tdms to records and responses, and back.
 
+    source = load_bytes(Path("noise.mat"))  # bytes within the limits, whose hash names the record
+    source.sha256, source.is_text
+
+    record = read(Path("noise.mat"))
+    record.t, record["Va"]
+
+    found = read_response_file(Path("analyser.uff"))  # responses of other programs
+    found.f, found.H, found.channels, found.units
+
+    Path("noise.csv").write_bytes(csv_bytes({"t": t, "Va": Va}))
+
+Every statement of a file about itself (start, step, unit, scale, kind of function) is used, or the file is refused: the
+`RecordError` states the value found and the value expected."""
+
+from hw.records.contents.variable import Remarked
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
-from hw.records.reader import read, record_of
+from hw.records.reader import read, record_by_input, record_of
+from hw.records.responses import Content, ResponseFile, content_of, read_response_file
+from hw.records.source import Source, load_bytes
 from hw.records.tables import list_channels, read_table, table_of
-from hw.records.writers import csv_bytes, mat_bytes, own_record, write_csv, write_mat
+from hw.records.text.file import read_text
+from hw.records.uff.write import frf_bytes
+from hw.records.writers import csv_bytes, frd_mat, mat_bytes, own_record, response_csv, ss_mat, write_csv, write_mat
 
 __all__ = [
     "DEFAULT_LIMITS",
+    "Content",
     "ReadLimits",
+    "Remarked",
+    "ResponseFile",
+    "Source",
+    "content_of",
     "csv_bytes",
+    "frd_mat",
+    "frf_bytes",
     "list_channels",
+    "load_bytes",
     "mat_bytes",
     "own_record",
     "read",
+    "read_response_file",
     "read_table",
+    "read_text",
+    "record_by_input",
     "record_of",
+    "response_csv",
+    "ss_mat",
     "table_of",
     "write_csv",
     "write_mat",

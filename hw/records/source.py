@@ -10,7 +10,7 @@ from pathlib import Path
 
 from checks.errors import RecordError
 from hw.records.contents.variable import Variable
-from hw.records.limits import ReadLimits
+from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.mat5 import HEADER_BYTES, open_mat5
 from hw.records.text.file import SUFFIXES, open_csv
 from hw.records.uff.record import open_uff
@@ -80,7 +80,7 @@ def _is_matlab4(raw: bytes) -> bool:
     return False
 
 
-def load_bytes(path: Path, limits: ReadLimits) -> Source:
+def load_bytes(path: Path, limits: ReadLimits = DEFAULT_LIMITS) -> Source:
     """Return all bytes of a file. Raises RecordError if it is missing, not a file, empty, too large or not readable."""
     try:
         found = path.stat()

@@ -9,7 +9,6 @@ from checks.declare import CsvTable
 from checks.errors import RecordError
 from hw.records.contents.variable import Remarked, listing
 from hw.records.damage import refused
-from hw.records.limits import DEFAULT_LIMITS
 from hw.records.source import Source, load_bytes
 from hw.records.text.file import open_csv
 from hw.records.vet import loaded
@@ -18,7 +17,7 @@ from specs.units import UnitMismatch, factor, unit_of, without_unit
 
 def read_table(path: Path, table: CsvTable) -> Remarked[Array]:
     """Return column -> (N,) of a CSV file: see `table_of`. Raises RecordError, also if the file cannot be read."""
-    return table_of(load_bytes(path, DEFAULT_LIMITS), table)
+    return table_of(load_bytes(path), table)
 
 
 def table_of(source: Source, table: CsvTable) -> Remarked[Array]:
@@ -58,6 +57,6 @@ def _vet(file: str, name: str, values: Array, min_rows: int) -> None:
 def list_channels(path: Path) -> dict[str, tuple[int, ...]]:
     """Return name -> shape of everything in a record file, for messages and pickers; no data are read. Raises
     RecordError."""
-    source = load_bytes(path, DEFAULT_LIMITS)
+    source = load_bytes(path)
     with refused(source.file):
         return {name: v.shape for name, v in source.variables().items()}

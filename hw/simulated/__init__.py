@@ -1,4 +1,9 @@
-"""Simulated instruments on pseudo-terminals, byte for byte as their protocols, with faults on demand."""
+"""Simulated instruments on pseudo-terminals, byte for byte as their protocols, with faults on demand.
+
+    with SimulatedBench(setup, folder) as bench:  # setup: a `BenchSetup`, the truth
+        bench.gauge.inject(LineFault(FaultKind.HALF_LINE, after=3))  # the fourth reply is cut
+
+The stage is what a technician has set up: where the probe stands, which leads are connected, at which voltage."""
 
 from hw.simulated.bench import SimulatedBench
 from hw.simulated.faults import FaultKind, LineFault

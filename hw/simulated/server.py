@@ -55,7 +55,7 @@ class Server:
         self._unplug()
 
     def inject(self, fault: LineFault) -> None:
-        """Let a fault strike. `SWAPPED` needs two servers: see `swap`."""
+        """Let a fault strike. `SWAPPED` needs two servers: `swap_with`."""
         self._calm.clear()
         if fault.kind in OF_THE_LINE:
             with self._lock:
@@ -67,7 +67,11 @@ class Server:
         elif fault.kind is FaultKind.WRONG_UNIT:
             self.device.other_unit = True
         else:
-            raise ValueError(f"{fault.kind} needs two servers: swap(a, b)")
+            raise ValueError(f"{fault.kind} needs two servers: a.swap_with(b)")
+
+    def swap_with(self, other: "Server") -> None:
+        """Put each instrument on the other's line."""
+        self.device, other.device = other.device, self.device
 
     def clear(self) -> None:
         """End all faults, including those under way: bytes that they held back are sent at once."""
@@ -155,8 +159,3 @@ class Server:
             if handle >= 0:
                 os.close(handle)
         self._master = self._slave = -1
-
-
-def swap(one: Server, other: Server) -> None:
-    """Put each instrument on the other's line."""
-    one.device, other.device = other.device, one.device

@@ -1,6 +1,7 @@
 """A package from elsewhere brings an effect, a check and an instrument through entry points; a broken one brings
 nothing, and says so in a line."""
 
+import hashlib
 import json
 import os
 import shutil
@@ -10,6 +11,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from pypdf import PdfReader
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "tests" / "plugins" / "example"
@@ -160,3 +162,77 @@ def test_what_a_plugin_brings_is_part_of_the_codes_hash(site: Path) -> None:
     with (site / "accept_plugin_example" / "insulation.py").open("a") as file:
         file.write("# another\n")
     assert python(site, "-c", words).stdout != first
+
+
+def editable(place: Path, site: Path) -> Path:
+    """The package as `pip install -e` leaves it: a path beside the metadata, whose list has no file of the code."""
+    installed(site, declared())
+    code = shutil.move(site / "accept_plugin_example", place / "accept_plugin_example")
+    (site / "example.pth").write_text(f"{place}\n")
+    (site / "accept_plugin_example-1.0.dist-info" / "RECORD").write_text("example.pth,,\n")
+    return Path(code)
+
+
+@pytest.mark.parametrize("listing", ["of an editable install", "none"])
+def test_the_hash_of_the_code_covers_what_is_imported(tmp_path: Path, listing: str) -> None:
+    """Red before: neither list has the modules, and the hash stayed the same."""
+    (site := tmp_path / "site").mkdir()
+    (place := tmp_path / "source").mkdir()
+    code = editable(place, site)
+    if listing == "none":
+        (site / "accept_plugin_example-1.0.dist-info" / "RECORD").unlink()
+    env = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{site}{os.pathsep}{place}"}
+
+    def version() -> str:
+        words = [sys.executable, "-m", "accept", "--version"]
+        return subprocess.run(words, env=env, capture_output=True, text=True, check=True, cwd=tmp_path).stdout
+
+    before = version()
+    assert "with accept-plugin-example 1.0, code " in before
+    module = next(code.rglob("*.py"))
+    module.write_text(module.read_text() + "# other\n")
+    assert version() != before
+
+
+def test_without_plug_ins_the_hash_is_that_of_the_program(tmp_path: Path) -> None:
+    digest = hashlib.sha256()
+    packages = ("accept", "hw", "checks", "specs")
+    files = (p for package in packages for p in (ROOT / package).rglob("*") if p.suffix in {".py", ".toml"})
+    for path in sorted(files):
+        digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    (site := tmp_path / "site").mkdir()
+    assert f"code {digest.hexdigest()[:12]}\n" in python(site, "-m", "accept", "--version").stdout
+
+
+def test_a_plug_in_without_a_file_is_left_out(tmp_path: Path) -> None:
+    """From an archive: it could be changed without a trace in the hash."""
+    installed(tmp_path, declared())
+    archive = shutil.make_archive(str(tmp_path / "code"), "zip", tmp_path, "accept_plugin_example")
+    shutil.rmtree(tmp_path / "accept_plugin_example")
+    (tmp_path / "accept_plugin_example-1.0.dist-info" / "RECORD").unlink()
+    env = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(tmp_path), archive])}
+    words = [
+        sys.executable,
+        "-c",
+        "from checks.acceptance import CHECKS; from specs.plugins import PROBLEMS; print(*PROBLEMS, *CHECKS)",
+    ]
+    done = subprocess.run(words, env=env, capture_output=True, text=True, check=True, cwd=tmp_path.parent)
+    assert "is found, so nothing would tell whether it was changed" in done.stdout
+    assert not done.stdout.endswith("insulation\n")
+
+
+def test_a_certificate_and_its_verification_name_the_plug_ins(site: Path) -> None:
+    unit = a_unit(site, "GOOD", 4.2e9)
+    secret = {"ACCEPT_PASSPHRASE": "secretsecret", "ACCEPT_CA_PASSPHRASE": "authorityauthority"}
+    env = os.environ | secret | {"PYTHONPATH": f"{ROOT}{os.pathsep}{site}", "ACCEPT_HOME": str(site / "home")}
+
+    def accept(*words: object) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "accept", *map(str, words)]
+        return subprocess.run(command, env=env, capture_output=True, text=True, cwd=site, check=False)
+
+    assert accept("keys", "init", "--technician", "Test Technician").returncode == 0
+    made = accept("report", unit, "--spec", "spec.toml", "--out", "a.pdf")
+    assert (site / "a.pdf").exists(), made.stderr
+    page = "".join(one.extract_text() for one in PdfReader(site / "a.pdf").pages)
+    assert "with accept-plugin-example 1.0 (" in page
+    assert "plug-ins here: accept " in accept("verify", "a.pdf").stderr

@@ -21,6 +21,7 @@ import dask
 from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, Status, WorkerPlugin
 
 from accept.base import worker_process
+from accept.base.child_processes import protected
 from accept.base.cluster.work import ClusterError, GivenUp, WorkFailed
 from accept.base.version import code_sha256
 
@@ -270,13 +271,14 @@ def _local_workers() -> Iterator[LocalCluster]:
     """Start workers, one a core. Their limit of memory is `Labelled`'s, the one that local processes have: Dask's own,
     a share of this machine's, would kill here what is judged there."""
     here, count = "127.0.0.1", os.cpu_count()
-    local = LocalCluster(
-        n_workers=count, threads_per_worker=1, memory_limit=0, host=here, dashboard_address=f"{here}:0"
-    )
-    try:
-        yield local
-    finally:
-        local.close(timeout=10)
+    with protected():  # also of workers that are started again
+        local = LocalCluster(
+            n_workers=count, threads_per_worker=1, memory_limit=0, host=here, dashboard_address=f"{here}:0"
+        )
+        try:
+            yield local
+        finally:
+            local.close(timeout=10)
 
 
 def _client(scheduler: str | LocalCluster) -> Client:

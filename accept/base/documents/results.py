@@ -61,8 +61,18 @@ class UnitEntry(Document):
     part_doubts: Annotated[tuple[str, ...], _filled, "doubts about its parts"] = ()
     action: Annotated[str | None, only_if(), "what to put right at the bench before it is measured again"] = None
     nonconformances: Annotated[tuple[str, ...], _filled, "what was found wrong with the part, and holds the unit"] = ()
+    superseded: Annotated[
+        Mapping[str, str], _filled, "of them by check: measured before an attempt that was not accepted"
+    ] = field(default_factory=dict)
+    dispositions: Annotated[
+        tuple[Mapping[str, Any], ...],
+        _filled,
+        "what released nonconformances, each as `nonconformance_decided`",
+    ] = ()
     folder: Annotated[
-        Mapping[str, str], _filled, "`name` of its folder if that is another serial, `confirmed_by` a person"
+        Mapping[str, str],
+        _filled,
+        "`name` of its folder if that is another serial, `confirmed_by` a person; `alike`: a serial like it",
     ] = field(default_factory=dict)
     calibration: Annotated[Mapping[str, Any] | None, only_if(), "the instruments behind the findings"] = None
     gap: Annotated[Mapping[str, Any] | None, only_if(), "the answer of the gap workflow, as gap.json"] = None
@@ -84,14 +94,21 @@ class UnitEntry(Document):
     provided: Annotated[
         Mapping[str, str], _filled, "who provided the values of a section, `customer` or an external provider"
     ] = field(default_factory=dict)
+    rereadings: Annotated[
+        Mapping[str, Mapping[str, str]],
+        _filled,
+        "quantities of recordings that were read otherwise before: `words`, `was`",
+    ] = field(default_factory=dict)
     simulated: Annotated[bool, _filled, "true: the unit was simulated, so its verdict is not about a real one"] = False
 
 
 @dataclass(frozen=True)
 class ListedUnit(UnitEntry):
-    """A unit as results.json lists it: its entry and its certificate."""
+    """A unit as results.json lists it: its entry, its certificate, and its attempts before if there were any."""
 
-    certificate: Annotated[str | None, "its file beside results.json; null if none was asked for"] = None
+    certificate: Annotated[str | None, "its file beside results.json; null if none was asked for or written"] = None
+    attempt: Annotated[int | None, only_if(), "number of its judgement"] = None
+    earlier: Annotated[Mapping[str, Any] | None, only_if(), "how the attempts before ended, as in a certificate"] = None
 
 
 @dataclass(frozen=True)

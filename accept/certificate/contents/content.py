@@ -75,7 +75,7 @@ class CertificateContent:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     format: int = FORMAT
     statement: str = STATEMENT
-    accept_version: str = field(default_factory=version.version)
+    accept_version: str = field(default_factory=version.program)
     code_sha256: str = field(default_factory=version.code_sha256)
     drawn_with: Mapping[str, str] = field(default_factory=renderer)
 
@@ -116,12 +116,15 @@ class CertificateContent:
             instruments=self.instruments,
             statement=self.statement,
             inputs={
-                name: InputFile(digest, name in self.files, self.sizes.get(name))
-                for name, digest in self.inputs.items()
+                name: InputFile(digest, name in self.files, self._size(name)) for name, digest in self.inputs.items()
             },
             models={name: tuple(files) for name, files in sorted(self.models.items())},
             provenance=self.provenance,
         ).to_json()
+
+    def _size(self, name: str) -> int | None:
+        """Return the size of an input: of an attached file its own, whatever is stated. Format 1 states none."""
+        return len(self.files[name]) if name in self.files and name in self.sizes else self.sizes.get(name)
 
     def attachments(self) -> dict[str, bytes]:
         """Return name -> content of every file inside the PDF, sorted."""

@@ -2,19 +2,12 @@
 
 It is part of the countersignature itself (the signed `/Reason` of its dictionary), of the page and of the store."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
+from accept.judging.nonconformance import CHOICES
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
 
-CHOICES: Mapping[str, str] = {
-    "use-as-is": "use as it is",
-    "rework": "rework and measure again",
-    "measure-again": "measure again",
-    "return": "return to the supplier",
-    "scrap": "scrap",
-}
 LONGEST = 120  # characters of the reason: what the box of the countersignature shows
 _HEAD = "; disposition: "
 
@@ -52,10 +45,12 @@ def parse_disposition(serial: str, verdict: str, choice: str, reason: str) -> Di
     return Disposition(choice, _one_line(reason, "a disposition"))
 
 
-def parse_signing_reason(verdict: str, reason: str) -> str:
-    """Return why the technician signs a unit that is not accepted, "" for an accepted unit, which needs no reason.
-    Raises DispositionError."""
-    return "" if verdict == UnitVerdict.ACCEPTED else _one_line(reason, f"signing a unit that is {verdict}")
+def parse_signing_reason(verdict: str, reason: str, amends: str = "") -> str:
+    """Return why the technician signs a unit that is not accepted, or a certificate that replaces another one; "" for
+    an accepted unit, which needs no reason. amends: the certificate that is replaced. Raises DispositionError."""
+    if verdict == UnitVerdict.ACCEPTED:
+        return _one_line(reason, f"replacing certificate {amends}") if amends else ""
+    return _one_line(reason, f"signing a unit that is {verdict}")
 
 
 def _one_line(text: str, of: str) -> str:

@@ -9,10 +9,11 @@ from cryptography import x509
 from cryptography.x509.oid import NameOID
 
 from accept.certificate.contents.content import CertificateContent
-from accept.judging.folder_name import CONFIRMED, NAME
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.models.evidence import hashes
 from accept.pictures.labels import label_of
 from checks.rounding import with_U
+from checks.verdict import UnitVerdict
 
 NOT_STATED = "not stated"
 SIGNIFICANT = 1.0  # of both U together: the two results disagree ([ISO13528] 9.7, E_n)
@@ -32,6 +33,7 @@ def statements(contents: CertificateContent) -> dict[str, str]:
         "Spec": f"{contents.spec_name}, sha256 {contents.spec_sha256}{approved}",
         "Models": _models(contents),
         "Attempt": _attempt(contents.provenance),
+        "Amended": _amended(contents.provenance),
         "Signed": _signed(contents),
         "Changed": changes_words(contents),
         "Calibration": _calibration(contents.result.get("calibration")),
@@ -108,22 +110,42 @@ def _attempt(provenance: Mapping[str, Any]) -> str:
     number, before = provenance.get("attempt"), provenance.get("replaces")
     if number is None:
         return NOT_STATED
-    reason = provenance.get("reason")
+    reason = None if provenance.get("amends") else provenance.get("reason")  # then it stands there
     why = "" if reason is None else f"; reason: {reason}" if reason else "; no reason was given"
+    judged = f", judged on {str(provenance['judged'])[:10]}" if provenance.get("judged") else ""
+    earlier = _earlier(provenance)
     if before is None:
-        return f"{number}{why}"
+        return f"{number}{judged}{earlier}{why}"
     certificate = f", certificate sha256 {str(before['certificate'])[:12]}" if before.get("certificate") else ""
     if before.get("earlier_certificate"):
         digest, earlier = str(before["earlier_certificate"])[:12], before.get("earlier_attempt")
         certificate = f", which had no certificate, and certificate sha256 {digest} of attempt {earlier}"
     when = str(before["time"])[:19].replace("T", " ")
-    return f"{number}, replaces '{before['verdict']}' of {when} UTC{certificate}{why}"
+    replaced = f"replaces '{before['verdict']}' of {when} UTC{certificate}"
+    return f"{number}{judged}, {replaced}{earlier}{why}"
+
+
+def _earlier(provenance: Mapping[str, Any]) -> str:
+    """Return how many attempts before ended with which verdict, and which was the last that was not accepted."""
+    if (given := provenance.get("earlier")) is None:
+        return "; how the attempts before ended is not stated" if provenance.get("replaces") else ""
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in sorted(given["verdicts"].items()))
+    if (last := given["not_accepted"]) is None:
+        return f"; before: {counts}"
+    stopped = f"attempt {last['attempt']}, {last['verdict']} on {str(last['time'])[:10]}"
+    return f"; before: {counts}; last not accepted: {stopped}"
+
+
+def _amended(provenance: Mapping[str, Any]) -> str:
+    """Return which certificate with another result this one replaces, and why ([ISO17025] 7.8.8.3)."""
+    why = provenance.get("reason") or provenance.get("signed_because") or "no reason was given"
+    return f"replaces certificate {provenance['amends']}: {why}" if provenance.get("amends") else ""
 
 
 def _signed(contents: CertificateContent) -> str:
     """Return why the technician signed a unit that is not accepted, "" if no reason is stated."""
-    reason = contents.provenance.get("signed_because")
-    return f"by {contents.operator} although {contents.result['verdict']}: {reason}" if reason else ""
+    reason, verdict = contents.provenance.get("signed_because"), contents.result["verdict"]
+    return f"by {contents.operator} although {verdict}: {reason}" if reason and verdict != UnitVerdict.ACCEPTED else ""
 
 
 def _calibration(given: Mapping[str, Any] | None) -> str:
@@ -140,7 +162,9 @@ def _folder(given: Mapping[str, str]) -> str:
     confirmation = (
         f"the serial was confirmed by {given[CONFIRMED]}" if CONFIRMED in given else "the serial was not confirmed"
     )
-    return f"called {given.get(NAME, '')}, which is another serial; {confirmation}"
+    named = [f"called {given[NAME]}, which is another serial; {confirmation}"] if NAME in given else []
+    alike = [f"the serial looks like {given[ALIKE]}, and was not confirmed"] if ALIKE in given else []
+    return "; ".join(named + alike)
 
 
 def _one_copy(copy: Mapping[str, Any]) -> str:

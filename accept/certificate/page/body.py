@@ -22,6 +22,8 @@ from accept.certificate.page.clauses import (
     rule_words,
 )
 from accept.judging.advice import stored_advice
+from accept.judging.inputs import LONGEST_INPUTS, inputs_words
+from accept.judging.nonconformance import stated_words
 from accept.pictures.labels import check_label, label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
@@ -42,6 +44,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
     parts = contents.result.get("parts") or {}
     attached = sum(name in contents.files for name in contents.inputs)
     rows = [
+        *(("Decided", decided) for decided in stated_words(contents.result)),
         *statements(contents).items(),
         ("Operator", operator_words(contents)),
         ("Instruments", instruments_words(contents) or "none named by the spec"),
@@ -61,7 +64,8 @@ def identity(contents: CertificateContent) -> list[Flowable]:
 
 def findings(contents: CertificateContent) -> list[Flowable]:
     """Return the table of findings; the reason of a finding is printed below its row, on the same page, with what to
-    do; a reason or an advice that several findings share is printed once. The heading is a row of the table: it stays
+    do and, below the first finding of a check, what decided its values beside the samples; a reason or an advice that
+    several findings share is printed once. The heading is a row of the table: it stays
     with the first finding, and the table begins on the page where both fit."""
     head = ("Quantity", "Value ± U (k = 2)", "Limits", "Position", "Rule", "P(false)", "Verdict")
     right = (1, 2, 5)
@@ -80,10 +84,12 @@ def findings(contents: CertificateContent) -> list[Flowable]:
         ("RIGHTPADDING", (5, 0), (5, -1), 6),
     ]
     told: dict[str, str] = {}
+    inputs = inputs_words(contents.result)
     for finding in contents.result["findings"]:
         first = len(cells)
         cells.append(_finding_row(finding))
-        remark = _remark(finding, told)
+        used = inputs.pop(finding["check"], "")
+        remark = [*_remark(finding, told), *([_shorten(f"Inputs: {used}", LONGEST_INPUTS)] if used else [])]
         if remark:
             cells.append([[words(line, page_style.SMALL) for line in remark], *[""] * 6])
             style += [("SPAN", (0, first + 1), (-1, first + 1)), ("TOPPADDING", (0, first + 1), (-1, first + 1), 0)]
@@ -211,8 +217,8 @@ def _information_row(row: Mapping[str, Any]) -> list[Any]:
     return [words(text, page_style.SMALL) for text in texts]
 
 
-def _shorten(text: str) -> str:
-    return text if len(text) <= LONGEST_REASON else text[:LONGEST_REASON] + " … (whole text in results.json)"
+def _shorten(text: str, longest: int = LONGEST_REASON) -> str:
+    return text if len(text) <= longest else text[:longest] + " … (whole text in results.json)"
 
 
 def instruments_words(contents: CertificateContent) -> str:

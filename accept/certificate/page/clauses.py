@@ -5,8 +5,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.certificate.contents.content import CertificateContent
+from accept.judging.inputs import input_words, stated_inputs
 from accept.pictures.labels import check_label
+from accept.store.event import shown_name
 from accept.units import folder_header
+from accept.units.unit_folder import UNIT_FILE
 from checks.acceptance import CHECKS
 from checks.verdict import RULES
 
@@ -17,13 +20,15 @@ _ENVIRONMENT = {"temperature_C": ("temperature", "°C"), "humidity_percent": ("r
 
 
 def operator_words(contents: CertificateContent) -> str:
-    """Return who signs and, if others measured the unit, who they are: of several, the notes name them step by step."""
+    """Return who signs and, if others measured the unit, who they are, whose names are typed: of several, the notes
+    name them step by step."""
     signs = contents.operator or "not named"
     by_check = folder_header.measured_by(contents.unit_file, [])
     people = list(dict.fromkeys(name for names in by_check.values() for name in names))
     if {name.casefold() for name in people} <= {signs.casefold()}:
         return signs
-    return f"{signs} (signs); measured by {', '.join(people)}{': see Notes' if len(people) > 1 else ''}"
+    shown = ", ".join(shown_name(name, typed=name.casefold() != signs.casefold()) for name in people)
+    return f"{signs} (signs); measured by {shown}{': see Notes' if len(people) > 1 else ''}"
 
 
 def days_words(result: Mapping[str, Any]) -> str:
@@ -43,9 +48,11 @@ def item_words(result: Mapping[str, Any]) -> str:
 
 
 def entered_words(contents: CertificateContent) -> str:
-    """Return the checks whose values have no recording, those entered and those read from an instrument apart, "" if
-    there are none (7.8.2.2)."""
-    sections, entered, read = contents.unit_file, [], []
+    """Return the checks whose values have no recording, those entered and those read from an instrument apart, and the
+    numbers that were entered beside recordings; "" if there are none (7.8.2.2)."""
+    sections = contents.unit_file
+    entered: dict[str, str] = {}
+    read: dict[str, str] = {}
     read_with = folder_header.read_with(sections, [])
     for check in dict.fromkeys(f["check"] for f in contents.result["findings"] if f["value"] is not None):
         section = sections.get(CHECKS[check].reads if check in CHECKS else check, {})
@@ -53,11 +60,22 @@ def entered_words(contents: CertificateContent) -> str:
         if section and not any(text in contents.inputs for text in texts if isinstance(text, str)):
             sources = read_with.get(CHECKS[check].reads if check in CHECKS else check)
             if sources is None:
-                entered.append(check_label(check))
+                entered[check] = check_label(check)
             else:
-                read.append(f"{check_label(check)} ({', '.join(sources)})")
-    told = [f"values of {', '.join(entered)} were entered without a recording"] if entered else []
-    told += [f"values of {', '.join(read)} were read from the instrument named, without a recording"] if read else []
+                read[check] = f"{check_label(check)} ({', '.join(sources)})"
+    told = [f"values of {', '.join(entered.values())} were entered without a recording"] if entered else []
+    told += (
+        [f"values of {', '.join(read.values())} were read from the instrument named, without a recording"]
+        if read
+        else []
+    )
+    beside = [
+        f"{input_words(check, one)} ({check_label(check)})"
+        for check, inputs in stated_inputs(contents.result).items()
+        for one in inputs
+        if one.source == UNIT_FILE and isinstance(one.value, int | float) and check not in (*entered, *read)
+    ]
+    told += [f"numbers entered beside recordings: {', '.join(beside)}"] if beside else []
     return "; ".join(told)
 
 
@@ -89,4 +107,4 @@ def rule_words(result: Mapping[str, Any]) -> str:
     """Return the decision rules of the findings in words, coverage and scope (7.8.6.1, 7.8.2.1 l)."""
     used = dict.fromkeys(finding["rule"] for finding in result["findings"])
     decision = "".join(f"Decision rule {r}: a finding passes if {RULES[r]}. " for r in RULES if r in used)
-    return f"{decision}P(false): chance that a value which passes lies outside its limits. {COVERAGE} {SCOPE}"
+    return f"{decision}{COVERAGE} {SCOPE}"

@@ -54,7 +54,8 @@ def render(contents: CertificateContent) -> bytes:
     height = _row_height(_height(above), _height(below), len(rows))
     figures = [FigureRow(row, height, columns, _SPACE_ABOVE) for row in rows]
     text = _build(contents, [*above, *figures, *below, *shown])
-    return assemble(text, contents.attachments(), fixed_parts.field_rectangles(), _title(contents))
+    fields = fixed_parts.field_rectangles()
+    return assemble(text, contents.attachments(), fields, _title(contents), fixed_parts.open_fields())
 
 
 def _build(contents: CertificateContent, flowables: list[Flowable]) -> bytes:

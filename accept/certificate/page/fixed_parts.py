@@ -1,8 +1,9 @@
 """The parts at fixed places of a certificate's pages: head, verdict, signature boxes, code, footer."""
 
+import io
 import math
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import groupby
 from typing import Any
 
@@ -19,9 +20,11 @@ from accept.pictures.pdf.fonts import BOLD, MONO, REGULAR, fitting_size
 from accept.store.payloads import without_hashes
 
 TECHNICIAN, QA = "technician", "qa"
-BOXES = {TECHNICIAN: "Technician", QA: "Quality assurance"}
+BOXES = {TECHNICIAN: "Technician; date of issue", QA: "Quality assurance"}
 _BOX = (187, 71)  # pt, whole numbers because pyhanko rounds the box of an appearance
 _CODE = 29 * mm
+_CONCEDED = "accepted by concession"
+_BY_QA = "Quality assurance decides in its box below"  # so before the box is signed and afterwards
 _TOP = page_style.HEIGHT - page_style.MARGIN
 
 
@@ -125,7 +128,7 @@ def summary(result: Mapping[str, Any]) -> str:
     if nonconformances := result.get("nonconformances"):
         others = summary({**result, "nonconformances": []}) if result["verdict"] != "conditional" else ""
         listed = "; ".join(map(without_hashes, nonconformances))  # the notes have the hashes of their files
-        return f"Held by a nonconformance: {listed}. Quality assurance decides. {others}".rstrip()
+        return f"Held by a nonconformance: {listed}. {_BY_QA}. {others}".rstrip()
     by_verdict: dict[str, list[str]] = {}
     for finding in result["findings"]:
         by_verdict.setdefault(finding["verdict"], []).append(label_of(finding["quantity"]))
@@ -134,7 +137,8 @@ def summary(result: Mapping[str, Any]) -> str:
     )
     named = by_verdict.get(deciding, [])
     if result["verdict"] == "accepted":
-        return f"All {sum(f['required'] for f in result['findings'])} required findings pass."
+        conceded = f" {_CONCEDED.capitalize()}." if _word(result) == _CONCEDED else ""
+        return f"All {sum(f['required'] for f in result['findings'])} required findings pass.{conceded}"
     words = {"fail": "Outside the limits", "no_result": "No result for", "conditional": "Not decided within U"}[
         deciding
     ]
@@ -142,13 +146,13 @@ def summary(result: Mapping[str, Any]) -> str:
 
 
 def _word(result: Mapping[str, Any]) -> str:
-    return signs.unit_word(result["verdict"], result.get("nonconformances", ()))
+    return signs.unit_word(result["verdict"], result.get("nonconformances", ()), result.get("dispositions", ()))
 
 
 def _verdict(canvas: Canvas, contents: CertificateContent) -> None:
     """Draw the verdict, legible across a room: in a filled box, or in an empty one without a verdict of a real unit."""
     word, verdict = _word(contents.result), str(contents.result["verdict"])
-    sign = page_style.UNIT_SIGNS[word]
+    sign = page_style.UNIT_SIGNS[verdict if word == _CONCEDED else word]
     width, height = 92 * mm, 26 * mm
     left, bottom = page_style.WIDTH - page_style.MARGIN - width, _TOP - height
     empty = is_simulated(contents) or sign.fill == page_style.WHITE
@@ -164,11 +168,27 @@ def _verdict(canvas: Canvas, contents: CertificateContent) -> None:
     size = fitting_size(sign.word, BOLD, 40, room)
     canvas.setFont(BOLD, size)
     canvas.drawCentredString(left + 22 * mm + room / 2, bottom + height / 2 - 0.36 * size, sign.word)
-    below = [f"{verdict.upper()} UNTIL QUALITY ASSURANCE DECIDES"] if word != verdict else []  # as results.json has it
+    below = ["BY CONCESSION OF QUALITY ASSURANCE"] if word == _CONCEDED else []
+    below = [f"{verdict.upper()}: {_BY_QA.upper()}"] if not below and word != verdict else below  # as in results.json
     below += [signs.SIMULATED] if is_simulated(contents) else []
     for nth, line in enumerate(reversed(below)):
         canvas.setFont(BOLD, fitting_size(line, BOLD, 8, room))
         canvas.drawCentredString(left + 22 * mm + room / 2, bottom + 2.5 * mm + 9 * nth, line)
+
+
+@cache
+def open_fields() -> bytes:
+    """Return what the signature fields show until they are signed, as a PDF with a page of its size for each. The
+    appearance of a signature takes its place, while words of the page would stay below that and be read with it."""
+    buffer = io.BytesIO()
+    canvas = Canvas(buffer, pagesize=_BOX, invariant=1)
+    for words in ("not signed", "countersignature open"):
+        canvas.setFillColor(page_style.GREY_COLOUR)
+        canvas.setFont(REGULAR, 7)
+        canvas.drawCentredString(_BOX[0] / 2, _BOX[1] / 2 - 2, words)
+        canvas.showPage()
+    canvas.save()
+    return buffer.getvalue()
 
 
 def _boxes(canvas: Canvas) -> None:
@@ -181,10 +201,6 @@ def _boxes(canvas: Canvas) -> None:
         canvas.setDash(2, 2)
         canvas.rect(left, bottom, right - left, top - bottom)
         canvas.setDash()
-        canvas.setFillColor(page_style.GREY_COLOUR)
-        canvas.setFont(REGULAR, 7)
-        words = "not signed" if name == TECHNICIAN else "countersignature open"
-        canvas.drawCentredString((left + right) / 2, (bottom + top) / 2 - 2, words)
 
 
 def _code(canvas: Canvas, contents: CertificateContent) -> None:

@@ -11,14 +11,15 @@ from pyhanko.stamp import StaticStampStyle
 from reportlab.lib.utils import simpleSplit
 from reportlab.pdfgen.canvas import Canvas
 
-from accept.certificate.contents.disposition import CHOICES, Disposition
+from accept.certificate.contents.disposition import Disposition
 from accept.certificate.page.fixed_parts import BOXES
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import Credential
+from accept.judging.nonconformance import CHOICES
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 
-_WORDS = {"technician": "Signed: measured and judged", "qa": "Countersigned: reviewed"}
+_WORDS = {"technician": "Signed: measured and judged", "qa": "Countersigned: reviewed and authorised"}
 _SIMULATED_WORDS = {"technician": "Signed: simulated, not measured", "qa": "Countersigned: a simulation"}
 
 
@@ -90,9 +91,10 @@ def _draw(
         (f"issued by {authority.person_of(credential.ca)}", REGULAR, 5.4, page_style.GREY_COLOUR),
     )
     y = height - 6.0
+    shrunk = min(1.0, (height - 10.5) / (1.22 * sum(largest for _, _, largest, _ in lines)))  # to end above the border
     for text, font, largest, colour in lines:
-        points = fitting_size(text, font, largest, width - 14)
-        y -= largest * 1.22
+        points = fitting_size(text, font, shrunk * largest, width - 14)
+        y -= shrunk * largest * 1.22
         canvas.setFillColor(colour)
         canvas.setFont(font, points)
         canvas.drawString(7, y, text)

@@ -17,6 +17,7 @@ from accept.certificate.trust.keys import BENCH, CA, ROLES, KeysError
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import REASONS, RevocationList, Revoked
 from accept.store import open_store
+from accept.store.event import KeyHolder
 from accept.store.opening import BENCH_KEY
 from accept.store.seal import bench_of, own_key
 
@@ -153,7 +154,9 @@ def revoke(home: Path, office: Path, who: str, reason: str, passphrase: str, sin
     if listed is not None and keys.exist(home) and not keys.bench_problem(home):
         ca = keys.ca(home)
         with open_store(*revocation_record.store_of(home), bench=home) as store:
-            revocation_record.record(store, ca, listed, authority.person_of(ca), f"{', '.join(whose)}: {reason}")
+            revocation_record.record(
+                store, ca, listed, KeyHolder(authority.person_of(ca)), f"{', '.join(whose)}: {reason}"
+            )
     return whose
 
 

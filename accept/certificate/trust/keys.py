@@ -24,6 +24,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from accept.base.atomic_files import write_new
 from accept.certificate.trust import authority, encrypted_key, revocation, revocation_record
 from accept.certificate.trust.names import same_person, scripts
+from accept.store.event import KeyHolder
 from accept.store.opening import BENCH_KEY
 from accept.store.seal import bench_of, own_key
 from specs.errors import AcceptError
@@ -69,8 +70,8 @@ class Credential:
     tsa_roots: Sequence[x509.Certificate] = ()
 
     @property
-    def person(self) -> str:
-        return authority.person_of(self.certificate)
+    def person(self) -> KeyHolder:
+        return KeyHolder(authority.person_of(self.certificate))
 
     @property
     def demo(self) -> bool:

@@ -95,15 +95,15 @@ _EAST_ASIAN = {"CJK", "HIRAGANA", "KATAKANA", "HANGUL", "BOPOMOFO", "KATAKANA-HI
 
 
 def same_person(one: str, other: str) -> bool:
-    """Return whether two names are the same to a reader: apart from case, spaces, the composition of letters, and
-    letters that look alike."""
+    """Return whether two names are the same to a reader: apart from case, spaces, punctuation and what shows nothing,
+    the composition of letters, and letters that look alike."""
     return _folded(one) == _folded(other) or skeleton(one) == skeleton(other)
 
 
 def skeleton(name: str) -> str:
     """Return what names that look alike have in common."""
     plain = unicodedata.normalize("NFKC", name).translate(_PROTOTYPE)
-    return " ".join(plain.casefold().translate(_PROTOTYPE).replace("rn", "m").replace("vv", "w").split())
+    return _letters(plain.casefold().translate(_PROTOTYPE)).replace("rn", "m").replace("vv", "w")
 
 
 def scripts(name: str) -> set[str]:
@@ -113,4 +113,10 @@ def scripts(name: str) -> set[str]:
 
 
 def _folded(name: str) -> str:
-    return " ".join(unicodedata.normalize("NFKC", name).casefold().split())
+    return _letters(unicodedata.normalize("NFKC", name).casefold())
+
+
+def _letters(text: str) -> str:
+    """Return letters and digits alone, without the letters of Hangul that show nothing. Of other text nothing is left
+    out, so that two names of signs alone are not one."""
+    return "".join(c for c in text if c.isalnum() and c not in "\u115f\u1160") or text

@@ -2,6 +2,7 @@
 store, the approval of the spec, and whether a demo made it."""
 
 import hashlib
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -9,15 +10,18 @@ from typing import Any
 
 from cryptography.hazmat.primitives.serialization import Encoding
 
+from accept.base.documents.results import UnitEntry
 from accept.certificate.contents.content import canonical
 from accept.certificate.contents.laboratory import contents_of, laboratory_of, number_of, statement_of
 from accept.certificate.trust import keys, revocation, revocation_record
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.spec_approval import approval_of
 from accept.store import Event, SignedHead, Store, UnitState
+from accept.store.fold import VOIDED
 from accept.store.opening import BENCH_KEY
 from accept.store.payloads import BenchStated, CertificateSigned
 from accept.store.seal import own_key
+from checks.verdict import UnitVerdict
 from specs.spec import Spec
 
 AT_THE_BENCH = "its key lies at this bench"
@@ -36,6 +40,9 @@ def provenance(
     taken: Collection[str] = (),
     reason: str | None = None,
     signed_because: str = "",
+    amends: str = "",
+    judged: str = "",
+    earlier: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Return what the certificate of a unit states beside its result, signed by the bench, and store what it states of
     the bench itself, from one reading of the bench's files.
@@ -43,14 +50,16 @@ def provenance(
     who: the operator, for the store; before: what the store knows of the unit's last judgement; attempt: its number, if
     it is not one more than that; head: of the store when the unit was judged; taken: numbers that other certificates of
     the unit have; reason: why the unit was judged again, "" if no reason was given; signed_because: why the technician
-    signs a unit that is not accepted.
+    signs a unit that is not accepted, or a certificate that replaces another one; amends: the certificate with another
+    result that it replaces; judged: when the unit was judged, if that was stored before; earlier: how the judgements
+    before ended.
 
     replaces: verdict, time and certificate of the last judgement, None for a first one; if that had no certificate, the
-    last one that there was, of which attempt; before: its values, so that a significant change is seen. approval: of
-    the spec, as it is attached. crl: the authority's list of revoked keys as it is now, PEM, for a verification after
-    the authority is gone. authority: only if its key lies at the bench. laboratory, number: by `laboratory.toml` of the
-    bench. bench: the bench's certificate, PEM; signature: of all this and the serial by the bench's key. Raises
-    RevocationError, KeysError, SpecError, StoreError."""
+    last one that there was, of which attempt; before: the values of the last one, so that a significant change is seen.
+    approval: of the spec, as it is attached. crl: the authority's list of revoked keys as it is now, PEM, for a
+    verification after the authority is gone. authority: only if its key lies at the bench. laboratory, number: by
+    `laboratory.toml` of the bench. bench: the bench's certificate, PEM; signature: of all this and the serial by the
+    bench's key. Raises RevocationError, KeysError, SpecError, StoreError."""
     list_file = keys.folder(home) / revocation.FILE
     laboratory, listed, here = laboratory_of(home), revocation.kept(list_file), keys.authority_here(home)
     ca = credential.ca if credential else None
@@ -75,9 +84,12 @@ def provenance(
         "crl": None if demo else listed,
         "demo": demo or None,
         "authority": AT_THE_BENCH if here and not demo else None,
+        "earlier": earlier,
         "before": values_before(before),
         "reason": reason,
         "signed_because": signed_because or None,
+        "amends": amends or None,
+        "judged": judged or None,
         "laboratory": statement_of(laboratory, spec.checks) if laboratory else None,
         "number": scheme and number_of(scheme, serial, number, datetime.now(UTC).year, taken),
         "bench": bench and bench.public_bytes(Encoding.PEM).decode("ascii"),
@@ -116,6 +128,37 @@ def values_before(before: UnitState | None) -> dict[str, Any] | None:
     return {f.quantity: {"value": f.value, "U": f.U} for f in known} or None
 
 
+def earlier_attempts(before: UnitState | None) -> dict[str, Any] | None:
+    """Return how the attempts before the next one ended: how many with which verdict, and which was the last that was
+    not accepted; None for a first one. A void one counts as void."""
+    if before is None:
+        return None
+    stopped = [
+        {"attempt": number, "verdict": verdict, "time": time}
+        for number, (_, verdict, time) in enumerate(before.ended, 1)
+        if verdict not in (UnitVerdict.ACCEPTED, VOIDED)
+    ]
+    verdicts = Counter(verdict for _, verdict, _ in before.ended)
+    return {"verdicts": dict(verdicts), "not_accepted": stopped[-1] if stopped else None}
+
+
+def amended(serial: str, before: UnitState | None, result: UnitEntry) -> str:
+    """Return the number of the certificate that one with this result replaces, serial and attempt if it has none; "" if
+    it replaces none, or one with the same result."""
+    last = before.handed_out if before is not None else None
+    if last is None or (last.result is not None and _stated(last.result) == _stated(result)):
+        return ""
+    return last.number or f"{serial}/{last.attempt}"
+
+
+def _stated(entry: UnitEntry) -> tuple[str, list[tuple[object, ...]]]:
+    """Return what a certificate states of a result: verdicts, and values, U and limits to the digits that another
+    processor computes too."""
+    numbers = {f.quantity: (f.value, f.U, f.lower, f.upper) for f in entry.findings}
+    rounded = {name: tuple(x if x is None else f"{x:.8g}" for x in given) for name, given in numbers.items()}
+    return entry.verdict, [(f.quantity, f.unit, f.rule, f.verdict, *rounded[f.quantity]) for f in entry.findings]
+
+
 def numbers_of(events: Iterable[Event]) -> set[str]:
     """Return the numbers of the certificates that these events state."""
     signed = (CertificateSigned.of(event) for event in events if event.what == CertificateSigned.KIND)
@@ -129,5 +172,8 @@ def replaced_by(before: UnitState | None) -> dict[str, Any] | None:
     certificate = before.certificate.sha256 if before.certificate else None
     replaces: dict[str, Any] = {"verdict": before.verdict, "time": before.time, "certificate": certificate}
     if certificate is None and before.handed_out is not None:
-        replaces["earlier_attempt"], replaces["earlier_certificate"] = before.handed_out
+        replaces |= {
+            "earlier_attempt": before.handed_out.attempt,
+            "earlier_certificate": before.handed_out.sha256,
+        }
     return replaces

@@ -31,11 +31,12 @@ from accept.store import Event, Store, StoreHead
 from accept.store.payloads import KeysRevoked
 from accept.units.attempt_folder import attempt_number
 from specs.errors import AcceptError
-from specs.files import CERTIFICATE_BYTES, read_bounded
+from specs.files import read_bounded
 
 JUDGED, SIGNED, VOIDED = "unit_judged", "certificate_signed", "attempt_voided"
 REVOKED = KeysRevoked.KIND
 _STARTED = "attempt_started"
+_LARGEST = 200_000_000  # bytes of a list: half a million entries
 _KEYS = {"seq": int, "time": str, "what": str, "unit": str, "content": str, "event": str, "attempt": int}
 
 
@@ -163,7 +164,7 @@ def publish(store: Store, path: Path, bench: x509.Certificate, key: Ed25519Priva
 def read(path: Path) -> list[BenchList]:
     """Return the lists in a file. Raises ListError, OSError."""
     try:
-        document = json.loads(read_bounded(path, CERTIFICATE_BYTES))
+        document = json.loads(read_bounded(path, _LARGEST))
         if document["format"] != 1:
             raise ListError(f"{path}: has format {document['format']!r}, this program reads 1")
         return [_from_json(given) for given in document["lists"]]

@@ -28,7 +28,8 @@ from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import OF_THE_RESULT
 
-_LISTED = ("provenance.attempt", "provenance.replaces", "provenance.head", *OF_THE_RESULT)  # the result by its hash
+_PROVENANCE = ("attempt", "replaces", "earlier", "judged", "head")
+_LISTED = (*(f"provenance.{name}" for name in _PROVENANCE), *OF_THE_RESULT)  # the result by its hash
 
 
 def trusted_lists(paths: Sequence[Path], roots: Sequence[x509.Certificate]) -> list[BenchList]:
@@ -98,6 +99,10 @@ def _comparison(signed: bytes, contents: CertificateContent, when: datetime, lis
         steps.append(Step(words, complete=False))
     if problem := _problem_of_replaced(contents.provenance.get("replaces"), judged[-1], mine):
         steps.append(Step(f"{problem} (provenance.replaces)", complete=False))
+    if problem := _problem_of_earlier(contents.provenance, judged[-1], mine):
+        steps.append(Step(f"{problem} (provenance.earlier)", complete=False))
+    if contents.provenance.get("judged", judged[-1].time) != judged[-1].time:
+        steps.append(Step(f"the list holds that it was judged on {_minute(judged[-1].time)}", complete=False))
     void = next((e for e in mine if e.what == VOIDED and e.content == judged[-1].content), None)
     if void is not None:
         words = f"the list says that this attempt was declared void, on {_minute(void.time)}"
@@ -121,6 +126,20 @@ def _problem_of_replaced(stated: Mapping[str, Any] | None, judged: Entry, mine: 
     if not {stated["certificate"], stated.get("earlier_certificate")} <= known:
         return "it states that it replaces a certificate that the list does not hold before it"
     return None
+
+
+def _problem_of_earlier(given: Mapping[str, Any], judged: Entry, mine: Sequence[Entry]) -> str | None:
+    """Return why the attempts before are not as many, or the last that was not accepted not of the time, as the list
+    has; None if they are. An earlier program did not state them."""
+    if "earlier" not in given:
+        return None
+    earlier = [e for e in mine if e.what == JUDGED and e.seq < judged.seq]
+    stated = given["earlier"]
+    if sum(stated["verdicts"].values()) != len(earlier):
+        return f"it states {sum(stated['verdicts'].values())} earlier judgements, the list holds {len(earlier)}"
+    last = stated["not_accepted"]
+    known = last is None or (1 <= last["attempt"] <= len(earlier) and earlier[last["attempt"] - 1].time == last["time"])
+    return None if known else f"the list holds no judgement {last['attempt']} of {_minute(last['time'])}"
 
 
 def _later(own: BenchList, judged: Entry, lists: Sequence[BenchList]) -> Step:

@@ -9,6 +9,7 @@ from datetime import datetime
 from pathlib import PurePath
 from typing import Any
 
+from accept.base.documents.results import UnitEntry
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
@@ -16,13 +17,14 @@ from accept.certificate.contents.laboratory import LaboratoryFile, number_of, st
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import digest_of, replaced_by, values_before
+from accept.certificate.trust.provenance import amended, digest_of, earlier_attempts, replaced_by, values_before
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import Copy, copies_of
-from accept.judging.nonconformance import open_nonconformances
+from accept.judging.nonconformance import CHOICES, standing, words_of
 from accept.judging.parts import part_doubts
+from accept.judging.rereadings import rereadings
 from accept.judging.result import UnitResult
 from accept.judging.voids import voids
 from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
@@ -32,6 +34,7 @@ from accept.store.opening import BENCH_KEY
 from accept.store.payloads import BenchStated, CertificateSigned
 from accept.store.seal import bench_of
 from accept.units.attempt_folder import attempt_number
+from checks.verdict import Verdict
 from specs.spec import parse
 
 _STARTED = "attempt_started"
@@ -60,7 +63,8 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
             signature = _signature_event(events, signed)
             held = _held(store, contents, signature)
             history = _history(store, events, signature, contents) if signature else _later_than(events, when)
-            compared = [_copied(store, contents, again), _built(store, contents), _sound(store, contents)]
+            compared = [_copied(store, contents, again), reread(store, contents)]
+            compared += [_built(store, contents), _sound(store, contents, when)]
             other = [Step(problem, complete=stated != certified)] if problem else []
             return [*other, held, *history, *compared]
     except StoreError as e:
@@ -102,7 +106,8 @@ def _holds(store: Store, head: StoreHead) -> bool:
 def _history(store: Store, events: Sequence[Event], signature: Event, contents: CertificateContent) -> list[Step]:
     """Compare result, operator, spec, attempt and what was replaced with the judgement that the signature certifies."""
     result = canonical(contents.result)
-    before = [e for e in events if e.what == JUDGED and e.seq < signature.seq]
+    named = signature.data.get("judged")  # earlier programs do not name the judgement that was signed
+    before = [e for e in events if e.what == JUDGED and e.seq < signature.seq and named in (None, e.seq)]
     own = next((e for e in reversed(before) if canonical(e.data["result"]) == result), None)
     if own is None:
         return [Step("this bench's store holds no judgement with this result", complete=False)]
@@ -144,6 +149,8 @@ def _comparisons(
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
         earlier = fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject)
         replaced.append((replaced_by(earlier), values_before(earlier)))
+    latest = contents.code_sha256 == code_sha256()  # earlier programs do not state all of it
+    amends = amended(own.subject, before, UnitEntry.from_json(contents.result))
     return {
         "operator": same_person(own.who, contents.operator),
         "spec": own.spec == f"{contents.spec_name}@{contents.spec_sha256}",
@@ -151,8 +158,12 @@ def _comparisons(
         "attempt": given.get("attempt") in numbers,
         "replaced judgement": given.get("replaces") in [judgement for judgement, _ in replaced],
         "reason": given.get("reason") == own.data.get("reason"),
-        "values before": ("before" not in given and contents.code_sha256 != code_sha256())  # older ones state none
+        "values before": ("before" not in given and not latest)
         or (given.get("replaces"), given.get("before")) in replaced,
+        "end of the attempts before": ("earlier" not in given and not latest)
+        or given.get("earlier") == earlier_attempts(before),
+        "amended certificate": ("amends" not in given and not latest) or given.get("amends", "") == amends,
+        "time of the judgement": given.get("judged", own.time) == own.time,
         "reason of signing": given.get("signed_because", "") == CertificateSigned.of(signature).reason,
     }
 
@@ -224,6 +235,17 @@ def _copied(store: Store, contents: CertificateContent, again: UnitResult | None
     return Step(f"{words}: {same}", complete=False)
 
 
+def reread(store: Store, contents: CertificateContent) -> Step:
+    """Check how the recordings were read. Not complete if the store has a judgement that read one otherwise and did not
+    pass, and the certificate does not state it."""
+    entry = UnitEntry.from_json(contents.result)
+    found = rereadings(store, contents.serial, entry.samples, entry.findings)
+    passed = {f.quantity for f in entry.findings if f.verdict is Verdict.PASS}
+    new = [r["words"] for q, r in found.items() if r["was"] != Verdict.PASS and q in passed]
+    words = "the bench's store has the same recording, read otherwise"
+    return Step(f"{words}: {'; '.join(new)}", complete=False) if new else Step("")
+
+
 def _built(store: Store, contents: CertificateContent) -> Step:
     """Check the parts. Not complete if the store has a doubt about a part that the certificate does not state."""
     found = part_doubts(store, contents.serial, contents.result.get("parts") or {})
@@ -231,14 +253,21 @@ def _built(store: Store, contents: CertificateContent) -> Step:
     return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
 
 
-def _sound(store: Store, contents: CertificateContent) -> Step:
-    """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state."""
-    stated = contents.result.get("nonconformances", ())
-    rows = [*contents.result["findings"], *contents.result["information"]]
-    values = {row["quantity"]: row["value"] for row in rows if row["value"] is not None}
-    new = [words for words in open_nonconformances(store, contents.serial, {}, values) if words not in stated]
-    words = "the bench's store holds a nonconformance without a decision"
-    return Step(f"{words}: {'; '.join(new)}", False) if new else Step("")
+def _sound(store: Store, contents: CertificateContent, when: datetime) -> Step:
+    """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state, open
+    or released; what was decided about one that it states as open is said beside its verdict. What was judged after it
+    was signed is a later attempt."""
+    stated, dispositions = (contents.result.get(key, ()) for key in ("nonconformances", "dispositions"))
+    known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
+    now = standing(store, contents.serial, {}, UnitEntry.from_json(contents.result), when + SAME_SECOND)
+    if new := [words for words in now.open if words not in stated]:
+        return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)
+    if new := [words for decided in now.released for words in decided.nonconformances if words not in known]:
+        return Step(f"the bench's store holds a nonconformance that it does not state: {'; '.join(new)}", False)
+    last = {words: decided for decided in now.decided for words in decided.nonconformances}
+    later = [*dict.fromkeys(last[words] for words in stated if words in last)]
+    remark = "; ".join(f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in later)
+    return Step("; ".join(words_of(each) for each in later), remark=remark)
 
 
 def _others(copy: Copy) -> str:

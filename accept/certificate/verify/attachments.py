@@ -19,6 +19,7 @@ from accept.certificate.contents.step import Step
 from accept.certificate.verify.gap_check import check_gap
 from accept.certificate.verify.picture_check import check_pictures
 from accept.certificate.verify.result_diff import ONLY_AGAIN, differences, is_said_otherwise, is_within_U
+from accept.judging.inputs import input_words
 from accept.judging.result import UnitResult
 from accept.models.evidence import Models, hashes
 from accept.units.loaded_unit import RESPONSES
@@ -26,10 +27,11 @@ from accept.units.unit_entry import MODEL_FOLDER
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, parse
 from checks.acceptance import CHECKS
 from checks.picture import Panel
+from checks.verdict import UsedInput
+from hw.records import DEFAULT_LIMITS
 from specs.files import read_bounded
 from specs.strict import toml_of
 
-_LARGEST = 2_000_000_000  # bytes of a record given beside a certificate
 _SHOWN = 3  # differences named in the reason; the details have all
 
 
@@ -94,6 +96,7 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
     said: list[str] = []
     absent: list[str] = []
     other: list[str] = []
+    alone = {words for f in judged.findings for i in f.inputs if i.against for words in [_alone(f.check, i)]}
     if not own:  # its result may have fewer keys, other words, and numbers that are computed otherwise now
         absent = [line.removesuffix(ONLY_AGAIN) for line in found if line.endswith(ONLY_AGAIN)]
         said = [line for line in found if is_said_otherwise(line)]
@@ -113,8 +116,9 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
     if missing:
         what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
-    if said or absent or other:
+    if said or absent or other or (alone and not own):
         words = [f"this version computes other numbers: {_some(other)}"] if other else []
+        words += [f"by this version conditional: {_some(sorted(alone))}"] if alone else []
         words += [f"said in other words: {_some(said)}"] if said else []
         words += [f"it does not state {_some(absent)}"] if absent else []
         same = f"the same values{' within U' if other else ''}, limits and verdicts"
@@ -134,6 +138,10 @@ def _sketched_as(
         name: {key: ":".join(text.split(":")[: parts.get((name, key))]) for key, text in texts.items()}
         for name, texts in again.items()
     }
+
+
+def _alone(check: str, used: UsedInput) -> str:
+    return f"{input_words(check, used)} by {used.source}, but {used.against}"
 
 
 def _some(lines: Sequence[str]) -> str:
@@ -180,7 +188,7 @@ def with_records(contents: CertificateContent, folder: Path) -> CertificateConte
     more = {}
     for name, digest in contents.inputs.items():
         if name not in contents.files and (folder / name).exists():
-            more[name] = read_bounded(inside(folder, name), _LARGEST)
+            more[name] = read_bounded(inside(folder, name), DEFAULT_LIMITS.max_bytes)
             if hashlib.sha256(more[name]).hexdigest() != digest:
                 raise InvalidCertificate(f"{folder / name} is not the file that was judged")
     return replace(contents, files={**contents.files, **more})

@@ -44,7 +44,7 @@ def rejudge(attached: CertificateContent) -> UnitResult:
             unit = unit_folder.read(Path(place), latest=date.max)  # a slow clock says nothing about the unit
             entry = UnitEntry.from_json(attached.result)
             own = attached.code_sha256 == code_sha256()  # another program may not have known what this one weighs
-            again = judge_unit.judge_unit(unit, spec, entry.calibration, models, bench_errors=own)
+            again = judge_unit.judge_unit(unit, spec, entry.calibration, models, own=own)
             again, reservations = replace(again, gap=entry.gap), Reservations.stated(entry)
             if own:
                 again, reservations = without_bench_errors(again), reservations.with_notes(unit.notes)

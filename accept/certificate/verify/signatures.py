@@ -1,6 +1,7 @@
 """The signatures on a certificate: in order, each over the whole file so far, by a key that was valid for its role
 then."""
 
+import copyreg
 import hashlib
 import io
 import logging
@@ -31,15 +32,23 @@ from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, ROLES, TECHNICIAN
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.signature_contents import byte_range, check_hole, read_hole, signature_of, token_of
+from accept.certificate.verify.structure import SAVED_AGAIN
 
 _CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of the verifier
 _USAGE = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"}, match_all_key_usages=True)
-_MOST_REVISIONS, _MOST_FIELDS = 8, 8  # a file with more is not a certificate and is not read further
-SAVED_AGAIN = "another program has saved it again (a signature is valid only for the file as it was signed)"
+_MOST_FIELDS = 8  # a form with more is not that of a certificate and is not read further
 _ORDERS = ((TECHNICIAN,), (TECHNICIAN, QA))
 # What pyhanko reports on a broken file is part of the reason; it is not repeated on stderr.
 for _library in ("pyhanko", "pyhanko_certvalidator"):
     logging.getLogger(_library).addHandler(logging.NullHandler())
+
+
+def _loaded(encoding: bytes) -> x509.Certificate:
+    return x509.load_der_x509_certificate(encoding)
+
+
+# The object itself cannot be handed to another process.
+copyreg.pickle(x509.Certificate, lambda c: (_loaded, (c.public_bytes(Encoding.DER),)))
 
 
 @dataclass(frozen=True)
@@ -64,10 +73,8 @@ def signatures_of(
     now: datetime,
     revoked: Sequence[Revoked],
     stamping: Sequence[x509.Certificate],
-) -> tuple[tuple[Signed, ...], bytes]:
-    """Return the valid signatures, and the bytes that the first one covers."""
-    if not pdf.startswith(b"%PDF-"):
-        raise InvalidCertificate("not a PDF file" if pdf else "the file is empty")
+) -> tuple[Signed, ...]:
+    """Return the valid signatures."""
     try:
         embedded = _embedded(PdfFileReader(io.BytesIO(pdf)))
     except InvalidCertificate:
@@ -98,7 +105,7 @@ def signatures_of(
     ]
     if len(found) == 2 and found[1].when < found[0].when - _CLOCK_SLACK:
         raise InvalidCertificate("the countersignature is older than the technician's signature")
-    return tuple(found), pdf[: places[0][2]]
+    return tuple(found)
 
 
 def _embedded(reader: PdfFileReader) -> list[EmbeddedPdfSignature]:
@@ -132,10 +139,7 @@ def _embedded(reader: PdfFileReader) -> list[EmbeddedPdfSignature]:
 def _check_forms(reader: PdfFileReader) -> None:
     """Raise InvalidCertificate if any revision has a form with many fields or with fields below fields: the program
     writes two. Fields that name each other twice would double the time of a walk over them at every level."""
-    revisions = reader.xrefs.total_revisions
-    if revisions > _MOST_REVISIONS:
-        raise InvalidCertificate(f"the file has {revisions} revisions for two signatures: something else was added")
-    for revision in range(revisions):
+    for revision in range(reader.xrefs.total_revisions):
         root = reader.get_historical_root(revision)
         form = root["/AcroForm"] if "/AcroForm" in root else {}  # noqa: SIM401 - `get` does not follow references
         fields = form["/Fields"] if "/Fields" in form else []  # noqa: SIM401
@@ -151,8 +155,9 @@ def _certificate(
     content = read_hole(pdf, start, end)
     if embedded.pkcs7_content != content:
         raise InvalidCertificate("the signature that was read is not the one in the hole")
-    digest = hashlib.sha256(pdf[:start] + pdf[end:last]).digest()
-    return check_hole(content, digest, trust)
+    digest = hashlib.sha256(memoryview(pdf)[:start])
+    digest.update(memoryview(pdf)[end:last])
+    return check_hole(content, digest.digest(), trust)
 
 
 def _signature(

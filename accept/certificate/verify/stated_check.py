@@ -22,18 +22,23 @@ from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.statements import unlisted
 from accept.judging.copies import recording_party
 from accept.judging.decisions import decision_problem
-from accept.judging.folder_name import CONFIRMED, NAME
-from accept.store.payloads import CopiesResolved, SignedBy
+from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
+from accept.judging.nonconformance import DISPOSITION, signed_content
+from accept.store.fold import VOIDED
+from accept.store.payloads import CopiesResolved, NonconformanceDecided, SignedBy
 from accept.store.seal import head_problem
 from accept.units.samples import TYPED
 from accept.units.unit_folder import serial_problem
 from checks.acceptance import CHECKS
+from checks.verdict import UnitVerdict
 from specs.spec import parse
 from specs.strict import SpecError
 
 EXPECTED = ("attempt", "replaces", "approval", "head")  # in the provenance of every certificate of this program
+_ENDS = (*UnitVerdict, VOIDED)
 _REPLACED = {"verdict": str, "time": str, "certificate": str | None}
 _EARLIER = {"earlier_attempt": int, "earlier_certificate": str}
+_STOPPED = {"attempt": int, "verdict": str, "time": str}
 _HEAD = {"seq": int, "hash": str, "bench": str, "signature": str}
 _HEX = re.compile(r"[0-9a-f]{64,128}")
 STORED_WITHIN = timedelta(minutes=5)  # a decision is stored after it was signed, when the store is free
@@ -51,11 +56,14 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
         raise InvalidCertificate(f"the operator is {contents.operator}, but {technician} signed as technician")
     given = contents.provenance
     _check_form(given)
+    accepted = {contents.result["verdict"], (given.get("replaces") or {}).get("verdict")} == {UnitVerdict.ACCEPTED}
+    if given.get("amends") and accepted and not (given.get("reason") or given.get("signed_because")):
+        raise InvalidCertificate("it replaces the certificate of an accepted unit and does not say why")
     own = contents.code_sha256 == version.code_sha256()
     if own and contents.format != FORMAT:
         raise InvalidCertificate(f"it states format {contents.format}, but this program writes format {FORMAT}")
-    if own and contents.accept_version != version.version():
-        raise InvalidCertificate(f"it states version {contents.accept_version} of this program, {version.version()}")
+    if own and contents.accept_version != version.program():
+        raise InvalidCertificate(f"it states version {contents.accept_version} of this program, {version.program()}")
     if own and contents.statement != STATEMENT:
         raise InvalidCertificate("the page says of the verdicts what this program does not say")
     if unknown := unlisted(contents) if own else []:
@@ -65,7 +73,8 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     steps = [] if own else [_other_program(contents)]
     if own and not demo and "head" in given and given["head"] is None:
         steps.append(Step("it states no head of its bench's store (provenance.head)", complete=False))
-    if absent := [name for name in EXPECTED if name not in given]:
+    expected = (*EXPECTED, *(["earlier"] if own and given.get("replaces") else []))
+    if absent := [name for name in expected if name not in given]:
         steps.append(Step(f"it does not state: {', '.join(absent)}", complete=False))
     return [*steps, *_check_folder(contents), *_times(given.get("replaces"), signatures)]
 
@@ -85,6 +94,22 @@ def check_copies(
             problem := _decision_problem(copy, contents, roots, revoked)
         ):
             steps.append(Step(f"{copy['sample']} {words}: {problem}", complete=False))
+    return steps
+
+
+def check_dispositions(
+    contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked]
+) -> list[Step]:
+    """Check what quality assurance is said to have decided about nonconformances: that she signed it."""
+    since = {entry.serial_number: entry.since for entry in revoked}
+    lost = {entry.serial_number for entry in revoked if entry.compromised}
+    steps = []
+    for stated in contents.result.get("dispositions") or ():
+        given = NonconformanceDecided.from_json(stated)
+        content = signed_content(contents.serial, given)
+        if problem := decision_problem(DISPOSITION, content, given.disposition.signed, roots, since, lost):
+            words = f"what is said to be decided about {'; '.join(given.nonconformances)} does not count"
+            steps.append(Step(f"{words}: {problem}", complete=False))
     return steps
 
 
@@ -127,10 +152,11 @@ def _decision_problem(
 
 
 def _check_folder(contents: CertificateContent) -> list[Step]:
-    """Check what is stated of a folder that bears another serial: that this is one, and that who is said to have
-    confirmed the unit's own is the operator, who signs."""
+    """Check what is stated of a folder that bears another serial, or of a serial that looks like one: that this is
+    one, and that who is said to have confirmed the unit's own is the operator, who signs."""
     stated = contents.result.get("folder") or {}
-    if stated and (set(stated) - {NAME, CONFIRMED} or serial_problem(str(stated.get(NAME, "")))):
+    others = [str(stated[key]) for key in (NAME, ALIKE) if key in stated]
+    if stated and (set(stated) - {NAME, CONFIRMED, ALIKE} or not others or any(map(serial_problem, others))):
         return [Step("its folder is said to bear another serial, which is not one", complete=False)]
     if CONFIRMED in stated and not same_person(str(stated[CONFIRMED]), contents.operator):
         words = f"{stated[CONFIRMED]} is said to have confirmed the serial of its folder, and did not sign"
@@ -163,10 +189,23 @@ def _check_form(given: Mapping[str, Any]) -> None:
         form = _REPLACED | (_EARLIER if isinstance(replaced, Mapping) and "earlier_attempt" in replaced else {})
         _check_keys("replaces", replaced, form)
         _time_of(replaced["time"])
+    if "earlier" in given:
+        _check_keys("earlier", given["earlier"], {"verdicts": Mapping, "not_accepted": Mapping | None})
+        counts = given["earlier"]["verdicts"].items()
+        if not all(verdict in _ENDS and type(count) is int and count > 0 for verdict, count in counts):
+            raise InvalidCertificate(f"provenance.earlier.verdicts is {dict(counts)!r}, expected verdicts and numbers")
+        if (last := given["earlier"]["not_accepted"]) is not None:
+            _check_keys("earlier.not_accepted", last, _STOPPED)
+            _time_of(last["time"])
+        if (last is None) is bool({verdict for verdict, _ in counts} - {UnitVerdict.ACCEPTED, VOIDED}):
+            raise InvalidCertificate("provenance.earlier.not_accepted does not agree with its verdicts")
+    if "judged" in given:
+        _time_of(given["judged"])
     if "reason" in given and not isinstance(given["reason"], str):
         raise InvalidCertificate(f"provenance.reason is {given['reason']!r}, expected text")
-    if "signed_because" in given and (not isinstance(given["signed_because"], str) or not given["signed_because"]):
-        raise InvalidCertificate(f"provenance.signed_because is {given['signed_because']!r}, expected text")
+    for name in {"signed_because", "amends"} & given.keys():
+        if not isinstance(given[name], str) or not given[name]:
+            raise InvalidCertificate(f"provenance.{name} is {given[name]!r}, expected text")
     _check_laboratory(given)
     if "demo" in given and given["demo"] is not True:
         raise InvalidCertificate(f"provenance.demo is {given['demo']!r}, expected true or no such key")

@@ -14,7 +14,7 @@ from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC,
 from accept.certificate.contents.step import Step
 from accept.certificate.verify.gap_check import own_words
 from accept.judging.nonconformance import in_notes
-from accept.units.unit_folder import UnitFolder
+from accept.units.unit_folder import UNIT_FILE, UnitFolder
 
 PAGE = "the page"
 
@@ -25,6 +25,7 @@ class Way(StrEnum):
     DERIVED = "derived"  # again from the attached bytes
     SIGNED = "signed"  # it carries a signature of its own
     LOOKED_UP = "looked up"  # in the bench's store or its published list; without them it is the signers' word
+    STATED = "stated"  # by the unit's folder alone: always the signers' word
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,9 @@ STATEMENTS = (
         ("models", _DERIVED, "the attached model files, named by the spec"),
         ("provenance.attempt", _LOOKED_UP, "number of the unit's judgements"),
         ("provenance.replaces", _LOOKED_UP, "judgement and certificate before, also in a list; signed later than that"),
+        ("provenance.earlier", _LOOKED_UP, "how its judgements ended; in a list, how many they are and when"),
+        ("provenance.amends", _LOOKED_UP, "number and result of the certificate before"),
+        ("provenance.judged", _LOOKED_UP, "time of the judgement, also in a list"),
         ("provenance.before", _LOOKED_UP, "values of the judgement that is replaced, in the store"),
         ("provenance.reason", _SIGNED_AND_LOOKED_UP, "the bench's key; the stored judgement"),
         ("provenance.signed_because", _SIGNED_AND_LOOKED_UP, "the bench's key; the stored signature"),
@@ -95,14 +99,22 @@ STATEMENTS = (
         ("provided", _DERIVED, "unit.toml"),
         ("simulated", _DERIVED, "unit.toml; never plainly valid"),
         ("nonconformances", (Way.DERIVED, Way.LOOKED_UP), "notes in unit.toml; what the store has open, else exit 4"),
-        ("folder", _LOOKED_UP, "the stored judgement; a name that is another serial weakens the verdict"),
+        ("superseded", _LOOKED_UP, "the unit's judgements before; without store and list exit 4"),
+        ("dispositions", _SIGNED_AND_LOOKED_UP, "signature of quality assurance; what the store has, else exit 4"),
+        ("folder", _LOOKED_UP, "the stored judgement; a name or a serial like that of another weakens the verdict"),
         ("part_doubts", _LOOKED_UP, "the parts' judgements in the store; without store and list exit 4"),
+        ("rereadings", _LOOKED_UP, "judgements of the same samples in the store; without store and list exit 4"),
         ("action", _DERIVED, "the causes of its findings"),
         (
             "gap",
             (Way.DERIVED, Way.LOOKED_UP),
             "words of the library, else exit 4 without store and list; numbers in the stored judgement",
         ),
+    ),
+    *_rows(
+        UNIT_FILE,
+        ("measured_by", (Way.STATED,), "nothing: names are typed"),
+        ("read_with", (Way.STATED,), "nothing: the values stand beside it"),
     ),
     *_rows(
         PANELS,
@@ -118,10 +130,11 @@ OF_THE_RESULT = tuple(s.field for s in STATEMENTS if Way.LOOKED_UP in s.ways and
 
 
 def taken_on_trust(contents: CertificateContent, looked_up: Collection[str]) -> Step:
-    """Name the fields that are stated and that only a store or a list shows, without those that were looked up: they
-    are the word of bench and technician, who signed them."""
+    """Name the fields that are stated and that only a store or a list shows, or nothing at all, without those that were
+    looked up: they are the word of bench and technician, who signed them."""
     stated = {*_fields(contents.manifest()), *(key for key, value in contents.result.items() if value)}
-    rows = (s for s in STATEMENTS if s.field in LOOKED_UP and s.field != "operator")
+    stated |= set(contents.unit_file)
+    rows = (s for s in STATEMENTS if {Way.LOOKED_UP, Way.STATED} & {*s.ways} and s.field != "operator")
     trusted = [s.field for s in rows if s.field in stated and s.field not in looked_up]
     return Step(f"not looked up, the word of bench and technician: {', '.join(trusted)}" if trusted else "")
 
@@ -133,8 +146,9 @@ def words_on_trust(contents: CertificateContent, unit: UnitFolder, looked_up: Co
         return Step("")  # it is never plainly valid
     result = contents.result
     found = [field for field in own_words(contents) if "gap" not in looked_up]
-    if result.get("part_doubts") and "part_doubts" not in looked_up:
-        found.append("part_doubts")
+    found += [field for field in ("part_doubts", "rereadings") if result.get(field) and field not in looked_up]
+    if any(given.get("certificate") for given in result.get("dispositions", ())) and "dispositions" not in looked_up:
+        found.append("dispositions")  # signed about a certificate: what that stated does not follow
     if set(result.get("nonconformances", ())) - set(in_notes(unit.notes)) and "nonconformances" not in looked_up:
         found.append("nonconformances")
     words = "neither the store of its bench nor a list was asked for the words of"

@@ -9,6 +9,7 @@ from typing import Any
 
 from cryptography import x509
 
+from accept.base import version
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
@@ -27,12 +28,17 @@ from accept.certificate.verify.bench_check import check_bench
 from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.revocation_check import attached_entries, doubted_by
 from accept.certificate.verify.signatures import Signed, signatures_of
-from accept.certificate.verify.stated_check import check_copies, check_stated
+from accept.certificate.verify.stated_check import check_copies, check_dispositions, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
+from accept.certificate.verify.structure import read_unknown
+from accept.judging.inputs import LONGEST_INPUTS, inputs_words
+from accept.judging.nonconformance import stated_words
 from accept.judging.result import UnitResult
 from accept.pictures import signs
+from accept.pictures.labels import check_label
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
 from checks.verdict import UnitVerdict
+from specs import plugins
 
 Known = Callable[[bytes, CertificateContent, datetime, UnitResult | None], Sequence[Step]]
 """Asks a store or a list about what the technician signed, its content, when that was, and the unit as judged again."""
@@ -52,7 +58,8 @@ class Verification:
 
     spec_sha256, head: of the spec that it was judged by, and where the bench's store stood. demo: made by a demo.
     approved: quality assurance signed the spec with its model files, or it comes with the program. current: no later
-    attempt is known, None if neither a store nor a list was asked. simulated: of no real unit.
+    attempt is known, None if neither a store nor a list was asked. simulated: of no real unit. nonconformances: that
+    hold the unit. authorised: quality assurance signed it, or neither its laboratory nor its unit asks for that.
     """
 
     outcome: Validity
@@ -67,6 +74,8 @@ class Verification:
     approved: bool = False
     current: bool | None = None
     simulated: bool = False
+    nonconformances: tuple[str, ...] = ()
+    authorised: bool = True
 
     @property
     def valid(self) -> bool:
@@ -123,13 +132,20 @@ def _verify(
     details: list[str] = []
     try:
         roots = _roots(trust, demo)
-        signatures, signed = signatures_of(pdf, roots, now or datetime.now(UTC), revoked, stamping)
+        signatures = read_unknown(signatures_of, pdf, roots, now or datetime.now(UTC), revoked, stamping)
+        signed = pdf[: signatures[0].place[2]]
         _check_persons(signatures)
         details += _words_of_signatures(signatures)
+        if plugins.packages():
+            details.append(one_line(f"plug-ins here: accept {version.program()}"))
         contents = guarded("the attachments", attachments.read, signed)
         details += _words_of_disposition(contents, signatures)
         said = guarded("the statements", statements, contents)
         details += [one_line(f"{name.lower()}: {words}") for name, words in said.items() if words]
+        used = guarded("the inputs of its findings", inputs_words, contents.result)
+        details += [
+            one_line(f"inputs of {check_label(check)}: {words}", LONGEST_INPUTS) for check, words in used.items()
+        ]
         attached = guarded("the attached list of revoked keys", attached_entries, contents, roots)
         signatures = doubted_by(attached, signatures)
         revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
@@ -140,6 +156,7 @@ def _verify(
         steps = [
             *stated,
             *guarded("the copies", check_copies, contents, roots, revoked),
+            *guarded("the dispositions", check_dispositions, contents, roots, revoked),
             *benches,
             guarded("the page", check_page, pdf, contents, signatures, roots),
             guarded("judging again", attachments.check_result, judged, again),
@@ -168,6 +185,8 @@ def _verify(
         approved=spec_step.complete and not spec_step.remark,
         current=_current(steps),
         simulated=simulated,
+        nonconformances=tuple(contents.result.get("nonconformances", ())),
+        authorised=len(signatures) == 2 or not _asks_for_authority(contents),
     )
 
 
@@ -181,6 +200,12 @@ _NO_PARTS = str.maketrans({";": ",", "'": "\u2019"})
 _SIMULATED = f"{signs.SIMULATED}: unit.toml says that the unit was simulated, so it is no acceptance of a real one"
 
 
+def _asks_for_authority(contents: CertificateContent) -> bool:
+    """Return whether quality assurance has to release it: the report of a laboratory, of which [ISO17025] 7.8.1.1 asks
+    that, and the certificate of a unit that a nonconformance holds."""
+    return bool(contents.provenance.get("laboratory") or contents.result.get("nonconformances"))
+
+
 def _current(steps: Sequence[Step]) -> bool | None:
     """Return whether no later attempt is known, None if neither a store nor a list was asked."""
     known = [step.current for step in steps if step.current is not None]
@@ -190,12 +215,15 @@ def _current(steps: Sequence[Step]) -> bool | None:
 def _first_line(contents: CertificateContent, signatures: Sequence[Signed], doubts: Sequence[str]) -> str:
     """Return serial and verdict, then every doubt, then what others wrote, quoted and cut: no name can push a doubt out
     of the line or write a part of it."""
-    word = signs.unit_word(contents.result["verdict"], contents.result.get("nonconformances", ()))
+    dispositions = contents.result.get("dispositions", ())
+    word = signs.unit_word(contents.result["verdict"], contents.result.get("nonconformances", ()), dispositions)
+    decided = (_quoted(words, 300) for words in stated_words(contents.result))
     signed = (f"signed by {_quoted(s.person)} as {s.role} on {s.when:%Y-%m-%d %H:%M:%S} UTC" for s in signatures)
     state = "countersigned" if len(signatures) == 2 else "countersignature open"
     state += "".join(f", disposition: {_quoted(s.disposition, 160)}" for s in signatures if s.disposition)
     spec = f"spec {_quoted(contents.spec_name)} {contents.spec_sha256[:12]}"
-    return "; ".join([f"{contents.serial} {word}", *(one_line(doubt) for doubt in doubts), *signed, state, spec])
+    doubted = map(one_line, doubts)
+    return "; ".join([f"{contents.serial} {word}", *doubted, *decided, *signed, state, spec])
 
 
 def _quoted(text: str, longest: int = 64) -> str:

@@ -11,16 +11,16 @@ from rich import box
 from rich.table import Table
 
 from accept.base.atomic_files import check_places, write_atomic
-from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.capture.reference_check import CHECKED, ReferenceCheck, compared, history, keep
 from accept.commands.bench.hw import Bench, Measurer, ask_at_terminal, bench_path
 from accept.commands.options import Json
+from accept.commands.trust.bench_keys import who_acts
 from accept.store import open_store
 from checks.rounding import rounded_U
 from hw.errors import InstrumentError, SettingsError
-from hw.instruments import open_instrument
-from hw.instruments.reading import scaled
+from hw.instruments import open_instrument, scaled
 from specs.bench import OFFLINE, InstrumentEntry, ReferenceEntry, load_bench
 from specs.strict import SpecError
 from specs.units import UnitMismatch, factor
@@ -40,6 +40,7 @@ def run(
 ) -> Exit:
     """Compare an instrument with its reference. Exit 3 if it is farther off than both uncertainties allow (E_n > 1)."""
     check_places(json)
+    who = who_acts(operator)
     file = load_bench(bench_path(bench))
     entry = file.instruments.get(name)
     if entry is None:
@@ -56,7 +57,7 @@ def run(
         return Exit.INSTRUMENT
     check = compared(name, entry, artefact, values)
     with open_store() as store:
-        keep(store, check, evidence, operator_name(operator))
+        keep(store, check, evidence, who)
         past = history(store.events(what=CHECKED), name, entry.serial)
     _show(past)
     if json is not None:

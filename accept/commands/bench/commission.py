@@ -15,8 +15,7 @@ from accept.certificate.trust import commissioning, keys
 from accept.commands.bench.hw import Bench, Measurer, ask_at_terminal, bench_path
 from accept.commands.trust.bench_keys import passphrase_of
 from hw.errors import InstrumentError
-from hw.instruments import DRIVERS, Instrument, open_instrument
-from hw.instruments.driver import Trial
+from hw.instruments import DRIVERS, Instrument, Trial, open_instrument
 from specs.bench import load_bench
 
 REPEATS = 0.01  # how far a value may differ from the first, relative: the probe or the capacitor is not touched

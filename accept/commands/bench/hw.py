@@ -13,7 +13,7 @@ from rich import box
 from rich.table import Table
 from serial.tools.list_ports import comports
 
-from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.console import clear_errors, say, stdout
 from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import BenchListing, InstrumentAsked, InstrumentListed, InstrumentsAsked
 from accept.base.exit_codes import Exit
@@ -23,6 +23,7 @@ from accept.capture.recipes import RECIPES
 from accept.capture.recorded import RECORDED
 from accept.capture.watch_folder import STABLE_S, WatchedFolder, declared_file, pick_up
 from accept.commands.options import JsonAnswer
+from accept.commands.trust.bench_keys import who_acts
 from accept.store import open_store
 from accept.units import toml_edit
 from accept.units.unit_folder import UNIT_FILE
@@ -237,14 +238,13 @@ def measure(
     except SettingsError as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
+    who = who_acts(operator)
     if begin is not None:
         toml_edit.begin(unit, begin, "apa")
     actions = _actions(file, dwell)
     try:
         with open_store() as store:
-            captured = measure_folder(
-                unit, section, instrument, actions, store, operator_name(operator), say, simulated=file.simulated
-            )
+            captured = measure_folder(unit, section, instrument, actions, store, who, say, simulated=file.simulated)
     except InstrumentError as e:
         say(f"accept: {e}")
         return Exit.INSTRUMENT
@@ -299,6 +299,7 @@ def pickup(
         watched, records = place, [RecordPattern(pattern="*", section=section, name=name)]
     else:
         watched, unit, records = Path(rig.folder if rig else ""), place, list(rig.records if rig else ())
+    who = who_acts(operator)
     for record in records:
         declared_file(unit, record.section, record.name)
     watch, until = WatchedFolder(watched, STABLE_S, old), time.monotonic() + wait
@@ -316,7 +317,7 @@ def pickup(
         try:
             with open_store() as store:
                 channels = rig.channels if rig else NO_CHANNELS
-                copy = pick_up(source, unit, record.section, record.name, store, operator_name(operator), channels)
+                copy = pick_up(source, unit, record.section, record.name, store, who, channels)
         except RecordError as e:
             say(f"{source.name} is left where it is: {e}")
             continue

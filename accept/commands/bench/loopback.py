@@ -16,9 +16,17 @@ from aiohttp.typedefs import Handler
 from textual_serve import server
 from textual_serve.app_service import AppService
 
+from accept.base.child_processes import protected
 from accept.commands.bench.web_page import UPLOAD, additions
 
-COOKIE = "accept-session"
+COOKIE = "accept-session-{}"  # of a port: browsers give the cookies of an address to every port of it
+HEADERS = {  # of every answer, an error too
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "frame-ancestors 'none'",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
 _MOST_BYTES = 200_000_000  # of a photo, as of a file of a note
 _UNSAFE = re.compile(r"[^\w.-]")  # in a file's name
 _ELSEWHERE = re.compile(r"<(link|script)\b[^>]*(?:href|src)\s*=\s*[\"']https?://[^>]*>(?:\s*</script>)?", re.DOTALL)
@@ -44,11 +52,20 @@ class Window(AppService):
         self._words = words
 
     async def _open_app_process(self, width: int = 80, height: int = 24) -> Process:
-        given = self._build_environment(width=width, height=height)
-        started = await asyncio.create_subprocess_exec(*self._words, stdin=PIPE, stdout=PIPE, stderr=PIPE, env=given)
+        with protected():
+            given = self._build_environment(width=width, height=height)
+            started = await asyncio.create_subprocess_exec(
+                *self._words, stdin=PIPE, stdout=PIPE, stderr=PIPE, env=given
+            )
         self._process = started
         self._stdin = started.stdin
         return started
+
+    async def stop(self) -> None:
+        """Stop the program and wait for its end, lest the server end before it."""
+        await super().stop()
+        if self._process is not None:
+            await self._process.communicate()
 
 
 class Loopback(server.Server):
@@ -77,6 +94,7 @@ class Loopback(server.Server):
     async def _make_app(self) -> web.Application:
         app = await super()._make_app()
         app.middlewares.append(self._own_only)
+        app.on_response_prepare.append(_harden)
         app.router.add_post(UPLOAD, self._photo)
         return app
 
@@ -102,7 +120,7 @@ class Loopback(server.Server):
         origin = request.headers.get("Origin")
         if request.host != self._own or origin not in (None, f"http://{self._own}"):
             raise web.HTTPForbidden(text=f"only http://{self._own} itself is answered")
-        if _same(request.cookies.get(COOKIE, ""), self._session):
+        if _same(request.cookies.get(COOKIE.format(self.port), ""), self._session):
             return await handler(request)
         if request.method != "GET":  # a preview of the link must not spend it
             raise web.HTTPForbidden(text="open the address in a browser")
@@ -115,8 +133,12 @@ class Loopback(server.Server):
             raise web.HTTPForbidden(text="open the address that accept run --web printed; one browser, once")
         self._token = None
         answer = web.HTTPFound(f"http://{self._own}/")
-        answer.set_cookie(COOKIE, self._session, httponly=True, samesite="Strict")
+        answer.set_cookie(COOKIE.format(self.port), self._session, httponly=True, samesite="Strict")
         return answer
+
+
+async def _harden(_: web.Request, answer: web.StreamResponse) -> None:
+    answer.headers.update(HEADERS)
 
 
 def _same(given: str, expected: str) -> bool:

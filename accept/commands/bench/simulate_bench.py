@@ -23,7 +23,6 @@ from accept.simulate.unit import TRUTH_FILE
 from accept.simulate.unit_request import SHORT_S, UnitRequestError
 from accept.units import unit_folder as units
 from hw.simulated import FaultKind, LineFault, Server, SimulatedBench
-from hw.simulated.server import swap
 from specs.bench import SIMULATED
 
 BYTE_S = 0.0002  # about 38400 baud
@@ -61,7 +60,7 @@ class InjectedFault:
 
     def strike(self, servers: Mapping[str, Server]) -> None:
         if self.kind is FaultKind.SWAPPED:
-            swap(servers[self.name], servers[self.other])
+            servers[self.name].swap_with(servers[self.other])
         else:
             servers[self.name].inject(LineFault(self.kind, after=self.after, at=AT))
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from accept.base.child_processes import protected
 from accept.base.console import say
 from accept.base.exit_codes import Exit
 from specs.distribution import install
@@ -29,8 +28,7 @@ def run(arguments: Sequence[str], port: int) -> Exit:
         server = Loopback(command(arguments), photos, HOST, port, "accept", templates_path=folder)
         say(f"accept: {server.address}\nin one browser on this machine; Ctrl+C ends it")
         try:
-            with protected():
-                server.serve()
+            server.serve()
         except OSError as e:
             say(f"accept: {HOST}:{port}: {e.strerror or e}")
             return Exit.BAD_INPUT

@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 
 import typer
 
+from accept.base.child_processes import environment
 from accept.base.cluster.work import ClusterError
 from accept.base.console import clear_errors
 from accept.base.exit_codes import Exit
@@ -33,6 +34,6 @@ def run(
             "name this machine's address in its network: --host"
         )
     words = [scheduler, "--host", host, "--nworkers", str(workers), "--nthreads", "1", "--no-dashboard"]
-    environment = {"DASK_DISTRIBUTED__ADMIN__LOW_LEVEL_LOG_LENGTH": "10"} | os.environ
+    given = {"DASK_DISTRIBUTED__ADMIN__LOW_LEVEL_LOG_LENGTH": "10"} | os.environ
     command = [sys.executable, "-m", "distributed.cli.dask_worker", *words]
-    return Exit.ACCEPTED if subprocess.run(command, env=environment).returncode == 0 else Exit.BAD_INPUT
+    return Exit.ACCEPTED if subprocess.run(command, env=environment(given)).returncode == 0 else Exit.BAD_INPUT

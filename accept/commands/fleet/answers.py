@@ -14,10 +14,13 @@ from accept.base.atomic_files import check_place, check_places, write_atomic
 from accept.base.console import say, stdout
 from accept.commands.fleet.options import JudgementFilter, Outputs
 from accept.fleet.errors import FleetError
-from accept.fleet.findings_file import NOT_STATED
-from accept.fleet.measurements import day, is_between
+from accept.fleet.findings_file import HELD_BY, NOT_STATED
+from accept.fleet.measurements import GOLDEN, day, is_between
+from accept.fleet.yields import VOID
+from accept.judging.golden import not_counted
 from accept.pictures.formats import format_of
 from accept.pictures.labels import label_and_name, label_of
+from accept.store.event import shown_name
 from checks.picture import Panel
 
 WHOLE = ("serial", "time", "verdict", "unit_verdict")  # columns that are looked for by eye
@@ -58,13 +61,16 @@ def chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.DataFrame:
 
 
 def say_not_counted(frame: pd.DataFrame) -> None:
-    """Report the attempts that do not count: void ones, and those of simulated units."""
+    """Report the attempts that do not count: void ones, and those of simulated and of golden units."""
     for words, rows in (("void", frame["voided"] != ""), ("simulated", frame["simulated"])):
         left_out = frame[rows].drop_duplicates("seq")
         named = [f"{row['serial']} attempt {row['attempt']}" for row in left_out.to_dict("records")]
         more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
         if named:
             say(f"{len(named)} {words} and not counted: {', '.join(named[:MOST_NAMED])}{more}")
+    of_golden = frame[frame[GOLDEN]]
+    if words := not_counted(of_golden["seq"].nunique(), of_golden["serial"]):
+        say(words)
 
 
 def check(outputs: Outputs) -> None:
@@ -137,10 +143,16 @@ def telling(frame: pd.DataFrame, *columns: str) -> pd.DataFrame:
     return frame.drop(columns=[*empty, *(c for c in columns if frame[c].dtype == bool and not frame[c].any())])
 
 
+def named(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return a frame with its operators as they are shown: a name that was only typed is marked."""
+    pairs = zip(frame["operator"], frame["typed"], strict=True)
+    return frame.assign(operator=[shown_name(who, typed) for who, typed in pairs])
+
+
 def _label_words(column: str, text: str) -> str:
     """Return a quantity by its label and its code name, which other commands take; other texts as they are shown."""
     if column == "quantity":
-        return label_and_name(text)
+        return text if text in (*HELD_BY, VOID) else label_and_name(text)
     if column == "causes":
         return "; ".join(map(label_of, text.split(", "))) if text else ""
     return text.replace("_", " ") if column in ("verdict", "unit_verdict") else text

@@ -8,14 +8,14 @@ from typing import Annotated
 import pandas as pd
 import typer
 
-from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.console import clear_errors, say, stdout
 from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import GoldenCompared, GoldenList, GoldenListed, GoldensCompared, ReferenceListed
 from accept.base.exit_codes import Exit
 from accept.commands.fleet.answers import check, check_plot, chosen, draw, show, write_documents
 from accept.commands.fleet.options import ExpectedGolden, GaugeOptions, JudgementFilter, Outputs
 from accept.commands.options import JsonAnswer, Plot, QaPassphrase
-from accept.commands.trust.bench_keys import decision_signer
+from accept.commands.trust.bench_keys import decision_signer, who_acts
 from accept.fleet import gauge
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
@@ -72,15 +72,15 @@ def gauge_study(
     pooled = "not significant, pooled with the repeats" if found.pooled else "significant"
     stdout.print(f"operators x parts: {pooled} (p = {found.table['interaction'].p:.3g})")
     stdout.print(f"distinct categories: {found.distinct_categories} ({CATEGORIES} or more are wanted)")
-    if wanted.tolerance is not None:
-        stdout.print(f"gauge R&R: {document['percent_of_tolerance']:.1f} % of the tolerance")
+    of_tolerance = "" if wanted.tolerance is None else f", {document['percent_of_tolerance']:.1f} % of the tolerance"
+    stdout.print(f"gauge R&R: {found.percent_of_study:.1f} % of the study{of_tolerance}")
     stdout.print(
         f"for a spec: U = {document['U']:.3g} (k = 2, without calibration), "
         f"source = 'gauge study of {len(frame)} readings'"
     )
     write_documents(outputs, document, pd.DataFrame(document["components"]))
     draw(plot, gauge.panels(frame, found), columns=2)
-    stdout.print(f"the measurement is {document['verdict']}: {found.percent_of_study:.1f} % of the study")
+    stdout.print(f"the measurement is {document['verdict']}: {document['decided_by']}")
     return {"good": Exit.ACCEPTED, "conditional": Exit.INCOMPLETE}.get(document["verdict"], Exit.REJECTED)
 
 
@@ -151,7 +151,8 @@ def golden_name(
     every naming but the first one with its key."""
     with open_store() as store:
         signer = decision_signer(passphrase_file, reason) if golden.needs_signature(store) else None
-        golden.name_golden(store, serial, expect.value, operator_name(operator), reason, last, signer)
+        who = who_acts(operator) if signer is None else ""
+        golden.name_golden(store, serial, expect.value, who, reason, last, signer)
     say(f"{serial} is a golden unit, expected {expect}")
     return Exit.ACCEPTED
 
@@ -173,7 +174,7 @@ def golden_list(json: JsonAnswer = None) -> Exit:
     as_text = wants_text(json, GoldenList(tuple(listed), problems))
     rows = [
         {"serial": g.serial, "expected": g.expected, "quantity": name, "value": r.value, "U": r.U, "unit": r.unit,
-         "n": r.n, "named by": g.named.who, "on": g.named.time[:10]}
+         "n": r.n, "named by": g.named.by, "on": g.named.time[:10]}
         for g in found.values()
         for name, r in g.reference.items()
     ]  # fmt: skip
@@ -208,7 +209,7 @@ def golden_check(
     check_answer(json)
     since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=hours)
     with open_store() as store:
-        found = check_goldens(store, since, operator_name(operator))
+        found = check_goldens(store, since, who_acts(operator))
     compared = [GoldenCompared(c.serial, c.expected, c.measured, tuple(c.problems)) for c in found]
     for each in found if wants_text(json, GoldensCompared(tuple(compared))) else ():
         if not each.measured:

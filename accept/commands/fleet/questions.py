@@ -15,6 +15,7 @@ from accept.commands.fleet.answers import (
     chosen,
     draw,
     is_chosen,
+    named,
     say_not_counted,
     show,
     telling,
@@ -28,17 +29,24 @@ from accept.fleet.errors import FleetError
 from accept.fleet.measurements import (
     COLUMNS,
     attempts,
+    held,
     latest,
     measurements,
 )
+from accept.judging.nonconformance import standing, words_of
 from accept.pictures.labels import label_and_name, label_of
 from accept.store import open_store
 from checks.rounding import rounded, rounded_U
 
 SHOWN = 500  # units on the terminal; the files have all
+SHOWN_OF_A_UNIT = (
+    "serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "conceded", "simulated", "causes",
+    "why",
+)  # fmt: skip
 LISTED = {
     "seq", "serial", "kind", "attempt", "time", "measured", "operator", "bench", "spec", "unit_verdict", "check",
-    "quantity", "value", "U", "unit", "lower", "upper", "verdict", "voided", "simulated",
+    "quantity", "value", "U", "unit", "lower", "upper", "verdict", "required", "voided", "conceded", "simulated",
+    "typed",
 }  # fmt: skip
 
 
@@ -54,13 +62,18 @@ def history(
     """Show every attempt of a unit. Its values with U, and what changed by more than the uncertainties allow."""
     check(outputs)
     check_plot(plot)
-    frame = _stored_rows(serial)
+    with open_store() as store:
+        frame, decided = measurements(store, serial), standing(store, serial, {}).decided
     if frame.empty:
         raise FleetError(f"no judgement of a unit '{serial}' in the store; `accept list` shows all serials")
     changed = histories.changes(frame)
     tries = attempts(frame)
-    shown = tries[["attempt", "time", "operator", "bench", "spec", "unit_verdict", "simulated", "causes", "voided"]]
+    shown = named(tries)[
+        ["attempt", "time", "operator", "bench", "spec", "unit_verdict", "simulated", "causes", "voided"]
+    ]
     show(telling(shown, "bench", "simulated", "voided"), serial)
+    for given in decided:
+        stdout.print(words_of(given), soft_wrap=True)
     columns = ["attempt", "quantity", "value", "U", "unit", "verdict", "change", "En", "changed"]
     shown = telling(_to_the_digits_of_U(changed[columns]), "change", "En", "changed")
     show(shown, "values, with their expanded uncertainty U (k = 2)", {"En": "{:.2f}", "change": "{:+.3g}"})
@@ -101,14 +114,13 @@ def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exi
         tries = tries[tries["seq"].isin(_stopped_by(judged, wanted.check))]
     why = _failures(judged)
     tries = tries.assign(why=[why.get(seq, "") for seq in tries["seq"]])
-    rows = tries[
-        ["serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "simulated", "causes", "why"]
-    ]
+    rows = tries[[*SHOWN_OF_A_UNIT, "typed"]]
     title = f"{len(rows)} of {judged['seq'].nunique()} judgements" if every else f"{len(rows)} units"
     one_spec = (
         ["spec"] if rows["spec"].astype(str).eq(rows["kind"].astype(str)).all() else []
     )  # the built-in one of each kind: said already
-    show(telling(rows, "bench", "simulated").drop(columns=[*one_spec, "causes"]).tail(SHOWN), title)
+    shown = telling(named(rows), "bench", "conceded", "simulated").drop(columns=[*one_spec, "causes", "typed"])
+    show(shown.tail(SHOWN), title)
     if len(rows) > SHOWN:
         say(f"the last {SHOWN} are shown; --csv FILE or --json FILE has all {len(rows)}")
     write(outputs, rows)
@@ -117,7 +129,7 @@ def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exi
 
 def _failures(frame: pd.DataFrame) -> dict[int, str]:
     """Return the number of a judgement -> what did not pass: value, verdict, limits."""
-    failures: dict[int, list[str]] = {}
+    failures = {seq: ["held by a nonconformance"] for seq in held(frame)}
     for row in frame[frame["verdict"] != "pass"].to_dict("records"):
         failures.setdefault(int(row["seq"]), []).append(_failure_words(row))
     return {seq: "; ".join(words) for seq, words in failures.items()}
@@ -157,7 +169,8 @@ def first_pass(
     say_not_counted(frame[asked])
     if table.empty:
         raise FleetError("no unit was judged for the first time in this period; re-tests are no first attempts")
-    show(table, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
+    shown = table if table["conceded"].any() else table.drop(columns="conceded")
+    show(shown, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
     causes = yields.pareto(frame, asked)
     if len(causes):
         show(causes, "what stopped units at their first attempt", {"share": "{:.1%}"})

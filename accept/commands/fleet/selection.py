@@ -1,6 +1,7 @@
 """`accept rejudge` and `accept match`."""
 
 import sys
+from collections.abc import Sequence
 from typing import Annotated
 
 import pandas as pd
@@ -13,7 +14,8 @@ from accept.commands.fleet.answers import check, show, write
 from accept.commands.fleet.options import MatchOptions, Outputs
 from accept.commands.options import ClusterAt
 from accept.fleet import judged_again, matched_sets
-from accept.fleet.measurements import measurements
+from accept.fleet.measurements import GOLDEN, measurements
+from accept.judging.golden import not_counted
 from accept.judging.judge_unit import load_spec
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
@@ -53,15 +55,18 @@ def rejudge(
     if len(flips) > SHOWN:
         say(f"the first {SHOWN} are shown; --csv FILE or --json FILE has all {len(flips)}")
     if not_measured:
-        named = ", ".join(sorted(not_measured)[:NAMED]) + (", ..." if len(not_measured) > NAMED else "")
         say(
             f"{len(not_measured)} of {judged} units were not measured again, but compared by their stored values: "
-            f"their folders are gone, cannot be read or no longer hold what was judged ({named})"
+            f"their folders are gone, cannot be read or no longer hold what was judged ({_named(sorted(not_measured))})"
         )
     if not records:
         say("stored values were compared with the new limits; changed settings of a check need --records")
     write(outputs, rows)
     return Exit.INCOMPLETE if worse else Exit.ACCEPTED
+
+
+def _named(serials: Sequence[str]) -> str:
+    return ", ".join(serials[:NAMED]) + (f" and {len(serials) - NAMED} more" if len(serials) > NAMED else "")
 
 
 def _changes_words(unit: judged_again.JudgedAgain) -> str:
@@ -81,7 +86,13 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
     if not by:
         raise ProductError(f"product '{kind}' does not say by which quantities sets are matched: name them with --by")
     with open_store() as store:
-        units = matched_sets.pool(measurements(store, columns=matched_sets.COLUMNS), kind, by)
+        frame = measurements(store, columns=matched_sets.COLUMNS)
+    units = matched_sets.pool(frame, kind, by)
+    of_golden = frame[frame[GOLDEN] & (frame["kind"] == kind)]
+    if words := not_counted(of_golden["seq"].nunique(), of_golden["serial"]):
+        say(words)
+    for why, serials in units.left_out.items():
+        say(f"left out, {why}: {_named(serials)}")
     found = matched_sets.choose(units, size, sets)
     rows = []
     for number, members in enumerate(found.sets, 1):
@@ -98,8 +109,6 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
             f"set {number}: widths add up to {cost:.3g} times U; {matched_sets.advice(units, members, cost)}",
             soft_wrap=True,
         )
-    if units.left_out:
-        say(f"left out, a value is missing: {', '.join(units.left_out)}")
     if not found.proven:
         bound = f"no choice can cost less than {found.bound:.3g}" if found.bound > 0 else "how much better is not known"
         say(f"stopped after the time limit: a better choice may exist; {bound}")

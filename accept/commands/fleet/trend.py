@@ -7,11 +7,12 @@ from typing import Annotated, Any
 import pandas as pd
 import typer
 
-from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.commands.fleet.answers import check, check_plot, draw, is_chosen, say_not_counted, show, write_documents
 from accept.commands.fleet.options import JudgementFilter, Outputs, TrendBy
 from accept.commands.options import Operator, Plot
+from accept.commands.trust.bench_keys import who_acts
 from accept.fleet import trend as trends
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import CHECKED, instrument_checks, measurements_of
@@ -51,8 +52,9 @@ def trend(
             else measurements_of(store, quantity)
         )
         if baseline is not None:
+            who = who_acts(operator)
             for of in trends.trends(frame, quantity, by.value, chosen=is_chosen(frame, _within(baseline, choice))):
-                stated = trends.set_baseline(store, of, by.value, reason, operator_name(operator))
+                stated = trends.set_baseline(store, of, by.value, reason, who)
                 say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
         baselines = trends.stored_baselines(store, quantity, by.value)
     say_not_counted(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)])

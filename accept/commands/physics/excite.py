@@ -26,8 +26,7 @@ from checks.signals.drive.excitation import Excitation, Rig
 from checks.signals.drive.excitation_panels import panels
 from checks.signals.drive.shapes import AmplitudeShape, Flat, LowPass, Notch, ShapeProduct, notch_at_resonance
 from checks.signals.spectral.frf import h1_record
-from hw.records import read
-from hw.records.writers import csv_bytes, mat_bytes
+from hw.records import csv_bytes, mat_bytes, read
 
 AS_IS, PLAYED = Shaping(), Playing()
 NOTCH_WIDTH, NOTCH_DEPTH = 0.2, 0.1  # of the resonance, of the amplitude beside it: where nothing else was asked for

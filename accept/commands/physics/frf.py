@@ -42,7 +42,7 @@ from checks.rounding import fixed, rounded, rounded_U
 from checks.signals.impact.impacts import ImpactRules
 from checks.signals.spectral.bode import bode
 from checks.signals.spectral.frf import Frf
-from hw.records.responses import Content, content_of
+from hw.records import Content, content_of
 from specs.bench import ChannelSource, load_bench
 
 COHERENT = 0.9  # above it the random error of a response stays below 24 % / sqrt(segments)

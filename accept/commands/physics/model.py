@@ -28,8 +28,7 @@ from checks.model.model import Model, frequency_and_damping
 from checks.model.parameter_sweep import PUBLISHED_SWEEPS, panels, sweep, table
 from checks.model.time.state_space import state_space
 from checks.picture import Panel
-from hw.records.uff.write import frf_bytes
-from hw.records.writers import csv_bytes, frd_mat
+from hw.records import csv_bytes, frd_mat, frf_bytes
 from specs.model import builtin_models
 from specs.units import RESPONSE_UNITS, unit_of
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from accept.base.console import say
 from accept.base.home import home
 from accept.base.operator_name import operator_name
-from accept.certificate.trust import keys
+from accept.certificate.trust import authority, keys
 from accept.certificate.trust.keys import TECHNICIAN, Credential, KeysError
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import FILE
@@ -90,6 +90,26 @@ def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -
         if words:
             say(f"warning: {words}")
     return keys.stamping(credential, tsa, home)
+
+
+def who_acts(given: str | None) -> str:
+    """Return who acts, for the store: the holder of a key at this bench, who opens it, or else the name as typed or of
+    the login. given: the name, None for the login's. Raises KeysError if the key of that name is not opened."""
+    name = operator_name(given)
+    held = (keys.certificate_of(path) for path in keys.person_files(home()))
+    found = next((c for c in held if same_person(authority.person_of(c), name)), None)
+    if found is None:
+        return name
+    role, person = authority.role_of(found), authority.person_of(found)
+    variable = QA_PASSPHRASE if role == keys.QA else keys.PASSPHRASE
+    try:
+        phrase = passphrase_of(None, f"passphrase of {person} ({role}): ", variable)
+        return keys.unlock(home(), role, phrase, person).person
+    except KeysError as e:
+        way = f"give its passphrase ({variable}), or another name (--operator)"
+        raise KeysError(
+            f"{person} has a key at this bench, and nothing is done in that name without it: {e}; {way}"
+        ) from e
 
 
 def _technician_choice(home: Path, operator: str | None) -> str | None:

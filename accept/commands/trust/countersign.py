@@ -51,7 +51,10 @@ def run(
     check_reason(because, passphrase)
     credential = keys.stamping(keys.unlock(home(), QA, passphrase), tsa, home())
     with open_store() as store:
-        sign_into(certificate, content, credential, store, before.serial, credential.person, disposition=decision)
+        sign_into(
+            certificate, content, credential, store, before.serial, credential.person,
+            disposition=decision, nonconformances=before.nonconformances,
+        )  # fmt: skip
     tail = f"; disposition: {decision}" if decision else ""
     say(f"{before.serial} {before.verdict}: countersigned by {credential.person}{tail}")
     return Exit.ACCEPTED

@@ -12,6 +12,7 @@ from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import Recall, TouchListed
 from accept.base.exit_codes import Exit
 from accept.commands.options import JsonAnswer
+from accept.judging.golden import goldens, not_counted
 from accept.store import open_store
 from accept.store.instrument_recall import touched
 
@@ -28,11 +29,15 @@ def run(
     check_answer(json)
     first_day = since.date()
     with open_store() as store:
-        ever = touched(store.events(), instrument, datetime.date.min)
-    touches = [touch for touch in ever if touch.time[:10] >= first_day.isoformat()]
+        ever, named = touched(store.events(), instrument, datetime.date.min), goldens(store)
+    later = [touch for touch in ever if touch.time[:10] >= first_day.isoformat()]
+    touches = [touch for touch in later if touch.unit not in named]
+    golden = [touch.unit for touch in later if touch.unit in named and touch.how.startswith("judged")]
     units = sorted({touch.unit for touch in touches})
     listed = [TouchListed(touch.unit, touch.time, touch.how, touch.seq) for touch in touches]
     recalled = Recall(instrument, first_day.isoformat(), bool(ever), tuple(units), tuple(listed))
+    if words := not_counted(len(golden), golden):
+        say(words)
     as_text = wants_text(json, recalled)
     if not ever:
         say(f"no unit was ever touched by an instrument '{instrument}': is its serial number right?")

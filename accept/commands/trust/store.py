@@ -20,6 +20,7 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.published_list import publish
 from accept.certificate.verify import attachments
 from accept.certificate.verify.rejudge import read_certificate
+from accept.certificate.verify.structure import read_unknown
 from accept.commands.options import JsonAnswer, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
 from accept.judging.copies import resolve
@@ -62,7 +63,7 @@ def _kept_head(path: Path) -> StoreHead:
     content = read_certificate(path)
     try:
         if content.startswith(b"%PDF-"):
-            stated: Mapping[str, Any] | None = attachments.read(content).provenance.get("head")
+            stated: Mapping[str, Any] | None = read_unknown(attachments.read, content).provenance.get("head")
         else:
             stated = jsonlib.loads(content)
         if stated is None:
@@ -217,7 +218,7 @@ def log(
         for event in store.events(subject=serial) if as_text else ():
             found = True
             spec = event.spec.split("@")[0]
-            words = (str(event.seq), event.time[:19], event.who, event.what, event.subject, _verdict(event), spec)
+            words = (str(event.seq), event.time[:19], event.by, event.what, event.subject, _verdict(event), spec)
             tell("  ".join(word for word in (*words, f"code {event.code[:8]}") if word))
             if full:
                 tell(f"    spec {event.spec}  hash {event.hash}", f"    {event.payload}")
@@ -244,11 +245,13 @@ def _verdict(event: Event) -> str:
             deciding = ", ".join(f.quantity for f in result.findings if f.verdict is not Verdict.PASS)
             copies = ", ".join(str(c["sample"]) for c in result.copies if c["withheld"])
             shown = f"{result.verdict} ({deciding})" if deciding else str(result.verdict)
-            return f"{shown}; copied: {copies}" if copies else shown
+            why = f"; reason: {payload.reason}" if payload.reason else ""
+            return (f"{shown}; copied: {copies}" if copies else shown) + why
         case CopiesResolved(measured=measured, reason=reason):
             return ", ".join((*map(" ".join, measured), reason))
         case NonconformanceDecided(disposition=decision):
             return f"{decision.choice}: {decision.reason}"
         case CertificateSigned(role=role, disposition=decision):
-            return role if decision is None else f"{role}, {decision.choice}: {decision.reason}"
+            why = f"{role}, because: {payload.reason}" if payload.reason else role
+            return why if decision is None else f"{role}, {decision.choice}: {decision.reason}"
     return str(getattr(payload, "reason", ""))

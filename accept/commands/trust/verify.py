@@ -97,9 +97,12 @@ def run(
     words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
     head += f"{signs.SIMULATED}: " if report.simulated else ""
+    head += words[report.outcome]
+    if report.outcome is not Validity.NOT_VALID and not report.authorised:
+        head += ", not yet authorised by quality assurance"
     tail = f" - BUT NOT AS REQUIRED: {'; '.join(missing)}" if missing else ""
     if wants_text(json, _document(report, missing)):
-        stdout.print(f"{head}{words[report.outcome]}: {report.reason}{tail}", soft_wrap=True)
+        stdout.print(f"{head}: {report.reason}{tail}", soft_wrap=True)
     return Exit.REJECTED if missing else _EXIT[report.outcome]
 
 

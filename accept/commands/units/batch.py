@@ -7,13 +7,13 @@ from typing import Annotated
 import typer
 
 from accept.base.cluster.connect import connected
-from accept.base.console import ask, clear_errors, confirm, operator_name, say, stdout, tell
+from accept.base.console import ask, clear_errors, confirm, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import judge_batch
 from accept.batch.judge_batch import BatchRequest
 from accept.batch.table import actions, explanations, reasons, simulated, units_table
-from accept.commands.trust.bench_keys import bench_credential
+from accept.commands.trust.bench_keys import bench_credential, who_acts
 from accept.commands.units.options import BatchOptions
 from accept.judging.judge_unit import default_specs, load_spec
 from accept.store import open_store
@@ -37,7 +37,7 @@ def run(
 
         open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
     credential = None if wanted.no_certificates else bench_credential(home(), wanted.operator, wanted.tsa)
-    who = credential.person if credential else operator_name(wanted.operator)
+    who = credential.person if credential else who_acts(wanted.operator)
     paths, refused = fetched(units, wanted.out, say)
     with connected(wanted.cluster, say) as cluster, open_store() as store:
         request = BatchRequest(

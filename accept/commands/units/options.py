@@ -11,7 +11,7 @@ from accept.commands.options import BenchPath, ClusterAt, Operator, SpecName, Ti
 ExplainBy = Annotated[str | None, typer.Option("--model", help="Compare responses with this model, not the spec's.")]
 
 JudgedAgainFor = Annotated[
-    str | None, typer.Option("--reason", help="Why a unit that was rejected or incomplete is judged again.")
+    str | None, typer.Option("--reason", help="Why a unit is judged again, or its certificate is replaced.")
 ]
 
 

@@ -6,13 +6,13 @@ from typing import Annotated
 import typer
 
 from accept.base.atomic_files import check_place
-from accept.base.console import ask, clear_errors, confirm, operator_name, say
+from accept.base.console import ask, clear_errors, confirm, say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
 from accept.base.progress import busy
-from accept.batch.pipeline import Pipeline, spec_for
+from accept.batch.pipeline import Pipeline, ReasonError, spec_for
 from accept.batch.table import reasons_of
-from accept.commands.trust.bench_keys import bench_credential
+from accept.commands.trust.bench_keys import bench_credential, who_acts
 from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions
 from accept.gap.text import one_line
@@ -34,7 +34,7 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
     chosen = spec_for(folder, specs_for(wanted.spec))
     bench_file = load_bench(wanted.bench) if wanted.bench else None
     credential = bench_credential(home(), wanted.operator, wanted.tsa)
-    who = credential.person if credential else operator_name(wanted.operator)
+    who = credential.person if credential else who_acts(wanted.operator)
     with open_store() as store:
         pipeline = Pipeline(
             store,
@@ -60,5 +60,8 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
     if result.gap is not None:
         say(f"{result.serial}: {one_line(result.gap)}")
     word = signs.marked(result.word, result.simulated)
+    if settled.unsigned:
+        say(f"{result.serial}: {word}")
+        raise ReasonError(settled.unsigned)
     say(f"{result.serial}: {word}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
     return of_verdicts([str(result.verdict)])

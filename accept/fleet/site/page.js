@@ -9,8 +9,9 @@ const state = { sort: "time", down: true, shown: 100, dark: false, printing: fal
 const PAPER_PX = 680; // the plots' width on a sheet of A4
 const last = new Map();
 for (const j of F.judgements) {
-  j.causes = j.findings.filter((f) => f[R] !== "pass").map((f) => f[Q]).join(", ");
-  j.why = j.findings.filter((f) => f[R] !== "pass").map((f) => F.labels[f[Q]]).join(", ");
+  const held = j.held.length ? ["nonconformance"] : [];
+  j.causes = [...held, ...j.findings.filter((f) => f[R] !== "pass").map((f) => f[Q])].join(", ");
+  j.why = [...held, ...j.findings.filter((f) => f[R] !== "pass").map((f) => F.labels[f[Q]])].join(", ");
   j.text = [j.serial, j.operator, j.bench, j.causes, ...j.findings.filter((f) => f[R] !== "pass").map((f) => F.labels[f[Q]]), j.lot].join(" ").toLowerCase();
   last.set(j.serial, j);
 }
@@ -79,13 +80,16 @@ function drawYield(first) {
     { xaxis: { type: "category" }, yaxis: { title: { text: "passed at first attempt [%]" }, range: [0, 105] } });
 }
 function drawCauses(first) {
-  const counts = new Map();
-  for (const j of first) for (const f of j.findings) if (f[R] !== "pass" && f[FIRST]) {
-    const key = `${F.labels[f[Q]]} (${said(f[R])})`; counts.set(key, (counts.get(key) || 0) + 1);
+  const counts = new Map(); // each unit once; what else it has is said beside
+  for (const j of first) if (j.stop) {
+    const key = `${j.stop[0]} (${said(j.stop[1])})`, [n, also] = counts.get(key) || [0, new Map()];
+    for (const word of j.stop[2]) also.set(word, (also.get(word) || 0) + 1);
+    counts.set(key, [n + 1, also]);
   }
-  const rows = [...counts].sort((a, b) => b[1] - a[1]).slice(0, 20).reverse();
-  plot("causes-plot", rows.length ? [{ type: "bar", orientation: "h", y: rows.map((r) => r[0]), x: rows.map((r) => r[1]),
-    marker: { color: css("--bad") }, hovertemplate: "%{y}: %{x} units<extra></extra>" }] : [], { xaxis: { title: { text: "units" } } });
+  const rows = [...counts].sort((a, b) => b[1][0] - a[1][0]).slice(0, 20).reverse();
+  const more = rows.map(([, [, also]]) => (also.size ? `also: ${[...also].map(([word, n]) => `${word} ${n}`).join(", ")}` : ""));
+  plot("causes-plot", rows.length ? [{ type: "bar", orientation: "h", y: rows.map((r) => r[0]), x: rows.map((r) => r[1][0]), text: more,
+    insidetextanchor: "start", marker: { color: css("--bad") }, hovertemplate: "%{y}: %{x} units %{text}<extra></extra>" }] : [], { xaxis: { title: { text: "units" }, dtick: rows.length && rows[rows.length - 1][1][0] < 10 ? 1 : undefined } });
 }
 function drawTrend(rows) {
   const name = $("quantity").value, by = $("trend-by").value, known = (F.trends[name] || {})[by] || [], shapes = [], points = [];
@@ -143,7 +147,7 @@ function drawTable(rows) {
   const body = $("table").tBodies[0], fresh = document.createDocumentFragment();
   for (const j of sorted.slice(0, state.shown)) {
     const row = node("tr"); row.tabIndex = 0; row.dataset.serial = j.serial;
-    for (const c of COLUMNS) row.append(node("td", c === "time" ? j.time.replace("T", " ").slice(0, 16) : c === "causes" ? j.why : c === "verdict" && j.simulated ? `${j[c]}, simulated` : j[c], c === "verdict" ? j.verdict : c));
+    for (const c of COLUMNS) row.append(node("td", c === "time" ? j.time.replace("T", " ").slice(0, 16) : c === "causes" ? j.why : c === "operator" ? j.by : c === "verdict" && j.simulated ? `${j[c]}, simulated` : j[c], c === "verdict" ? j.verdict : c));
     fresh.append(row);
   }
   body.replaceChildren(fresh);
@@ -154,7 +158,7 @@ function show(serial) {
   const body = $("detail-body"); body.replaceChildren(node("h2", serial));
   for (const j of F.judgements.filter((k) => k.serial === serial).reverse()) {
     const head = node("h3", `Attempt ${j.attempt}: `); head.append(node("span", j.verdict, j.verdict)); body.append(head);
-    body.append(node("p", `${j.simulated ? "simulated" : "measured"} ${j.at.slice(0, 10)}, judged ${j.time.replace("T", " ")} UTC, ${j.operator}, bench: ${j.bench}, spec ${j.spec}`));
+    body.append(node("p", `${j.simulated ? "simulated" : "measured"} ${j.at.slice(0, 10)}, judged ${j.time.replace("T", " ")} UTC, ${j.by}, bench: ${j.bench}, spec ${j.spec}`));
     if (j.voided) body.append(node("p", `void: ${j.voided}`));
     if (j.certificate) { const link = node("a", "certificate (PDF)"); link.href = j.certificate; body.append(link); }
     const table = node("table"), top = node("tr");
@@ -168,14 +172,15 @@ function show(serial) {
     }
     body.append(table);
     if (j.gap) body.append(node("p", `Gap analysis: ${j.gap.verdict}${j.gap.named.length ? `; named: ${j.gap.named.join(", ")}` : ""}`));
-    for (const n of j.notes) body.append(node("p", n));
+    for (const n of [...j.held.map((words) => `held until quality assurance decides: ${words}`), ...j.dispositions, ...j.notes]) body.append(node("p", n));
   }
   $("detail").hidden = false; $("close").focus(); location.hash = `unit=${encodeURIComponent(serial)}`;
 }
 function close() { $("detail").hidden = true; history.replaceState(null, "", "#units"); }
 let timer;
 function pictures(rows) {
-  drawYield(rows.filter((j) => j.first)); drawCauses(rows); drawTrend(rows); drawCurves(rows); drawGap(rows);
+  const first = rows.filter((j) => j.first);
+  drawYield(first); drawCauses(first); drawTrend(rows); drawCurves(rows); drawGap(rows);
   for (const part of document.querySelectorAll("#gap, nav a[href='#gap']")) part.hidden = !F.judgements.some((j) => j.gap);
 }
 function colours() { document.documentElement.classList.toggle("dark", state.dark && !state.printing); }
@@ -189,6 +194,7 @@ function draw() {
   const units = new Set(rows.map((j) => j.serial)), good = [...units].filter((s) => last.get(s).verdict === "accepted").length;
   $("summary").textContent = `${units.size} units, ${rows.length} judgements, ${good} accepted` +
     (F.of > F.judgements.length ? `; this page has the last ${F.judgements.length} of ${F.of} judgements` : "") +
+    (F.golden ? `; ${F.golden} judgements of golden units are not counted` : "") +
     `. Made ${F.made}, up to event ${F.head} of the store.`;
   drawTable(rows);
   clearTimeout(timer); // the table answers at once; the pictures follow

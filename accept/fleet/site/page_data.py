@@ -14,6 +14,8 @@ import pandas as pd
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import NOT_STATED, bench_of, findings
 from accept.fleet.measurements import (
+    CONCEDED,
+    GOLDEN,
     VOIDED,
     counted,
     first_attempts,
@@ -21,11 +23,13 @@ from accept.fleet.measurements import (
     measurements,
 )
 from accept.fleet.trend import stored_baselines, summary, trends
-from accept.fleet.yields import yields
+from accept.fleet.yields import cause_label, stops
+from accept.judging.nonconformance import stated_words
 from accept.judging.voids import voids
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.store import Store, fold
+from accept.store.event import shown_name
 from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged
 from checks.picture import Line, Panel
 from checks.rounding import rounded, rounded_U
@@ -37,8 +41,8 @@ TREND_BY = ("all", "bench", "lot")
 DAY_S = 86_400.0
 MOST = 2000  # judgements of a page: it opens in a second, and is written in two
 OF_FIRST = (
-    "seq", "serial", "attempt", "quantity", "verdict", "reason", "required", "study", VOIDED, "unit_verdict",
-    "simulated",
+    "seq", "serial", "attempt", "quantity", "verdict", "reason", "required", "study", "held_by", VOIDED, CONCEDED,
+    "unit_verdict", "simulated", GOLDEN,
 )  # fmt: skip
 SHOWN_POINTS = 400  # of a curve: a page holds those of many units
 
@@ -49,14 +53,16 @@ def document(
     """Return judgements: a row per judgement in the order of the store, its findings as lists in the order of `FINDING`
     and `SHOWN`; quantities: name -> unit as people write it; labels: name -> words; trends: quantity -> column ->
     what `accept trend` states; curves: title -> [{serial, x, y}] with the axes' labels; of: how many judgements the
-    store holds; head: its last event; made: when. out: folder of the page, from which certificates are linked. last:
-    how many judgements are shown, the last ones. Raises StoreError."""
+    store holds; golden: how many of those shown are of golden units; head: its last event; made: when. out: folder of
+    the page, from which certificates are linked. last: how many judgements are shown, the last ones. Raises
+    StoreError."""
     head = store.head().seq
-    numbers, tries = (values for values, _ in findings(store, ("seq", "attempt")).values())
+    numbers, tries, names = (values for values, _ in findings(store, ("seq", "attempt", "typed")).values())
     after = int(numbers[-last - 1]) if numbers.size > last else 0
     attempts = dict(zip(numbers[-last:].tolist(), tries[-last:].tolist(), strict=True))
+    typed = dict(zip(numbers[-last:].tolist(), names[-last:].tolist(), strict=True))
     frame = measurements(store, after=after)
-    first, begun, passed = _first_attempts(store, set(frame["serial"].unique()), after)
+    first, begun, stopped = _first_attempts(store, set(frame["serial"].unique()), after)
     moments, void = _moments(frame), voids(store)
     certificates = _certificates(store, out, set(frame["serial"].unique()))
     judgements: list[dict[str, Any]] = []
@@ -71,6 +77,7 @@ def document(
                 "serial": event.subject,
                 "time": event.time[:19],
                 "operator": event.who,
+                "by": shown_name(event.who, bool(typed[event.seq])),
                 "bench": bench_of(result),
                 "kind": result.kind,
                 "attempt": attempts[event.seq],
@@ -80,11 +87,14 @@ def document(
                 "lot": result.origin.get("lot", NOT_STATED),
                 "simulated": result.simulated,
                 "first": event.seq in begun,
-                "passed": bool(event.seq in begun and passed[event.subject]),
+                "passed": event.seq in begun and event.subject not in stopped,
+                "stop": stopped.get(event.subject) if event.seq in begun else None,
                 "certificate": certificates.get((event.subject, attempts[event.seq])),
                 "spec": event.spec.split("@")[0],
                 "findings": [_row(finding, (event.seq, finding.quantity) in first) for finding in result.findings],
                 "notes": result.notes,
+                "held": result.nonconformances,
+                "dispositions": stated_words(result.to_json()) if result.dispositions else [],
                 "gap": _gap(result.gap),
             }
         )
@@ -97,6 +107,7 @@ def document(
         "judgements": judgements,
         "curves": dict(curves),
         "of": int(numbers.size),
+        "golden": int(frame[frame[GOLDEN]]["seq"].nunique()),
         "head": head,
         "made": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
     }
@@ -104,17 +115,17 @@ def document(
 
 def _first_attempts(
     store: Store, serials: Collection[str], after: int
-) -> tuple[set[tuple[int, str]], set[int], dict[str, bool]]:
+) -> tuple[set[tuple[int, str]], set[int], dict[str, list[Any]]]:
     """Return, of these units: judgement and quantity of each first attempt behind an event; the units' first
-    judgements; and by serial whether the unit passed at its first attempt."""
+    judgements; and of each that did not pass at its first attempt what stopped it, the verdict and what else did."""
     history = measurements(store, columns=OF_FIRST)
     history = history[history["serial"].isin(serials)]
     firsts = first_attempts(history)
     firsts = firsts[firsts["seq"] > after]
     begun = set(counted(history).drop_duplicates("serial")["seq"])
-    made = yields(history, "serial") if begun else history[:0].assign(first=False)
-    passed = dict(zip(made["serial"].tolist(), made["first"].tolist(), strict=True))
-    return set(zip(firsts["seq"].tolist(), firsts["quantity"].tolist(), strict=True)), begun, passed
+    rows = stops(history).to_dict("records") if begun else []
+    stopped = {row["serial"]: [cause_label(row["quantity"]), row["verdict"], row["also"]] for row in rows}
+    return set(zip(firsts["seq"].tolist(), firsts["quantity"].tolist(), strict=True)), begun, stopped
 
 
 def _moments(frame: pd.DataFrame) -> dict[int, str]:

@@ -6,7 +6,7 @@ import zlib
 from collections.abc import Mapping
 from typing import Any
 
-from pypdf import PdfReader, PdfWriter
+from pypdf import PageObject, PdfReader, PdfWriter
 from pypdf.generic import (
     ArrayObject,
     BooleanObject,
@@ -31,11 +31,13 @@ def assemble(
     attachments: Mapping[str, bytes],
     fields: Mapping[str, tuple[float, float, float, float]],
     title: str,
+    shown: bytes | None = None,
 ) -> bytes:
-    """Return one PDF of all parts. The same parts give the same bytes: no date, no random identifier."""
+    """Return one PDF of all parts. The same parts give the same bytes: no date, no random identifier. shown: what the
+    signature fields show until they are signed, as a PDF with a page of its size for each."""
     writer = PdfWriter(clone_from=PdfReader(io.BytesIO(text)))
     _attach(writer, attachments)
-    _add_fields(writer, fields)
+    _add_fields(writer, fields, shown)
     writer.pdf_header = "%PDF-1.7"  # reportlab writes 1.3, which knows no signatures of this kind
     writer.metadata = {"/Title": title, "/Producer": "accept", "/Creator": "accept"}
     writer.root_object[NameObject("/Lang")] = TextStringObject("en")
@@ -86,10 +88,12 @@ def _shrinks(content: bytes) -> bool:
     return len(content) <= _SAMPLE or len(zlib.compress(sample, 1)) < 0.95 * len(sample)
 
 
-def _add_fields(writer: PdfWriter, fields: Mapping[str, tuple[float, float, float, float]]) -> None:
+def _add_fields(
+    writer: PdfWriter, fields: Mapping[str, tuple[float, float, float, float]], shown: bytes | None
+) -> None:
     """Add empty, visible signature fields on the first page."""
     page = writer.pages[0]
-    widgets = ArrayObject()
+    widgets, pages = ArrayObject(), PdfReader(io.BytesIO(shown)).pages if shown is not None else ()
     for name, rectangle in fields.items():
         widget = _dictionary(
             {
@@ -102,10 +106,28 @@ def _add_fields(writer: PdfWriter, fields: Mapping[str, tuple[float, float, floa
                 "/P": page.indirect_reference,
             }
         )
+        if shown is not None:
+            appearance = _indirect(writer, _form(writer, pages[len(widgets)]))
+            widget[NameObject("/AP")] = _dictionary({"/N": appearance})
         widgets.append(_indirect(writer, widget))
     page[NameObject("/Annots")] = ArrayObject(widgets)
     form = _dictionary({"/Fields": widgets, "/SigFlags": NumberObject(_SIGNED_FILE)})
     writer.root_object[NameObject("/AcroForm")] = _indirect(writer, form)
+
+
+def _form(writer: PdfWriter, page: PageObject) -> StreamObject:
+    """Return a page as a form, which an annotation can show."""
+    form, content = StreamObject(), page.get_contents()
+    form.set_data(b"" if content is None else content.get_data())
+    form.update(
+        {
+            NameObject("/Type"): NameObject("/XObject"),
+            NameObject("/Subtype"): NameObject("/Form"),
+            NameObject("/BBox"): ArrayObject([FloatObject(f"{v:.3f}") for v in page.mediabox]),
+            NameObject("/Resources"): page["/Resources"].clone(writer),
+        }
+    )
+    return form
 
 
 def _indirect(writer: PdfWriter, what: PdfObject) -> IndirectObject:

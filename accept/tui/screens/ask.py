@@ -33,6 +33,11 @@ def required(words: str) -> Check:
     return lambda place, given: "" if given[place].strip() else words
 
 
+def which_unit(doubt: str) -> "Question":
+    """Return the question for the serial of a unit that may be another one. doubt: why."""
+    return Question("Which unit is it?", doubt, [QuestionLine("Serial number on its label")])
+
+
 class Question(ModalScreen[list[str] | None]):
     """Dismisses with what was typed, None after Escape."""
 

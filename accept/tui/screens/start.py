@@ -18,7 +18,7 @@ from textual.worker import get_current_worker
 
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.load_module import load_module
-from accept.tui.screens.ask import Question, QuestionLine, required
+from accept.tui.screens.ask import Question, QuestionLine, required, which_unit
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.shift import NOT_TAKEN
@@ -105,7 +105,7 @@ class StartScreen(Working[Begin | None]):
         self._looked_up = asyncio.Event()  # the bench is open, and it is known whether the serial is
         self._ending = False  # Escape was pressed once
         self._refused_line: Input | None = None  # whose refusal stands at the foot
-        self._confirmed: set[str] = set()  # serials of a folder that is called like another one
+        self._confirmed: set[str] = set()  # serials that were asked about and typed once more
 
     def compose(self) -> ComposeResult:
         yield Label("accept · new unit", classes="title")
@@ -341,16 +341,15 @@ class StartScreen(Working[Begin | None]):
             self._refuse(self.query_one("#serial", Input), f"serial '{serial}': {problem}")
             return
         named = {name: self._value(name) for name in parts_of(kind) if self._value(name)}
-        said = (serial, kind, operator, named, reason)
+        said = (serial, kind, operator, named, reason, serial in self._confirmed)
         if serial not in self._confirmed and (doubt := bench.doubt(serial)) is not None:
-            asked = Question("Which unit is it?", doubt, [QuestionLine("Serial number on its label")])
-            self.app.push_screen(asked, lambda answer: self._confirm(serial, reason, answer))
+            self.app.push_screen(which_unit(doubt), lambda answer: self._confirm(serial, reason, answer))
             return
         self.say(f"Opening {serial} …")
         self.hold(lambda: open_at_bench(bench, said), self._opened, f"opening {serial}")
 
     def _confirm(self, serial: str, reason: str | None, answer: list[str] | None) -> None:
-        """Go on if the serial was confirmed of a folder that is called like another one."""
+        """Go on if the serial that was asked about was typed once more."""
         if answer is None or answer[0].strip() != serial:
             self.say(f"{serial} was not confirmed: enter the serial number of the unit on the bench", "bad")
             return
@@ -407,7 +406,7 @@ def _key_words(bench: "Workbench", operator: str) -> str:
 
 
 def open_at_bench(
-    bench: "Workbench", said: tuple[str, str, str, dict[str, str], str | None]
+    bench: "Workbench", said: tuple[str, str, str, dict[str, str], str | None, bool]
 ) -> "tuple[Workbench, Session, list[str]]":
     """Open the unit with what the screens need of the physics; imported here, in a thread."""
     load_module("accept.tui.screens.steps")

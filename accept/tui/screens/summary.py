@@ -11,14 +11,15 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
-from accept.certificate.contents.disposition import CHOICES
 from accept.certificate.trust import keys
 from accept.certificate.trust.encrypted_key import LockedError
 from accept.certificate.verify.verification import Validity, Verification
 from accept.judging.advice import ADVICE, advice, first_advice
+from accept.judging.nonconformance import CHOICES
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
+from accept.store.event import shown_name
 from accept.store.payloads import RecordRefused, without_hashes
 from accept.tui.background.problems import words_of
 from accept.tui.background.process_work import send_to_worker
@@ -38,6 +39,7 @@ from accept.workflow.certify import (
     disposition_problem,
     key_problem,
     make_keys,
+    needs_why,
     new_passphrase_problem,
     reason_problem,
     sign_unit,
@@ -84,6 +86,7 @@ class Summary(Scanning[bool]):
         self.report: Verification | None = None
         self._why: list[str] = []
         self._notes: list[str] = []
+        self._held = False
         self._signs_then = False  # F2 came before the result
 
     def compose(self) -> ComposeResult:
@@ -150,12 +153,12 @@ class Summary(Scanning[bool]):
         table.visible = True
         table.clear()
         for f in result.findings:
-            status = self._status(f)
+            status = self._status(f, result)
             value = numbers(f.value, f.U, f.unit) if f.value is not None else "-"
             bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
             cells = (
                 *(f"{words} " for words in (label_of(f.quantity), value, bounds)),
-                Text("pass, held" if _is_only_held(f) else status.word, status.style),
+                Text("pass, held" if status is Status.HELD else status.word, status.style),
             )
             table.add_row(Text(f" {status.mark} ", status.style), *cells)
         steps = [step.name for step in self.session.steps]
@@ -163,6 +166,7 @@ class Summary(Scanning[bool]):
         self._notes = [
             without_hashes(self._with_step(note)) for note in sorted(result.notes, key=lambda note: note not in people)
         ]
+        self._held = bool(result.nonconformances)
         said = verdict.plain.partition("\n")[2]
         self._why = [_detail(f, self.session.refusal(f), said) for f in result.findings]
         worst = next((n for n, f in enumerate(result.findings) if f.verdict is not Verdict.PASS), 0)
@@ -172,9 +176,9 @@ class Summary(Scanning[bool]):
         signed = self.session.attempt.certificate is not None
         self.say("Signed. F3: countersign, F4: next unit" if signed else "F2: sign this result")
 
-    def _status(self, f: Finding) -> Status:
+    def _status(self, f: Finding, result: UnitResult) -> Status:
         """Return what became of a quantity, with what is told apart among those without a result."""
-        if _is_only_held(f):
+        if f.verdict is Verdict.PASS and result.nonconformances:
             return Status.HELD
         if self.session.refusal(f) is not None:
             return Status.REFUSED
@@ -189,7 +193,7 @@ class Summary(Scanning[bool]):
             Status.NOT_DONE: "not measured",
             Status.CONDITIONAL: "conditional",
         }
-        found = [(self._status(f), label_of(f.quantity)) for f in result.findings]
+        found = [(self._status(f, result), label_of(f.quantity)) for f in result.findings]
         groups = {word: [label for own, label in found if own is status] for status, word in words.items()}
         return [f"{word}: {listed(labels)}" for word, labels in groups.items() if labels]
 
@@ -205,9 +209,9 @@ class Summary(Scanning[bool]):
     def _tell(self, row: int) -> None:
         """Tell why a finding is what it is, and what was noted about the unit."""
         if 0 <= row < len(self._why):  # an empty table says row -1
-            hold = ADVICE[Cause.NONCONFORMANCE]
-            left = hold.removeprefix("sign; ") if self.session.attempt.certificate is not None else hold
-            texts = list(filter(None, (self._why[row].replace(hold, left), *self._notes)))
+            hold = ADVICE[Cause.NONCONFORMANCE] if self._held else ""
+            hold = hold.removeprefix("sign; ") if self.session.attempt.certificate is not None else hold
+            texts = list(filter(None, (self._why[row], hold and f"→ {hold}", *self._notes)))
             self.query_one("#detail", Static).update("\n".join(texts))
             self.query_one("#why", VerticalScroll).scroll_home(animate=False)
             self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if it is longer than its room
@@ -228,7 +232,7 @@ class Summary(Scanning[bool]):
             )
             words += "\n→ Do not hand it out. F2: sign again, which replaces it"
         elif attempt.certificate is None:
-            words = "Certificate: not signed"
+            words = f"Certificate: not signed. Judged in the name of {shown_name(self.session.operator, typed=True)}"
         else:
             words = f"Certificate: {attempt.certificate}"
             if self.report is not None:  # it names who signed
@@ -264,9 +268,11 @@ class Summary(Scanning[bool]):
 
     @property
     def _asked_why(self) -> list[QuestionLine]:
-        """Return the line that asks why a unit is signed that is not accepted."""
+        """Return the line that asks why a unit is signed that is not accepted, or a certificate is replaced."""
         result = self.session.result
-        return [] if result is None or result.verdict is UnitVerdict.ACCEPTED else [QuestionLine(_WHY)]
+        if result is None or (result.verdict is UnitVerdict.ACCEPTED and not needs_why(self.session)):
+            return []
+        return [QuestionLine(_WHY_REPLACED if needs_why(self.session) else _WHY)]
 
     def _signs(self, secret: Callable[[list[str]], str], kept: str = "") -> Check:
         """Return a check of the lines by which a technician signs: why, if that is asked, then the passphrase. secret:
@@ -454,6 +460,7 @@ _OFF_THE_BENCH = (
 )
 _NOT_OPENED = "Wrong passphrase, or the file of the key is damaged. Type it again"
 _WHY = "Why it is signed so (on the certificate)"
+_WHY_REPLACED = "Why its certificate is replaced (on the certificate)"
 _FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without a key, or at once: Ctrl+L."
 _OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
 _FIRST_LINES = [
@@ -475,11 +482,6 @@ _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
 
 def _not_measured(f: Finding) -> bool:
     return f.cause is not None and f.cause.cause is Cause.NOT_MEASURED and not f.cause.record
-
-
-def _is_only_held(f: Finding) -> bool:
-    """Return whether a finding would pass without the nonconformance that holds the unit."""
-    return f.cause is not None and f.cause.cause is Cause.NONCONFORMANCE and f.verdict is Verdict.CONDITIONAL
 
 
 def _verdict(result: UnitResult, open_words: Sequence[str], refused: Sequence[RecordRefused]) -> Text:

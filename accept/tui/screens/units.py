@@ -10,6 +10,7 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import DataTable, Label
 
 from accept.tui.background.busy_screen import Working
+from accept.tui.screens.ask import which_unit
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import HELD
 from accept.tui.widgets.text_entry import TextEntry
@@ -95,6 +96,8 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         for queue in self._queues:
             rail.add_row(Text(f"{queue.title:<19.19}{len(queue.units):>3}"))
         self._fill()
+        if not units:
+            self.say("No units yet. F6: add the units of a tray" if not self._adding else self._tray)
 
     @property
     def _tray(self) -> str:
@@ -120,8 +123,6 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
                 style = HELD if unit.held and unit.signed <= 1 else ""
                 cells = (unit.serial, unit.kind, unit.state, unit.last_by, when_words(unit.last_at))
                 table.add_row(*(_cut(*each, style) for each in zip(cells, rooms, strict=True)), key=unit.serial)
-        if not self._units:
-            self.say("No units yet. F6: add the units of a tray" if not self._adding else self._tray)
 
     def on_input_changed(self) -> None:
         self._fill()
@@ -215,7 +216,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         if refused := await self.is_secret(text):
             self.query_one(TextEntry).value = ""
             self.app.bell()
-            self.call_after_refresh(self.say, NOT_TAKEN, "bad")  # behind what the emptied line says
+            self.say(NOT_TAKEN, "bad")
         return refused
 
     async def action_add(self) -> None:
@@ -240,8 +241,9 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         self._adding, self._at = True, (ALL, "")
         self._fill()
 
-    def _add(self, serial: str) -> None:
-        """Begin a unit, unless it is known; scanned twice it is one unit."""
+    def _add(self, serial: str, confirmed: bool = False) -> None:
+        """Begin a unit, unless it is known; scanned twice it is one unit. A serial that looks like a known one is asked
+        about first."""
         line = self.query_one(TextEntry)
         line.value = ""
         if problem := self._bench.problem(serial, self._kind):
@@ -251,13 +253,29 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
             self.say(f"'{serial}': {problem}", "bad")
             return
 
-        def add() -> str:
+        def add() -> tuple[str, str | None]:
             if self._bench.known_one(serial) is not None:
-                return f"{serial} is here already"
-            self._bench.add(Begun(serial, self._kind, self._operator))
-            return ""
+                return f"{serial} is here already", None
+            doubt = None if confirmed else self._bench.doubt(serial)
+            if doubt is None:
+                self._bench.add(Begun(serial, self._kind, self._operator, confirmed=confirmed))
+            return "", doubt
 
-        self.hold(add, lambda why: self._is_added(serial, why), f"adding {serial}")
+        def done(told: tuple[str, str | None]) -> None:
+            why, doubt = told
+            if doubt is None:
+                self._is_added(serial, why)
+            else:
+                self.app.push_screen(which_unit(doubt), lambda answer: self._confirm(serial, answer))
+
+        self.hold(add, done, f"adding {serial}")
+
+    def _confirm(self, serial: str, answer: list[str] | None) -> None:
+        """Add a unit whose serial was asked about if it was typed once more."""
+        if answer is not None and answer[0].strip() == serial:
+            self._add(serial, confirmed=True)
+        else:
+            self._is_added(serial, f"{serial} was not confirmed, and not added")
 
     def _is_added(self, serial: str, why: str) -> None:
         if not why:

@@ -15,8 +15,7 @@ from checks.acceptance import CHECKS
 from checks.declare import Check, Series
 from hw.errors import SettingsError
 from hw.instruments import Instrument as Driver
-from hw.instruments import open_instrument
-from hw.link import Traffic
+from hw.instruments import Traffic, open_instrument
 from hw.recorders import RECORDERS, Recorder, open_recorder
 from specs.bench import OFFLINE, SIMULATED, BenchFile, InstrumentEntry, RecorderEntry
 

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from accept.workflow.entry.parse_entry import EntryError
 from checks.declare import Measured
-from hw.instruments.reading import scaled
+from hw.instruments import scaled
 from specs.units import UnitMismatch, factor
 
 

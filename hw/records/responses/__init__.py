@@ -16,7 +16,6 @@ from pathlib import Path
 from checks.errors import RecordError
 from hw.records.clocks import is_time
 from hw.records.damage import DAMAGE, refused
-from hw.records.limits import DEFAULT_LIMITS
 from hw.records.responses.arrays import arrays_of
 from hw.records.responses.complex_text import has_complex, heads_of
 from hw.records.responses.file import ResponseFile
@@ -45,7 +44,7 @@ def read_response_file(path: Path, input: str = "", names: Mapping[str, str] | N
     """Return the responses of a file. input: name of the input if the file states none, or of several the one that is
     wanted; names: channel here -> name in the file, "f" for the frequencies. Raises RecordError with what the file
     holds."""
-    source = load_bytes(path, DEFAULT_LIMITS)
+    source = load_bytes(path)
     there = {theirs: here for here, theirs in (names or {}).items()}
     with refused(source.file):
         if DELIMITER.match(source.raw):
@@ -67,7 +66,7 @@ def content_of(path: Path, input: str = "") -> Content:
     """Return what a file holds. input: a channel that a record of it would have. A file that cannot be read, or has
     neither axis, counts as a record, whose reader gives the reason."""
     try:
-        return _content(load_bytes(path, DEFAULT_LIMITS), ("Va", input))
+        return _content(load_bytes(path), ("Va", input))
     except (RecordError, *DAMAGE):
         return Content.RECORD
 

@@ -8,8 +8,7 @@ from scipy.io import savemat
 
 from accept.analysis.record_responses import read_any
 from checks.errors import RecordError
-from hw.records import mat5
-from hw.records.limits import ReadLimits
+from hw.records import ReadLimits, mat5
 
 FS, N = 1000.0, 400
 T = np.arange(N) / FS

@@ -10,7 +10,7 @@ import pytest
 import accept
 from accept.gap.responses import Responses
 from checks.errors import RecordError
-from hw.records.writers import mat_bytes
+from hw.records import mat_bytes
 
 F = np.geomspace(15.0, 600.0, 120)
 TRUE = {"constants.ga_N_per_V": -34.0, "bench.payload_kg": 5.76}  # within a standard deviation of the priors

@@ -11,8 +11,7 @@ from typer.testing import CliRunner
 
 import accept
 from accept.cli.main import app
-from hw.records.uff.write import frf_bytes
-from hw.records.writers import mat_bytes
+from hw.records import frf_bytes, mat_bytes
 
 F = np.arange(15.0, 601.0, 1.5)
 CHANNELS = ("Vs", "de", "da")

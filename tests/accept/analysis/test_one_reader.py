@@ -12,8 +12,7 @@ from checks.acceptance.frf import CHECK
 from checks.cause import Cause
 from checks.declare import Series
 from checks.errors import RecordError
-from hw.records import csv_bytes, read
-from hw.records.writers import mat_bytes
+from hw.records import csv_bytes, mat_bytes, read
 
 FS, N = 1e4, 120_000
 LOW = next(i for i in CHECK.inputs.values() if isinstance(i, Series))

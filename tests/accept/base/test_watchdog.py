@@ -13,6 +13,7 @@ from accept.batch.job import UnitJob
 from accept.cli.main import app
 from specs.patterns import pattern_problem
 from specs.strict import MAX_KEY_PARTS, toml_of
+from tests.accept.certificate.verify.hostile_files import plain
 from tests.accept.certificate.verify.verify_help import made_bench
 from tests.accept.units.units import make_unit
 
@@ -101,17 +102,6 @@ def test_patterns_of_serials_are_taken(pattern: str) -> None:
     assert pattern_problem(pattern) is None
 
 
-def tiny_pdf(objects: dict[int, bytes]) -> bytes:
-    out, at = bytearray(b"%PDF-1.7\n"), {}
-    for number, body in objects.items():
-        at[number] = len(out)
-        out += b"%d 0 obj\n%b\nendobj\n" % (number, body)
-    place, size = len(out), max(objects) + 1
-    rows = b"".join(b"%010d 00000 n \n" % at[n] for n in range(1, size))
-    out += b"xref\n0 %d\n0000000000 65535 f \n" % size + rows
-    return bytes(out + b"trailer\n<< /Size %d /Root 1 0 R >>\nstartxref\n%d\n%%%%EOF\n" % (size, place))
-
-
 def test_a_form_of_very_many_paths_is_refused_at_once(tmp_path: Path) -> None:
     """3 KB, 2^40 paths."""
     bench = made_bench(tmp_path)
@@ -120,7 +110,7 @@ def test_a_form_of_very_many_paths_is_refused_at_once(tmp_path: Path) -> None:
     loop = {1: form[1], 2: b"<< /T (qa) /FT /Sig /Kids [2 0 R] >>"}
     began = time.monotonic()
     for objects in (dict(sorted((form | fields).items())), loop):
-        report = bench.check(tiny_pdf(objects))
+        report = bench.check(plain(objects))
         assert not report.valid
         assert "fields" in report.reason
     assert time.monotonic() - began < 10

@@ -301,3 +301,26 @@ def test_a_decision_is_about_the_recording_that_was_there(tmp_path: Path, spec: 
     other = {**contents.result, "samples": {**contents.result["samples"], name: {"de": "of another day"}}}
     (step,) = check_copies(replace(contents, result=other), roots, ())
     assert not step.complete
+
+
+@pytest.mark.parametrize("more", [(), ("--no-certificates",)], ids=["certified", "judged only"])
+def test_a_run_makes_one_attempt_of_each_unit(tmp_path: Path, spec: Path, more: tuple[str, ...]) -> None:
+    """Found in the run that judged both first, the copy makes one more of the unit that was judged before."""
+    for serial in ("A-1", "X-1"):
+        unit(tmp_path / "units" / serial, serial, 1)
+    words = ("batch", tmp_path / "units", "--spec", spec, "--out", tmp_path / "out", "--workers", 1, *more)
+
+    def attempts() -> dict[str, int]:
+        accept(*words)
+        with open_store() as store:
+            return {serial: len(list(store.events(serial, UnitJudged.KIND))) for serial in ("A-1", "X-1")}
+
+    assert attempts() == {"A-1": 2, "X-1": 1}
+    assert verdicts(tmp_path / "out") == {"A-1": "incomplete", "X-1": "incomplete"}
+    accept("store", "resolve", "A-1", "--measured", "A-1", "--reason", "X-1 was not on the bench that day")
+    assert attempts() == {"A-1": 3, "X-1": 2}
+    assert verdicts(tmp_path / "out") == {"A-1": "accepted", "X-1": "incomplete"}
+    assert attempts() == {"A-1": 3, "X-1": 2}
+    for serial in ("A-1", "X-1") if not more else ():
+        done = accept("verify", tmp_path / "out" / "certificates" / f"{serial}.pdf", "--require", "current")
+        assert done.exit_code == 0, done.output

@@ -60,7 +60,7 @@ def test_copies_in_one_batch(tmp_path: Path, done: Counter[tuple[str, str]]) -> 
     assert accept("verify", out / "certificates" / "A-1.pdf").exit_code == 0
     done.clear()
     unit(units / "A-1", "A-1", 1, text=UNIT.replace("4.99", "4.98"))
-    accept("batch", units, "--spec", spec, "--out", out, "--workers", 1)
+    accept("batch", units, "--spec", spec, "--out", out, "--workers", 1, "--reason", "measured again")
     assert done == {("judged", "A-1"): 1, ("drawn", "A-1"): 1}  # that it is a copy was known before
 
 

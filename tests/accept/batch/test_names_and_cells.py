@@ -1,15 +1,22 @@
 """Names and words from outside: none harms a file system, a spreadsheet or a terminal."""
 
 import os
+import time
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from accept.base import atomic_files
 from accept.base.console import one_line
+from accept.base.exit_codes import Exit
 from accept.batch.outputs import csv_rows, findings
+from accept.cli.main import app
 from accept.units import unit_folder
+from accept.units.attach import copy_in
+from hw.records import DEFAULT_LIMITS
 from specs.files import read_bounded
+from tests.accept.units.units import make_unit
 
 
 @pytest.mark.parametrize("serial", ["CON", "con.1", "Lpt1", "A-1."])
@@ -26,7 +33,7 @@ def test_a_pipe_and_an_endless_device_are_said_not_read(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="a pipe or a device"):
         read_bounded(Path("/dev/zero"))
     (tmp_path / "large").write_bytes(b"x" * 101)
-    with pytest.raises(OSError, match="larger than 100 bytes"):
+    with pytest.raises(OSError, match="at most 100 are read"):
         read_bounded(tmp_path / "large", 100)
 
 
@@ -180,3 +187,36 @@ def test_every_font_of_a_certificate_is_embedded(tmp_path: Path) -> None:
     fonts = [f.get_object() for page in PdfReader(path).pages for f in page["/Resources"]["/Font"].values()]
     assert fonts
     assert not {str(f["/BaseFont"]) for f in fonts if "/FontFile2" not in f.get("/FontDescriptor", {})}
+
+
+def sparse(path: Path, size: int) -> None:
+    """A file of that size that takes no place."""
+    with open(path, "wb") as file:
+        file.truncate(size)
+
+
+def test_a_file_that_no_disk_holds_is_refused_by_its_size(tmp_path: Path) -> None:
+    """Red before: its hash was taken first, for half an hour."""
+    for serial in ("A-1", "Z-1"):
+        make_unit(tmp_path / "units" / serial, serial)
+    unit = tmp_path / "units" / "A-1"
+    (unit / "unit.toml").write_text('serial = "A-1"\nkind = "apa"\n[stroke]\none_stack = "big.csv"\n')
+    sparse(unit / "big.csv", 8 * 10**12)
+    began = time.monotonic()
+    with pytest.raises(unit_folder.UnitError, match=r"big[.]csv has 8000000000000 bytes, at most 536870912 are read"):
+        unit_folder.read(unit)
+    words = ["batch", str(tmp_path / "units"), "--spec", "apa-basic", "--out", str(tmp_path / "o"), "--workers", "1"]
+    done = CliRunner().invoke(app, words)
+    assert "big.csv has 8000000000000 bytes" in done.stderr
+    assert (tmp_path / "o" / "certificates" / "Z-1.pdf").exists(), done.stderr
+    assert time.monotonic() - began < 60  # on a busy machine; a hash of 8 TB takes hours
+
+
+def test_a_certificate_that_is_too_large_is_refused_by_its_size(tmp_path: Path) -> None:
+    sparse(tmp_path / "a.pdf", 10 * 10**9)
+    done = CliRunner().invoke(app, ["verify", str(tmp_path / "a.pdf")])
+    assert done.exit_code == Exit.BAD_INPUT
+    assert "a.pdf: has 10000000000 bytes, at most 100000000 are read" in done.stderr
+    sparse(tmp_path / "record.csv", 8 * 10**12)
+    with pytest.raises(OSError, match="has 8000000000000 bytes, at most 536870912"):
+        copy_in(tmp_path / "record.csv", tmp_path, DEFAULT_LIMITS.max_bytes)

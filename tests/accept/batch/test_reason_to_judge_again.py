@@ -46,22 +46,57 @@ def judge(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., Path]
     return lambda text, *words: (make_unit(tmp_path / "units" / "A", "A", text), request.param(tmp_path, *words))[1]
 
 
-@pytest.mark.parametrize(("words", "reason"), [(("--reason", REASON), REASON), ((), "")])
-def test_a_rejected_unit(judge: Callable[..., Path], words: tuple[str, ...], reason: str) -> None:
-    """Without a terminal and without the option it is judged, and states that no reason was given."""
+def test_a_rejected_unit(judge: Callable[..., Path]) -> None:
     judge(BAD, "--reason", "of no use to a first judgement")
-    pdf = judge(GOOD, *words)
-    assert reasons() == [None, reason]
-    assert stated(pdf).provenance["reason"] == reason
-    assert (reason or "no reason was given") in statements(stated(pdf))["Attempt"]
+    pdf = judge(GOOD, "--reason", REASON)
+    assert reasons() == [None, REASON]
+    assert stated(pdf).provenance["reason"] == REASON
+    assert statements(stated(pdf))["Amended"] == f"replaces certificate A/1: {REASON}"
     assert accept("verify", pdf).exit_code == 0
 
 
-def test_an_accepted_unit_needs_no_reason(judge: Callable[..., Path]) -> None:
+def test_another_verdict_is_certified_without_a_reason_and_says_so(judge: Callable[..., Path]) -> None:
+    """Neither a rejection nor the measurement after it waits for words."""
+    judge(BAD)
+    pdf = judge(GOOD)
+    assert reasons() == [None, ""]
+    assert statements(stated(pdf))["Attempt"].startswith("2, replaces 'rejected'")
+    assert statements(stated(pdf))["Amended"] == "replaces certificate A/1: no reason was given"
+    done = accept("verify", pdf, "--require", "accepted,current")
+    assert (done.exit_code, "no reason was given" in done.stderr) == (0, True), done.output
+
+
+def test_without_a_reason_no_accepted_unit_is_amended(judge: Callable[..., Path]) -> None:
+    """Without a terminal and without the option it is judged and stored, and the certificate before is superseded; the
+    one with a reason is then of that attempt."""
+    pdf = judge(GOOD)
+    before = pdf.read_bytes()
+    other = GOOD.replace("5.10", "5.11")
+    judge(other)
+    assert pdf.read_bytes() == before
+    done = accept("verify", pdf)
+    assert (done.exit_code, "a later attempt" in done.stdout) == (4, True), done.output
+    pdf = judge(other, "--reason", REASON)
+    assert len(reasons()) == 2
+    assert statements(stated(pdf))["Amended"] == f"replaces certificate A/1: {REASON}"
+    done = accept("verify", pdf, "--require", "accepted,current")
+    assert (done.exit_code, REASON in done.stderr) == (0, True), done.output
+    assert REASON in accept("store", "log", "A").output
+
+
+def test_an_accepted_unit_that_is_measured_again_needs_a_reason(judge: Callable[..., Path]) -> None:
     judge(GOOD)
-    pdf = judge(GOOD.replace("5.10", "5.11"))
+    pdf = judge(GOOD.replace("5.10", "5.11"), "--reason", REASON)
+    assert reasons() == [None, REASON]
+    assert statements(stated(pdf))["Amended"] == f"replaces certificate A/1: {REASON}"
+    assert REASON in accept("store", "log", "A").output
+
+
+def test_the_same_result_again_amends_nothing(judge: Callable[..., Path]) -> None:
+    judge(GOOD)
+    pdf = judge(f"{GOOD}# the same values\n")
     assert reasons() == [None, None]
-    assert "reason" not in stated(pdf).provenance
+    assert not statements(stated(pdf))["Amended"]
 
 
 def test_at_a_terminal_it_is_asked(judge: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,9 +1,11 @@
 """What a report must state beside its results: as far as the unit's folder states it, and nothing invented."""
 
+import io
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from pypdf import PdfReader
 
 from accept.certificate.page.clauses import (
     COVERAGE,
@@ -15,6 +17,7 @@ from accept.certificate.page.clauses import (
     operator_words,
     rule_words,
 )
+from accept.certificate.page.document import render
 from accept.units.unit_folder import UNIT_FILE
 from tests.accept.certificate.certificate_help import certificate_contents
 
@@ -59,7 +62,8 @@ def test_the_operator_signs_and_is_not_said_to_have_measured_what_others_did(
     unit = f"{contents.files[UNIT_FILE].decode()}\n{section}\n".encode()
     words = operator_words(replace(contents, files={**contents.files, UNIT_FILE: unit}))
     signs, _, others = words.partition("; measured by ")
-    assert set(filter(None, others.removesuffix(": see Notes").split(", "))) == who
+    names = set(filter(None, others.removesuffix(": see Notes").split(", ")))
+    assert names == {name if name == "Anna" else f"{name} (typed)" for name in who}  # Anna's key signs
     assert signs == ("Anna (signs)" if who else "Anna")
 
 
@@ -83,3 +87,10 @@ def test_every_rule_of_a_finding_is_in_words_once():
     assert "shared" not in words
     assert COVERAGE in words
     assert SCOPE in words
+
+
+def test_the_page_labels_the_date_of_issue_and_defines_each_term_once(tmp_path: Path):
+    pages = PdfReader(io.BytesIO(render(certificate_contents(tmp_path)))).pages
+    text = " ".join(" ".join(page.extract_text() for page in pages).split())
+    assert text.count("date of issue") == 1
+    assert text.count("P(false)") - text.count("Rule P(false) Verdict") == 1

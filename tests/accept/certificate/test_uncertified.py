@@ -81,7 +81,8 @@ def test_another_person_or_another_result_is_another_attempt(unit: Path, monkeyp
     unit.joinpath("unit.toml").write_text(GOOD.format(serial="A-1").replace("5.10", "5.09"))
     certify_by("batch", unit, "--no-certificates")
     monkeypatch.setattr(Pipeline, "_is_stored", lambda *_: False)  # e.g. its recording stands elsewhere too by now
-    assert attempt_on(certify_by("batch", unit)).startswith("attempt: 4, replaces 'accepted' of")
+    words = ("--reason", "measured again")
+    assert attempt_on(certify_by("batch", unit, *words)).startswith("attempt: 4, replaces 'accepted' of")
     assert judgements() == 4
 
 
@@ -90,10 +91,10 @@ def test_the_certificate_that_is_still_about_is_named(unit: Path) -> None:
     first = hashlib.sha256(certify_by("batch", unit).read_bytes()).hexdigest()[:12]
     for sensor, more in (("5.09", ["--no-certificates"]), ("5.08", [])):
         unit.joinpath("unit.toml").write_text(GOOD.format(serial="A-1").replace("5.10", sensor))
-        pdf = certify_by("batch", unit, *more)
+        pdf = certify_by("batch", unit, "--reason", "measured again", *more)
     said = attempt_on(pdf)
     assert said.startswith("attempt: 3, replaces 'accepted' of")
-    assert said.endswith(f"which had no certificate, and certificate sha256 {first} of attempt 1")
+    assert said.endswith(f"which had no certificate, and certificate sha256 {first} of attempt 1; before: 2 accepted")
 
 
 def test_keys_that_another_run_makes_meanwhile_are_used(unit: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,6 +10,7 @@ from serial.tools.list_ports_common import ListPortInfo
 
 from accept.base.exit_codes import Exit
 from accept.commands.bench import scan as command
+from hw.instruments import find
 from specs.bench import parse_bench
 from tests.hw.peers.ids3010 import Ids3010Peer
 from tests.hw.peers.network import served
@@ -24,7 +25,7 @@ def ports(monkeypatch):
     there = [ListPortInfo(os.ttyname(slave))]
     there[0].description = "FT232R USB UART"
     gone = SimpleNamespace(device="/dev/ttyUSB99", description="CP2102 USB")
-    monkeypatch.setattr(command, "comports", lambda: [*there, gone])
+    monkeypatch.setattr(find, "comports", lambda: [*there, gone])
     for module in ("pyvisa_py.serial", "pyvisa_py.prologix"):
         monkeypatch.setattr(f"{module}.comports", lambda *_: there)
     yield master

@@ -5,8 +5,10 @@ import datetime
 import json
 import shutil
 
+import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from typer.testing import CliRunner
 
 from accept.base.home import home
@@ -20,9 +22,12 @@ from accept.fleet.yields import yields
 from accept.judging import golden
 from accept.judging.decisions import DecisionError, Signer
 from accept.judging.golden import BenchStopped
+from accept.pictures.draw import figure_of
+from accept.pictures.style import settings
 from accept.store import open_store
 from accept.store.payloads import BenchStated, GoldenResolved
 from accept.store.seal import Sealer
+from checks.picture import Line, Text
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.units.units import make_unit
 from tests.checks.process_control.test_gauge_bias import BIAS, LINEARITY
@@ -315,7 +320,10 @@ def test_the_published_study_from_a_table(tmp_path):
     assert told["percent_of_tolerance"] == pytest.approx(100 * 6 * 0.302373 / 8, rel=1e-5)
     assert (told["verdict"], told["distinct_categories"]) == ("conditional", 4)
     assert told["U"] == pytest.approx(0.6047, abs=1e-4)
-    assert ask("rr", tmp_path / "study.csv", "--tolerance", "1").exit_code == 3  # 181 % of the tolerance
+    done = ask("rr", tmp_path / "study.csv", "--tolerance", "1")
+    assert done.exit_code == 3
+    last = "the measurement is not usable: gauge R&R is 181.4 % of the tolerance, at most 30 % is usable"
+    assert last in done.output.splitlines()  # not 27.9 % of the study, which is conditional
 
 
 def test_a_table_as_a_german_spreadsheet_writes_it(tmp_path):
@@ -356,6 +364,23 @@ def test_the_six_pictures_of_a_study(tmp_path):
     assert len(pictures) == 6
     assert pictures[1].items[1].at == pytest.approx(0.8787, abs=0.002)  # [AIAG-MSA]: upper limit of the ranges 0.88
     assert [item.label for item in pictures[5].items] == ["O0", "O1", "O2"]
+    names = {item.words: item.y for item in pictures[4].items if isinstance(item, Text)}
+    points, means = (item for item in pictures[4].items if isinstance(item, Line))
+    for k, name in enumerate(("O0", "O1", "O2")):  # the name stands in the row of the operator's values
+        row = round(names[name] - 0.2)
+        assert means.x[list(means.y).index(row)] == pytest.approx(AIAG[:, k].mean())
+        assert sorted(points.x[points.y == row]) == sorted(AIAG[:, k].ravel())
+    assert pictures[4].y_names == ("",) * 3  # and no number beside it
+    with mpl.rc_context(settings()):
+        figure = figure_of(pictures, columns=2)
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+    whole = figure.bbox.padded(1.0)  # a pixel
+    for axes in figure.axes:
+        drawn = (*axes.texts, axes.xaxis, axes.yaxis)
+        for box in filter(None, (each.get_tightbbox(canvas.get_renderer()) for each in drawn)):
+            assert whole.contains(*box.min), axes.get_title()
+            assert whole.contains(*box.max), axes.get_title()
 
 
 def test_bias_and_linearity_by_command(tmp_path):

@@ -11,7 +11,7 @@ import pytest
 from accept.base.home import home
 from accept.fleet import findings_file
 from accept.fleet.findings_file import FindingsTable, keep_findings
-from accept.fleet.measurements import COLUMNS, attempts, between, measurements
+from accept.fleet.measurements import COLUMNS, attempts, is_between, measurements
 from accept.fleet.yields import yields
 from accept.store import Store, StoreError, open_store
 from accept.store.payloads import UnitJudged
@@ -173,7 +173,7 @@ def test_findings_that_passed_are_left_out_of_a_brief_answer_only(store: Store) 
     pd.testing.assert_frame_equal(attempts(brief).reset_index(drop=True), attempts(whole).reset_index(drop=True))
     for day in (datetime.date(2026, 10, 1), datetime.date(2026, 10, 2)):
         for frame in (whole, brief):
-            assert set(between(frame, day, day)["serial"]) == {"M-1"}
+            assert set(frame[is_between(frame, day, day)]["serial"]) == {"M-1"}
 
 
 def test_a_store_of_one_unit_has_a_yield() -> None:

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from accept.cli.main import app
 from accept.fleet.history import changes
 from accept.fleet.history import panels as history_panels
-from accept.fleet.measurements import between, day, measurements
+from accept.fleet.measurements import day, is_between, measurements
 from accept.fleet.trend import trends
 from accept.fleet.yields import panels as yield_panels
 from accept.fleet.yields import pareto, yields
@@ -129,7 +129,7 @@ def test_days_and_months(text, first, last):
 def test_days_count_whole():
     frame = pd.DataFrame({"time": pd.to_datetime(["2026-10-31T23:59:59Z", "2026-11-01T00:00:00Z"], utc=True)})
     frame["measured"] = pd.Series([pd.NaT] * 2, dtype=frame["time"].dtype)
-    assert len(between(frame, day("2026-10"), day("2026-10", last=True))) == 1
+    assert is_between(frame, day("2026-10"), day("2026-10", last=True)).sum() == 1
 
 
 @pytest.mark.parametrize(

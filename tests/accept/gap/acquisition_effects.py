@@ -12,7 +12,7 @@ from scipy import signal
 
 from checks.arrays import Array, Complex
 from checks.cause import Cause
-from hw.records.writers import mat_bytes
+from hw.records import mat_bytes
 from tests.accept.gap.faulty_records import Columns, clipped, columns, held, jittered, lost, zeroed
 
 EVERY = ("Vs", "de", "da")

@@ -11,10 +11,7 @@ from checks.acceptance.frf import CHECK
 from checks.arrays import Array
 from checks.cause import Cause
 from checks.record import Record
-from hw.records import record_of
-from hw.records.limits import DEFAULT_LIMITS
-from hw.records.source import load_bytes
-from hw.records.writers import mat_bytes
+from hw.records import DEFAULT_LIMITS, load_bytes, mat_bytes, record_of
 
 Columns = Mapping[str, Array]
 AT_s, BLOCK_s = 3.0, 0.02  # where a block is lost, and how long it is

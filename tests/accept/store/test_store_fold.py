@@ -122,7 +122,8 @@ def test_a_countersignature_belongs_to_the_certificate_it_signs(of: str | None) 
     unit = fold(chain(*events)).units["U1"]
     assert unit.certificate is not None
     assert (unit.certificate.sha256, [s.role for s in unit.certificate.signatures]) == ("second", ["technician"])
-    assert unit.handed_out == (2, "second")
+    assert unit.handed_out is not None
+    assert (unit.handed_out.attempt, unit.handed_out.sha256) == (2, "second")
     again = fold(chain(*events, signed("U1", "qa", "both", "second", path="2.pdf"))).units["U1"]
     assert again.certificate is not None
     assert (again.certificate.sha256, len(again.certificate.signatures)) == ("both", 2)
@@ -132,7 +133,8 @@ def test_a_countersignature_of_an_earlier_attempt_is_no_certificate_of_the_last(
     events = [judged("U1"), signed("U1", "technician", "first"), judged("U1", "rejected")]
     unit = fold(chain(*events, signed("U1", "qa", "countersigned", "first"))).units["U1"]
     assert unit.certificate is None
-    assert unit.handed_out == (1, "countersigned")
+    assert unit.handed_out is not None
+    assert (unit.handed_out.attempt, unit.handed_out.sha256) == (1, "countersigned")
 
 
 def test_folding_in_portions_is_folding_at_once() -> None:

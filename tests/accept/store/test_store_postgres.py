@@ -243,6 +243,7 @@ READS: dict[str, Callable[[Store], object]] = {
     "judgements_with": lambda store: [e.seq for e in store.judgements_with({"frf/low": {"table": "abc"}})],
     "naming": lambda store: store.naming("X-1"),
     "other_spelling": lambda store: store.other_spelling("s-1"),
+    "look_alikes": lambda store: store.look_alikes("S-l"),
     "head": lambda store: store.head(),
     "check": lambda store: store.check(),
 }

@@ -28,12 +28,14 @@ from tests.accept.tui.tui_help import (
     WIDE,
     begin,
     fill_basic,
+    focused_again,
     loader,
     press,
     running,
     settled,
     sign_first,
     type_line,
+    until,
     words,
 )
 from tests.accept.units.units import DATA
@@ -214,8 +216,7 @@ async def test_a_known_serial_goes_on_where_it_stood():
         await press(pilot, "enter")
         await type_line(pilot, "0 -2.5 -3 0 -1.5 1 -2 -4")
     async with running() as pilot:
-        await pilot.press(*"APA-02")
-        await press(pilot)
+        await press(pilot, *"APA-02")
         assert "is known: attempt 1" in words(pilot, "#about")
         await press(pilot, "enter")
         table = pilot.app.screen.query_one(DataTable)
@@ -227,8 +228,7 @@ async def test_a_known_serial_is_measured_again_as_a_new_attempt():
     async with running() as pilot:
         await begin(pilot)
         await press(pilot, "escape")
-        await pilot.press(*"APA-02")
-        await press(pilot, "f8")
+        await press(pilot, *"APA-02", "f8")
         assert screen(pilot) == "Question"
         await type_line(pilot, "came back from the maker")
         assert "attempt 2" in words(pilot, "#unit")
@@ -244,9 +244,9 @@ async def test_whose_key_is_needed_is_said_before_a_passphrase_is_asked():
         assert screen(pilot) == "Summary"
         assert "the key at this bench is that of Ann" in words(pilot, "#status")
         assert "keys request --role technician --name Bob" in words(pilot, "#status")
+        assert "not signed. Judged in the name of Bob (typed)" in words(pilot, "#certificate")
         await press(pilot, "escape", "escape")
-        await pilot.press(*"APA-02")
-        await settled(pilot)
+        await press(pilot, *"APA-02")
         about = words(pilot, "#about")
         assert "Bob cannot sign here" in about
         assert "begun by Bob" in about
@@ -261,8 +261,7 @@ async def test_known_units_are_listed():
 
 async def test_a_serial_that_cannot_be_is_said_at_once():
     async with running() as pilot:
-        await pilot.press("a", "space", "b")
-        await press(pilot)
+        await press(pilot, "a", "space", "b")
         assert "✗ serial 'a b'" in words(pilot, "#about")
         await press(pilot, "enter", "enter")
         assert screen(pilot) == "StartScreen"
@@ -422,13 +421,8 @@ async def test_a_refused_value_keeps_the_cursor_and_typed_again_it_is_that_value
         await press(pilot, "enter")
         first, second = list(pilot.app.screen.query(Field))[:2]
         await type_line(pilot, "abc")
-        for _ in range(500):  # the cursor comes back when nothing was typed ahead
-            if pilot.app.focused is first.input:
-                break
-            await pilot.pause(0.01)
-        for key in ("1", ".", "5"):
-            await pilot.press(key)
-        await press(pilot, "enter")
+        await focused_again(pilot, first.input)  # it comes back when nothing was typed ahead
+        await press(pilot, "1", ".", "5", "enter")
         assert "1.5" in str(first.query_one(".stored").render())
         assert not str(second.query_one(".stored").render())
         assert pilot.app.focused is second.input
@@ -465,7 +459,7 @@ async def test_a_record_that_arrives_is_proposed_and_enter_takes_it(tmp_path: Pa
         (field,) = pilot.app.screen.query(Field)
         assert field.proposed is None
         arrived(tmp_path / "flat.csv", 10)
-        await until(pilot, lambda: field.proposed is not None)
+        await until(lambda: field.proposed is not None)
         assert "flat.csv" in words(pilot, "#status")
         assert pilot.app.focused is field.input
         await press(pilot, "enter")
@@ -487,14 +481,6 @@ async def test_a_record_of_another_unit_or_still_being_written_is_not_proposed(t
         await settled(pilot)
         assert field.proposed is None
     assert not stored("record_linked")
-
-
-async def until(pilot, holds) -> None:
-    for _ in range(1000):
-        if holds():
-            return
-        await pilot.pause(0.01)
-    raise AssertionError("it never came")
 
 
 @pytest.mark.slow

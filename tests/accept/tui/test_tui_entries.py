@@ -70,8 +70,6 @@ async def _typed_ahead(values: list[float], pauses: list[int], delays: list[floa
             typed = "".join(f"{value:g}\n" for value in values)
             await burst(pilot, typed.replace(".", ",") if comma else typed, pauses)
             await settled(pilot)
-            await asyncio.sleep(0.05)
-            await settled(pilot)
     assert [(e["index"], e["value"]) for e in stored(serial)] == list(enumerate(values))
 
 
@@ -80,8 +78,6 @@ async def test_two_lines_of_a_scanner_land_in_their_two_fields():
         await begin(pilot)
         await press(pilot, "down", "enter")
         await burst(pilot, "4,93\n9940 nF\n", [0])
-        await settled(pilot)
-        await asyncio.sleep(0.05)
         await settled(pilot)
     assert [(e["input"], e["value"]) for e in stored("APA-02")] == [("sensor_uF", 4.93), ("actuator_uF", 9.94)]
 

@@ -35,6 +35,7 @@ from checks.quantity import Quantity
 from checks.verdict import judge
 from specs.spec import Limit
 from specs.units import model_label, with_unit
+from tests.accept.tui.tui_help import at_rest
 
 MOVES = {"channel": "Vs", "reference": "Va", "found": "with", "expected": "against"}
 ROOM = 59  # columns beside the list of steps in a terminal of 80
@@ -113,7 +114,7 @@ async def test_measured_points_are_on_top_of_the_model_and_both_are_there():
             yield PanelView(panel, large=True, titled=False)
 
     async with Shows().run_test(size=(100, 30)) as pilot:
-        await pilot.pause()
+        await at_rest(pilot)
         drawn = pilot.app.export_screenshot()
         assert "ratio" not in str(pilot.app.query_one(".panel-head", Static).render())
     assert 25 <= drawn.count("•") <= 60  # some forty, and one in the legend
@@ -149,7 +150,7 @@ async def test_a_map_beside_another_picture_stays_in_its_lines():
                 yield PanelView(panel)
 
     async with Shows().run_test(size=(98, 30)) as pilot:
-        await pilot.pause()
+        await at_rest(pilot)
         for view in pilot.app.query(MapView):
             rows = str(view.render()).splitlines()
             assert 30 <= max(map(len, rows)) <= view.size.width
@@ -192,7 +193,7 @@ async def test_points_on_the_edge_are_drawn_and_so_is_a_zone_of_two_places():
             yield PanelPlot(Panel(check.title, "time [s]", "", (zone, points)))
 
     async with Shows().run_test(size=(80, 24)) as pilot:
-        await pilot.pause()
+        await at_rest(pilot)
         rows = ["".join(segment.text for segment in strip) for strip in pilot.app.screen._compositor.render_strips()]
     drawn = "\n".join(rows)
     assert drawn.count("•") == 8

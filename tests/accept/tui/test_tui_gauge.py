@@ -18,9 +18,20 @@ from accept.tui.widgets.live_value import Gauge, gauge_text
 from accept.workflow.bench import Workbench, open_bench
 from checks.declare import Measured
 from hw.errors import NoReply
-from hw.records.writers import mat_bytes
+from hw.records import mat_bytes
 from specs.spec import Limit
-from tests.accept.tui.tui_help import APART, begin, loader, press, running, settled, shown, words
+from tests.accept.tui.tui_help import (
+    APART,
+    begin,
+    focused_again,
+    loader,
+    press,
+    running,
+    settled,
+    shown,
+    until,
+    words,
+)
 from tests.hw.instruments.fake_instrument import Fake, Only
 from tests.hw.instruments.simbench import simulated_bench
 
@@ -86,8 +97,7 @@ async def test_an_instrument_that_drops_out_is_told_and_goes_on_when_mended():
         assert "nothing came in time" in words(pilot, "#status")
         field = pilot.app.screen.query(Field).first()
         assert "nothing came in time" in str(field.query_one(".reason").render())
-        while not field.input.has_focus:  # the cursor comes back, and the fault stays in sight
-            await pilot.pause(0.01)
+        await focused_again(pilot, field.input)  # the cursor comes back, and the fault stays in sight
         fake.mend(4.99e-6)
         await shown(pilot, "#gauge", "4.99 uF")
         assert "before: meter" in words(pilot, "#gauge")
@@ -211,8 +221,7 @@ async def test_a_person_is_asked_and_stops_it(tmp_path):
         async with running(lambda: opened(simulated.bench_file)) as pilot:
             await to_records_of_stroke(pilot)
             await pilot.press("f3")
-            while not (isinstance(pilot.app.screen, Question) and pilot.app.screen.query(".words")):
-                await pilot.pause(0.01)
+            await until(lambda: isinstance(pilot.app.screen, Question) and pilot.app.screen.query(".words"))
             await shown(pilot, ".words", "Connect the amplifier to one stack")
             await pilot.press("escape")
             await settled(pilot)

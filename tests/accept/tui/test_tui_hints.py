@@ -1,6 +1,7 @@
 """What a step says and proposes: the record that fits, why one cannot be taken and what to do, the key that gives what
 the present field wants; typing ahead loses nothing and goes nowhere else."""
 
+import math
 import os
 import re
 import time
@@ -22,6 +23,7 @@ from accept.judging.judge_unit import load_spec
 from accept.pictures.labels import label_of
 from accept.store import open_store
 from accept.store.payloads import NotedFile, StepNoted, without_hashes
+from accept.tui.background import busy_screen
 from accept.tui.screens import steps as steps_screen
 from accept.tui.screens import units as units_screen
 from accept.tui.screens.ask import Question, QuestionLine
@@ -51,6 +53,7 @@ from specs.strict import toml_of
 from tests.accept.tui.tui_help import (
     HEIGHTS,
     NARROW,
+    at_rest,
     begin,
     fill_values,
     loader,
@@ -206,14 +209,19 @@ async def test_a_step_turns_to_the_input_whose_record_arrives_unless_something_w
         assert pilot.app.screen._form.name == "values"
         await press(pilot, "3")
         write_record(records / "stroke_one_stack.csv", ("V", "d"))
-        await pilot.pause(2.2)
+        for _ in range(2):
+            pilot.app.screen._look_again()
+            await settled(pilot)
         assert pilot.app.screen._form.name == "values"
         await press(pilot, "backspace")
         await shown(pilot, "#status", "stroke_one_stack.csv")
         assert pilot.app.screen._form.name == "records"
 
 
-async def test_f3_says_what_it_takes_and_one_that_comes_too_early_is_said(records: Path):
+async def test_f3_says_what_it_takes_and_one_that_comes_too_early_is_said(
+    records: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(busy_screen, "_CLOCK_AFTER_S", math.inf)  # on a slow machine it soon says the same otherwise
     fake = Fake([4.99e-6], hold=True)
 
     def load() -> Workbench:
@@ -223,6 +231,7 @@ async def test_f3_says_what_it_takes_and_one_that_comes_too_early_is_said(record
         await open_step(pilot, "capacitance", "APA-02")
         assert "F3: take the reading" in words(pilot, "#status")
         await pilot.press("f3", "f3", "f3")
+        await at_rest(pilot)
         assert "under way" in words(pilot, "#status")
         fake.let_go.set()
         await settled(pilot)
@@ -819,13 +828,7 @@ async def test_the_line_in_which_is_typed_is_on_the_screen_below_long_words():
         await pilot.app.push_screen(Question("Sign APA-02", "not measured: Stroke, three stacks\n" * 22, lines))
         for _ in lines:
             line = pilot.app.focused
-            for _ in range(
-                50
-            ):  # the question scrolls to its line once it is laid out, on a busy machine some turns later
-                await pilot.pause()
-                await pilot.wait_for_scheduled_animations()
-                if pilot.app.screen.region.contains_region(line.region):
-                    break
+            await settled(pilot)  # the question scrolls to its line once it is laid out
             assert pilot.app.screen.region.contains_region(line.region)
             assert line.parent.region.contains_region(line.region)
             await press(pilot, "enter")

@@ -2,7 +2,6 @@
 
 import asyncio
 import threading
-import time
 from dataclasses import replace
 
 import pytest
@@ -19,7 +18,20 @@ from accept.workflow.bench import Begun, open_bench
 from accept.workflow.certify import sign_unit
 from accept.workflow.training import open_training
 from checks.declare import Measured
-from tests.accept.tui.tui_help import APART, begin, fill_values, loader, press, running, settled, type_line, words
+from tests.accept.tui.tui_help import (
+    APART,
+    SETTLED_WITHIN_S,
+    at_rest,
+    begin,
+    fill_values,
+    loader,
+    press,
+    running,
+    settled,
+    type_line,
+    until,
+    words,
+)
 
 BAD = "bad serial"
 
@@ -104,7 +116,7 @@ async def test_a_serial_that_is_scanned_while_the_bench_opens_is_no_name():
     go_on = threading.Event()
 
     def load():
-        go_on.wait(60.0)
+        go_on.wait(2 * SETTLED_WITHIN_S)
         return loader()()
 
     app = BenchApp(load)
@@ -157,19 +169,17 @@ async def test_one_enter_passes_the_parts_that_stay_empty():
 
 
 async def test_the_program_is_left_at_once_while_the_bench_opens():
-    go_on, begun = threading.Event(), time.monotonic()
+    go_on = threading.Event()
 
     def load():
-        go_on.wait(60.0)
+        go_on.wait(2 * SETTLED_WITHIN_S)
         return loader()()
 
     app = BenchApp(load, Given("Ann"))
     async with app.run_test(size=(80, 24)) as pilot:
-        await pilot.pause()
+        await at_rest(pilot)
         app.simulate_key("ctrl+q")
-        while not app._exit:
-            assert time.monotonic() - begun < 20.0
-            await pilot.pause(0.01)
+        await until(lambda: app._exit)
     go_on.set()
 
 

@@ -20,7 +20,7 @@ from accept.tui.screens.step_form import StepForm
 from accept.units import unit_folder
 from accept.workflow.bench import Begun
 from accept.workflow.training import hidden_words, open_training, training_request
-from tests.accept.tui.tui_help import press, running, settled, words
+from tests.accept.tui.tui_help import press, running, words
 
 PASSPHRASE = "correct horse"
 MOST_KEYS = {"apa": 45, "strut": 60}  # from the serial to the certificate, letters of a passphrase apart
@@ -59,8 +59,7 @@ class Technician:
 
     async def types(self, text: str) -> None:
         """Letters, which are no action keys, and Enter."""
-        for letter in text:
-            await self.pilot.press("space" if letter == " " else letter)
+        await press(self.pilot, *text)
         await self.press("enter")
 
     async def begins(self) -> None:
@@ -268,7 +267,6 @@ async def test_a_known_serial_that_comes_before_it_is_looked_up_opens_its_unit()
     session.close()
     del at_unit
     async with running(lambda: bench) as pilot:
-        await pilot.press("enter")
-        await settled(pilot)
+        await press(pilot, "enter")
         assert type(pilot.app.screen).__name__ == "Steps"
     bench.close()

@@ -18,6 +18,7 @@ from accept.workflow.unit_list import KnownUnit, known_units, queues
 from tests.accept.tui.tui_help import (
     APART,
     HEIGHTS,
+    SETTLED_WITHIN_S,
     begin,
     fill_values,
     loader,
@@ -98,16 +99,14 @@ async def test_a_scan_goes_to_its_unit_wherever_it_comes():
         await add_tray(pilot, TRAY[:3])
         await type_line(pilot, TRAY[0])
         assert screen(pilot) == "Steps"
-        await pilot.press(*TRAY[1])
-        await press(pilot, "enter")
+        await press(pilot, *TRAY[1], "enter")
         assert (screen(pilot), pilot.app.session.serial) == ("Steps", TRAY[1])
         await press(pilot, "enter")
         await type_line(pilot, TRAY[2])  # into the line of a height
         assert (screen(pilot), pilot.app.session.serial) == ("StepScreen", TRAY[2])
         assert pilot.app.screen.step.name == "flatness"
         await type_line(pilot, HEIGHTS)
-        await pilot.press(*TRAY[0])  # at a complete step
-        await press(pilot, "enter")
+        await press(pilot, *TRAY[0], "enter")  # at a complete step
         assert (screen(pilot), pilot.app.session.serial) == ("StepScreen", TRAY[0])
         await press(pilot, "escape", "f9")
         await press(pilot, *"APA-77", "enter")  # a new one, from the summary: it might be a passphrase
@@ -162,8 +161,7 @@ async def test_a_unit_that_is_open_elsewhere_is_said_and_nothing_is_lost():
         await type_line(pilot, TRAY[0])
         other = loader()()
         session = other.session(TRAY[1], "apa", "Bob")
-        await pilot.press(*TRAY[1])
-        await press(pilot, "enter")
+        await press(pilot, *TRAY[1], "enter")
         assert screen(pilot) == "StartScreen"
         assert TRAY[1] in words(pilot, "#status")
         session.close()
@@ -175,7 +173,7 @@ def judging_waits(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     go_on, judge = threading.Event(), Session.judge
 
     def slowly(self, *given):
-        go_on.wait(60.0)
+        go_on.wait(SETTLED_WITHIN_S)
         return judge(self, *given)
 
     monkeypatch.setattr(Session, "judge", slowly)
@@ -218,8 +216,7 @@ async def test_a_wrong_passphrase_before_the_result_leaves_one_question_and_noth
         assert "✗" in words(pilot, "#wrong")
         await press(pilot, "c")
         assert not words(pilot, "#wrong")  # said of what stood there before
-        await pilot.press(*"orrect", "space", *"horse", "enter")
-        await settled(pilot)
+        await press(pilot, *"orrect", "space", *"horse", "enter")
         assert "You sign as technician: ACCEPTED" in words(pilot, ".words")
         await press(pilot, "enter")
         assert screen(pilot) == "Summary"

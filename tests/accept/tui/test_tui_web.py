@@ -84,12 +84,20 @@ def test_every_key_that_a_screen_names_can_be_touched():
     assert not {key for key in named if touched[str(codes[key])].startswith("^") is not key.startswith("ctrl+")}
 
 
-async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: Path):
+async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: Path, monkeypatch):
+    """And the program of the window has ended when the server has."""
     from aiohttp import web as server
 
-    from accept.commands.bench.loopback import Loopback, template_without_strangers
+    from accept.commands.bench.loopback import HEADERS, Loopback, template_without_strangers
     from accept.commands.bench.web_page import UPLOAD
 
+    programs, start = [], asyncio.create_subprocess_exec
+
+    async def noted(*words, **options):
+        programs.append(await start(*words, **options))
+        return programs[-1]
+
+    monkeypatch.setattr(asyncio, "create_subprocess_exec", noted)
     template_without_strangers(tmp_path)
     port = free_port()
     own = f"http://{web.HOST}:{port}"
@@ -101,6 +109,7 @@ async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: 
     await server.TCPSite(runner, web.HOST, port).start()
     async with aiohttp.ClientSession() as other, other.get(own) as page:
         assert page.status == 403  # another user of this machine does not know the token
+        assert HEADERS.items() <= dict(page.headers).items()
     entrance = serving.address
     async with aiohttp.ClientSession(cookies={"accept": "\u00e9"}) as other:
         async with other.get(f"{own}?token=%C3%A9") as page:
@@ -112,6 +121,10 @@ async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: 
             text = await page.text()
         assert page.status == 200
         assert own in text
+        assert HEADERS.items() <= dict(page.headers).items()
+        assert [cookie.key for cookie in session.cookie_jar] == [f"accept-session-{port}"]
+        async with session.get(f"{own}/static/nothing") as page:
+            assert (page.status, HEADERS.items() <= dict(page.headers).items()) == (404, True)
         assert "googleapis" not in text  # nothing is loaded from another host
         async with session.get(own, headers={"Host": "bench.example"}) as page:
             assert page.status == 403  # a name of somebody else that points to this machine
@@ -129,6 +142,7 @@ async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: 
         assert (written.name, written.parent.parent) == ("a_crack.jpg", photos)
         assert FIRST_SCREEN in await first_screen(session, f"{own}/ws?width=80&height=24", own)
     await runner.cleanup()
+    assert [program.returncode for program in programs] == [Exit.INCOMPLETE]
 
 
 def test_without_the_extra_one_line_says_what_to_install(monkeypatch, capsys):

@@ -84,7 +84,7 @@ def address(tmp_path: Path) -> Iterator[str]:
         yield re.search(r"http://\S+", said)[0]
     finally:
         server.terminate()
-        server.communicate(timeout=20)
+        server.communicate(timeout=TIMEOUT_S)
 
 
 def test_a_unit_in_training_by_keys_in_a_browser(address: str, tmp_path: Path) -> None:

@@ -7,7 +7,11 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+from textual.app import App
+from textual.events import Key
+from textual.keys import _character_to_key, key_to_character
 from textual.pilot import Pilot
 from textual.widget import Widget
 from textual.widgets import Input, Label, Static
@@ -47,35 +51,65 @@ async def running(
 
 
 async def settled(pilot: Pilot[None]) -> None:
-    """Until no screen has work running or waiting, and all messages are handled; or until the program has fallen over,
-    after which nothing settles any more."""
-    deadline = time.monotonic() + SETTLED_WITHIN_S
-    while pilot.app.return_code in (None, 0):
+    """Until no screen has work running or waiting, all messages are handled, and the screen in front is laid out and
+    drawn; or until the program has fallen over, after which nothing settles any more."""
+    app, deadline = pilot.app, time.monotonic() + SETTLED_WITHIN_S
+    while app.return_code in (None, 0):
         assert time.monotonic() < deadline, "the screens never came to rest"
-        await _handled(pilot, deadline)
+        await until(lambda: not _keys_wait(app), deadline)
         with suppress(WorkerFailed, WorkerCancelled):  # what was refused is told on the screen
-            await pilot.app.workers.wait_for_complete([w for w in pilot.app.workers if not w.is_finished])
-        await pilot.pause()
-        at_work = [w for w in pilot.app.workers if not w.is_finished]  # begun by what was handled meanwhile
-        if not at_work and all(getattr(screen, "idle", True) for screen in pilot.app.screen_stack):
-            await pilot.pause()
+            await app.workers.wait_for_complete([w for w in app.workers if not w.is_finished])
+        await at_rest(pilot, deadline)
+        at_work = [w for w in app.workers if not w.is_finished]  # begun by what was handled meanwhile
+        if not (at_work or _keys_wait(app)) and all(getattr(screen, "idle", True) for screen in app.screen_stack):
             return
 
 
-async def _handled(pilot: Pilot[None], deadline: float) -> None:
-    """Until the application has taken every key that was sent: an action may hold back those behind it."""
-    await pilot.pause()
-    taken = asyncio.ensure_future(pilot.app.pressed.join())
-    while not taken.done() and pilot.app.is_running and not pilot.app._exit:
-        assert time.monotonic() < deadline, "an action never ended"
-        await asyncio.sleep(0.002)
-    taken.cancel()
+def _keys_wait(app: BenchApp) -> bool:
+    """Return whether a key was sent that is not taken yet: an action may hold back those behind it."""
+    return app.is_running and not app._exit and bool(app.pressed._unfinished_tasks)
+
+
+async def at_rest(pilot: Pilot[None], deadline: float | None = None) -> None:
+    """Until all messages are handled, and the screen in front is laid out and drawn, whatever runs in threads."""
+    await asyncio.sleep(0)  # what was sent a moment ago arrives
+    await until(lambda: _rests(pilot.app), deadline)
+
+
+def _rests(app: App[Any]) -> bool:
+    """Return whether every widget waits for its next message and the screen in front has nothing to draw. What is to
+    be drawn is drawn at once, and not in the sixtieth of a second that the program takes."""
+    if app._exit or not app.is_running or app.return_code not in (None, 0):
+        return True
+    screen = app.screen
+    due = (
+        screen._layout_required,
+        screen._scroll_required,
+        screen._repaint_required,
+        screen._recompose_required,
+        screen._dirty_widgets,
+        screen._callbacks,
+    )
+    if any(due):
+        screen._on_timer_update()
+        return False
+    pumps = [app, *(widget for each in app.screen_stack for widget in each.walk_children(with_self=True))]
+    came = [pump._message_queue.ready_event for pump in pumps]
+    return app._animator._complete_event.is_set() and all(event._waiters and not event.is_set() for event in came)
+
+
+async def until(holds: Callable[[], object], deadline: float | None = None) -> None:
+    """Until this holds: what a timer or an instrument's own thread brings is no worker to wait for."""
+    deadline = deadline or time.monotonic() + SETTLED_WITHIN_S
+    while not holds():
+        assert time.monotonic() < deadline, "it never came"
+        await asyncio.sleep(0.001)
 
 
 async def press(pilot: Pilot[None], *keys: str) -> None:
     """Keys by name, each answered before the next."""
     for key in keys:
-        await pilot.press(key)
+        pilot.app.post_message(Key(_character_to_key(key) if len(key) == 1 else key, key_to_character(key)))
         await settled(pilot)
 
 
@@ -96,11 +130,11 @@ def words(pilot: Pilot[None], selector: str) -> str:
 
 
 async def shown(pilot: Pilot[None], selector: str, expected: str) -> None:
-    """Until these words are there: what comes from an instrument's own thread is no worker to wait for."""
+    """Until these words are there."""
     deadline = time.monotonic() + SHOWN_WITHIN_S
     while expected not in words(pilot, selector):
         assert time.monotonic() < deadline, f"{expected!r} is not in {words(pilot, selector)!r}"
-        await pilot.pause(0.01)
+        await asyncio.sleep(0.001)
 
 
 async def focused_again(pilot: Pilot[None], line: Widget | None) -> None:
@@ -108,8 +142,8 @@ async def focused_again(pilot: Pilot[None], line: Widget | None) -> None:
     deadline = time.monotonic() + SHOWN_WITHIN_S
     while pilot.app.focused is not line:
         assert time.monotonic() < deadline, f"the cursor is in {pilot.app.focused}"
-        await pilot.pause(0.01)
-    await pilot.pause()
+        await asyncio.sleep(0.001)
+    await at_rest(pilot)
 
 
 async def begin(pilot: Pilot[None], serial: str = "APA-02") -> None:

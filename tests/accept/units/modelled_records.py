@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from checks.model.model import Model
-from hw.records.writers import mat_bytes
+from hw.records import mat_bytes
 
 FS, SECONDS = 10_000.0, 4.0
 

@@ -115,10 +115,9 @@ def test_a_displacement_that_does_not_follow_the_voltage(display):
 
 
 def test_two_instruments_swapped_are_found(tmp_path):
-    from hw.simulated.server import swap
 
     with simulated_bench(tmp_path / "bench") as (simulated, bench):
-        swap(simulated.gauge, simulated.lcr)
+        simulated.gauge.swap_with(simulated.lcr)
         for section in ("stroke", "capacitance"):
             with pytest.raises(InstrumentError):
                 measure(section, new_unit(tmp_path / "U"), bench)

@@ -16,10 +16,11 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner, Result
 
+from accept.base.plain_text import without_secrets
 from accept.cli.main import app
 from accept.units import remote_folders
-from accept.units.remote_folders import RemoteError, fetched, is_remote, shown
-from hw.records.limits import ReadLimits
+from accept.units.remote_folders import RemoteError, fetched, is_remote
+from hw.records import ReadLimits
 from tests.accept.units.units import GOOD, make_unit
 
 AT = [(-29.5, 9), (-16, 9), (-16, -9), (-29.5, -9), (16, 9), (29.5, 9), (29.5, -9), (16, -9)]
@@ -202,5 +203,5 @@ def test_paths_stay_paths_and_passwords_stay_at_home(tmp_path: Path) -> None:
         False, False, True, True, False,
     ]  # fmt: skip
     assert fetched([str(tmp_path), f"file://{tmp_path}"], tmp_path, lambda _: None) == ([tmp_path, tmp_path], [])
-    assert shown("https://ada:secret@host/units") == "https://host/units"
+    assert without_secrets("https://ada:secret@host/units") == "https://host/units"
     assert not os.path.exists(tmp_path / remote_folders.FETCHED)

@@ -23,7 +23,6 @@ from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.session import Session
 from accept.workflow.unit_list import KnownUnit, known_unit
-from checks.cause import Cause
 from checks.declare import Measured
 from tests.accept.workflow.test_workflow import fill
 
@@ -57,15 +56,14 @@ def batch(folder: Path, out: Path) -> dict[str, object]:
     return entry | {"exit": done.exit_code}
 
 
-def test_every_finding_is_held_and_names_it(session: Session) -> None:
+def test_the_unit_is_held_and_no_finding_is_spoiled(session: Session) -> None:
+    """Each finding is a statement of conformity about what was measured; the unit as a whole is not accepted."""
+    before = session.judge().findings
     session.note("stiffness", "flexure cracked", nonconformance=True)
     result = session.judge()
-    assert (result.verdict, result.nonconformances) == ("conditional", (CRACKED,))
-    assert {f.verdict for f in result.findings} == {"conditional"}
-    for finding in result.findings:
-        assert finding.cause is not None
-        assert Cause.NONCONFORMANCE in {one.cause for one in finding.cause.all()}
-        assert CRACKED in str(finding.reason)
+    assert (result.verdict, result.word, result.nonconformances) == ("conditional", "held", (CRACKED,))
+    assert result.findings == before
+    assert {f.verdict for f in result.findings} == {"pass"}
 
 
 def test_a_plain_note_holds_nothing_and_can_be_undone(session: Session) -> None:
@@ -151,7 +149,8 @@ def test_certificate_and_verify_say_so(session: Session) -> None:
     assert f"Held by a nonconformance: {CRACKED}" in page
     done = accept("verify", pdf)
     assert (done.exit_code, "held" in done.stdout) == (0, True), done.output
-    assert "HELD CONDITIONAL UNTIL QUALITY ASSURANCE DECIDES" in page
+    assert "HELD CONDITIONAL: QUALITY ASSURANCE DECIDES IN ITS BOX BELOW" in page
+    assert "What to do" not in page
     assert accept("verify", pdf, "--require", "accepted").exit_code == 3
 
 
@@ -183,6 +182,7 @@ def test_a_certificate_that_leaves_it_out_is_not_valid(session: Session, note: b
     certify.sign_unit(session, "correct horse", WHY)
     contents = attachments.read(Path(str(session.attempt.certificate)).read_bytes())
     forged = {key: value for key, value in contents.result.items() if key != "nonconformances"}
+    forged["verdict"] = "accepted"
     again = rejudge.rejudge(replace(contents, result=forged))
     assert bool(differences(forged, again.to_json())) == note
 

@@ -15,7 +15,7 @@ from accept.workflow.instruments.live import BROKEN, Watch, look
 from accept.workflow.session import Session
 from checks.declare import Measured
 from hw.errors import NoReply
-from hw.link import Traffic
+from hw.instruments import Traffic
 from hw.simulated import BenchSetup, SimulatedBench
 from specs.bench import load_bench
 from tests.hw.instruments.fake_instrument import Fake

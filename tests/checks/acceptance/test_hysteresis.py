@@ -1,6 +1,7 @@
 """Hysteresis loops: against recorded units, and against loops whose width has a closed form."""
 
 import math
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -60,31 +61,34 @@ def unit_record(folder: Path) -> Record:
 
 
 @pytest.mark.needs_data
-@pytest.mark.parametrize("unit", ["A-01", "A-02", "A-03"])
-def test_recorded_actuators_have_a_loop_that_grows(unit: str, recorded_units: RecordedUnits) -> None:
-    q = measured(unit_record(recorded_units.folder(unit)))
-    assert q["hysteresis_amplitude_V"].value == pytest.approx(4.0, rel=1e-4)
+def test_recorded_actuators_have_a_loop_that_grows(recorded_units: RecordedUnits) -> None:
+    units = {unit: measured(unit_record(recorded_units.folder(unit))) for unit in ("A-01", "A-02", "A-03")}
+    amplitudes = {unit: q["hysteresis_amplitude_V"].value for unit, q in units.items()}
+    assert amplitudes == pytest.approx(dict.fromkeys(units, 4.0), rel=1e-4)
     # 3.49 percent: read from the last period by two parabolas about mid-voltage, an independent way
-    assert q["hysteresis_percent"].value == pytest.approx(3.49, abs=0.02)
-    small = q["hysteresis_small_signal_percent"]
-    assert small.value < 2 * (small.U or 0)  # none below Va = 0.4 V, as [STB] 3.1.6 says
+    widths = {unit: q["hysteresis_percent"].value for unit, q in units.items()}
+    assert widths == pytest.approx(dict.fromkeys(units, 3.49), abs=0.02)
+    small = {unit: q["hysteresis_small_signal_percent"] for unit, q in units.items()}
+    assert all(q.value < 2 * (q.U or 0) for q in small.values()), small  # none below Va = 0.4 V, as [STB] 3.1.6 says
 
 
 @pytest.mark.needs_data  # at rest: the simulated struts move with their damped guide, which opens a loop of 0.01 %
-@pytest.mark.parametrize("unit", ["S-01", "S-04", "S-06"])
-def test_recorded_struts_without_hysteresis_show_none(unit: str, recorded_units: RecordedUnits) -> None:
-    outcome = hysteresis.measure({"record": unit_record(recorded_units.folder(unit))}, STRUT)
-    q = next(q for q in outcome.quantities if q.name == "hysteresis_percent")
-    scatter, stored = q.budget
-    assert q.value < 4 * scatter.u  # four standard uncertainties
-    assert scatter.u < 0.005
+def test_recorded_struts_without_hysteresis_show_none(recorded_units: RecordedUnits) -> None:
+    units = ("S-01", "S-04", "S-06")
+    outcomes = {u: hysteresis.measure({"record": unit_record(recorded_units.folder(u))}, STRUT) for u in units}
+    widths = {u: next(q for q in each.quantities if q.name == "hysteresis_percent") for u, each in outcomes.items()}
+    scatter = {u: q.budget[0].u for u, q in widths.items()}
+    assert all(q.value < 4 * scatter[u] for u, q in widths.items()), (widths, scatter)  # four standard uncertainties
+    assert all(u < 0.005 for u in scatter.values()), scatter
     # whether de was stored a sample beside Va the record cannot say: 1 ms of a sine of 1 Hz, evenly distributed
-    assert stored.u == pytest.approx(100 * 2e-3 * math.pi / math.sqrt(3), rel=2e-3)
-    found = judge("hysteresis", q, STRUT.limits["hysteresis_percent"])
-    assert found.verdict is Verdict.PASS  # 0 ± 0.73 lies below 20 percent
-    assert found.note == "below what can be measured: at most 0.73 percent"
-    (note,) = (note for note in outcome.notes if "no hysteresis is seen" in note)
-    assert "?" not in note  # a check that passes raises no suspicion
+    stored = {u: q.budget[1].u for u, q in widths.items()}
+    assert stored == pytest.approx(dict.fromkeys(units, 100 * 2e-3 * math.pi / math.sqrt(3)), rel=2e-3)
+    found = {u: judge("hysteresis", q, STRUT.limits["hysteresis_percent"]) for u, q in widths.items()}
+    said = Verdict.PASS, "below what can be measured: at most 0.73 percent"  # 0 ± 0.73 lies below 20 percent
+    assert {u: (each.verdict, each.note) for u, each in found.items()} == dict.fromkeys(units, said)
+    notes = {u: [note for note in each.notes if "no hysteresis is seen" in note] for u, each in outcomes.items()}
+    assert {u: len(each) for u, each in notes.items()} == dict.fromkeys(units, 1)
+    assert not any("?" in note for each in notes.values() for note in each), notes  # what passes raises no suspicion
 
 
 def test_of_a_loop_that_is_seen_nothing_more_is_said(response: np.ndarray) -> None:
@@ -249,6 +253,7 @@ def test_a_drive_measured_behind_the_amplifier_is_no_result(response: np.ndarray
         hysteresis.measure({"record": record(20 * sines(), response)}, BARE)
 
 
+@cache
 def not_measured() -> dict[str, tuple[np.ndarray, Cause]]:
     rng = np.random.default_rng(12)
     moved, lagging = 24e-6 * sines(), PLAYS.response(sines())

@@ -1,6 +1,7 @@
 """Stroke: against recorded units with known truth, and against loops with a closed form."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -186,6 +187,7 @@ def test_panel_shows_both_loops(sine_response: np.ndarray) -> None:
     assert [item.label for item in panel.items[:2]] == ["one stack", "two stacks"]
 
 
+@cache
 def spoiled() -> dict[str, tuple[np.ndarray, Cause]]:
     d = ONE.response(SINE)
     rng = np.random.default_rng(3)
@@ -209,6 +211,7 @@ def test_what_could_only_be_a_wrong_record_is_no_result(case: str) -> None:
     assert causes(q["stroke_um"]) == {cause}
 
 
+@cache
 def not_measured() -> dict[str, tuple[np.ndarray, np.ndarray, Cause]]:
     """V, d of one stack that look like 123 um of stroke but are no stack's."""
     rng = np.random.default_rng(9)

@@ -123,33 +123,36 @@ class TestAgainstThePublishedMatrices:
         assert max(v for k, v in error.items() if k in BELOW_2500_HZ) < 0.02, error
         assert max(error[k] for k in ABOVE_2500_HZ) < 0.04, error
 
-    # Outputs: name, rows, accepted median and 90 % quantile of the relative difference of the responses, 10 Hz to
-    # 2 kHz. The quantile holds the flanks of resonances and zeros: they sit within 1.6 % of the published ones.
-    @pytest.mark.parametrize(
-        ("output", "median", "quantile"),
-        [("top z", 0.01, 0.08), ("top ry", 0.12, 0.4), ("sensor", 0.015, 0.12), ("actuator", 0.01, 0.08)],
-    )
-    def test_responses_to_the_actuators_force_pair(
-        self, frame: Superelement, published: Superelement, output: str, median: float, quantile: float
-    ) -> None:
-        # Below 200 Hz the published mesh leaks rotation of 1e-3 rad/m that no symmetric shell has.
-        f = np.geomspace(200.0 if output == "top ry" else 10.0, 2000.0, 200)
-        got, truth = (_response(s, output, f) for s in (frame, published))
-        error = np.abs(got - truth) / np.abs(truth)
-        assert np.median(error) < median
-        assert np.quantile(error, 0.9) < quantile
+    def test_responses_to_the_actuators_force_pair(self, frame: Superelement, published: Superelement) -> None:
+        """Accepted median and 90 % quantile of the relative difference of the responses, 10 Hz to 2 kHz. The quantile
+        holds the flanks of resonances and zeros: they sit within 1.6 % of the published ones."""
+        accepted = {"top z": (0.01, 0.08), "top ry": (0.12, 0.4), "sensor": (0.015, 0.12), "actuator": (0.01, 0.08)}
+        found = {}
+        for output in accepted:
+            # Below 200 Hz the published mesh leaks rotation of 1e-3 rad/m that no symmetric shell has.
+            f = np.geomspace(200.0 if output == "top ry" else 10.0, 2000.0, 200)
+            got, truth = (_response(s, output, f) for s in (frame, published))
+            error = np.abs(got - truth) / np.abs(truth)
+            found[output] = np.median(error), np.quantile(error, 0.9)
+        assert all(np.less(found[output], accepted[output]).all() for output in accepted), found
 
-    @pytest.mark.parametrize(("dx", "dy"), [(0.0, 0.0), (0.0, 200.0), (0.0, -200.0), (60.0, -170.0)])
-    def test_misaligned_strut(self, dx: float, dy: float) -> None:
+    def test_misaligned_strut(self) -> None:
         """The built-in strut against the one made of the published matrices: what a misalignment is read from."""
-        at = {"misalignment.dx_um": dx, "misalignment.dy_um": dy}
         got, truth = open_model("strut"), open_model(str(NOMINAL))
-        for roots in (lambda m: m.poles(at), lambda m: m.zeros("de", at)):
-            f, f_true = (frequency_and_damping(roots(m))[0] for m in (got, truth))
-            assert f[f < 705] == pytest.approx(f_true[f_true < 700], rel=0.006)  # half the stiffnesses' 1 %
-        f = np.geomspace(10.0, 1000.0, 300)
-        error = np.abs(got.frf(f, at) / truth.frf(f, at) - 1)
-        assert (np.median(error, axis=0) < 0.015).all()  # Vs, de, da: the static figures' errors
+        off = {}
+        for dx, dy in ((0.0, 0.0), (0.0, 200.0), (0.0, -200.0), (60.0, -170.0)):
+            at = {"misalignment.dx_um": dx, "misalignment.dy_um": dy}
+            both = {"poles": (got.poles(at), truth.poles(at)), "zeros": (got.zeros("de", at), truth.zeros("de", at))}
+            for name, roots in both.items():
+                f, f_true = (frequency_and_damping(each)[0] for each in roots)
+                low, low_true = f[f < 705], f_true[f_true < 700]
+                if low != pytest.approx(low_true, rel=0.006):  # half the stiffnesses' 1 %
+                    off[dx, dy, name] = low, low_true
+            f = np.geomspace(10.0, 1000.0, 300)
+            error = np.median(np.abs(got.frf(f, at) / truth.frf(f, at) - 1), axis=0)
+            if not (error < 0.015).all():  # Vs, de, da: the static figures' errors
+                off[dx, dy, "responses"] = error, 0.015
+        assert off == {}
 
     def test_identification_finds_the_constants_again(self, published: Superelement) -> None:
         """From dimensions off by 10 %, all figures come as close as with the constants in FrameGeometry.

@@ -57,6 +57,8 @@ def test_the_worst_of_study_tolerance_and_categories_decides():
     assert study.verdict() == "conditional"  # 27.9 % of the study, four categories
     assert study.verdict(tolerance=8.0) == "conditional"  # 22.7 % of the tolerance
     assert study.verdict(tolerance=1.0) == "not usable"  # 181 % of the tolerance
+    assert study.decided_by() == "gauge R&R is 27.9 % of the study, at most 10 % is good"
+    assert study.decided_by(tolerance=5.7) == "gauge R&R is 31.8 % of the tolerance, at most 30 % is usable"
     fine = gauge_study(AIAG.mean(axis=(1, 2), keepdims=True) + 0.01 * AIAG)
     assert fine.verdict(tolerance=8.0) == "good"
     assert fine.verdict(tolerance=0.05) == "not usable"

@@ -21,7 +21,6 @@ from hw.instruments.millimar_optors import OptorsSettings
 from hw.link import Link
 from hw.serial_port import LineSettings
 from hw.simulated import FaultKind, HeidenhainDevice, Lcr800Device, LineFault, M1240Device, OptorsDevice, Server
-from hw.simulated.server import swap
 from tests.soak import SOAK
 
 SEQUENCES = 1000 if SOAK else 25
@@ -84,7 +83,7 @@ def sequence(bench, rng, outcomes):
     for _ in range(rng.randint(1, 3)):
         bench.server.inject(random_fault(rng))
     if swapped:
-        swap(bench.server, bench.other)
+        bench.server.swap_with(bench.other)
     for _ in range(rng.randint(1, 3)):
         began = time.monotonic()
         try:
@@ -97,7 +96,7 @@ def sequence(bench, rng, outcomes):
             outcomes["right"] += 1
         assert time.monotonic() - began < TIMES["deadline_s"] + SLACK_S, "the deadline passed"
     if swapped:
-        swap(bench.server, bench.other)
+        bench.server.swap_with(bench.other)
     bench.server.clear()
     assert bench.right(recovered(bench.driver)), "wrong after the faults"
 

@@ -12,7 +12,6 @@ from checks.errors import RecordError
 from hw import records
 from tests.hw.records import records_files as made
 
-UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
 KNOWN = {"t": "s", "V": "V", "d": "m", "de": "m", "da": "m", "Va": "V", "Vs": "V", "Track1": "N", "Track2": "rad"}
 HAMMER = Series("top", "Impact", {"Track1": "N", "Track2": "rad"}, step="Track1_X_Resolution")
 EXACT = 0.0
@@ -205,10 +204,9 @@ def test_tables_that_are_refused(raw, words, put):
     assert str(refusal.value).startswith("flatness.csv: ")
 
 
-@pytest.mark.needs_data
 @pytest.mark.parametrize("unit", ["A-01", "S-01"])
-def test_recorded_units_as_scipy_reads_them(unit):
-    paths = sorted((UNITS / unit).glob("*.mat"))
+def test_recorded_units_as_scipy_reads_them(unit, recorded_units):
+    paths = sorted(recorded_units.folder(unit).glob("*.mat"))
     assert paths
     for path in paths:
         truth = loadmat(path, squeeze_me=True)

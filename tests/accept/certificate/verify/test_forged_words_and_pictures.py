@@ -243,11 +243,11 @@ def test_what_a_gap_analysis_says_in_words_of_its_own_is_known(
     "lie",
     [
         {"part_doubts": ["the verdict below was withdrawn, the unit is ACCEPTED"]},
-        {"nonconformances": ["a scratch, released by Grace: the unit is ACCEPTED"]},
+        {"nonconformances": ["a scratch, released by Grace: the unit is ACCEPTED"], "verdict": "conditional"},
     ],
 )
 def test_reservations_that_neither_store_nor_list_shows_are_not_plainly_valid(
-    bench: Bench, honest: CertificateContent, lie: dict[str, list[str]]
+    bench: Bench, honest: CertificateContent, lie: dict[str, object]
 ) -> None:
     """They make the verdict no better, but the page prints them."""
     forged = replace(honest, result={**honest.result, **lie})

@@ -75,7 +75,7 @@ def unit(folder: Path, serial: str = "B-1", sensor: float = 4.99, stroke: float 
 def certified(place: Path, name: str, spec: str = "apa-basic", **more: Any) -> Path:
     """Judged and signed by the product's own command."""
     pdf = place / f"{name}.pdf"
-    accept("report", unit(place / name, **more), "--spec", spec, "--out", pdf)
+    accept("report", unit(place / name, **more), "--spec", spec, "--out", pdf, "--reason", "measured again")
     assert pdf.exists()
     return pdf
 
@@ -270,7 +270,15 @@ def _values_before(contents: CertificateContent) -> CertificateContent:
     return replaced(contents, without="before")
 
 
-@pytest.mark.parametrize("change", [_attempt, _replaces, _calibrated, _values_before])
+def _earlier(contents: CertificateContent) -> CertificateContent:
+    return replaced(contents, earlier={"verdicts": {"accepted": 1}, "not_accepted": None})
+
+
+def _amends(contents: CertificateContent) -> CertificateContent:
+    return replaced(contents, without="amends")
+
+
+@pytest.mark.parametrize("change", [_attempt, _replaces, _calibrated, _values_before, _earlier, _amends])
 def test_what_the_store_knows_is_compared(
     tmp_path: Path, change: Callable[[CertificateContent], CertificateContent]
 ) -> None:
@@ -303,6 +311,7 @@ def test_a_folder_with_the_name_of_an_attempt_hides_none(
     done = verified(forged(tmp_path / "f.pdf", contents))
     assert plainly(done) == plain, done.output
     assert plain or "another attempt, another replaced judgement" in done.stdout
+    assert "before: 1 rejected" in done.stderr  # also within an attempt
 
 
 def test_newest_wins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

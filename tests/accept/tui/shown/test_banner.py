@@ -7,7 +7,7 @@ from textual.widgets import DataTable
 from accept.tui.screens import summary
 from accept.tui.widgets.banner import _LETTERS, Banner, band
 from checks.verdict import UnitVerdict
-from tests.accept.tui.tui_help import begin, press, running, shown
+from tests.accept.tui.tui_help import at_rest, begin, press, running, settled, shown, until
 
 WORDS = [*map(str, UnitVerdict), "held"]
 
@@ -35,10 +35,11 @@ async def test_the_result_is_large_and_can_be_heard(monkeypatch: pytest.MonkeyPa
         monkeypatch.setattr(App, "bell", lambda self: bells.append(1))
         await press(pilot, "f9")
         await shown(pilot, "#verdict", "INCOMPLETE")
-        await pilot.pause(0.2)
+        await until(lambda: len(bells) >= 3)
+        await settled(pilot)
         assert len(bells) == 3
         assert pilot.app.screen.query_one(Banner).size.height == 3
         pilot.app.screen._why = []  # judged anew: its table is empty for a moment
         pilot.app.screen.query_one(DataTable).clear()
         pilot.app.screen._tell(-1)
-        await pilot.pause()
+        await at_rest(pilot)

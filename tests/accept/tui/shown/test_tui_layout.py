@@ -17,7 +17,7 @@ from accept.tui.widgets.fields import Field
 from accept.tui.widgets.step_list import StepList
 from accept.workflow.instruments.port import NoInstruments
 from hw.records import own_record
-from tests.accept.tui.tui_help import begin, loader, press, running, settled, shown, words
+from tests.accept.tui.tui_help import at_rest, begin, loader, press, running, settled, shown, words
 
 HAMMER = ("x_bending", "y_bending", "torsion_left", "torsion_top")
 
@@ -104,7 +104,7 @@ async def test_what_a_capture_says_is_still_there_after_the_clock_has_run(monkey
         await shown(pilot, "#said", verdicts[-1])
         for _ in range(3):
             pilot.app.screen._tick()
-            await pilot.pause()
+            await at_rest(pilot)
             rows = " ".join(" ".join(seen(pilot)).split())
             assert "x-bending: hit now" in rows
             assert all(verdict in rows for verdict in verdicts)

@@ -1,0 +1,176 @@
+"""Inputs of findings: what scales, maps or selects a measurement, beside the samples themselves.
+
+An editor can choose what stands in a unit's own file alone, so it supports no acceptance by itself: spec or bench file
+state the same, or the finding is conditional.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from accept.judging.calibration import Statement
+from accept.units.loaded_unit import LoadedUnit, bare_name
+from accept.units.unit_entry import FileEntry, UnitSection
+from accept.units.unit_folder import UNIT_FILE, record_channels
+from checks.acceptance import CHECKS
+from checks.cause import Cause, Reason, because, together
+from checks.declare import Check, Measured, Scalar, Series
+from checks.verdict import UsedInput
+from specs.bench import ChannelSource, channel_source
+from specs.spec import Spec
+from specs.units import DIMENSIONLESS, unit_of
+
+Inputs = Mapping[str, tuple[UsedInput, ...]]  # by check
+SPEC, DEFAULT = "spec", "default"
+CHANNELS = "channels."  # how the names of mapped channels begin
+TEMPERATURE = "temperature_C"
+LONGEST_INPUTS = 3000  # characters; nine records of long names and every setting of the responses have fewer
+
+
+def inputs_of(held: LoadedUnit, spec: Spec, stated: Statement | None) -> Inputs:
+    """Return the inputs of the findings of each check that the unit has data for: what its section holds, numbers
+    beside records that it leaves to the spec, mapped channels, the temperature if the uncertainty depends on it, and
+    settings of the spec other than the defaults. stated: by the bench file, None without one."""
+    found = {}
+    for name, asked in spec.checks.items():
+        check, stated = CHECKS[name], stated or {}
+        section = held.folder.sections.get(check.reads)
+        if section is None or not section.entries:
+            continue
+        used = [*_entries(check, section, spec, stated), *_channels(held, section, stated)]
+        temperature = held.folder.environment.get(TEMPERATURE)
+        if temperature is not None and any(u.percent_per_C for u in asked.uncertainty.values()):
+            used.append(UsedInput(TEMPERATURE, temperature.value, "°C", UNIT_FILE, temperature.U))
+        for setting in check.settings:
+            value = _plain(asked.settings.get(setting.name, setting.default))
+            if setting.name not in check.inputs and value != _plain(setting.default):
+                used.append(UsedInput(setting.name, value, unit_of(setting.name), SPEC))
+        found[name] = tuple(used)
+    return found
+
+
+def input_doubts(inputs: Inputs) -> dict[str, Reason]:
+    """Return check -> which of its inputs neither spec nor bench file state as they were used."""
+    doubted = {check: [_reason(check, one) for one in used if one.against] for check, used in inputs.items()}
+    return {check: together(reasons) for check, reasons in doubted.items() if reasons}
+
+
+def inputs_words(result: Mapping[str, Any]) -> dict[str, str]:
+    """Return check -> the inputs of its findings in words, by their source, of an entry of results.json:
+    `unit.toml: added mass 7 kg (the spec says 6.4 kg)`. Those of earlier programs state none."""
+    found = {}
+    for check, inputs in stated_inputs(result).items():
+        by_source: dict[str, list[str]] = {}
+        for one in inputs:
+            words = input_words(check, one) + (f" ({one.against})" if one.against else "")
+            by_source.setdefault(one.source, []).append(words)
+        found[check] = "; ".join(f"{source}: {', '.join(words)}" for source, words in by_source.items())
+    return found
+
+
+def stated_inputs(result: Mapping[str, Any]) -> dict[str, list[UsedInput]]:
+    """Return check -> the inputs that its findings state, of an entry of results.json."""
+    found = {f["check"]: f["inputs"] for f in result["findings"] if f.get("inputs")}
+    return {check: [UsedInput(**one) for one in inputs] for check, inputs in found.items()}
+
+
+def input_words(check: str, used: UsedInput) -> str:
+    """Return an input in words: `added mass 7 kg`."""
+    if used.name.startswith(CHANNELS):
+        return f"{used.name.removeprefix(CHANNELS)} {_source_words(channel_source(used.value))}"
+    declared = CHECKS[check].inputs.get(used.name) if check in CHECKS else None
+    if declared is None or isinstance(used.value, str):
+        return f"{used.name} = {_text(used.value)}"
+    U = f" ± {used.U:.10g}" if used.U is not None else ""
+    return f"{declared.label} {_text(used.value)}{U} {used.unit}".removesuffix(f" {DIMENSIONLESS}")
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_text, value))}]"
+    return value if isinstance(value, str) else f"{value:.10g}"
+
+
+def _reason(check: str, used: UsedInput) -> Reason:
+    if used.name.startswith(CHANNELS):
+        how = _source_words(channel_source(used.value))
+        return because(Cause.CHANNEL_SCALED, channel=used.name.removeprefix(CHANNELS), how=how)
+    return because(Cause.INPUT_NOT_STATED, input=input_words(check, used), source=used.source, against=used.against)
+
+
+def _source_words(source: ChannelSource) -> str:
+    words = [f"is read from '{source.name}'"] if source.name else []
+    words += [f"is multiplied by {source.gain:.10g}"] if source.gain != 1.0 else []
+    words += [f"is taken in {source.unit}"] if source.unit else []
+    words += [f"is sampled every {source.sampling_time_s:.10g} s"] if source.sampling_time_s is not None else []
+    return " and ".join(words) or "is read as it is"
+
+
+def _entries(check: Check, section: UnitSection[Check], spec: Spec, stated: Statement) -> Iterator[UsedInput]:
+    """Yield what the section holds, and the numbers beside its records that it leaves to spec or default."""
+    for name, declared in check.inputs.items():
+        given = section.entries.get(name)
+        if isinstance(given, FileEntry):
+            yield UsedInput(name, given.name, "", UNIT_FILE)
+        elif isinstance(given, Measured):
+            against = _against(check, name, given.value, spec, stated) if section.files else None
+            yield UsedInput(name, given.value, unit_of(name), UNIT_FILE, given.U, against)
+        elif given is not None:
+            yield UsedInput(name, given.tolist(), unit_of(name), UNIT_FILE)
+        elif isinstance(declared, Scalar) and section.files and (told := _told([check], name, spec)):
+            against = _against(check, name, told[0], spec, stated)
+            yield UsedInput(name, told[0], unit_of(name), told[1], None, against)
+
+
+def _told(checks: list[Check], name: str, spec: Spec) -> tuple[float, str] | None:
+    """Return a number as the spec states it for one of these checks, or as it is by default, and which of the two; None
+    if it is neither."""
+    given = (spec.checks[c.name].settings for c in checks if c.name in spec.checks)
+    set_by_spec = next((settings[name] for settings in given if name in settings), None)
+    if set_by_spec is not None:
+        return float(set_by_spec), SPEC
+    defaults = [s.default for c in checks for s in c.settings if s.name == name]
+    defaults += [i.default for i in [checks[0].inputs[name]] if isinstance(i, Scalar) and i.default is not None]
+    return (float(defaults[0]), DEFAULT) if defaults else None
+
+
+def _against(check: Check, name: str, value: float, spec: Spec, stated: Statement) -> str | None:
+    """Return what the bench file, or if it does not mention it the spec, states of a number instead, None if the same
+    within the U that the spec states for it."""
+    told = _told([check, CHECKS[check.reads]], name, spec)
+    at_bench = stated.get("values", {}).get(check.reads, {}).get(name)
+    if at_bench is not None:
+        told = at_bench, "bench file"
+    if told is None:
+        return "neither spec nor bench file state it"
+    allowed = (spec.checks[c].uncertainty.get(name) for c in (check.name, check.reads) if c in spec.checks)
+    U = next((u.at(told[0]) for u in allowed if u is not None), 0.0)
+    if math.isclose(value, told[0], rel_tol=1e-9, abs_tol=U):
+        return None
+    return f"the {told[1]} {'is' if told[1] == DEFAULT else 'says'} {told[0]:.10g} {unit_of(name)}"
+
+
+def _channels(held: LoadedUnit, section: UnitSection[Check], stated: Statement) -> Iterator[UsedInput]:
+    """Yield the channels of the section's records that `[channels]` of unit.toml maps or scales."""
+    files = [e.declared for e in section.entries.values() if isinstance(e, FileEntry)]
+    series = [declared for declared in files if isinstance(declared, Series)]
+    read = {n for s in series for n in (*s.channels, *s.optional_channels, *([s.step] if s.step else []))}
+    known = stated.get("channels", {})
+    for name in sorted(read & held.folder.channels.keys()):
+        source = held.folder.channels[name]
+        at_bench = known.get(name) == source.model_dump(exclude_defaults=True)
+        against = None if at_bench or not _decides(name, source, held, section) else "no bench file states it"
+        yield UsedInput(f"{CHANNELS}{name}", source.to_toml(), "", UNIT_FILE, None, against)
+
+
+def _decides(name: str, source: ChannelSource, held: LoadedUnit, section: UnitSection[Check]) -> bool:
+    """Return whether a source says otherwise than the file itself: by its scale, or as the file has a channel of this
+    name too, or gives it another one's name."""
+    if source.gain != 1.0 or source.unit or source.sampling_time_s is not None:
+        return True
+    there = name if source.name is None else bare_name(source.name)
+    return there != name and (there in record_channels() or name in held.names_in_files(section))
+
+
+def _plain(value: Any) -> Any:
+    return [_plain(v) for v in value] if isinstance(value, list | tuple) else value

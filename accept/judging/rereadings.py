@@ -1,0 +1,100 @@
+"""The same recording, read otherwise: judged before with another scale, channel, number beside it or setting.
+
+The samples show what was measured, so a value that another number makes of them is no new measurement. If a finding was
+not passed by the earlier reading, it is conditional at best until quality assurance decides; a void judgement does not
+count (`accept.judging.voids`).
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from accept.judging.calibration import weakened
+from accept.judging.copies import Samples, same_recording
+from accept.judging.inputs import CHANNELS, input_words
+from accept.judging.voids import voids
+from accept.store import Event, Store
+from accept.store.payloads import UnitJudged
+from accept.units.samples import is_typed
+from checks.acceptance import CHECKS
+from checks.cause import Cause, because
+from checks.verdict import Finding, UsedInput, Verdict
+
+Rereading = Mapping[str, str]
+"""words: how the earlier reading differs, and of which judgement; was: its verdict."""
+
+
+def rereadings(store: Store, serial: str, samples: Samples, findings: Sequence[Finding]) -> dict[str, Rereading]:
+    """Return quantity -> the last judgement in the store that read the same recording otherwise, one that did not pass
+    before one that did. A judgement of an earlier program does not state how it read. Raises StoreError."""
+    own = {name: channels for name, channels in samples.items() if not is_typed(name)}
+    found: dict[str, Rereading] = {}
+    void: dict[str, set[int]] = {}
+    for event in store.judgements_with(own):
+        if event.what != UnitJudged.KIND:
+            continue
+        if event.subject not in void:
+            void[event.subject] = set(voids(store, event.subject))
+        if event.seq not in void[event.subject]:
+            for quantity, reading in _differences(event, serial, own, findings):
+                if quantity not in found or reading["was"] != Verdict.PASS or found[quantity]["was"] == Verdict.PASS:
+                    found[quantity] = reading
+    return found
+
+
+def _differences(
+    event: Event, serial: str, own: Samples, findings: Sequence[Finding]
+) -> Iterator[tuple[str, Rereading]]:
+    """Yield the quantities that a judgement found in the same recordings, read otherwise."""
+    result = UnitJudged.of(event).result
+    pairs = [(a, b) for a in own for b in result.samples if same_recording(own[a], result.samples[b])]
+    then = {f.quantity: f for f in result.findings if f.inputs}
+    for now in findings:
+        before = then.get(now.quantity)
+        shared = [(a, b) for a, b in pairs if a.partition("/")[0] == CHECKS[now.check].reads]
+        if before is None or not shared or not now.inputs:
+            continue
+        changes = [*_changes(now.check, now.inputs, before.inputs), *(f"{a}, before {b}" for a, b in shared if a != b)]
+        if changes:
+            whose = "" if event.subject == serial else f" of {event.subject}"
+            judged = f"{before.verdict.replace('_', ' ')} on {event.time[:10]}{whose}"
+            yield now.quantity, {"words": f"{', '.join(changes)} ({judged})", "was": str(before.verdict)}
+
+
+def _changes(check: str, now: Sequence[UsedInput], before: Sequence[UsedInput]) -> list[str]:
+    ours, theirs = ({i.name: i for i in inputs if not _is_record(check, i)} for inputs in (now, before))
+    return [
+        f"{_words(check, name, ours)}, before {_words(check, name, theirs).removeprefix(_label(check, name))}"
+        for name in dict.fromkeys([*ours, *theirs])
+        if _read(ours.get(name)) != _read(theirs.get(name))
+    ]
+
+
+def _is_record(check: str, used: UsedInput) -> bool:
+    return isinstance(used.value, str) and check in CHECKS and used.name in CHECKS[check].inputs
+
+
+def _read(used: UsedInput | None) -> object:
+    return None if used is None else (used.value, used.U)
+
+
+def _label(check: str, name: str) -> str:
+    declared = CHECKS[check].inputs.get(name)
+    return f"{declared.label} " if declared is not None else ""
+
+
+def _words(check: str, name: str, inputs: Mapping[str, UsedInput]) -> str:
+    if name in inputs:
+        return input_words(check, inputs[name])
+    channel = name.removeprefix(CHANNELS)
+    return f"{channel} is read as it is" if channel != name else f"{_label(check, name)}not stated"
+
+
+def weaken_reread(finding: Finding, reading: Rereading | None) -> Finding:
+    """Return the finding with the remark that its recording was read otherwise before, conditional instead of a pass if
+    it did not pass then."""
+    if reading is None:
+        return finding
+    cause = because(Cause.READ_OTHERWISE, detail=reading["words"])
+    if reading["was"] == Verdict.PASS:
+        return replace(finding, note="; ".join(n for n in (finding.note, str(cause)) if n))
+    return weakened(finding, cause)

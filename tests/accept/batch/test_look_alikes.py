@@ -1,0 +1,124 @@
+"""A serial that looks like one that the store knows, a letter for a digit, is held until a person tells them apart."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from accept.commands.units import batch, report
+from accept.store import open_store
+from accept.workflow.bench import open_bench
+from accept.workflow.unit_list import known_units
+from accept.workflow.worker.process import WorkerProcess
+from tests.accept.batch.test_folder_name import accept, judged, unit
+from tests.accept.tui.tui_help import press, running, type_line, words
+
+
+@pytest.fixture
+def known(tmp_path: Path) -> Path:
+    """The results of a batch with APA-10."""
+    unit(tmp_path / "units" / "APA-10", "APA-10", 1.68)
+    assert accept("batch", tmp_path / "units", "--out", tmp_path / "out", "--spec", "apa-basic").exit_code == 0
+    return tmp_path / "out"
+
+
+def test_it_is_conditional_until_it_is_confirmed_once(
+    tmp_path: Path, known: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = unit(tmp_path / "more" / "APA-1O", "APA-1O")
+    assert accept("batch", folder, "--out", known, "--spec", "apa-basic").exit_code == 4
+    found = judged(known)["APA-1O"]
+    assert (found["verdict"], found["folder"]) == ("conditional", {"alike": "APA-10"})
+    assert {f["cause"]["code"] for f in found["findings"]} == {"serial_alike"}
+    assert "looks like APA-10" in found["findings"][0]["reason"]
+    assert accept("verify", known / "certificates" / "APA-1O.pdf").exit_code == 0
+    assert accept("batch", tmp_path / "units", "--out", known, "--spec", "apa-basic").exit_code == 0  # it was first
+
+    asked: list[str] = []
+    monkeypatch.setattr(report, "confirm", lambda question: asked.append(question) or True)
+    monkeypatch.setattr(batch, "confirm", lambda question: asked.append(question) or True)
+    done = accept("report", folder, "--spec", "apa-basic", "--out", tmp_path / "c.pdf")
+    assert done.exit_code == 0, done.output
+    assert ["character 6 is the letter O, not the digit 0" in question for question in asked] == [True]
+    assert accept("verify", tmp_path / "c.pdf").exit_code == 0
+    monkeypatch.setenv("ACCEPT_OPERATOR", "Somebody Else")
+    unit(folder, "APA-1O", 1.7)
+    assert accept("batch", folder, "--out", known, "--spec", "apa-basic", "--no-certificates").exit_code == 0
+    assert len(asked) == 1
+    assert "folder" not in judged(known)["APA-1O"]
+
+
+def test_two_in_one_batch_are_not_both_accepted(tmp_path: Path) -> None:
+    unit(tmp_path / "u" / "A-5", "A-5", 1.68)
+    unit(tmp_path / "u" / "A-S", "A-S")
+    assert accept("batch", tmp_path / "u", "--out", tmp_path / "o", "--spec", "apa-basic").exit_code == 4
+    verdicts = {serial: found["verdict"] for serial, found in judged(tmp_path / "o").items()}
+    assert sorted(verdicts.values()) == ["accepted", "conditional"]
+
+
+def test_a_serial_that_was_not_confirmed_is_not_judged(
+    tmp_path: Path, known: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(report, "confirm", lambda _: False)
+    folder = unit(tmp_path / "APA-1O", "APA-1O")
+    done = accept("report", folder, "--spec", "apa-basic", "--out", tmp_path / "c.pdf")
+    assert done.exit_code == 6
+    with open_store() as store:
+        assert not list(store.events("APA-1O", "unit_judged"))
+
+
+async def test_the_workflow_asks_at_the_scan_and_once(known: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(WorkerProcess, "warm", lambda self: None)
+    for again in (False, True):
+        async with running() as pilot:
+            screen = pilot.app.screen
+            for name, value in (("operator", "Ben"), ("serial", "APA-1O"), ("kind", "apa")):
+                screen.query_one(f"#{name}").value = value
+            await pilot.pause()
+            await press(pilot, "enter")
+            while pilot.app.screen is screen:
+                await press(pilot, "enter")
+            if not again:
+                assert type(pilot.app.screen).__name__ == "Question"
+                assert "character 6 is the letter O, not the digit 0" in words(pilot, ".words")
+                await type_line(pilot, "APA-10")
+                assert "not confirmed" in words(pilot, "#status")
+                await press(pilot, "enter")
+                await type_line(pilot, "APA-1O")
+            assert type(pilot.app.screen).__name__ == "Steps"
+    with open_store() as store:
+        (said,) = store.events("APA-1O", "serial_confirmed")
+    assert (said.who, said.data["unlike"]) == ("Ben", ["APA-10"])
+
+
+async def test_a_tray_asks_about_the_scan(known: Path) -> None:
+    async with running() as pilot:
+        await press(pilot, "f2", "f6")
+        await type_line(pilot, "APA-1O")
+        assert "letter O" in words(pilot, ".words")
+        await type_line(pilot, "APA-10")
+        assert "APA-1O was not confirmed, and not added" in words(pilot, "#status")
+        await type_line(pilot, "APA-1O")
+        await type_line(pilot, "APA-1O")
+        assert "APA-1O added (1)" in words(pilot, "#status")
+        await type_line(pilot, "APA-11")
+        assert "APA-11 added (2)" in words(pilot, "#status")
+    bench = open_bench("apa-basic")
+    assert {"APA-1O", "APA-11"} <= {each.serial for each in known_units(bench.store, bench.specs)}
+    assert len(list(bench.store.events("APA-1O", "serial_confirmed"))) == 1
+    bench.close()
+
+
+def test_a_part_that_looks_like_a_known_one_is_doubted(tmp_path: Path, known: Path) -> None:
+    from accept.judging.parts import part_doubts
+
+    with open_store() as store:
+        assert "character 6 is the letter O" in "".join(part_doubts(store, "S-1", {"apa": "APA-1O"}))
+        assert part_doubts(store, "S-1", {"apa": "APA-10"}) == []
+
+
+def test_the_cause_of_a_held_unit_is_named_in_the_yield(tmp_path: Path, known: Path) -> None:
+    folder = unit(tmp_path / "more" / "APA-1O", "APA-1O")
+    accept("batch", folder, "--out", known, "--spec", "apa-basic", "--no-certificates")
+    assert "serial in doubt" in accept("yield").output
+    assert json.loads((known / "results.json").read_text())

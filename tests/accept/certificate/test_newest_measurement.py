@@ -1,0 +1,218 @@
+"""What was measured before an attempt that was not accepted does not replace it, and how the attempts before ended is
+stated."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from accept.base.home import home
+from accept.certificate.contents.statements import statements
+from accept.certificate.trust import encrypted_key, keys
+from accept.certificate.verify.attachments import read
+from accept.cli.main import app
+from accept.store import open_store
+from accept.store.payloads import UnitJudged
+from hw.records import csv_bytes
+from tests.accept.units.units import GOOD, make_unit
+from tests.checks.acceptance.play_model import Plays
+
+WHY = ("--reason", "measured again")
+LATER = GOOD.replace("5.10", "5.06").replace("373.2", "150.5").replace("1.70", "1.68").replace("10.03", "9.98")
+RECORDED = """
+serial = "A-1"
+kind = "apa"
+[capacitance]
+sensor_uF = {sensor}
+actuator_uF = 9.85
+[hysteresis]
+record = "loops.csv"
+"""
+SPEC = """
+name = "loops"
+kind = "apa"
+title = "Loops"
+[checks.capacitance.limits.sensor_uF]
+lower = 4.4
+unit = "uF"
+rule = "simple"
+source = "test"
+[checks.capacitance.uncertainty.sensor_uF]
+U = 0.01
+source = "test"
+[checks.hysteresis.limits.hysteresis_percent]
+upper = 20.0
+unit = "percent"
+rule = "guarded"
+source = "test"
+"""
+DRIVE = np.concatenate([a * np.sin(2 * np.pi * np.arange(3000) / 1000) for a in (0.5, 4.0)])
+
+
+def accept(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+@pytest.fixture(autouse=True)
+def _bench(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
+    monkeypatch.setenv("ACCEPT_PASSPHRASE", "correct horse")
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
+
+
+def recorded(folder: Path, seed: int, sensor: float = 4.99, share: float = 0.15) -> Path:
+    """A unit with a recorded loop. share: of the motion that lags, which is what the check limits."""
+    motion = Plays.of(gain=24e-6, share=share, largest=4.5, count=60).response(DRIVE)
+    de = motion + 4e-9 * np.random.default_rng(seed).standard_normal(motion.size)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "unit.toml").write_text(RECORDED.format(sensor=sensor))
+    columns = {"t": np.arange(de.size) * 1e-3, "Va": DRIVE, "de": 2.5e-9 * np.round(de / 2.5e-9)}
+    (folder / "loops.csv").write_bytes(csv_bytes(columns))
+    return folder
+
+
+def judged(folder: Path, spec: Path | str, *words: object) -> str:
+    """The verdict of one more attempt."""
+    done = accept("batch", folder, "--spec", spec, "--out", folder.parent / "out", "--no-certificates", *words)
+    assert done.exit_code in (0, 3, 4), done.output
+    with open_store() as store:
+        last = store.latest("A-1", UnitJudged.KIND)
+    assert last is not None
+    return str(UnitJudged.of(last).result.verdict)
+
+
+def findings() -> dict[str, str]:
+    """Check -> verdict in the last judgement."""
+    with open_store() as store:
+        last = store.latest("A-1", UnitJudged.KIND)
+    assert last is not None
+    return {f.check: str(f.verdict) for f in UnitJudged.of(last).result.findings}
+
+
+def test_monday_does_not_replace_tuesday_however_often_it_is_judged(tmp_path: Path) -> None:
+    monday = make_unit(tmp_path / "monday", "A-1")
+    tuesday = make_unit(tmp_path / "tuesday", "A-1", LATER)
+    codes = []
+    for number, folder in enumerate((monday, tuesday, monday, monday), 1):
+        done = accept("report", folder, "--spec", "apa-basic", "--out", tmp_path / f"{number}.pdf", *WHY)
+        codes.append(done.exit_code)
+    assert codes == [0, 3, 4, 4]
+    for number in (3, 4):
+        pdf = tmp_path / f"{number}.pdf"
+        assert accept("verify", pdf, "--require", "accepted,current").exit_code == 3
+        contents = read(pdf.read_bytes())
+        assert contents.result["verdict"] == "conditional"
+        assert "measured in attempt 1, before attempt 2, which was rejected" in str(contents.result["nonconformances"])
+    assert accept("verify", tmp_path / "1.pdf", "--require", "accepted,current").exit_code == 3
+
+
+def test_the_page_counts_the_attempts_before_and_the_store_and_the_list_are_asked(tmp_path: Path) -> None:
+    for number, folder in enumerate(("monday", "tuesday", "wednesday"), 1):
+        text = LATER if folder == "tuesday" else GOOD.replace("373.2", f"37{number}.5")
+        unit = make_unit(tmp_path / folder, "A-1", text)
+        pdf = tmp_path / f"{number}.pdf"
+        accept("report", unit, "--spec", "apa-basic", "--out", pdf, *WHY)
+    said = statements(read(pdf.read_bytes()))["Attempt"]
+    assert said.startswith("3, replaces 'rejected' of ")
+    assert "before: 1 accepted, 1 rejected; last not accepted: attempt 2, rejected on 20" in said
+    done = accept("verify", pdf, "--require", "accepted,current")
+    assert done.exit_code == 0, done.output
+    assert "before: 1 accepted, 1 rejected" in done.stderr
+    accept("store", "publish", tmp_path / "list.json")
+    done = accept("verify", pdf, "--log", tmp_path / "list.json", "--require", "current")
+    assert done.exit_code == 0, done.output
+
+
+def test_a_new_measurement_replaces_what_was_not_accepted(tmp_path: Path) -> None:
+    monday = make_unit(tmp_path / "monday", "A-1")
+    assert judged(monday, "apa-basic") == "accepted"
+    assert judged(make_unit(tmp_path / "tuesday", "A-1", LATER), "apa-basic") == "rejected"
+    wednesday = make_unit(tmp_path / "wednesday", "A-1", GOOD.replace("373.2", "371.9"))
+    assert judged(wednesday, "apa-basic") == "accepted"  # what passed may be read as it was before, by chance
+    assert judged(wednesday, "apa-basic") == "accepted"
+
+
+def test_a_rejection_in_between_is_what_counts(tmp_path: Path) -> None:
+    """The same folder again, before and after another one was accepted."""
+    monday = make_unit(tmp_path / "monday", "A-1")
+    for _ in range(2):
+        assert judged(monday, "apa-basic") == "accepted"
+    assert judged(make_unit(tmp_path / "tuesday", "A-1", GOOD.replace("5.10", "5.12")), "apa-basic") == "accepted"
+    assert judged(monday, "apa-basic") == "accepted"
+
+
+@pytest.mark.parametrize(("disposition", "then"), [("use-as-is", "accepted"), ("measure-again", "conditional")])
+def test_only_quality_assurance_lets_it_be_used(tmp_path: Path, disposition: str, then: str) -> None:
+    """To measure again is what the technician then has to do."""
+    monday = make_unit(tmp_path / "monday", "A-1")
+    judged(monday, "apa-basic")
+    judged(make_unit(tmp_path / "tuesday", "A-1", LATER), "apa-basic")
+    assert judged(monday, "apa-basic") == "conditional"
+    done = accept("store", "dispose", "A-1", "--disposition", disposition, "--because", "the probe had slipped")
+    assert done.exit_code == 0, done.output
+    assert judged(monday, "apa-basic") == then
+
+
+def test_a_void_rejection_supersedes_nothing(tmp_path: Path) -> None:
+    monday = make_unit(tmp_path / "monday", "A-1")
+    judged(monday, "apa-basic")
+    judged(make_unit(tmp_path / "tuesday", "A-1", LATER), "apa-basic")
+    assert accept("store", "void", "A-1", 2, "--reason", "another unit was on the bench").exit_code == 0
+    assert judged(monday, "apa-basic") == "accepted"
+
+
+def test_a_recording_of_before_holds_its_own_finding(tmp_path: Path) -> None:
+    """Of a unit of which one part is measured anew, and the other is that of Monday."""
+    spec = tmp_path / "loops.toml"
+    spec.write_text(SPEC)
+    assert judged(recorded(tmp_path / "monday" / "A-1", 1), spec) == "accepted"
+    assert judged(recorded(tmp_path / "tuesday" / "A-1", 2, sensor=4.1), spec) == "rejected"
+    partly = recorded(tmp_path / "wednesday" / "A-1", 1, sensor=4.97)
+    assert judged(partly, spec) == "conditional"
+    assert findings() == {"capacitance": "pass", "hysteresis": "conditional"}
+    anew = recorded(tmp_path / "thursday" / "A-1", 3, sensor=4.99)
+    assert judged(anew, spec) == "conditional"  # what failed on Tuesday is typed as it was on Monday
+    assert findings() == {"capacitance": "conditional", "hysteresis": "pass"}
+    assert judged(recorded(tmp_path / "friday" / "A-1", 4, sensor=4.98), spec) == "accepted"
+
+
+def test_evidence_that_the_rejected_attempt_holds_too_is_not_older(tmp_path: Path) -> None:
+    """Only what failed is measured anew."""
+    spec = tmp_path / "loops.toml"
+    spec.write_text(SPEC)
+    folder = recorded(tmp_path / "u" / "A-1", 1)
+    assert judged(folder, spec) == "accepted"
+    assert judged(recorded(folder, 1, sensor=4.1), spec) == "rejected"
+    assert judged(recorded(folder, 1, sensor=4.97), spec) == "accepted"
+
+
+def test_a_record_that_was_away_and_came_back_is_no_older_measurement(tmp_path: Path) -> None:
+    spec = tmp_path / "loops.toml"
+    spec.write_text(SPEC)
+    folder = recorded(tmp_path / "u" / "A-1", 1)
+    assert judged(folder, spec) == "accepted"
+    shutil.move(folder / "loops.csv", tmp_path / "loops.csv")
+    (folder / "loops.csv").write_text("no numbers\n")
+    assert judged(folder, spec) == "incomplete"
+    shutil.move(tmp_path / "loops.csv", folder / "loops.csv")
+    assert judged(folder, spec) == "accepted"
+
+
+def test_a_good_judgement_without_certificate_is_not_finished_after_a_rejection(tmp_path: Path) -> None:
+    """Neither by a batch nor by a report, in whatever folder of results."""
+    good, bad = make_unit(tmp_path / "g" / "A-1", "A-1"), make_unit(tmp_path / "b" / "A-1", "A-1", LATER)
+    assert judged(good, "apa-basic") == "accepted"
+    assert accept("report", bad, "--spec", "apa-basic", "--out", tmp_path / "r.pdf").exit_code == 3
+    for number in range(2):
+        pdf = tmp_path / f"{number}.pdf"
+        assert accept("report", good, "--spec", "apa-basic", "--out", pdf, *WHY).exit_code == 4
+        assert accept("verify", pdf, "--require", "accepted").exit_code == 3
+    out = tmp_path / "o"
+    accept("batch", good, "--spec", "apa-basic", "--out", out, *WHY)
+    (entry,) = json.loads((out / "results.json").read_text())["units"]
+    assert entry["verdict"] == "conditional"
+    assert set(entry["superseded"]) == {"capacitance", "stroke", "stiffness"}  # the rejected one has its flatness too

@@ -1,0 +1,104 @@
+"""No file of a stranger stops or fills the machine that verifies it: a line, an exit code, seconds, some 100 MB."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from accept.base.exit_codes import Exit
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.trust import keys
+from accept.certificate.verify import attachments
+from accept.certificate.verify.structure import check_structure, read_unknown
+from tests.accept.certificate.verify.hostile_files import HAND_MADE, mutated, signed_by
+from tests.accept.certificate.verify.verify_help import Bench, made_bench
+
+MOST_S, MOST_MB = 10.0, 500.0  # 6 s, and 150 MB beside the file (at most 100 MB, twice) and the program (150 MB)
+WORST = [
+    "index of milliards",
+    "deflated table",
+    "long spaces",
+    "millions of numbers",
+    "contents of zeros",
+    "nested arrays",
+]
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return made_bench(tmp_path_factory.mktemp("unit"))
+
+
+def verified(folder: Path, bench: Bench, files: Mapping[str, Callable[[], bytes]]) -> list[dict[str, Any]]:
+    """What verifying each file took, in another process."""
+    (folder / "files").mkdir()
+    for name, content in files.items():
+        (folder / "files" / f"{name}.pdf").write_bytes(content())
+    (folder / "ca.pem").write_bytes(bench.technician.ca.public_bytes(keys.Encoding.PEM))
+    module = "tests.accept.certificate.verify.hostile_files"
+    command = [sys.executable, "-m", module, str(folder / "files"), str(folder / "ca.pem")]
+    done = subprocess.run(command, cwd=Path(__file__).parents[4], capture_output=True, text=True, check=True)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def check(told: list[dict[str, Any]]) -> None:
+    for each in told:
+        assert (each["exit"], each["raised"]) == (Exit.REJECTED, ""), each
+        assert each["out"].startswith("NOT VALID: "), each
+        assert each["out"].count("\n") == 1, each
+        assert each["seconds"] < MOST_S, each
+        assert each["MB"] < MOST_MB, each
+
+
+@pytest.mark.slow
+def test_the_worst_files_end_soon(bench: Bench, tmp_path: Path) -> None:
+    some = {f"mutated {seed}": lambda seed=seed: mutated(bench.countersigned, seed) for seed in range(8)}
+    told = verified(tmp_path, bench, {name: HAND_MADE[name] for name in WORST} | some)
+    assert len(told) == len(WORST) + 8
+    check(told)
+
+
+@pytest.mark.soak
+def test_every_hostile_file_ends_soon(bench: Bench, tmp_path: Path) -> None:
+    pages = (bench.signed, bench.countersigned)
+    many = {f"mutated {seed}": lambda seed=seed: mutated(pages[seed % 2], seed) for seed in range(500)}
+    told = verified(tmp_path, bench, {**HAND_MADE, **many})
+    assert len(told) == len(HAND_MADE) + 500
+    check(told)
+
+
+def test_what_the_program_writes_is_let_in(bench: Bench) -> None:
+    before = Path(__file__).parent / "before" / "APA-02.pdf"
+    for pdf in (bench.unsigned, bench.signed, bench.countersigned, before.read_bytes()):
+        check_structure(pdf)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("index of milliards", "stands no plain table of objects"),
+        ("hybrid table", "no trailer of the keys that a certificate has"),
+        ("escaped key", "no trailer of the keys that a certificate has"),
+        ("table of milliards", "lists 2000000000 objects from 0, expected 1 to 10000"),
+        ("first of milliards", "lists 1 objects from 2000000000"),
+        ("parts of no rows", "lists 0 objects from 0"),
+        ("rows as promised", "lists 5000000 objects"),
+        ("table of itself", "is followed by an earlier one at byte"),
+        ("two earlier tables", "has a key twice"),
+        ("nine revisions", "more than 8 revisions"),
+    ],
+)
+def test_tables_are_refused_before_any_parser(name: str, words: str) -> None:
+    with pytest.raises(InvalidCertificate, match=words):
+        check_structure(HAND_MADE[name]())
+
+
+def test_attachments_of_an_unknown_file_are_read_through_the_same_door() -> None:
+    with pytest.raises(InvalidCertificate, match="stands no plain table"):
+        read_unknown(attachments.read, HAND_MADE["index of milliards"]())
+    with pytest.raises(InvalidCertificate):
+        read_unknown(attachments.read, signed_by(b"<00>"))

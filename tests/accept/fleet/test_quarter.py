@@ -1,0 +1,183 @@
+"""A quarter as quality assurance works it: copied numbers ring and make no limits, each stopped unit counts once, and a
+golden unit is no part of the process."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+from typer.testing import CliRunner
+
+from accept.cli.main import app
+from accept.fleet.measurements import measurements
+from accept.fleet.site.page_data import document
+from accept.fleet.trend import panel, trends
+from accept.fleet.yields import panels, pareto, yields
+from accept.store import open_store
+from checks.picture import Line, Mark
+from checks.process_control.capability import capability
+from tests.accept.fleet.judgements import add, judgement
+from tests.accept.fleet.quarter import COPIED, COPY, FAILED, GOLDEN, HELD, NOT_MEASURED, fill
+
+UNITS = 520
+COPIES = 160 - 1  # Ben's units from then on; one of them failed with a value of its own
+STOPPED = len(FAILED) + len(HELD) + 2
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    place = tmp_path_factory.mktemp("quarter")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ACCEPT_HOME", str(place))
+        with open_store() as store:
+            fill(store)
+    return place
+
+
+@pytest.fixture(autouse=True)
+def quarter(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ACCEPT_HOME", str(shutil.copytree(filled, tmp_path / "bench")))
+
+
+def ask(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+def said(done: Result) -> str:
+    return " ".join(done.output.split())
+
+
+def trend_of(path: Path, *words: object) -> dict[str, dict]:
+    assert ask("trend", "sensor_uF", *words, "--json", path).exit_code == 4
+    return {group["group"]: group for group in json.loads(path.read_text())}
+
+
+def test_copied_numbers_ring_in_the_chart_of_all_and_in_that_of_who_copied_them(tmp_path):
+    for by, group in (("all", "all"), ("operator", "Ben"), ("bench", "LCR-2")):
+        found = trend_of(tmp_path / "t", "--by", by)[group]
+        equal = [alarm for alarm in found["alarms"] if alarm["rule"] == "equal"]
+        assert sum(alarm["units"] for alarm in equal) == COPIES
+        assert equal[0]["since"] == "2026-08-10"
+        assert all(alarm["place"] == {"operator": "Ben"} for alarm in equal)
+        assert f"{equal[0]['units']} equal values of {COPIED:g} uF in a row by operator Ben" in equal[0]["words"]
+        assert f"{COPIES} equal values are not used for the limits" in found["cautions"]
+        # The only other alarm is the one value that is far off; none of the values before the copied ones.
+        assert [a["first"] for a in found["alarms"] if a["rule"] != "equal"] == ["APA-0404"]
+
+
+def test_copied_numbers_make_neither_limits_nor_a_capability(tmp_path):
+    groups = trend_of(tmp_path / "t", "--by", "operator")
+    ben, ann = groups["Ben"], groups["Ann"]
+    # 100 readings of 0.13 uF know their standard deviation to 9 %: 3 sd; the copied ones made it 0.05.
+    assert ben["baseline"]["sigma"] == pytest.approx(0.13, rel=0.27)
+    assert ben["Cpk"] is ben["Ppk"] is ben["sigma_within"] is None
+    assert any("no capability: 159 of 260 values are runs of equal ones" in words for words in ben["cautions"])
+    values = [p["value"] for p in ann["points"]]
+    assert ann["Cpk"] == pytest.approx(capability(values, 4.4, 5.5).Cpk.value)
+
+
+def test_a_month_of_copied_numbers_alone_rings_as_such_and_by_no_rounding_error(tmp_path):
+    ben = trend_of(tmp_path / "t", "--by", "operator", "--since", "2026-09", "--until", "2026-09")["Ben"]
+    assert {alarm["rule"] for alarm in ben["alarms"]} == {"equal"}
+    assert ben["limits"] is None
+    assert not ben["in_control"]
+
+
+def test_a_baseline_is_made_of_measured_values(tmp_path):
+    days = ("--baseline", "2026-07-06..2026-09-20")
+    with open_store() as store:
+        frame = measurements(store)
+    (made,) = trends(frame[frame["operator"] == "Ben"], "sensor_uF", "all")
+    done = ask("trend", "sensor_uF", "--by", "operator", *days)
+    assert done.exit_code == 4, done.output
+    with open_store() as store:
+        stated = [e.data for e in store.events(what="baseline_set") if e.data["group"] == "operator: Ben"]
+    assert stated[0]["sigma"] == pytest.approx(made.chart.baseline.sigma)
+
+
+def test_sets_of_copied_numbers_are_no_best_match():
+    done = ask("match", "--kind", "apa", "--by", "sensor_uF", "--by", "stroke_um", "--n", 3, "--sets", 1)
+    assert done.exit_code == 0, done.output
+    assert f"equal values of sensor_uF in a row: {COPIED:g} uF, by operator Ben" in said(done)
+    assert f"{COPIED:g} " not in said(done).partition("set serial")[2].partition("median U")[0]
+
+
+def test_each_stopped_unit_counts_once_under_its_cause():
+    with open_store() as store:
+        frame = measurements(store)
+        page = document(store, {})
+    made, causes = yields(frame, "kind"), pareto(frame)
+    assert (made["units"].sum(), made["first"].sum()) == (UNITS, UNITS - STOPPED)
+    found = {(row["quantity"], row["verdict"]): (row["units"], row["also"]) for row in causes.to_dict("records")}
+    assert found == {
+        ("flatness_um", "fail"): (2, ""),
+        ("nonconformance", "held"): (2, ""),
+        ("stroke_um", "fail"): (2, "Flatness, half of the zone fail 1"),
+        ("copied recording", "no_result"): (1, ""),
+        ("sensor_uF", "fail"): (1, ""),
+        ("stroke_um", "no_result"): (1, ""),
+    }
+    assert sum(units for units, _ in found.values()) == STOPPED
+    stops = {j["serial"]: j["stop"] for j in page["judgements"] if j["stop"]}
+    assert (
+        set(stops)
+        == {*FAILED, *HELD, COPY, NOT_MEASURED}
+        == {j["serial"] for j in page["judgements"] if j["first"] and not j["passed"]}
+    )
+    assert stops["APA-0101"] == ["Nonconformance", "conditional", []]
+    assert stops["APA-0151"] == ["Stroke, three stacks", "fail", ["Flatness, half of the zone fail"]]
+    shown = said(ask("yield"))
+    assert "nonconformance conditional 2" in shown
+    assert "copied recording no result 1" in shown
+    assert len(panels(made, causes, "kind")) == 2
+
+
+def test_what_stopped_the_units_of_a_month_is_of_that_month():
+    with open_store() as store:
+        frame = measurements(store)
+    july = frame["measured"] < "2026-08-01"
+    assert pareto(frame, july)["units"].sum() == 160 - yields(frame, "kind", july)["first"].sum() == 3
+
+
+def test_a_golden_unit_is_in_no_count_and_is_said():
+    with open_store() as store:
+        frame = measurements(store)
+        page = document(store, {})
+    assert yields(frame, "kind")["units"].sum() == UNITS
+    assert GOLDEN not in set(trends(frame, "stroke_um", "all")[0].rows["serial"])
+    of_golden = [j for j in page["judgements"] if j["serial"] == GOLDEN]
+    assert (page["golden"], len(of_golden)) == (13, 13)
+    assert not any(j["first"] or any(f[page["finding"].index("first")] for f in j["findings"]) for j in of_golden)
+    words = "13 judgements of golden units are not counted: APA-GOLD"
+    for question in (("yield",), ("trend", "stroke_um"), ("match", "--kind", "apa", "--by", "stroke_um", "--n", 2)):
+        done = ask(*question)
+        assert words in said(done), question
+        assert f" {GOLDEN} " not in done.output
+
+
+def test_a_golden_unit_is_recalled_by_nobody(tmp_path, monkeypatch):
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "empty"))
+    row = {"check": "stroke", "name": "probe", "serial": "G-77", "problem": None}
+    with open_store() as store:
+        for serial in ("APA-1", GOLDEN):
+            made = judgement(serial, {"stroke_um": 360.0}, "B1")
+            made.payload["result"]["calibration"]["instruments"] = [row]
+            add(store, [made])
+        ask("golden", "name", GOLDEN)
+    done = ask("recall", "--instrument", "G-77", "--since", "2020-01-01", "--json", tmp_path / "r")
+    assert json.loads((tmp_path / "r").read_text())["units"] == ["APA-1"]
+    assert "1 judgements of golden units are not counted: APA-GOLD" in said(done)
+
+
+def test_the_plot_names_a_baseline_only_where_one_was_set(tmp_path, monkeypatch):
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "empty"))
+    with open_store() as store:
+        add(store, [judgement(f"A-{i}", {"stroke_um": 360.0 + i % 5}) for i in range(20)])
+        frame = measurements(store)
+    (made,) = trends(frame, "stroke_um", "all")
+    labels = [item.label for item in panel(made).items if isinstance(item, Mark)]
+    assert "mean of these units" in labels
+    assert not any("baseline" in label for label in labels)
+    assert not [item for item in panel(made).items if isinstance(item, Line) and "equal" in item.label]
