@@ -109,7 +109,7 @@ HEAVY: Mapping[str, Heavy] = {
         ],
         "an installed effect that is named, in tests/plugins; broken ones; its derivatives",
     ),
-    "tests/checks/gap/test_starts.py": Heavy(
+    "tests/checks/gap/search/test_starts.py": Heavy(
         ["checks/gap"],
         ["test_a_misaligned_strut_is_explained_from_far_away[10.0-280.0]"],
         "another place far away",
@@ -560,7 +560,7 @@ HEAVY: Mapping[str, Heavy] = {
         ],
         "a scale of the encoder, a payload beside a guide that gives way; lags by name in test_lags.py",
     ),
-    "tests/checks/gap/test_screen.py": Heavy(
+    "tests/checks/gap/search/test_screen.py": Heavy(
         ["checks/gap"],
         ["test_a_mode_of_the_bracket_beside_one_of_the_struts_own[596.0-0.009]"],
         "a tall mode of the bracket beside other effects, one on a mode of the strut's own",

@@ -39,6 +39,7 @@ BLOCK = Section(
 NECK = {"mass": 8e-3, "inertia": 1e-9}
 BRACKET_SHARE = 0.1  # of the mass of head or ruler
 BRACKET_THICK = 6e-3
+BETWEEN_ACTUATORS = 5  # node where the two actuator stacks meet
 PARTS = 4  # elements of a neck or a bracket
 DYNAMIC_BELOW_HZ = 15e3  # faster modes follow the drive: statics miss less than 0.1 % at 2 kHz (tested)
 
@@ -85,12 +86,41 @@ class Flexible:
 
 
 @dataclass(frozen=True)
+class Attached:
+    """An element in the mechanics, along one direction (0 to 5: x, y, z and the rotations) of a place: "top", "bottom"
+    (the shell's interfaces), "head" (its centre of mass), "payload", "sensor" (across that stack). at: point beside the
+    place's own [m]; k, c, m: spring [N/m], damper [N s/m], mass [kg] to ground; hung: mass [kg], f [Hz], damping
+    ratio of what swings there."""
+
+    place: str
+    direction: int = 2
+    at: tuple[float, float] = (0.0, 0.0)
+    k: float = 0.0
+    c: float = 0.0
+    m: float = 0.0
+    hung: Hung | None = None
+
+
+@dataclass(frozen=True)
+class Loose:
+    """A joint of other stiffness and damping. side: -1 the bottom one, +1 the top one; kz, kR: factors; cz [N s/m], cR
+    [N m s]: added."""
+
+    side: int
+    kz: float
+    kR: float
+    cz: float
+    cR: float
+
+
+@dataclass(frozen=True)
 class Strut:
     """All that differs from strut to strut, SI. stiffening: of the sensor stack, in parts of the stiffness that the
     free shell has across it; modal: whether each mode is damped for itself, as in the recorded units, or the dampers
     also join the modes, as real ones do. built: how its shell differs from the matrices; ruler_x, ruler_y: where the
     ruler is read, none where the head is; support: a guide of the payload that gives way; tuned: a mass on a spring,
-    along z, on the payload; flexible: joints and brackets that bend as beams."""
+    along z, on the payload; flexible: joints and brackets that bend as beams; attached: elements in the mechanics;
+    loose: a joint that differs; dead: share of the force that the right one of the two actuator stacks lacks."""
 
     kz: float
     kRx: float
@@ -117,6 +147,9 @@ class Strut:
     support: Support | None = None
     tuned: Hung | None = None
     flexible: Flexible | None = None
+    attached: tuple[Attached, ...] = ()
+    loose: Loose | None = None
+    dead: float = 0.0
 
 
 # field of Strut -> section and name in the model file, factor to SI
@@ -181,6 +214,8 @@ class _Assembly:
         size += 5 if strut.support else 0
         self.tuned = size
         size += 1 if strut.tuned else 0
+        self.swinging = size
+        size += len(strut.attached)
         self.unused = size
         size += 6 * 4 * PARTS if strut.flexible else 0
         self.K, self.M, self.C = (np.zeros((size, size)) for _ in range(3))
@@ -246,7 +281,11 @@ def _joint(a: _Assembly, strut: Strut, node: int, side: float) -> None:
     if side > 0:
         along -= _payload_motion(a, strut.support)
     k = np.array([JOINT_LATERAL, JOINT_LATERAL, strut.kz, strut.kRx, strut.kRy, strut.kRz])
-    a.springs(along, k, np.array([JOINT_AXIS_DAMPING] * 3 + [strut.cR] * 3))
+    c = np.array([JOINT_AXIS_DAMPING] * 3 + [strut.cR] * 3)
+    if strut.loose is not None and strut.loose.side == side:
+        k[2:5] *= [strut.loose.kz, strut.loose.kR, strut.loose.kR]
+        c[2:5] += [strut.loose.cz, strut.loose.cR, strut.loose.cR]
+    a.springs(along, k, c)
 
 
 def _bending_joint(a: _Assembly, strut: Strut, flexible: Flexible, node: int, side: float, axis: Array) -> None:
@@ -317,6 +356,30 @@ def _bench(a: _Assembly, strut: Strut) -> None:
         a.springs(along, np.array([h.mass * omega**2]), np.array([2 * h.damping_ratio * omega * h.mass]))
 
 
+def _attach(a: _Assembly, strut: Strut) -> None:
+    """Add the elements in the mechanics."""
+    for i, e in enumerate(strut.attached):
+        row = _motion_of(a, e)
+        a.K += e.k * np.outer(row, row)
+        a.C += e.c * np.outer(row, row)
+        a.M += e.m * np.outer(row, row)
+        own = np.eye(a.K.shape[0])[a.swinging + i]
+        h = e.hung or Hung(1.0, 1e6, 1e-3)  # out of every way
+        omega, away = 2 * np.pi * h.f_Hz, own - (row if e.hung else 0.0)
+        a.M += h.mass * np.outer(own, own)
+        a.springs(away[None], np.array([h.mass * omega**2]), np.array([2 * h.damping_ratio * omega * h.mass]))
+
+
+def _motion_of(a: _Assembly, e: Attached) -> Array:
+    """Return the row (size,) of the motion that an element sees."""
+    if e.place == "payload":
+        return np.eye(a.K.shape[0])[a.payload]
+    if e.place == "sensor":
+        return across(a.K.shape[0])
+    beside = ENCODER_COM * [1, 1, -1] if e.place == "head" else np.zeros(3)
+    return a.tied(NODES["bottom" if e.place == "bottom" else "top"], beside + np.array([*e.at, 0.0]))[e.direction]
+
+
 def _encoder(a: _Assembly, strut: Strut) -> Array:
     """Add head and ruler; return the row (size,) that the encoder reads."""
     above, below = ENCODER_COM, ENCODER_COM * [1, 1, -1]
@@ -350,10 +413,12 @@ def matrices(strut: Strut) -> tuple[Array, Array, Array, Array, Array]:
     _joint(a, strut, NODES["top"], +1.0)
     reads = _encoder(a, strut)
     _bench(a, strut)
+    _attach(a, strut)
     size = a.K.shape[0]
     inputs, outputs = np.zeros((size, 2)), np.zeros((3, size))
     force = AMPLIFIER_GAIN * strut.ga
-    inputs[6 * NODES["actuator_right"], 0], inputs[6 * NODES["actuator_left"], 0] = force, -force
+    inputs[6 * NODES["actuator_right"], 0], inputs[6 * NODES["actuator_left"], 0] = (1 - strut.dead) * force, -force
+    inputs[6 * BETWEEN_ACTUATORS, 0] = strut.dead * force
     inputs[a.payload, 1] = 1.0
     outputs[0] = reads
     outputs[1, a.payload] = 1.0

@@ -12,6 +12,8 @@ from accept.base.documents.gap import (
     AmbiguousEffects,
     CandidateEffect,
     EffectValue,
+    ElementFound,
+    ElementPlace,
     Evidence,
     GapAtMode,
     GapBand,
@@ -271,6 +273,17 @@ def to_json(serial: str, r: Result) -> dict[str, Any]:
                 bool(u.at_edge),
             )
             for u in r.unnamed
+        ),
+        elements=tuple(
+            ElementFound(
+                e.kind,
+                tuple(ElementPlace(p.part, p.against, p.direction, p.point_mm) for p in e.places),
+                {name: EffectValue(v.value, (v.lo, v.hi)) for name, v in e.parameters.items()},
+                e.sentence,
+                e.looks_like,
+                e.experiment,
+            )
+            for e in r.elements
         ),
         candidates=tuple(
             CandidateEffect(", ".join(t.names), _finite(t.delta_lnL), _finite(t.p), why)

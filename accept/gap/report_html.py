@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from accept.gap.empirical import AddedElement, elements_of
 from accept.gap.report_tables import tables
 from accept.gap.summary import result_lines
-from accept.gap.text import headline_of
+from accept.gap.text import headline_of_result
 from accept.pictures.interactive import page
 from checks.gap.decision.bode_panels import bode_panels
 from checks.gap.decision.panels import disagreement
@@ -14,11 +14,10 @@ from checks.gap.decision.result import Result
 
 def render_html(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> bytes:
     """Return the page. Raises PictureError if plotly is not installed."""
-    named = [n.effect for n in result.named]
     panels = {"map": disagreement(result), **bode_panels(result, elements_of(added))}
     return page(
         panels,
-        f"{serial}: {headline_of(result.verdict, named)}",
+        f"{serial}: {headline_of_result(result)}",
         [f"Model {result.model}, damping {result.damping}.", *(words for words, _ in result_lines(result))],
         list(tables(result, added).values()),
     )

@@ -23,7 +23,7 @@ from accept.gap.text import (
     chance,
     experiment_line,
     gap_number,
-    headline_of,
+    headline_of_result,
     parameter_line,
     poles_of,
     value_words,
@@ -102,7 +102,7 @@ def _head(canvas: Canvas, serial: str, result: Result) -> None:
     canvas.setStrokeColor(page_style.GREY_COLOUR)
     canvas.roundRect(left, top - height, width, height, 2 * mm, stroke=int(sign.fill == page_style.WHITE), fill=1)
     canvas.setFillColor(sign.ink)
-    line = headline_of(result.verdict, [n.effect for n in result.named])
+    line = headline_of_result(result)
     canvas.setFont(BOLD, fitting_size(line, BOLD, 15, width - 8 * mm))
     canvas.drawCentredString(left + width / 2, top - height / 2 - 5, line)
     canvas.setFillColor(page_style.GREY_COLOUR)
@@ -118,6 +118,8 @@ def _findings(result: Result) -> list[Flowable]:
             words(n.sentence, page_style.STRONG),
             words(f"{parameter_line(n)}; p {chance(n.p)}", page_style.SMALL),
         ]
+    for e in result.elements:
+        story += [words(e.sentence, page_style.STRONG), words(f"Next experiment: {e.experiment}.", page_style.SMALL)]
     if result.verdict == NO_MISSING:
         story.append(
             words("Noise, the stated tolerance and the calibrated values explain every channel.", page_style.STRONG)

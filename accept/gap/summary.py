@@ -10,7 +10,7 @@ from accept.gap.text import (
     data_words,
     experiment_line,
     gap_number,
-    headline_of,
+    headline_of_result,
     parameter_line,
     poles_of,
     step_line,
@@ -27,9 +27,7 @@ _TIED = "\u00a0"  # where no line is broken
 
 def summary(serial: str, r: Result) -> list[str]:
     """Return at most 24 lines of 80 columns for a terminal; the gap itself is never cut."""
-    lines = _wrap(
-        f"{serial}: {headline_of(r.verdict, [n.effect for n in r.named])} (model {r.model}, damping {r.damping})", ""
-    )
+    lines = _wrap(f"{serial}: {headline_of_result(r)} (model {r.model}, damping {r.damping})", "")
     before = "before (fitted without the named effects)" if r.named else "before"  # the steps have other values
     gaps = [f"  gap on unseen records, {before} -> after:"]
     for c, gap in r.gap_before.channels.items():
@@ -44,7 +42,7 @@ def summary(serial: str, r: Result) -> list[str]:
 def _rivals(r: Result) -> list[str]:
     """Return the best candidates, each with its gain and why it was not named, if an effect is missing and none was
     named."""
-    if r.named or r.verdict == NO_MISSING:
+    if r.named or r.elements or r.verdict == NO_MISSING:
         return []
     best = [f"{words}: {gain}, {why}" for words, gain, _, why in list(candidates(r))[:RIVALS]]
     lines = [line for words in best for line in _wrap(words, "    ", most=2)]
@@ -58,6 +56,9 @@ def result_lines(r: Result) -> Iterator[tuple[str, str]]:
         yield f"{parameter_line(n)}  p{_TIED}{chance(n.p).replace(' ', _TIED)}", "    "
         if n.effect == MISALIGNMENT:
             yield f"fitted to {data_words(r.fit)}", "    "
+    for e in r.elements:
+        yield e.sentence, "  "
+        yield f"next experiment: {e.experiment}", "    "
     for a in r.ambiguous:
         yield f"cannot be distinguished: {', '.join(map(words_of, a.effects))}; next experiment: {a.experiment}", "  "
     if len(r.steps) > TWO:

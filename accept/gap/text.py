@@ -8,6 +8,7 @@ from checks.rounding import rounded
 
 if TYPE_CHECKING:
     from checks.fitting.fit import Fit
+    from checks.gap.decision.result import Result
     from checks.gap.effects import Parameter
 
 Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
@@ -33,10 +34,15 @@ def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:
     return f"{worst} magnitude", f"{worst} residual"
 
 
-def headline_of(verdict: str, effects: Iterable[str]) -> str:
-    """Return the headline, such as `Cause found: misalignment`."""
-    named = ", ".join(map(words_of, effects))
+def headline_of(verdict: str, effects: Iterable[str], elements: Iterable[str] = ()) -> str:
+    """Return the headline, such as `Cause found: misalignment`. elements: kinds of what has no name."""
+    named = ", ".join([*map(words_of, effects), *(f"something like a {kind}" for kind in elements)])
     return f"{HEADLINE[verdict]}: {named}" if named else HEADLINE[verdict]
+
+
+def headline_of_result(r: "Result") -> str:
+    """Return the headline of a result."""
+    return headline_of(r.verdict, [n.effect for n in r.named], [e.kind for e in r.elements])
 
 
 def number(x: float) -> str:
@@ -144,8 +150,9 @@ def one_line(document: Mapping[str, Any]) -> str:
         return f"agrees with model {document['model']} (largest G {worst:.2g})"
     parts = [_effect_with_values(n) for n in document["named"]]
     parts += [f"{' or '.join(map(words_of, a['effects']))} (cannot be distinguished)" for a in document["ambiguous"]]
+    parts += [e["sentence"].partition(";")[0] for e in document.get("elements", ())]
     parts += [f"unidentified effect on {u['channel']}{_pole_words(u)}" for u in document["unnamed"]]
-    explained = document["named"] or document["ambiguous"]
+    explained = document["named"] or document["ambiguous"] or document.get("elements")
     head = f"{HEADLINE[document['verdict']].lower()}: " if explained else ""
     left = f"G of {gap_of(document)}" if explained else f"remaining G of {_worst_channel(document)}"
     return f"does not fit model {document['model']}; {head}{'; '.join(parts)}; {left}"

@@ -43,6 +43,10 @@ class Whitener:
             white -= ((white @ self.U) * self.shrink) @ self.U.T
         return white
 
+    def independent(self, residual: Complex) -> Array:
+        """Whiten for what is independent from bin to bin only: without the smooth errors, in the order of a call."""
+        return _real(self._lower(residual))
+
     def normal(self, slopes: Complex, white: Array) -> tuple[Array, Array]:
         """Return the products (P, P) and (P,) of whitened slopes (P, F, C) with each other and with whitened residuals
         (2 F C,), in half the time that whitening the slopes takes."""

@@ -12,8 +12,9 @@ from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Pro
 from checks.gap.search.bench_paths import in_words, on_bench, with_bench_paths, without_lags
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Effort, Say, Search
-from checks.gap.search.forward import SearchResult, explain, explain_beside
+from checks.gap.search.forward import SearchResult, explain, explain_beside, explain_by_elements
 
+MOST_ELEMENTS = 2
 NEARLY = 10.0  # G up to which one more effect may be what is left of an explanation
 NEARLY_ON_BENCH = 3.0  # the same on a bench of its own, whose guide leaves more than one effect could explain
 
@@ -64,6 +65,9 @@ def _explain(problem: Problem, search: Search, base: Candidate) -> Result:
         found = _search_deeper(search, found)
     if found.is_final:
         return build_result(problem, search, found, whole)
+    by_elements = explain_by_elements(search, base, MOST_ELEMENTS)
+    if by_elements.is_final:
+        return build_result(problem, search, by_elements, whole)
     beside = explain_beside(search, found)
     if beside.is_final:
         return build_result(problem, search, beside, whole)

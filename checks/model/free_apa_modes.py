@@ -11,10 +11,10 @@ from functools import lru_cache
 import numpy as np
 from scipy import linalg
 
-from checks.arrays import Array
 from checks.model.dynamics.derivatives import Modes
 from checks.model.parameters import MODE_DAMPING, MODE_STIFFNESS
 from checks.model.structure.apa import ELASTIC_FROM, ApaBody
+from checks.model.structure.matrix_builder import System
 
 
 @lru_cache(maxsize=16)
@@ -57,11 +57,10 @@ class ModalApa:
             C_ratio=np.diag(rate * np.concatenate([rigid, damping])),
         )
 
-    def changes(self, damping_ratio: float, coordinates: Array | None) -> Modes:
-        """Return the changes by the factors in a system whose coordinates read the body's (n, ...) as its first
-        rows."""
+    def changes(self, damping_ratio: float, system: System) -> Modes:
+        """Return the changes by the factors in a system whose first coordinates are the body's, or read as such."""
         size = self.body.size
-        rows = np.eye(size, size + 1) if coordinates is None else coordinates[:size]
+        rows = np.eye(size, len(system.K)) if system.coordinates is None else system.coordinates[:size]
         elastic = slice(ELASTIC_FROM, None)
         w2, rate = np.diag(self.body.K)[elastic], np.diag(self.body.C_ratio)[elastic]
         return Modes(rows[elastic], w2, damping_ratio * rate)

@@ -27,7 +27,7 @@ from checks.model.dynamics.derivatives import (
     square_slopes,
 )
 from checks.model.dynamics.real_modes import real_modal
-from checks.model.dynamics.receptances import Receptances, receptances
+from checks.model.dynamics.receptances import Receptances, receptances, receptances_between
 from checks.model.free_apa_modes import ModalApa, mode_names
 from checks.model.joint_prior import JointPrior
 from checks.model.learned_bench import LearnedBench
@@ -46,7 +46,8 @@ from checks.model.parameters import (
 )
 from checks.model.parts import bench_of, encoder_of, joints_of, offset_of
 from checks.model.structure.apa import ApaBody
-from checks.model.structure.assemble import FastenedParts, assemble, fasten
+from checks.model.structure.assemble import MOTIONS, FastenedParts, assemble, fasten, places_of
+from checks.model.structure.attached import ELEMENT, PlaceReceptances, attached_of
 from checks.model.structure.matrix_builder import System
 
 F_MAX = 5000.0  # [Hz] half of the bench's sampling rate; the reduction is made for 2 kHz, beyond 4 kHz peaks drift
@@ -117,6 +118,17 @@ class Model:
         """Return the same model at other values. Raises ModelError for an unknown name or an impossible value."""
         return replace(self, values=self._at(changes))
 
+    @property
+    def elements(self) -> dict[str, float]:
+        """Return the values of attached elements, by flat name."""
+        return {n: v for n, v in self.values.items() if n.startswith(ELEMENT)}
+
+    def with_elements(self, elements: Values) -> "Model":
+        """Return the same with these values of attached elements (`checks.model.structure.attached`), and no others."""
+        bare = {n: v for n, v in self.values.items() if not n.startswith(ELEMENT)}
+        in_range(elements)
+        return replace(self, values={**bare, **elements})
+
     def clamped(self) -> "Model":
         """Return the same with the payload held: its modes are the spurious ones ([STB] 2.4)."""
         return replace(self, held=True)
@@ -179,6 +191,22 @@ class Model:
             )
             found[i] += (above - below) / (2.0 * derivative_step(name, v[name]))
         return found
+
+    def place_receptances(
+        self, f: ArrayLike, changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
+    ) -> PlaceReceptances:
+        """Return what an element at any named place sees and changes at f (F,) [Hz]."""
+        f, v = frequencies(f), self._at(changes)
+        system = self._solved(v)[0]
+        if system.motions is None:
+            raise ModelError(f"{self.name}: its system reads no motions")
+        wanted = system.channels if channels is None else tuple(channels)
+        rows = np.vstack([system.motions[:MOTIONS], system.outputs, system.force])
+        G = receptances_between(system, rows, 2.0 * np.pi * f, self.damping)
+        seen = self._measure(f, v, system.channels, wanted)
+        y = seen.in_proportion(np.moveaxis(G[:MOTIONS, MOTIONS:-1], -1, 1), np.zeros((MOTIONS, len(system.channels))))
+        places = places_of(joints_of(v), encoder_of(v), offset_of(v))
+        return PlaceReceptances(places, G[:MOTIONS, :MOTIONS], G[:MOTIONS, -1], y)
 
     def square_slopes(self, names: Iterable[str], changes: Values = PRIOR_ONLY) -> tuple[Array, Array]:
         """Return the squared frequencies (n,) [rad2/s2] of the modes without damping, rising, and (P, n) their
@@ -268,7 +296,7 @@ class Model:
             raise ModelError(f"model {self.name}: its APA is not given by its modes")
         ratio = {**self.values, **changes}["apa.damping_ratio"]
         stiffness, damping = mode_names(self.apa.modes)
-        return self.apa.changes(ratio, system.coordinates), (*stiffness, *damping)
+        return self.apa.changes(ratio, system), (*stiffness, *damping)
 
 
 @lru_cache(maxsize=64)
@@ -304,7 +332,7 @@ def _assemble_at(model: Model, v: Values) -> System:
 
 def _fasten_at(model: Model, apa: ApaBody, v: Values) -> FastenedParts:
     stiffening = v["apa.sensor_stiffening"] * apa.k_sensor, v["apa.actuator_stiffening"] * apa.k_actuator
-    return fasten(joints_of(v), encoder_of(v), bench_of(v, model.held), offset_of(v), stiffening)
+    return fasten(joints_of(v), encoder_of(v), bench_of(v, model.held), offset_of(v), stiffening, attached_of(v))
 
 
 def _ends(values: Values, name: str) -> tuple[dict[str, float], dict[str, float]]:

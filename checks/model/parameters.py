@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from checks.errors import ModelError
+from checks.model.structure.attached import ELEMENT
 from specs.units import unit_of
 
 
@@ -67,6 +68,11 @@ _RULES = {
     "charge_highpass_Hz": Rule(lo=0.0, step=1e-4),
     "charge_highpass_damping_ratio": Rule(lo=0.0, hi=0.999, open=True),
     "second_order_damping_ratio": Rule(lo=0.0, hi=0.999, open=True),
+    **{f"spring_{unit}": Rule(step=1e-3) for unit in ("N_per_um", "Nm_per_rad")},
+    **{f"damper_{unit}": Rule(step=1e-4) for unit in ("N_s_per_m", "Nm_s_per_rad")},
+    **{f"added_{unit}": Rule(step=1e-6) for unit in ("kg", "kg_m2")},
+    "hung_damping_ratio": Rule(lo=0.0, hi=1.0, step=1e-5),
+    **{f"point_{axis}_mm": Rule(step=1e-3) for axis in "xy"},
     "gs_V_per_m": Rule(),
     "gs_V_per_N": Rule(),
     "ga_N_per_V": Rule(),
@@ -140,7 +146,7 @@ def depends_on(name: str, mattering: Mapping[str, float], tied: bool) -> tuple[t
     return tuple(
         (n, value)
         for n, value in mattering.items()
-        if (of_all or not is_mode_factor(n)) and not (no_matter and last(n) in no_matter)
+        if (of_all or not is_mode_factor(n)) and not (no_matter and (last(n) in no_matter or n.startswith(ELEMENT)))
     )
 
 

@@ -83,6 +83,28 @@ class UnnamedEffect(Document):
 
 
 @dataclass(frozen=True)
+class ElementPlace(Document):
+    """A place where an element may sit."""
+
+    part: Annotated[str, "such as `top interface`, `bottom joint`, `sensor stack`, `head`, `payload`"]
+    against: Annotated[str, "`ground` or another part"]
+    direction: Annotated[str, "`x`, `y`, `z`, `Rx`, `Ry` or `Rz`"]
+    point_mm: Annotated[tuple[Number, Number, Number] | None, "beside the part's node; null where a place has none"]
+
+
+@dataclass(frozen=True)
+class ElementFound(Document):
+    """Something in the mechanics that is no effect of the library."""
+
+    kind: Annotated[str, "`spring`, `mass`, `damper`, `resonator` or `joint`"]
+    places: Annotated[tuple[ElementPlace, ...], "all that explain the records as well, the best first"]
+    parameters: Mapping[str, EffectValue]
+    sentence: str
+    looks_like: Annotated[tuple[str, ...], "likely causes, never a verdict"]
+    experiment: Annotated[str, "the measurement that tells more"]
+
+
+@dataclass(frozen=True)
 class GapExperiment(Document):
     """A second measurement of `[[experiments]]`, compared with the explained model."""
 
@@ -124,6 +146,7 @@ class GapDocument(Document):
     named: Annotated[tuple[NamedEffect, ...], "in the order in which they were found"]
     ambiguous: tuple[AmbiguousEffects, ...]
     unnamed: tuple[UnnamedEffect, ...]
+    elements: Annotated[tuple[ElementFound, ...], "elements in the mechanics, by place and kind"] = ()
     candidates: Annotated[tuple[CandidateEffect, ...] | None, only_if(), "effects that were tried, the best first"] = (
         None
     )

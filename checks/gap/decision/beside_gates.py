@@ -37,6 +37,7 @@ from checks.gap.search.disagreement import (
     STAND_IN,
     DisagreementFit,
     ExplainingStep,
+    add_elements,
     add_one,
     left_by_cell,
     required_gain,
@@ -130,6 +131,16 @@ class BesideEvidence(NameEvidence):
         return 0.0 if np.any((after < AGREES) & (before > AGREES)) else float(np.min(after / before))
 
     @property
+    def unexplained_beside(self) -> float:
+        """Return the largest G of the channels on which an effect of the signal path does not act: what moves their
+        zeros and poles may do all that it seems to do. 0 for an effect of the mechanics, or of every channel."""
+        data, others = self.fitted.unseen, [c for c in self.fitted.unseen.channels if c not in self.effect.channels]
+        if not self.effect.in_signal_path or not others:
+            return 0.0
+        G = np.mean(np.abs(self.fitted.residual) ** 2 / data.variance, axis=0)
+        return float(max(G[data.channels.index(c)] for c in others))
+
+    @property
     def percent_left(self) -> float:
         return 100 * self.cells.share
 
@@ -167,6 +178,11 @@ BESIDE_GATES: tuple[Gate[BesideEvidence], ...] = (
         "channel_left",
         "leaves more than a fifth of the gap of every channel",
         lambda e: e.left_of_channel < LEFT_OF_CHANNEL,
+    ),
+    Gate(
+        "mechanics",
+        "stands beside other channels that the mechanics do not explain (G {e.unexplained_beside:.0f})",
+        lambda e: not e.unexplained_beside > FAR_ABOVE,
     ),
     WITHIN_LIMITS,
     SIGNIFICANT,
@@ -212,7 +228,10 @@ def _compare_rivals(evidence: BesideEvidence, step: ExplainingStep) -> tuple[lis
     own, first = score_of(effect, fitted), score_of(effect, step.after)
     near = [m for m, fit in step.rivals if score_of(m, fit) > first - NEAR and m.name not in fitted.response.names]
     alike, reasons = [], []
-    for member, fit in add_one(evidence.search, evidence.without, near) if near else []:
+    tried = add_one(evidence.search, evidence.without, near) if near else []
+    if effect.in_signal_path:
+        tried += add_elements(evidence.search, evidence.without)
+    for member, fit in tried:
         score = score_of(member, fit)
         if score > own - STAND_IN and isinstance(member, Effect):
             alike.append(member)

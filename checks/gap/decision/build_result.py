@@ -11,6 +11,7 @@ from checks.fitting.fit import Fit, FitPoint, finish
 from checks.gap.conditions.joint import Conditions
 from checks.gap.decision.beside_gates import judge_claims_beside
 from checks.gap.decision.detection_limits import detection_limits
+from checks.gap.decision.elements import found_elements
 from checks.gap.decision.experiment_checks import check_by_experiments, disagreements
 from checks.gap.decision.gates import Claim, accepted, chance_of_gain, judge_claims
 from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
@@ -30,6 +31,7 @@ from checks.gap.decision.verdict import (
     scale_or_lopsided,
     verdict_of,
 )
+from checks.gap.effects import EFFECTS
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.preparation.inputs import Problem
 from checks.gap.search.candidate import Candidate
@@ -58,6 +60,10 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     rivals = (*rivals, *losses_of_bench(full, good), *scale_or_lopsided(full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     rivals = tuple(dict.fromkeys((*rivals, *lags_of_bench(full))))
+    elements = found_elements(
+        good, rivals, result, decision.fit, full, lambda c: _fit_all_bins(problem, c, channels, beside=False)[0]
+    )
+    rivals = tuple(a for a in rivals if any(n in EFFECTS for n in a.effects) or a.or_bench)
     experiments = check_by_experiments(
         full.response, decision.fit, problem.A.select(channels), problem.B.select(channels), problem.trials(channels)
     )
@@ -65,7 +71,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     as_given = whole.adequate and result.best is base
     missing = _missing(problem, decision, everywhere, left_out, as_given)
     missing += disagreements(experiments, problem.depends_on_level)
-    verdict = verdict_of(full.adequate, named, rivals, missing)
+    verdict = verdict_of(full.adequate, (*named, *elements), rivals, missing)
     before = _left_before(whole, result, full, problem.B)
     gap_before = gaps_of(replace(shown_before, unseen=problem.measured_B) if problem.early else shown_before)
     limits: dict[str, dict[str, float]] = {}
@@ -101,6 +107,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         damping=result.best.response.model.damping,
         experiments=experiments,
         steps=steps_of(after),
+        elements=elements,
         bench_latency=(latency := _latency_of_bench(after)),
         written_G={c: g.G for c, g in gaps_of(_as_written(after, latency)).channels.items()},
     )

@@ -19,6 +19,7 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.gap.modelling.augmented import Augmented, Member, Values
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
@@ -360,7 +361,7 @@ def on_a_mode(effect: Effect, response: Augmented, at: Values) -> bool:
     lopsided APA are coupled in another way, which no factor on them explains: a small mode there does, but means
     nothing."""
     values = response.of(at, effect.name)
-    if not _adds_mode(effect, values):
+    if isinstance(effect, GenericElement) or not _adds_mode(effect, values):  # an element's coupling is the model's
         return False
     f, ratio = frequency_and_damping(response.model.poles(response.changes(at)))
     mode, width = values["f_Hz"], values["f_Hz"] * values["damping_ratio"]
@@ -379,7 +380,7 @@ def _same_pole(a: Values, b: Values) -> bool:
 def is_significant(table: Thresholds, effect: Effect, final: Fit, response: Augmented) -> bool:
     """Return whether the fitted values lie as far from those of no effect as a significant gain requires."""
     off = effect.off(response.model)
-    names = [p.name for p in effect.parameters if p.linear and np.isfinite(off[p.name])]
+    names = [p.name for p in effect.sizes if p.linear and np.isfinite(off[p.name])]
     if not names:
         return True
     at = [final.names.index(f"{effect.name}.{n}") for n in names]

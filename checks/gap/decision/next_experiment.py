@@ -52,12 +52,11 @@ def _with_experiment(
     # A rival is another explanation of the search; a set of other calibrated values has no name in the library.
     others: list[Candidate | None] = []
     for name in a.effects:
-        if name not in EFFECTS:
-            others.append(None)
-        elif name != claim.effect.name:
-            names = frozenset({*full.names, name} - {claim.effect.name})
-            rival = result.rival_of_names(names)
-            if rival is None:  # a lag of another form, which was not fitted: nothing on the menu changes either
+        if name != claim.effect.name:
+            rival = result.rival_of_names(frozenset({*full.names, name} - {claim.effect.name}))
+            if (
+                rival is None and name in EFFECTS
+            ):  # a lag of another form, which was not fitted: nothing on the menu changes either
                 return a
             others.append(rival)
     first = {Experiment.RESISTOR: OTHER_RESISTOR}.get(claim.effect.experiment, ADDED_MASS)

@@ -77,12 +77,15 @@ def _resolve(
     """Decide between one claim and its rivals: other effects in its place, then other calibrated values."""
     full, table = decision.full, decision.full.table
     ranked = [(claim.effect, few.explained(full.response, full.at))]
-    for name in sorted(rivals & EFFECTS.keys()):
+    for name in sorted(rivals):
         names = frozenset({*full.response.names, name} - {claim.effect.name})
         rival = result.rival_of_names(names)
+        if rival is None and name not in EFFECTS:  # other values of what is calibrated, which are compared below
+            continue
         if rival is None:  # the band shows no difference in form, and no experiment changes a lag
             return decision.noting(f"the experiments do not tell {claim.effect.name} and {name} apart")
-        ranked.append((EFFECTS[name], few.explained(rival.response, rival.at)))
+        effect = next(e for e in rival.response.effects if e.name == name)
+        ranked.append((effect, few.explained(rival.response, rival.at)))
     ranked.sort(key=lambda each: -each[1].lnL)
     effect, best = ranked[0]
     if len(ranked) > 1 and (apart := 2.0 * (best.lnL - ranked[1][1].lnL)) < table.two_delta_lnL:

@@ -67,6 +67,31 @@ class Ambiguous:
 
 
 @dataclass(frozen=True)
+class FoundPlace:
+    """Where an element sits: a part, what it acts against ("ground" or another part), along a direction, at a point
+    [mm] from the part's node; None where the place has none."""
+
+    part: str
+    against: str
+    direction: str
+    point_mm: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class FoundElement:
+    """Something without a name: kind, the places that explain the records as well (the best first), values there,
+    likely causes in words, and the measurement that tells more. alike: library effects that explain them as well."""
+
+    kind: str
+    places: tuple[FoundPlace, ...]
+    parameters: Mapping[str, NamedValue]
+    sentence: str
+    looks_like: tuple[str, ...]
+    experiment: str
+    alike: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Nameless:
     """An unidentified effect: poles and zeros [Hz] on a channel; words: nearest effect of the library, and why it was
     not named; ci95: interval of every pole; at_edge: whether a pole lies at an end of the band, where a slope that goes
@@ -146,4 +171,5 @@ class Result:
     experiments: tuple[Tested, ...] = ()
     steps: tuple[StepShown, ...] = ()
     bench_latency: Mapping[str, float] = field(default_factory=dict)
+    elements: tuple[FoundElement, ...] = ()
     written_G: Mapping[str, float] = field(default_factory=dict)

@@ -12,12 +12,14 @@ from checks.gap.decision.result import (
     PARTLY,
     UNEXPLAINED,
     Ambiguous,
+    FoundElement,
     Named,
     NamedValue,
     Nameless,
 )
-from checks.gap.effects import EFFECTS, effect_named
+from checks.gap.effects import EFFECTS
 from checks.gap.modelling.effect import Effect, SlowFinding
+from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.experiment import Experiment, sharpest
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.preparation.record_faults import RecordFault
@@ -41,6 +43,8 @@ def named_effects(
         out.append(Named(fault.effect, fault.effect.replace("_", " "), fault.words, exact, float("inf"), 0.0))
     for claim in claims:
         effect = claim.effect
+        if isinstance(effect, GenericElement):
+            continue
         values = {p.name: final.at[f"{effect.name}.{p.name}"] for p in effect.parameters}
         shown = {k: NamedValue(v, *final.interval(f"{effect.name}.{k}")) for k, v in values.items()}
         words = effect.say(values, {k: (v.hi - v.lo) / 2 for k, v in shown.items()})
@@ -59,13 +63,14 @@ def indistinguishable(result: SearchResult, claims: Sequence[Claim], table: Thre
     out = []
     for claim in claims:
         alike, others = {claim.effect.name}, _up_to_form(names - {claim.effect.name})
+        asks = {e.name: e.experiment for c in (result.best, *result.rivals) for e in c.response.effects}
         for rival in result.rivals:
             # An explanation with more parameters has to earn them, or whatever is flexible would rival every name.
             apart = max(result.best.lnL - rival.lnL, result.best.score - rival.score)
             if not rival.response.unmodelled_modes and 2.0 * apart < table.two_delta_lnL:
                 alike |= {n for n in rival.names - names if _up_to_form(rival.names - {n}) == others}
         if len(alike) > 1:
-            experiment = sharpest(effect_named(name).experiment for name in sorted(alike))
+            experiment = sharpest(asks[name] for name in sorted(alike))
             out.append(Ambiguous(tuple(sorted(alike)), experiment.value))
     return tuple(out)
 
@@ -164,10 +169,15 @@ def lags_of_bench(full: Candidate) -> tuple[Ambiguous, ...]:
     return tuple(out)
 
 
-def verdict_of(adequate: bool, named: Sequence[Named], rivals: Sequence[Ambiguous], missing: Sequence[Nameless]) -> str:
-    """Return the verdict. adequate: of the whole explanation, on unseen records."""
+def verdict_of(
+    adequate: bool,
+    named: Sequence[Named | FoundElement],
+    rivals: Sequence[Ambiguous],
+    missing: Sequence[Nameless],
+) -> str:
+    """Return the verdict. adequate: of the whole explanation, on unseen records; named: effects and elements."""
     if adequate and not missing:
-        if rivals:
+        if rivals or any(isinstance(n, FoundElement) and (n.alike or len(n.places) > 1) for n in named):
             return AMBIGUOUS
         return EXPLAINED if named else NO_MISSING
     return PARTLY if named or rivals else UNEXPLAINED

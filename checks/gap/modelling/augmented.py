@@ -12,10 +12,12 @@ from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.fit import free_of
 from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.shift import AS_IT_IS, Shift
 from checks.gap.modelling.unmodelled_modes import UnmodelledMode, is_path
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
+from checks.model.structure.attached import PlaceReceptances
 
 Values = Mapping[str, float]
 Held = tuple[tuple[str, float], ...]
@@ -68,10 +70,15 @@ class Augmented:
         return (*self.unmodelled_modes, *self.effects)
 
     def with_member(self, member: Member) -> "Augmented":
-        return replace(self, members=(*self.members, member))
+        model = _attached(self.model, member) if isinstance(member, GenericElement) else self.model
+        return replace(self, members=(*self.members, member), model=model)
 
     def without(self, *names: str) -> "Augmented":
-        return replace(self, members=tuple(m for m in self.members if m.name not in names))
+        model = self.model
+        for m in self.members:
+            if isinstance(m, GenericElement) and m.name in names:
+                model = _detached(model, m)
+        return replace(self, members=tuple(m for m in self.members if m.name not in names), model=model)
 
     def free(self, start: Values | None = None) -> list[Free]:
         """Return all fitted parameters. An effect that stands for a calibrated parameter takes its place, without
@@ -97,6 +104,11 @@ class Augmented:
         """Return the values of one member, by its own parameter names."""
         prefix = f"{member}."
         return {k.removeprefix(prefix): v for k, v in values.items() if k.startswith(prefix)}
+
+    def places(self, f: Array, values: Values, channels: tuple[str, ...]) -> PlaceReceptances:
+        """Return what an element at any place of the model sees and changes."""
+        found = self.model.place_receptances(f, self.changes(values), channels)
+        return replace(found, seen=found.seen * self._factor(f, values, channels))
 
     def changes(self, values: Values) -> dict[str, float]:
         """Return the model's changes that the values amount to."""
@@ -211,6 +223,17 @@ def _modelled(model: Model, at: tuple[tuple[str, float], ...], band: bytes, chan
     H = model.frf(np.frombuffer(band), dict(at), channels)
     H.setflags(write=False)
     return H
+
+
+@lru_cache(maxsize=64)
+def _attached(model: Model, member: GenericElement) -> Model:
+    """Return the model with an element. Cached, as its matrices are by the model."""
+    return member.attached_to(model)
+
+
+@lru_cache(maxsize=64)
+def _detached(model: Model, member: GenericElement) -> Model:
+    return member.detached_from(model)
 
 
 @lru_cache(maxsize=32)

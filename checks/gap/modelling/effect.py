@@ -11,6 +11,7 @@ from checks.gap.modelling.experiment import Experiment
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
 from checks.model.model import Model
+from checks.model.parameters import is_mechanical
 from checks.model.time.partial_fractions import Fractions
 from checks.rounding import rounded
 from specs.units import DIMENSIONLESS, unit_of, without_unit
@@ -153,6 +154,17 @@ class Effect:
     def adds(self) -> bool:
         """Return whether its values are added to the model's."""
         return any(p.adds for p in self.parameters)
+
+    @property
+    def sizes(self) -> tuple[Parameter, ...]:
+        """Return the parameters that say how large it is, which an explanation has to earn."""
+        return self.parameters
+
+    @property
+    def in_signal_path(self) -> bool:
+        """Return whether it acts on what is measured or driven, and not in the mechanics."""
+        targets = [t for p in self.parameters for t in (*p.sets, *p.adds)]
+        return bool(self.parameters) and not any(map(is_mechanical, targets))
 
     @property
     def in_model(self) -> bool:

@@ -4,6 +4,8 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass
 
+PER_PARAMETER = 3.0  # of log-likelihood: the cost of a parameter in the score of an explanation
+
 
 @dataclass(frozen=True)
 class Thresholds:

@@ -53,6 +53,10 @@ class UnmodelledMode:
         return self.shape.parameters
 
     @property
+    def sizes(self) -> tuple[Parameter, ...]:
+        return self.parameters
+
+    @property
     def channels(self) -> tuple[str, ...]:
         return ("Vs", "de", "da") if self.channel == ALL else (self.channel,)
 

@@ -10,10 +10,11 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import FitPoint
 from checks.fitting.goodness import gaps
 from checks.gap.modelling.augmented import Augmented
-from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
 from checks.gap.statistics.adequacy import Adequacy, judge
 from checks.gap.statistics.projected_residual import Projected, at_known, project
 
+POINT = 1.0  # of log-likelihood: what a coordinate of a free point gains by chance, and as much again
 GROSS = 1e4  # of a channel's G: most of it is no calibration's business
 
 
@@ -75,5 +76,11 @@ class Candidate:
     def score(self) -> float:
         """Return lnL less the cost of parameters and unmodelled modes: a named effect is preferred to an unmodelled
         mode that is hardly better."""
-        parameters = sum(len(m.parameters) for m in self.response.members)
-        return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.unmodelled_modes)
+        sizes = sum(len(m.sizes) for m in self.response.members)
+        every = sum(len(m.parameters) for m in self.response.members)
+        return (
+            self.lnL
+            - PER_PARAMETER * sizes
+            - POINT * (every - sizes)
+            - self.table.parsimony * len(self.response.unmodelled_modes)
+        )

@@ -17,9 +17,11 @@ from checks.fitting.fit import BEYOND_DOUBT, FitPoint, coarse_fits, work_of
 from checks.fitting.misplaced_modes import misplaced_modes
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.element import HOLDER, KINDS, RESONATOR, GenericElement, element, parts_of
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.held_scatter import scatter_of
+from checks.gap.search.places import NOTHING_KNOWN, Places
 from checks.gap.search.residuals import SearchResiduals, with_tolerance
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.projected_residual import project
@@ -40,6 +42,8 @@ PLACES = 2  # of the largest residual that a mode is moved to
 MOVES = 4  # modes that are moved one after the other beside an effect
 MOVED = 0.75  # of the cost: another mode is moved only if the one before leaves no more
 NEIGHBOURS = 3  # effects that are tried in the place of one that is there
+ELEMENTS_TRIED = 5  # of those that the screen of places finds
+AS_GOOD = 0.5  # of what a member explains: an element that promises less is not tried in its place
 FROM_FAR = 3  # candidates of a round begin once more at the priors, if no candidate is adequate
 # A sharp peak only pulls the model's peak once they overlap, so a fit first runs with a model that may be far off,
 # where peaks are broad in proportion, and then with less and less (found on drawn struts: 16 of 16 instead of 10 of
@@ -226,6 +230,27 @@ class Search:
             starts += [c for s in others if not self.over for c in self._coarse_start(base, s)]
         return self._race(starts)
 
+    def add_element(self, base: Candidate) -> list[Candidate]:
+        """Add each of the generic elements that promise most to a candidate, fitted jointly from its values; failing an
+        adequate fit, the best of them and what stands at the likeliest places from the priors too: a calibration that
+        lacked an element may have gone astray, and then only the place is told."""
+        places = Places(project(base.response, self.A, base.at))
+        scores = sorted((s for s in places.scores() if s.p < WORTH_A_FIT), key=lambda s: -s.net)
+        first = scores[:ELEMENTS_TRIED]
+        starts = [c for s in first if not self.over for c in self._from_screen(base.response, base.at, s)]
+        found = self._race(starts)
+        if any(c.adequate for c in found):
+            return found
+        tried = [next(s for s in first if s.member.name in c.names) for c in found[:FROM_FAR]]
+        for d in places.ranked[:PLACES]:
+            tried += [s for s in scores if s.member in {element(d.place, d.direction, k) for k in (HOLDER, RESONATOR)}]
+        far = [c for s in {s.member: s for s in tried}.values() if not self.over for c in self._coarse_start(base, s)]
+        found = best_of_each(self._race([*far, *found]))
+        if self.over or not found or found[0].adequate:
+            return found
+        bare = self.refit(base.response, base.response.own_values(found[0].at))  # what led the calibration back?
+        return self.add_element(bare) if bare.cost < MOVED * base.cost else found
+
     def with_other_damping(self, c: Candidate) -> Candidate | None:
         """Return a candidate with the model's other form of damping; None if the model cannot have it. Which form the
         strut has shows only when little else is missing."""
@@ -266,7 +291,9 @@ class Search:
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
         names = [f"{member.name}.{p.name}" for p in member.parameters]
         places = [
-            (p.start, *(p.begins if base.gross else ())) if p.linear else (score.starts[0][p.name],)
+            (p.start, *(p.begins if base.gross else ()))
+            if p.linear and not isinstance(member, GenericElement)
+            else (score.starts[0][p.name],)
             for p in member.parameters
         ]
         try:
@@ -285,6 +312,12 @@ class Search:
             simpler = self.refit(less, start)
             if (simpler.adequate or not c.adequate) and c.lnL - simpler.lnL < self.table.delta_lnL:
                 return self.prune(simpler)
+            for part in parts_of(member):
+                own = c.response.of(c.at, member.name)
+                at = start | {f"{part.name}.{p.name}": own[p.name] for p in part.parameters}
+                simpler = self.refit(less.with_member(part), at)
+                if simpler.score > c.score and simpler.adequate >= c.adequate:
+                    return self.prune(simpler)
         return c
 
     def swap_members(self, c: Candidate) -> list[Candidate]:
@@ -294,15 +327,43 @@ class Search:
         its neighbour did not."""
         out = []
         for member in c.response.counted:
-            less = c.response.without(member.name)
-            implied = c.response.changes(c.at)  # of what the member stands for, and the model calibrates without it
-            at = {p.name: c.at.get(p.name, implied.get(p.name, p.prior)) for p in less.free()}
+            less, at = self._without(c, member)
             on_A = project(less, self.A, at)
             absent = [m for m in self.library if isinstance(m, Effect) and m.name not in c.response.names]
             scores = [screen(on_A, m) for m in absent if set(m.channels) & set(member.channels)]
             scores = sorted((s for s in scores if s.p < WORTH_A_FIT), key=lambda s: -s.gain)[:NEIGHBOURS]
+            if not isinstance(member, Effect) or member.in_signal_path:
+                scores += self._elements_like(Places(on_A), c)
             out += self._race([r for s in scores for r in self._from_screen(less, at, s)], c.cost)
         return out
+
+    def with_elements_elsewhere(self, c: Candidate) -> list[Candidate]:
+        """Return the candidates in which a generic element of the same kind sits at another place."""
+        out = []
+        for member in (m for m in c.response.effects if isinstance(m, GenericElement)):
+            less, start = self._without(c, member)
+            own = c.response.of(c.at, member.name)
+            scores = self._elements_like(Places(project(less, self.A, start)), c, (member.kind,), own)
+            out += self._race([r for s in scores for r in self._from_screen(less, start, s)], c.cost)
+        return out
+
+    def _elements_like(
+        self, places: Places, c: Candidate, kinds: Sequence[str] = KINDS, known: Mapping[str, float] = NOTHING_KNOWN
+    ) -> list[Score]:
+        """Return the elements that promise about as much as a candidate gained by the member that they would replace.
+        Whether another place can do it shows before any kind is fitted."""
+        left = places.projected.left
+        needed = AS_GOOD * (float(left @ left) - 2.0 * c.cost)
+        if max(places.gains.values(), default=0.0) < needed:
+            return []
+        absent = (s for s in places.scores(kinds, known) if s.member.name not in c.names and s.gain > needed)
+        return sorted(absent, key=lambda s: -s.net)[:ELEMENTS_TRIED]
+
+    def _without(self, c: Candidate, member: Member) -> tuple[Augmented, dict[str, float]]:
+        """Return a candidate's response without a member, and all its other values."""
+        less = c.response.without(member.name)
+        implied = c.response.changes(c.at)  # of what the member stands for, and the model calibrates without it
+        return less, {p.name: c.at.get(p.name, implied.get(p.name, p.prior)) for p in less.free()}
 
     def refit_from_priors(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """Return the best few fitted once more, the model from the priors and the members from their present values."""
@@ -321,16 +382,21 @@ class Search:
     def _race(self, started: Sequence[Candidate], adequate: float = inf) -> list[Candidate]:
         """Return the best start of every set, the most promising ones fitted to the end. adequate: cost of an adequate
         explanation; a start far above it is no rival and is not fitted further."""
-        best: dict[frozenset[str], Candidate] = {}
-        for c in sorted(started, key=lambda c: c.cost):
-            best.setdefault(c.names, c)
         done = []
-        for i, c in enumerate(best.values()):
+        for i, c in enumerate(best_of_each(sorted(started, key=lambda c: c.cost))):
             near = i < GO_ON and c.cost < NO_RIVAL * adequate
             done.append(self._finish_to_the_end(c) if near else self.free_scatter(c))
             if adequate == inf and near and done[-1].adequate:
                 adequate = done[-1].cost
         return sorted(done, key=lambda c: -c.score)
+
+
+def best_of_each(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the first candidate of every set of members."""
+    best: dict[frozenset[str], Candidate] = {}
+    for c in candidates:
+        best.setdefault(c.names, c)
+    return [*best.values()]
 
 
 def _promising(scores: Sequence[Score]) -> list[Score]:

@@ -27,18 +27,18 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.prior import prior_rows
 from checks.gap.modelling.augmented import Augmented, Member, Values
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
+from checks.gap.search.places import Places
 from checks.gap.search.screen import screen
 from checks.gap.statistics.projected_residual import project
 
 CELLS_PER_OCTAVE = 2.0
 FIRST_HZ = 5.0  # where the first cell begins
 VALUES_PER_CELL = 2.0  # real numbers that a disagreement smooth over a cell has in it: one complex value
-PER_PARAMETER = 3.0  # of log-likelihood, as a candidate's score has it
 STAND_IN = 4.6  # of log-likelihood, a ratio of 100: by so much a stand-in must be better than an effect
-EFFECTS_TRIED, STAND_INS_TRIED = 8, 5  # members of a round that are fitted, the best of the screen
+EFFECTS_TRIED, STAND_INS_TRIED, ELEMENTS_TRIED = 8, 5, 3  # members of a round that are fitted, the best of the screen
 FOLLOWED = 4  # of these to the end, with everything free
 ROUNDS = 6  # of weights
 STEPS, STEPS_HELD = 4, 6  # of a fit within a round, and of the first one, with the scatter held
@@ -170,9 +170,19 @@ def add_one(
     return sorted(out, key=lambda each: -score_of(*each))
 
 
+def add_elements(search: Search, state: DisagreementFit) -> list[tuple[Member, DisagreementFit]]:
+    """Return the generic elements that promise most added to a state, as `add_one` does, by falling score."""
+    weighted = search.on(with_disagreement(search.A, _residual(search.A, state.response, state.at)))
+    scores = Places(project(state.response, weighted.A, state.at)).scores()
+    few = sorted(scores, key=lambda s: -s.net)[:ELEMENTS_TRIED]
+    tried = [(s.member, _fit_with_member(weighted, state, s.member, s.starts[0])) for s in few]
+    fitted = [(m, settle_if_held(search, b.response, b.at) or b) for m, b in tried if b is not None]
+    return sorted(fitted, key=lambda each: -score_of(*each))
+
+
 def score_of(member: Member, b: DisagreementFit) -> float:
     """Return lnL less the cost of parameters, and less the margin that an unmodelled mode must gain."""
-    return b.lnL - PER_PARAMETER * len(member.parameters) - (0.0 if isinstance(member, Effect) else STAND_IN)
+    return b.lnL - PER_PARAMETER * len(member.sizes) - (0.0 if isinstance(member, Effect) else STAND_IN)
 
 
 def _fit_with_member(search: Search, state: DisagreementFit, member: Member, values: Values) -> DisagreementFit | None:

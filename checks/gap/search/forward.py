@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
 from checks.gap.search.candidate import Candidate
-from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Effort, Search
+from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Effort, Search, best_of_each
 from checks.gap.search.disagreement import ExplainingStep, score_of, search_beside, settle_if_held
 
-BESIDE = 0.5  # of the work of an analysis: kept for the search beside a disagreement, however the first search ended
+BESIDE = 0.5  # of the work of an analysis: kept for each other search, however the first one ended
 RIVAL = 15.0  # of score beside a disagreement: members this near take part in the comparison by full likelihood
 
 
@@ -93,6 +93,27 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
     return SearchResult(base, best, (), tuple(tried))
 
 
+def explain_by_elements(search: Search, base: Candidate, most: int) -> SearchResult:
+    """Return the explanation by at most so many generic elements, on top of a candidate; with its rivals, if it is
+    adequate."""
+    search.say("looking for places of what is missing")
+    search = replace(search, effort=Effort(BESIDE * search.table.effort))  # whatever the library's search has spent
+    best, tried = base, []
+    for _ in range(most):
+        found = search.add_element(best)
+        if found and not any(c.adequate for c in found):
+            found = _best_of_each_set([*found, *search.refit_from_priors(found)])
+        tried += found
+        if adequate := [c for c in found if c.adequate]:
+            return _finish(search, base, adequate, tried)
+        needed = max(search.table.delta_lnL, search.table.progress * -best.lnL)
+        better = max(found, key=lambda c: c.score, default=best)
+        if search.over or not better.lnL > best.lnL + needed:
+            break
+        best = better
+    return SearchResult(base, best, (), tuple(tried))
+
+
 def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     """Return the result of a search beside the disagreement, used if no explanation was complete: an explanation that
     is adequate after all, with its rivals, or one with its steps.
@@ -156,6 +177,8 @@ def _finish(search: Search, base: Candidate, adequate: Sequence[Candidate], trie
     if named := [c for c in search.swap_members(best) if c.adequate]:
         adequate = [*adequate, *named]
         best = search.prune(_prefer_named([*named, best]))
+    elsewhere = [c for c in search.with_elements_elsewhere(best) if c.adequate]
+    adequate, best = [*adequate, best, *elsewhere], max([best, *elsewhere], key=lambda c: c.score)
     damped = search.with_better_damping(best)
     if damped is not best:  # its rivals are compared with the same form
         near = (c for c in adequate if c.score > best.score - RIVAL and c.names != best.names)
@@ -173,7 +196,4 @@ def _prefer_named(adequate: Sequence[Candidate]) -> Candidate:
 
 
 def _best_of_each_set(candidates: Sequence[Candidate]) -> list[Candidate]:
-    best: dict[frozenset[str], Candidate] = {}
-    for c in sorted(candidates, key=lambda c: -c.score):
-        best.setdefault(c.names, c)
-    return list(best.values())
+    return best_of_each(sorted(candidates, key=lambda c: -c.score))

@@ -12,6 +12,7 @@ from checks.arrays import Array, Complex
 from checks.fitting.misplaced_modes import peaks as peaks_of
 from checks.gap.modelling.augmented import Member, columns_of, evaluated, slope
 from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.thresholds import PER_PARAMETER
 from checks.gap.statistics.adequacy import energies
 from checks.gap.statistics.projected_residual import Projected
 
@@ -31,6 +32,11 @@ class Score:
     looked: int
     starts: tuple[dict[str, float], ...]
     failure: str = ""
+
+    @property
+    def net(self) -> float:
+        """Return the gain in log-likelihood less the cost of parameters."""
+        return 0.5 * self.gain - PER_PARAMETER * self.dof
 
     @property
     def p(self) -> float:

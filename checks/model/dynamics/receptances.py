@@ -6,7 +6,7 @@ motions, z, the dynamic stiffness of what is fastened, and L, loads on the motio
 
     u = G (L - z u) at the APA's motions,      z u = L at the payload,
 
-thirteen equations a frequency instead of the eigenvalues of 150 states. The rigid modes of the free APA answer by
+some thirteen equations a frequency instead of the eigenvalues of 150 states. The rigid modes of the free APA answer by
 1 / w^2, and where they nearly cancel digits are lost: 1e-8 of a response at 1 Hz, so below that the complex modes are
 taken.
 """
@@ -20,7 +20,9 @@ from scipy import linalg
 
 from checks.arrays import Array, Complex
 from checks.errors import NotHeld
+from checks.model.dynamics.complex_modes import Sections, eigen
 from checks.model.dynamics.far_modes import is_far, product, sum_sections
+from checks.model.dynamics.real_modes import real_modes
 from checks.model.structure.matrix_builder import Parts, System
 
 LOWEST = 2.0 * np.pi  # [rad/s]
@@ -54,9 +56,11 @@ class Receptances:
         x = _at_rest(system)
         still = np.concatenate([parts.motions @ x, x]).T[:, :, None].astype(complex)
         u, forces = _motions_under_loads(parts, w[1:].tobytes())
-        pushed = product(parts.motions[:, :-1].T, forces.reshape(len(forces), -1)).reshape(-1, *forces.shape[1:])
+        pushed = product(parts.motions[:, : parts.w2.size].T, forces.reshape(len(forces), -1)).reshape(
+            -1, *forces.shape[1:]
+        )
         q = pushed * _each(parts, w[1:])[:, None]
-        moving = np.concatenate([u, q, u[parts.payload][None]]).swapaxes(0, 1)
+        moving = np.concatenate([u, q, u[parts.own]]).swapaxes(0, 1)
         return np.concatenate([still, moving], axis=2)
 
 
@@ -73,20 +77,20 @@ def _motions_under_loads(parts: Parts, band: bytes) -> tuple[Complex, Complex]:
     w = np.frombuffer(band)
     load = np.column_stack([parts.drive, parts.outputs.T])
     on_apa = load.copy()
-    on_apa[parts.payload] = 0.0
+    on_apa[parts.own] = 0.0
     fastened = np.flatnonzero((np.abs(parts.K) + np.abs(parts.C) + np.abs(parts.M)).any(axis=0))
-    last = int(np.flatnonzero(fastened == parts.payload)[0])
+    last = np.searchsorted(fastened, parts.own)
     s = 1j * w[:, None, None]
     z = (parts.K + s * parts.C + s * s * parts.M)[:, :, fastened]
     G = _receptance(parts, w)
     A, b = G[:, fastened] @ z, G[:, fastened] @ on_apa
     A[:, np.arange(fastened.size), np.arange(fastened.size)] += 1.0
-    A[:, last], b[:, last] = z[:, parts.payload], load[parts.payload]
+    A[:, last], b[:, last] = z[:, parts.own], load[parts.own]
     u = np.linalg.solve(A, b)
     forces = on_apa - z @ u
-    forces[:, parts.payload] = 0.0
+    forces[:, parts.own] = 0.0
     every = G @ forces
-    every[:, parts.payload] = u[:, last]
+    every[:, parts.own] = u[:, last]
     return _frequencies_last(every), _frequencies_last(forces)
 
 
@@ -95,8 +99,8 @@ def _frequencies_last(a: Complex) -> Complex:
 
 
 def _receptance(parts: Parts, w: Array) -> Complex:
-    """Return the receptances (F, m, m) of the free APA between its motions; zero for the payload's motion."""
-    rows = parts.motions[:, :-1]
+    """Return the receptances (F, m, m) of the free APA between its motions; zero for the other motions."""
+    rows = parts.motions[:, : parts.w2.size]
     i, j = np.triu_indices(len(rows))
 
     def basis(which: NDArray[np.bool_], w: Array) -> Complex:
@@ -123,3 +127,23 @@ def _at_rest(system: System) -> Array:
         raise NotHeld(float(np.linalg.eigvalsh(system.K)[0])) from e
     still: Array = linalg.cho_solve(factor, np.column_stack([system.force, system.outputs.T]), check_finite=False)
     return still
+
+
+def receptances_between(system: System, rows: Array, w: Array, damping: str) -> Complex:
+    """Return the receptances (r, r, F) between directions, rows (r, n) in the system's coordinates, at w (F,) [rad/s]:
+    the motion along one under a unit force along another. damping: "modal", or "full" for dampers of any form. Of any
+    system, by its modes."""
+    if damping == "modal":
+        w2, P = real_modes(system)
+        motions = rows @ P
+        each = 1.0 / (w2[:, None] + np.multiply.outer(np.einsum("ni,ni->i", P, system.C @ P), 1j * w) - w * w)
+        pairs = (motions[:, None] * motions[None]).reshape(-1, w2.size)
+        return product(pairs, each).reshape(len(rows), len(rows), w.size)
+    form = eigen(system)
+    kept = form.mu.imag <= 0.0
+    loads = np.zeros((len(form.W), len(rows)), dtype=complex)
+    loads[: len(form.T)] = -(rows @ form.T).T
+    shapes, weights = (rows @ form.T) @ form.V[: len(form.T)], np.linalg.solve(form.V, loads)
+    residues = (shapes.T[:, :, None] * weights[:, None])[kept].reshape(int(kept.sum()), -1)
+    mu = form.mu[kept]
+    return Sections(mu, residues, mu.imag < 0.0).at(w).reshape(len(rows), len(rows), w.size)

@@ -21,6 +21,7 @@ from scipy import linalg
 
 from checks.arrays import Array
 from checks.model.structure.apa import ApaBody
+from checks.model.structure.attached import Attached, attach
 from checks.model.structure.bench import Bench
 from checks.model.structure.encoder import Encoder
 from checks.model.structure.joint import CLAMP, RIGID, Joint
@@ -53,12 +54,13 @@ def fasten(
     bench: Bench,
     offset: Array,
     stack_stiffening: tuple[float, float] = (0.0, 0.0),
+    elements: tuple[Attached, ...] = (),
 ) -> FastenedParts:
     """Return the strut assembled on its bench. joints: bottom and top; None: the APA is clamped to the granite and to
     the payload, and the bench's own encoder reads the payload. encoder: None: no encoder fixed to the strut, no de.
     offset (3,) [m] of the APA from the joints' axis, the same at both ends. stack_stiffening [N/m]: what open circuits
-    add across the sensor and the actuator stacks."""
-    b = Builder(MOTIONS)
+    add across the sensor and the actuator stacks. elements: attached to it; each that hangs brings a motion more."""
+    b = Builder(MOTIONS + sum(e.hung is not None for e in elements))
     payload = np.zeros((6, MOTIONS))
     payload[Z] = PAYLOAD
 
@@ -79,6 +81,8 @@ def fasten(
     b.mass(payload, bench.payload)
     b.spring(PAYLOAD[None], np.array([RIGID if bench.held else 0.0]), np.array([bench.guide_damping]))
 
+    attach(b, places_of(joints, encoder, offset), elements, MOTIONS)
+
     outputs = {"Vs": SENSOR, "da": PAYLOAD}
     if encoder is not None:
         outputs["de"] = encoder.reading(BOTTOM, TOP)
@@ -86,34 +90,62 @@ def fasten(
         outputs["de"] = PAYLOAD
     channels = tuple(name for name in ("Vs", "de", "da") if name in outputs)
     M, C, K, ties = b.matrices()
-    return FastenedParts(M, C, K, np.array([outputs[c] for c in channels]), channels, ties)
+    return FastenedParts(M, C, K, b.wide(np.array([outputs[c] for c in channels])), channels, ties)
+
+
+def places_of(joints: tuple[Joint, Joint] | None, encoder: Encoder | None, offset: Array) -> dict[str, Array]:
+    """Return the rows (6, 15) that read the motion of every named place, in terms of the fifteen motions; those of
+    joints, stacks and APA read the motion across them. A place of which the model has only some directions has zeros
+    for the others."""
+    payload, sensor, actuator = np.zeros((3, 6, MOTIONS))
+    payload[Z], sensor[0], actuator[0] = PAYLOAD, SENSOR, ACTUATOR
+    joint_bottom, joint_top = joints or (CLAMP, CLAMP)
+    places = {
+        "top_interface": TOP,
+        "bottom_interface": BOTTOM,
+        "payload": payload,
+        "sensor_stack": sensor,
+        "actuator_stack": actuator,
+        "apa": TOP - BOTTOM,
+    }
+    if joints is not None:
+        places["bottom_joint"] = lever(_to_axis(offset, -joint_bottom.arm)) @ BOTTOM
+        places["top_joint"] = lever(_to_axis(offset, joint_top.arm)) @ TOP - payload
+    if encoder is not None:
+        places |= {"head": encoder.head_place(TOP), "ruler": encoder.ruler_place(BOTTOM)}
+    return places
 
 
 def assemble(apa: ApaBody, damping_ratio: float, fastened: FastenedParts) -> System:
     """Return the system from a force pair of 1 N on the actuator stacks to the elongation of the sensor stack, the
-    encoder's reading and the payload's z [m]: channels Vs, de, da. Its last coordinate is the payload's z, unless ties
-    leave fewer coordinates, which keep every rigid direction rigid."""
-    motions = _motions(apa)
+    encoder's reading and the payload's z [m]: channels Vs, de, da. Behind the APA's coordinates come the payload's z
+    and what hangs, unless ties leave fewer coordinates, which keep every rigid direction rigid."""
+    hung = len(fastened.K) - MOTIONS
+    motions = _motions(apa, hung)
     M, C, K = (motions.T @ A @ motions for A in (fastened.M, fastened.C, fastened.K))
-    M[:-1, :-1] += apa.M
-    C[:-1, :-1] += apa.C + damping_ratio * apa.C_ratio
-    K[:-1, :-1] += apa.K
-    force, outputs, channels = ACTUATOR @ motions, fastened.outputs @ motions, fastened.channels
+    inner = slice(0, apa.size)
+    M[inner, inner] += apa.M
+    C[inner, inner] += apa.C + damping_ratio * apa.C_ratio
+    K[inner, inner] += apa.K
+    drive = np.pad(ACTUATOR, (0, hung))
+    force, outputs, channels = drive @ motions, fastened.outputs @ motions, fastened.channels
     if not len(fastened.ties):
         parts: Parts | None = None
         if apa.modal:
             w2, rate = np.diag(apa.K), damping_ratio * np.diag(apa.C_ratio)
-            parts = Parts(w2, rate, motions, fastened.M, fastened.C, fastened.K, ACTUATOR, fastened.outputs, AT_PAYLOAD)
+            own = [AT_PAYLOAD, *range(MOTIONS, MOTIONS + hung)]
+            parts = Parts(w2, rate, motions, fastened.M, fastened.C, fastened.K, drive, fastened.outputs, own)
         return System(M, C, K, force, outputs, channels, motions, parts=parts)
     T = linalg.null_space(fastened.ties @ motions)
     return System(T.T @ M @ T, T.T @ C @ T, T.T @ K @ T, T.T @ force, outputs @ T, channels, motions @ T, T)
 
 
-def _motions(apa: ApaBody) -> Array:
-    """Return the rows (15, n) that read the fifteen motions from the APA's coordinates and the payload's."""
-    rows = np.zeros((MOTIONS, apa.size + 1))
-    rows[:, :-1] = np.vstack([apa.bottom, apa.top, np.zeros(apa.size), apa.sensor, apa.actuator])
-    rows[AT_PAYLOAD, -1] = 1.0
+def _motions(apa: ApaBody, hung: int) -> Array:
+    """Return the rows (15 + hung, n) that read the motions from the APA's coordinates, the payload's and those of what
+    hangs."""
+    rows = np.zeros((MOTIONS + hung, apa.size + 1 + hung))
+    rows[:MOTIONS, : apa.size] = np.vstack([apa.bottom, apa.top, np.zeros(apa.size), apa.sensor, apa.actuator])
+    rows[[AT_PAYLOAD, *range(MOTIONS, MOTIONS + hung)], range(apa.size, apa.size + 1 + hung)] = 1.0
     return rows
 
 

@@ -11,9 +11,9 @@ from checks.arrays import Array
 class Parts:
     """A system as its parts: an APA by its free modes, and the bodies fastened to it at a few motions.
 
-    w2 [rad2/s2], rate [rad/s] (k,) of the free modes, whose amplitudes are the system's coordinates but for the last;
-    motions (m, n): rows that read the motions; M, C, K (m, m), drive (m,), outputs (c, m) in terms of the motions.
-    payload: which of the motions is the system's last coordinate, and none of the APA's."""
+    w2 [rad2/s2], rate [rad/s] (k,) of the free modes, whose amplitudes are the system's first coordinates; motions
+    (m, n): rows that read the motions; M, C, K (m, m), drive (m,), outputs (c, m) in terms of the motions. own: which
+    of the motions are the system's other coordinates, and none of the APA's: the payload's, and what hangs."""
 
     w2: Array
     rate: Array
@@ -23,7 +23,7 @@ class Parts:
     K: Array
     drive: Array
     outputs: Array
-    payload: int
+    own: list[int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,18 +49,27 @@ class Builder:
     ry rz of a point."""
 
     def __init__(self, size: int) -> None:
+        self._size = size
         self._springs: list[tuple[Array, Array, Array]] = [(np.zeros((0, size)), np.zeros(0), np.zeros(0))]
         self._masses: list[tuple[Array, Array]] = [(np.zeros((0, size)), np.zeros(0))]
+
+    def wide(self, rows: Array) -> Array:
+        """Return rows (..., n) in terms of all coordinates; those that they do not name are the last."""
+        return np.pad(rows, ((0, 0), (0, self._size - rows.shape[1])))
 
     def mass(self, place: Array, m: float, inertia: Array | float = 0.0) -> None:
         """Add a rigid body at its centre of mass: m [kg], inertia (3,) [kg m2] about x y z."""
         weights = np.empty(6)
         weights[:3], weights[3:] = m, inertia
-        self._masses.append((place, weights))
+        self._masses.append((self.wide(place), weights))
+
+    def along(self, rows: Array, m: float) -> None:
+        """Add a mass [kg] or inertia [kg m2] that moves along rows (r, n) only."""
+        self._masses.append((self.wide(rows), np.full(len(rows), m)))
 
     def spring(self, relative: Array, k: Array, c: Array) -> None:
         """Add springs k (r,) and dampers c (r,) stretched by the rows `relative` (r, n); an infinite k ties its row."""
-        self._springs.append((relative, k, c))
+        self._springs.append((self.wide(relative), k, c))
 
     def matrices(self) -> tuple[Array, Array, Array, Array]:
         """Return M, C, K (n, n) and the tied rows (r, n)."""

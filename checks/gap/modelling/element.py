@@ -1,0 +1,159 @@
+"""Generic elements: what attaches to the strut at a place, along a direction, of a kind. They are members of an
+explanation as the library's effects are, but have no name: place, kind and values are what is said of them."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.experiment import Experiment
+from checks.model.model import Model
+from checks.model.structure.attached import DIRECTIONS, quantities_of
+
+SPRING, MASS, DAMPER, RESONATOR, JOINT = "spring", "mass", "damper", "resonator", "joint"
+HOLDER = "holder"  # a spring with a mass and a damper of its own, at one point
+PARTS = (SPRING, MASS, DAMPER)  # of a holder
+KINDS = (SPRING, MASS, DAMPER, HOLDER, RESONATOR, JOINT)
+UNITS = {"k_N_per_um": 1e6, "spring_N_per_um": 1e6}  # in SI
+LEAST = 1e-5  # kg that hangs: less is not seen
+LEVER = 1e-4  # m2: of a rotation's values, a lever of a centimetre
+OFF_AXIS_MM, REACH_MM = 15.0, 60.0
+BESIDE_THE_AXIS = ("top_interface", "bottom_interface")  # where an element along z may sit beside the axis
+ACROSS = frozenset({"top_joint", "bottom_joint", "sensor_stack", "actuator_stack", "apa"})
+OF_PLACE = {"payload": "z", "sensor_stack": "x", "actuator_stack": "x", "head": "xyz", "ruler": "xyz"}
+OF_APA = ("z", "Rx", "Ry", "Rz")  # what two ends of a body that turns as a whole keep
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A direction of a place, at a point [mm] beside its node."""
+
+    place: str
+    direction: str
+    point: tuple[float, float] = (0.0, 0.0)
+
+
+def directions(places: Iterable[str]) -> Iterator[Direction]:
+    """Yield every direction in which an element may act at some places."""
+    for place in places:
+        yield from (Direction(place, d) for d in (OF_APA if place == "apa" else OF_PLACE.get(place, DIRECTIONS)))
+        if place in BESIDE_THE_AXIS:
+            for sign in (-OFF_AXIS_MM, OFF_AXIS_MM):
+                yield from (Direction(place, "z", point) for point in ((sign, 0.0), (0.0, sign)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class GenericElement(Effect):
+    """place, direction: as `checks.model.structure.attached` names them; kind: of its dynamic stiffness."""
+
+    place: str
+    direction: str
+    kind: str
+
+    @property
+    def in_signal_path(self) -> bool:
+        return True  # in its place every other element is tried, as in that of what only the signal path explains
+
+    @property
+    def sizes(self) -> tuple[Parameter, ...]:
+        """Return the parameters that say what it is: without those that say where."""
+        return tuple(p for p in self.parameters if not p.name.endswith("_mm"))
+
+    @property
+    def label(self) -> str:
+        return f"a {self.kind} at the {self.place.replace('_', ' ')} along {self.direction}"
+
+    def attached_to(self, model: Model) -> Model:
+        """Return the model with the element, at values that do nothing."""
+        return model.with_elements({**model.elements, **{t: p.start for p in self.parameters for t in p.sets}})
+
+    def detached_from(self, model: Model) -> Model:
+        """Return the model without the element."""
+        own = {t for p in self.parameters for t in p.sets}
+        return model.with_elements({n: v for n, v in model.elements.items() if n not in own})
+
+
+@lru_cache(maxsize=512)
+def element(place: str, direction: str, kind: str) -> GenericElement:
+    """Return the element of a kind at a place along a direction."""
+    parameters = [*_of_kind(f"element.{place}.{direction}", direction, kind)]
+    if direction == "z" and place in BESIDE_THE_AXIS:
+        parameters += [_free(f"{a}_mm", (f"element.{place}.z.point_{a}_mm",), REACH_MM, 2.0) for a in "xy"]
+    return _element(place, direction, kind, parameters)
+
+
+def parts_of(member: object) -> list[GenericElement]:
+    """Return the elements of a part of a holder's dynamic stiffness; none for another member."""
+    if not isinstance(member, GenericElement) or member.kind != HOLDER:
+        return []
+    return [element(member.place, member.direction, kind) for kind in kinds_at(member.place) if kind in PARTS]
+
+
+def kinds_at(place: str, kinds: Iterable[str] = KINDS) -> list[str]:
+    """Return the kinds of elements of rank one at a place. What lies across a part has no mass of its own; a mass on
+    the payload is an effect of the library."""
+    return [k for k in kinds if k != JOINT and (k != MASS or place not in {*ACROSS, "payload"})]
+
+
+@lru_cache(maxsize=2)
+def joint(place: str) -> GenericElement:
+    """Return the joint at one end whose stiffnesses and dampings differ from the model's."""
+
+    def along(which: Iterable[str], kind: str) -> tuple[str, ...]:
+        return tuple(f"element.{place}.{d}.{quantities_of(d)[kind]}" for d in which)
+
+    return _element(
+        place,
+        "z",
+        JOINT,
+        [
+            _free("k_N_per_um", along("z", "spring"), 1e3, 5.0),
+            _free("kR_Nm_per_rad", along(("Rx", "Ry"), "spring"), 100.0, 0.3),
+            _free("kxy_N_per_um", along("xy", "spring"), 1e3, 1.0),
+            _free("c_N_s_per_m", along("z", "damper"), 1e5, 20.0),
+            _free("cR_Nm_s_per_rad", along(("Rx", "Ry"), "damper"), 10.0, 1e-3),
+        ],
+    )
+
+
+def _element(place: str, direction: str, kind: str, parameters: list[Parameter]) -> GenericElement:
+    return GenericElement(
+        name=f"{kind}_{place}_{direction}",
+        title=f"{kind} at {place.replace('_', ' ')}",
+        parameters=tuple(parameters),
+        channels=("da", "de", "Vs"),
+        sign="one dynamic stiffness explains every channel",
+        sentence="",
+        sources=("[GAP] 12",),
+        experiment=Experiment.TURN,
+        place=place,
+        direction=direction,
+        kind=kind,
+    )
+
+
+def _free(name: str, sets: tuple[str, ...], reach: float, scale: float) -> Parameter:
+    return Parameter(name, lo=-reach, hi=reach, off=0.0, start=0.0, scale=scale, sets=sets)
+
+
+def _of_kind(head: str, direction: str, kind: str) -> Iterator[Parameter]:
+    names, turns = quantities_of(direction), direction.startswith("R")
+    size = LEVER if turns else 1.0
+    mass = "J_kg_m2" if turns else "m_kg"
+    if kind in (SPRING, HOLDER):
+        yield _free(
+            "k_Nm_per_rad" if turns else "k_N_per_um", (f"{head}.{names['spring']}",), 1e3, 0.5 if turns else 0.01
+        )
+    if kind in (MASS, HOLDER):
+        yield _free(mass, (f"{head}.{names['mass']}",), 50.0, 0.01 * size)
+    if kind in (DAMPER, HOLDER):
+        yield _free("c_Nm_s_per_rad" if turns else "c_N_s_per_m", (f"{head}.{names['damper']}",), 1e5, 5.0 * size)
+    if kind == RESONATOR:
+        least = LEAST * size
+        yield Parameter(
+            mass, lo=least, hi=50.0, off=least, start=least, scale=0.01 * size, sets=(f"{head}.{names['hung']}",)
+        )
+        yield Parameter("f_Hz", lo=2.0, hi=5000.0, off=100.0, start=100.0, scale=1.0, sets=(f"{head}.hung_Hz",))
+        yield Parameter(
+            "damping_ratio", lo=5e-4, hi=0.7, off=0.02, start=0.02, scale=5e-3, sets=(f"{head}.hung_damping_ratio",)
+        )

@@ -1,0 +1,231 @@
+"""Where an element would have to attach, before what it is; then its kind, and values to begin a fit from.
+
+An element of dynamic stiffness z along v changes every response by reach z / (1 + z own), at each frequency by itself
+(`checks.model.structure.attached`). One unknown complex number for each frequency serves all channels. With
+orthonormal columns A (n, 2F) along the reach, a residual r and an orthonormal basis Q of all that smooth errors and
+calibrated parameters may do within their priors, the gain of the best number at every frequency is b' (I - B' B)^-1 b,
+b = A' r, B = Q' A. A channel with any factor, or all of them with the same, is a rival on the same footing: another
+reach.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import linalg
+
+from checks.arrays import Array, Complex
+from checks.fitting.prior import prior_rows
+from checks.gap.modelling.element import (
+    JOINT,
+    KINDS,
+    RESONATOR,
+    UNITS,
+    Direction,
+    GenericElement,
+    directions,
+    element,
+    joint,
+    kinds_at,
+)
+from checks.gap.search.screen import Score, peaks
+from checks.gap.statistics.projected_residual import Projected
+from checks.model.structure.attached import PlaceReceptances
+
+FOLLOWED = 8  # directions whose kinds are fitted, the best by any dynamic stiffness
+STEPS, LARGEST = 12, 2.0  # of Gauss and Newton; of the logarithm of a resonator's value
+SETTLED = 0.05  # of twice the log-likelihood
+POLES = 14  # where a resonator is looked for, beside the peaks of the residual
+BEGUN = 2  # of these, that a fit begins from
+RATIO = 0.03  # damping ratio there
+
+NOTHING_KNOWN: Mapping[str, float] = {}
+Stiffness = Callable[[Array], tuple[Complex, Complex]]  # values (k,) -> dynamic stiffness (F,) and its slopes (k, F)
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """What elements at every place, and factors on channels, could explain of a projected residual."""
+
+    projected: Projected
+
+    @cached_property
+    def receptances(self) -> PlaceReceptances:
+        p = self.projected
+        return p.response.places(p.data.f, p.at, p.data.channels)
+
+    @property
+    def _s(self) -> Complex:
+        return np.asarray(2j * np.pi * self.projected.data.f, dtype=np.complex128)
+
+    def along(self, d: Direction) -> tuple[Complex, Complex]:
+        """Return reach (F, C) and own (F,) of a direction."""
+        return self.receptances.along(d.place, d.direction, (1e-3 * d.point[0], 1e-3 * d.point[1]))
+
+    @cached_property
+    def gains(self) -> dict[Direction, float]:
+        """Return the gain in twice the log-likelihood of every direction with any dynamic stiffness."""
+        return {d: self.gain_of(self.along(d)[0]) for d in directions(self.receptances.places)}
+
+    @cached_property
+    def ranked(self) -> list[Direction]:
+        """Return every direction of a place at its best point, by falling gain."""
+        best: dict[tuple[str, str], Direction] = {}
+        for d in sorted(self.gains, key=lambda d: -self.gains[d]):
+            best.setdefault((d.place, d.direction), d)
+        return [*best.values()]
+
+    def gain_of(self, reach: Complex) -> float:
+        """Return the gain of a change along reach (F, C) by any complex number at each frequency."""
+        r, Q = self._residual
+        a = self.projected.data.whitener.independent(np.array([reach, 1j * reach]))
+        F, C = reach.shape
+        A = a.reshape(2, C, F, 2)
+        A = A / np.maximum(np.sqrt(np.einsum("kcfr,kcfr->kf", A, A)), 1e-300)[:, None, :, None]
+        r, Q = r.reshape(C, F, 2), Q.reshape(C, F, 2, -1)
+        b = np.einsum("kcfr,cfr->kf", A, r).ravel()
+        B = np.einsum("kcfr,cfrp->pkf", A, Q).reshape(Q.shape[-1], -1)
+        # b' (I - B' B)^-1 b by the smaller of the two matrices
+        Bb, inner = B @ b, np.eye(len(B)) - B @ B.T
+        return float(b @ b + Bb @ linalg.lstsq(inner, Bb, cond=1e-10)[0])
+
+    @cached_property
+    def _residual(self) -> tuple[Array, Array]:
+        """Return the data's rows of the residual (n,) with all taken out that correlated errors and parameters may do,
+        and those of a basis (n, p) of that."""
+        p = self.projected
+        data, response = p.data, p.response
+        white = data.whitener
+        free = response.free()
+        names = [f.name for f in free]
+        unit = np.array([f.unit for f in free])
+        W = prior_rows(free, response.model.joint) * unit
+        J = white.independent(response.jacobian(data.f, names, p.at, data.channels)).T * unit
+        smooth = np.sqrt(1.0 / np.maximum(1.0 - white.shrink, 1e-12) ** 2 - 1.0)
+        rows = white.independent(data.H - p.modelled)
+        away = np.array([(p.at[f.name] - f.prior) / f.unit for f in free])
+        N = np.block([
+            [white.U * smooth, J],
+            [np.eye(smooth.size), np.zeros((smooth.size, len(free)))],
+            [np.zeros((len(W), smooth.size)), -W],
+        ])  # fmt: skip
+        N = N / np.maximum(np.linalg.norm(N, axis=0), 1e-300)
+        Q, _ = np.linalg.qr(N)
+        r = np.concatenate([rows, np.zeros(smooth.size), W @ away])
+        n = rows.size
+        return (r - Q @ (Q.T @ r))[:n], Q[:n]
+
+    def scores(self, kinds: Sequence[str] = KINDS, known: Mapping[str, float] = NOTHING_KNOWN) -> list[Score]:
+        """Return the best kinds at the best places, by falling gain. known: values at another place, to begin from
+        too: what is large is not found from nothing."""
+        out: dict[str, Score] = {}
+        for d in self.ranked[:FOLLOWED]:
+            for kind in kinds_at(d.place, kinds):
+                e = element(d.place, d.direction, kind)
+                for values, gain in self._fits(e, d, known):
+                    if e.name not in out or gain > out[e.name].gain:
+                        out[e.name] = Score(e, gain, len(e.sizes), len(self.gains), (values,))
+        for score in map(self._joint, ("bottom_joint", "top_joint")):
+            if score is not None and JOINT in kinds:
+                out[score.member.name] = score
+        return sorted(out.values(), key=lambda s: -s.gain)
+
+    def _joint(self, place: str) -> Score | None:
+        """Return the score of a joint of other stiffness and damping: small changes, each along its directions."""
+        if place not in self.receptances.places:
+            return None
+        p, e = self.projected, joint(place)
+        s = self._s
+        rows = []
+        for parameter in e.parameters:
+            change = np.zeros_like(p.data.H)
+            for target in parameter.sets:
+                _, _, direction, quantity = target.split(".")
+                z = s if quantity.startswith("damper") else np.ones_like(s)
+                change += self.along(Direction(place, direction))[0] * (z * UNITS.get(quantity, 1.0))[:, None]
+            rows.append(change)
+        D = p.rows(np.array(rows))
+        best, *_ = np.linalg.lstsq(D.T, p.left, rcond=None)
+        gain = float(p.left @ p.left - np.sum((p.left - best @ D) ** 2))
+        values = {q.name: q.inside(float(v)) for q, v in zip(e.parameters, best, strict=True)}
+        return Score(e, gain, len(e.sizes), len(self.gains), (values,))
+
+    def _fits(
+        self, e: GenericElement, d: Direction, known: Mapping[str, float]
+    ) -> Iterator[tuple[dict[str, float], float]]:
+        """Yield values and gain of an element, its dynamic stiffness at its best from every start."""
+        s = self._s
+        reach, own = self.along(d)
+        point = {"x_mm": d.point[0], "y_mm": d.point[1]}
+        names = [q.name for q in e.parameters if q.name not in point]
+        if e.kind != RESONATOR:
+            powers = {"k": 0, "c": 1, "m": 2, "J": 2}
+            basis = np.array([UNITS.get(n, 1.0) * s ** powers[n[0]] for n in names])
+            size = 1.0 / (np.median(np.abs(own)) * np.abs(basis[:, s.size // 2]))
+            starts = [np.zeros(len(names))]
+
+            def z_of(x: Array) -> tuple[Complex, Complex]:
+                return (x * size) @ basis, basis * size[:, None]
+        else:
+            size, starts = np.ones(3), self._poles(reach)
+
+            def z_of(x: Array) -> tuple[Complex, Complex]:
+                return _hung(s, x)
+
+        if all(n in known for n in names):
+            begin = np.array([known[n] for n in names])
+            starts.append(np.log(np.abs(begin)) if e.kind == RESONATOR else begin / size)
+        for start in starts:
+            x, gain = self._descend(z_of, start, reach, own)
+            values = np.exp(x) if e.kind == RESONATOR else x * size
+            found = dict(zip(names, (float(v) for v in values), strict=True)) | point
+            yield {q.name: q.inside(found[q.name]) for q in e.parameters}, gain
+
+    def _poles(self, reach: Complex) -> list[Array]:
+        """Return the logarithms of mass, frequency and damping ratio of small resonators that explain most."""
+        p, s = self.projected, self._s
+        f = np.unique([*np.geomspace(20.0, 0.9 * p.data.f[-1], POLES), *peaks(p, p.data.channels)])
+        tried = [np.log([1e-3, f_Hz, RATIO]) for f_Hz in f]
+        rows = p.rows(np.array([reach * _hung(s, x)[0][:, None] for x in tried]))
+        along = rows @ p.left
+        gains = np.maximum(along, 0.0) ** 2 / np.maximum(np.einsum("ij,ij->i", rows, rows), 1e-300)
+        share = gains / np.maximum(along, 1e-300)
+        best = [k for k in np.argsort(-gains)[:BEGUN] if gains[k] > 0.0]
+        return [tried[k] + [np.log(np.clip(share[k], 1e-2, 1e4)), 0.0, 0.0] for k in best]
+
+    def _descend(self, z_of: Stiffness, x: Array, reach: Complex, own: Complex) -> tuple[Array, float]:
+        """Return the values (k,) of a dynamic stiffness at their best from x, and the gain."""
+        p = self.projected
+
+        def at(x: Array) -> tuple[float, Array, Array]:
+            z, slopes = z_of(x)
+            known = 1.0 + z * own
+            rows = p.rows(reach * np.concatenate([(z / known)[None], slopes / known**2])[:, :, None])
+            r = p.left - rows[0]
+            return float(r @ r), r, rows[1:]
+
+        cost, r, J = at(x)
+        damp = 1e-3
+        for _ in range(STEPS):
+            A = J @ J.T
+            step = np.linalg.lstsq(A + damp * np.diag(np.diag(A)), J @ r, rcond=None)[0]
+            new = at(x + np.clip(step, -LARGEST, LARGEST))
+            if not new[0] < cost:
+                damp *= 30.0
+                continue
+            x, damp, done = x + np.clip(step, -LARGEST, LARGEST), 0.2 * damp, cost - new[0] < SETTLED
+            cost, r, J = new
+            if done:
+                break
+        return x, float(p.left @ p.left) - cost
+
+
+def _hung(s: Complex, x: Array) -> tuple[Complex, Complex]:
+    """Return the dynamic stiffness (F,) of a mass on a spring and its slopes (3, F) by the logarithms x of mass,
+    frequency and damping ratio."""
+    m, f, ratio = np.exp(np.clip(x, -20.0, 10.0))
+    w = 2.0 * np.pi * f
+    link, own = w * w + 2.0 * ratio * w * s, s * s + 2.0 * ratio * w * s + w * w
+    z, by_link = np.asarray(m * link * s * s / own), m * s * s * s * s / own**2
+    return z, np.array([z, by_link * (2.0 * w * w + 2.0 * ratio * w * s), by_link * 2.0 * ratio * w * s])

@@ -1,0 +1,106 @@
+"""Elements attached to the strut: a spring, a damper, a mass, or a mass that hangs on a spring, along one direction of
+a place, against ground or across a part.
+
+They are values of the model by flat name, `element.<place>.<direction>.<quantity>`, so that whatever varies a model's
+values can vary them too: element.top_interface.z.spring_N_per_um, element.payload.z.hung_Hz.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.model.structure.matrix_builder import Builder
+from checks.model.structure.rigid_motion import lever
+
+ELEMENT = "element."  # what begins the names of their values
+DIRECTIONS = ("x", "y", "z", "Rx", "Ry", "Rz")
+PER_UM = 1e6
+Places = Mapping[str, Array]  # place -> rows (6, n) that read its motion, or the motion across it
+
+
+@dataclass(frozen=True)
+class Attached:
+    """Values in SI; point (2,) [m]: x and y of the place's point from its node. hung: mass [kg] or inertia [kg m2],
+    frequency [Hz] and damping ratio of what hangs there, or None."""
+
+    place: str
+    direction: str
+    spring: float
+    damper: float
+    mass: float
+    point: tuple[float, float]
+    hung: tuple[float, float, float] | None
+
+
+def quantities_of(direction: str) -> dict[str, str]:
+    """Return the names of the quantities of an element along a direction, by kind."""
+    turns = direction.startswith("R")
+    return {
+        "spring": "spring_Nm_per_rad" if turns else "spring_N_per_um",
+        "damper": "damper_Nm_s_per_rad" if turns else "damper_N_s_per_m",
+        "mass": "added_kg_m2" if turns else "added_kg",
+        "hung": "hung_kg_m2" if turns else "hung_kg",
+    }
+
+
+def attached_of(values: Mapping[str, float]) -> tuple[Attached, ...]:
+    """Return the elements that a model's values describe."""
+    heads = dict.fromkeys(n.rpartition(".")[0] for n in values if n.startswith(ELEMENT))
+    return tuple(_attached(values, head) for head in heads)
+
+
+def _attached(values: Mapping[str, float], head: str) -> Attached:
+    _, place, direction = head.split(".")
+    names = quantities_of(direction)
+
+    def at(quantity: str) -> float:
+        return values.get(f"{head}.{quantity}", 0.0)
+
+    hung = (at(names["hung"]), at("hung_Hz"), at("hung_damping_ratio")) if f"{head}.hung_Hz" in values else None
+    per = 1.0 if direction.startswith("R") else PER_UM
+    point = (1e-3 * at("point_x_mm"), 1e-3 * at("point_y_mm"))
+    return Attached(place, direction, per * at(names["spring"]), at(names["damper"]), at(names["mass"]), point, hung)
+
+
+def row_of(places: Places, place: str, direction: str, point: tuple[float, float] = (0.0, 0.0)) -> Array:
+    """Return the row (n,) that reads the motion of a place along a direction."""
+    row: Array = (lever((*point, 0.0)) @ places[place])[DIRECTIONS.index(direction)]
+    return row
+
+
+def attach(b: Builder, places: Places, elements: tuple[Attached, ...], first: int) -> None:
+    """Add elements to the matrices under construction. first: number of the first motion of what hangs."""
+    for e in elements:
+        row = row_of(places, e.place, e.direction, e.point)
+        b.spring(row[None], np.array([e.spring]), np.array([e.damper]))
+        b.along(row[None], e.mass)
+        if e.hung is not None:
+            mass, f_Hz, ratio = e.hung
+            own, w = np.eye(first + 1)[first], 2.0 * np.pi * f_Hz
+            away = own - np.pad(row, (0, own.size - row.size))
+            b.spring(away[None], np.array([mass * w * w]), np.array([2.0 * ratio * w * mass]))
+            b.along(own[None], mass)
+            first += 1
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceReceptances:
+    """What an element sees and changes at F frequencies. places: rows (6, m) of each in terms of m motions; between (m,
+    m, F): receptances; driven (m, F): motions per newton of drive; seen (m, F, C): measured channels per volt of Va,
+    per unit of the drive's force that acts along a motion.
+
+    An element of dynamic stiffness z along v changes the channels by reach(v) z / (1 + z own(v)): exactly, at every
+    frequency by itself."""
+
+    places: Places
+    between: Complex
+    driven: Complex
+    seen: Complex
+
+    def along(self, place: str, direction: str, point: tuple[float, float] = (0.0, 0.0)) -> tuple[Complex, Complex]:
+        """Return reach (F, C) and own (F,) of a direction."""
+        v = row_of(self.places, place, direction, point)
+        reach = -np.tensordot(v, self.seen, 1) * (v @ self.driven)[:, None]
+        return reach, np.einsum("i,ijf,j->f", v, self.between, v)

@@ -1,0 +1,190 @@
+"""What is missing has a place and a kind: elements put into the mechanics are found where they are, by kind and value,
+and the constant of a channel that imitates them gets no name."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from accept.gap.analyse_unit import run_gap
+from checks.gap.decision.result import Result
+from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.element import Direction, directions, element, joint, kinds_at
+from checks.gap.search.places import Places
+from checks.gap.statistics.projected_residual import project
+from checks.gap.workflow import Inputs, run
+from checks.model.model import Model
+from checks.model.parameters import is_mode_factor
+from tests.checks.gap.shared.gap_cases import CHANNELS, FS, TOLERANCE, F, drawn, recorded, strut
+
+HOLDER = {
+    "element.top_interface.z.spring_N_per_um": 0.2,
+    "element.top_interface.z.added_kg": 0.03,
+    "element.top_interface.z.point_y_mm": -16.0,
+}
+BELLOWS = {"element.payload.z.spring_N_per_um": 0.1}
+LOOSE = {
+    "element.bottom_joint.z.spring_N_per_um": -30.0,
+    "element.bottom_joint.z.damper_N_s_per_m": 200.0,
+    "element.bottom_joint.Rx.spring_Nm_per_rad": -1.5,
+    "element.bottom_joint.Ry.spring_Nm_per_rad": -1.5,
+}
+CABLE = {
+    "element.payload.z.hung_kg": 0.045,
+    "element.payload.z.hung_Hz": 88.0,
+    "element.payload.z.hung_damping_ratio": 0.02,
+}
+SEED = 51
+
+
+@cache
+def exact() -> Model:
+    """The built-in strut whose modes are those of its matrices: quick to fit."""
+    sds = {n: sd for n, sd in strut().sds.items() if not is_mode_factor(n)}
+    return replace(strut(), tolerance=TOLERANCE, sds=sds)
+
+
+@cache
+def truth() -> Model:
+    return exact().with_values({n: v for n, v in drawn(SEED).values.items() if n in exact().sds})
+
+
+def hiding(elements: dict[str, float], effects: dict[str, dict[str, float]] | None = None) -> Inputs:
+    model = truth().with_elements(elements)
+    A, B = (recorded(model, 2 * SEED + k, effects) for k in (0, 1))
+    return Inputs(model=exact(), A=A, B=B, fs=FS)
+
+
+def found(elements: dict[str, float]) -> Result:
+    return run(hiding(elements), lambda _: None)
+
+
+def parts(r: Result) -> list[tuple[str, str]]:
+    return [(p.part, p.against) for p in r.elements[0].places]
+
+
+def assert_holds(r: Result, name: str, true: float) -> None:
+    v = r.elements[0].parameters[name]
+    assert abs(v.value - true) <= v.hi - v.lo  # twice the half-width: of a dozen intervals one may miss
+
+
+def test_bellows_are_a_spring_and_no_crosstalk() -> None:
+    """Red on a library alone: crosstalk, p < 1e-12, with G below 1 in every channel."""
+    r = found(BELLOWS)
+    assert not r.named
+    assert ("payload", "ground") in parts(r)
+    assert r.elements[0].kind == "spring"
+    assert_holds(r, "k_N_per_um", 0.1)
+    assert "N/um (95 %" in r.elements[0].sentence
+
+
+def test_a_holder_beside_the_axis_is_found_with_its_point_and_mass() -> None:
+    r = found(HOLDER)
+    assert not r.named
+    assert parts(r)[0] == ("top interface", "ground")
+    point = r.elements[0].places[0].point_mm
+    assert point is not None
+    assert point[:2] == pytest.approx((0.0, -16.0), abs=1.0)  # mm: a fifteenth of the lever
+    assert_holds(r, "k_N_per_um", 0.2)
+    assert_holds(r, "m_kg", 0.03)
+
+
+def test_a_loose_joint_is_one_with_its_end_and_ratio() -> None:
+    r = found(LOOSE)
+    assert not r.named
+    assert (r.elements[0].kind, parts(r)) == ("joint", [("bottom joint", "base")])
+    kz = truth().values["joint.kz_N_per_um"]
+    assert_holds(r, "kz_ratio", 1.0 - 30.0 / kz)
+
+
+def test_what_swings_on_the_payload_is_a_resonator() -> None:
+    r = found(CABLE)
+    assert not r.named
+    assert r.elements[0].kind == "resonator"
+    assert ("payload", "ground") in parts(r)
+    assert_holds(r, "f_Hz", 88.0)
+    assert_holds(r, "m_kg", 0.045)
+
+
+@pytest.mark.parametrize("effects", [{}, {"crosstalk": {"V_per_V": 0.02}}, {"encoder_scale": {"relative": 0.03}}])
+def test_known_effects_keep_their_names_and_nothing_is_nothing(effects: dict[str, dict[str, float]]) -> None:
+    r = run(hiding({}, effects), lambda _: None)
+    assert [n.effect for n in r.named] == [*effects]
+    assert not r.elements
+
+
+class TestPlaces:
+    """Place before kind, against closed forms."""
+
+    @staticmethod
+    def places(model: Model) -> Places:
+        data = recorded(model, SEED)
+        data = replace(data, H=model.frf(F, channels=CHANNELS))  # no noise: what is left is the element alone
+        response = Augmented(exact())
+        return Places(project(response, data, response.own_values({})))
+
+    def test_any_stiffness_at_the_right_place_explains_all(self) -> None:
+        found = self.places(strut().with_elements(HOLDER))
+        left = found.gain_of(np.ones((F.size, 3)))  # of a change that no place makes
+        reach, _ = found.receptances.along("top_interface", "z", (0.0, -16e-3))
+        everything = float(found.projected.left @ found.projected.left)
+        assert found.gain_of(reach) == pytest.approx(everything, rel=1e-6)
+        assert left < 0.99 * everything
+
+    def test_kind_is_read_from_the_stiffness(self) -> None:
+        found = self.places(strut().with_elements({n: 0.1 * v for n, v in BELLOWS.items()}))
+        best = found.scores(("spring", "mass", "damper"))[0]
+        assert best.member is element("payload", "z", "spring")
+        # 5 %: the whitener's tolerance is a fraction of the response itself, which the element moves
+        assert best.starts[0]["k_N_per_um"] == pytest.approx(0.01, rel=0.05)
+
+    def test_a_joint_is_a_kind_of_its_own(self) -> None:
+        scores = self.places(strut().with_elements({n: 0.1 * v for n, v in LOOSE.items()})).scores(("joint",))
+        best = max(scores, key=lambda s: s.gain)
+        assert best.member is joint("bottom_joint")
+        assert best.starts[0]["k_N_per_um"] == pytest.approx(
+            -3.0, rel=0.1
+        )  # of first order: the joint is softer by 4 %
+
+    def test_what_lies_across_a_part_has_no_mass(self) -> None:
+        assert "mass" not in kinds_at("top_joint")
+        assert "mass" in kinds_at("head")
+        assert Direction("payload", "z") in directions(("payload",))
+
+
+STRUCTURAL = Path(__file__).parents[5] / "shared" / "data" / "structural"
+MODEL = STRUCTURAL.parent / "units" / "model.toml"
+# unit: kind, a place of the class, values of truth.json; the modes of the last three are as built
+HIDDEN: dict[str, tuple[str, tuple[str, str], dict[str, float]]] = {
+    "E-01": ("spring", ("top interface", "ground"), {"k_N_per_um": 0.18, "m_kg": 0.030}),
+    "E-02": ("spring", ("payload", "ground"), {"k_N_per_um": 0.07}),
+    "E-03": ("resonator", ("payload", "ground"), {"m_kg": 0.045, "f_Hz": 88.0, "damping_ratio": 0.02}),
+    "E-04": ("joint", ("bottom joint", "base"), {"kz_ratio": 0.6, "c_N_s_per_m": 200.0}),
+    "E-05": ("resonator", ("top interface", "ground"), {"f_Hz": 121.0}),  # a payload that rocks, seen along the axis
+}
+
+
+@pytest.mark.slow
+@pytest.mark.takes_data
+@pytest.mark.skipif(not STRUCTURAL.is_dir(), reason="the recorded struts with elements are not beside the repository")
+@pytest.mark.parametrize("serial", sorted(HIDDEN))
+def test_elements_of_an_independent_simulation(serial: str, tmp_path: Path) -> None:
+    text = MODEL.read_text().replace("../superelements", str(MODEL.parent.parent / "superelements"))
+    if "as built" in next(
+        t["modes"] for t in json.loads((STRUCTURAL / "truth.json").read_text()) if t["serial"] == serial
+    ):
+        scatter = "mode_scatter = { frequency = 0.01, damping = 0.20 }"
+        text = text.replace('type = "superelement"', f'type = "superelement"\n{scatter}')
+    (tmp_path / "model.toml").write_text(text)
+    gap = run_gap(STRUCTURAL / serial, tmp_path / "model.toml")
+    kind, place, values = HIDDEN[serial]
+    (one,) = gap["elements"]
+    assert not gap["named"]
+    assert one["kind"] == kind
+    assert place in [(p["part"], p["against"]) for p in one["places"]]
+    for name, value in values.items():
+        lo, hi = one["parameters"][name]["ci95"]
+        assert abs(one["parameters"][name]["value"] - value) <= hi - lo, name  # twice the half-width
