@@ -2,22 +2,38 @@
 
 import errno
 import os
+import re
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
+from specs.errors import AcceptError
+
 PART = ".part"  # how the name of a temporary file ends
 LEFTOVER_S = 3600.0  # writing one file takes seconds
+UNIT_FILE = "unit.toml"
+HEADS: Mapping[str, tuple[bytes, ...]] = {  # how the files begin that this program writes
+    ".pdf": (b"%PDF",),
+    ".json": (b"{", b"["),
+    ".png": (b"\x89PNG",),
+    ".svg": (b"<",),
+    ".html": (b"<",),
+}
 
 _UMASK = os.umask(0o077)  # can only be read by setting it; here, before any thread is there
 os.umask(_UMASK)
 
 
-def check_place(path: Path) -> None:
-    """Raise, before long work, the OSError that would prevent `path` from being written after it."""
+class ReplaceError(AcceptError, ValueError):
+    """A file that is not an earlier output; nothing is written over it."""
+
+
+def check_place(path: Path, kind: str = "") -> None:
+    """Raise, before long work, the OSError that would prevent `path` from being written after it, or ReplaceError.
+    kind: ending of such an output; "": that of the path."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     there = next(folder for folder in path.absolute().parents if folder.exists())
@@ -25,12 +41,44 @@ def check_place(path: Path) -> None:
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(there))
     if not os.access(there, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(there))
+    if path.is_file():
+        _check_replaced(path, kind or path.suffix.lower())
 
 
-def check_places(*paths: Path | None) -> None:
-    """Check the places that are given: see `check_place`."""
+def check_places(*paths: Path | None, **kinds: Path | None) -> None:
+    """Check the places that are given, those with a keyword as outputs of this ending: see `check_place`."""
     for path in filter(None, paths):
         check_place(path)
+    for kind, place in kinds.items():
+        if place is not None:
+            check_place(place, f".{kind}")
+
+
+def _check_replaced(path: Path, kind: str) -> None:
+    """Raise ReplaceError if a file is evidence of a unit, or no earlier output of this kind."""
+    place = path.absolute()
+    for folder in place.parents:
+        unit = folder / UNIT_FILE
+        if unit.is_file() and (unit.samefile(place) or any(map(place.samefile, _named_files(unit)))):
+            raise ReplaceError(_EVIDENCE.format(path, unit))
+    if kind in HEADS:
+        with path.open("rb") as file:
+            head = file.read(16).lstrip(b"\xef\xbb\xbf \r\n\t")
+        ours = not head or head.startswith(HEADS[kind])
+    else:  # nothing in such a file tells an output from a recording
+        ours = path.suffix.lower() == kind and not path.with_name(UNIT_FILE).exists()
+    if not ours:
+        raise ReplaceError(_OTHER.format(path, kind))
+
+
+def _named_files(unit: Path) -> list[Path]:
+    """Return the files that any text in quotes of a unit.toml names, one that cannot be parsed included."""
+    quoted = re.split("[\"']", unit.read_text(encoding="utf-8", errors="replace"))
+    return [unit.parent / name for name in quoted if name and os.path.isfile(unit.parent / name)]
+
+
+_EVIDENCE = "{}: is evidence of the unit in {}, and nothing is written over it. Name another file for the output"
+_OTHER = "{}: exists, and is not an earlier {} output, so it is not replaced. Name another file, or move this one away"
 
 
 def write_atomic(path: Path, content: bytes, mode: int = 0o666) -> None:

@@ -27,7 +27,7 @@ from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob, drawn
 from accept.capture.reference_check import days_checked
-from accept.certificate.certify import sign_into
+from accept.certificate.certify import set_aside, sign_into
 from accept.certificate.contents.content import canonical
 from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
@@ -246,6 +246,7 @@ class Pipeline:
                 page = drawn(job.contents(result))
         seq = self._store_verdict(job, result, past[-1].seq if past else 0).seq if due is None else due.seq
         if job.certificate is not None and page is not None and not unsigned:
+            set_aside(job.certificate, if_countersigned=True)
             if self.credential is None:
                 write_atomic(job.certificate, page)
             else:

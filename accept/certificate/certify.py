@@ -1,5 +1,6 @@
 """A document signed, written, and its signature stored: the same for technician and quality assurance."""
 
+import os
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -54,3 +55,16 @@ def sign_into(
     if after is not None:
         write_atomic(path, signed)
     return event
+
+
+def set_aside(path: Path, if_countersigned: bool = False) -> None:
+    """Rename a certificate of an earlier result, which is never overwritten. if_countersigned: only one that holds more
+    than one signature."""
+    if if_countersigned and not (path.exists() and path.read_bytes().count(b"/ByteRange") > 1):
+        return
+    number = 1
+    while path.exists():
+        aside = path.with_name(f"{path.stem}_superseded-{number}.pdf")
+        if not aside.exists():
+            os.replace(path, aside)
+        number += 1

@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from accept.batch.job import drawn
-from accept.certificate.certify import sign_into
+from accept.certificate.certify import set_aside, sign_into
 from accept.certificate.contents.content import CertificateContent, content_of
 from accept.certificate.contents.disposition import parse_disposition, parse_signing_reason
 from accept.certificate.contents.step import Step
@@ -64,7 +64,7 @@ def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verificati
     contents = content_of(result, session.spec, session.folder, credential.person, provenance=stated)
     page = drawn(signed_by_bench(contents, session.home))
     path = session.home / "certificates" / certificate_name(session.serial, number)
-    _keep_older(path)
+    set_aside(path)
     own = str(stated.get("number", ""))
     sign_into(
         path, page, credential, session.store, session.serial, credential.person, result.spec,
@@ -187,16 +187,6 @@ def _unlocked(session: Session, role: str, passphrase: str) -> Credential:
     several = role == TECHNICIAN and len(list(keys.person_files(session.home, role))) > 1
     credential = keys.unlock(session.home, role, passphrase, session.operator if several else None)
     return keys.stamping(credential, os.environ.get(VARIABLE), session.home)
-
-
-def _keep_older(path: Path) -> None:
-    """Set aside a signed certificate of an earlier result of the same attempt; it is never overwritten."""
-    number = 1
-    while path.exists():
-        aside = path.with_name(f"{path.stem}_superseded-{number}.pdf")
-        if not aside.exists():
-            os.replace(path, aside)
-        number += 1
 
 
 def _verified(session: Session, path: Path, credential: Credential) -> Verification:

@@ -1,5 +1,5 @@
-"""Lines of each house beside its budget in pyproject.toml: `python -m tests.shared.line_budget` prints them, `make lint` fails
-on a house that is above. A budget is raised by a line in a review, with the reason beside it."""
+"""Lines of each house beside its budget in pyproject.toml: `make lint` prints them and fails on a house that is above.
+A budget is raised by a line in a review, with the reason beside it."""
 
 import sys
 import tomllib

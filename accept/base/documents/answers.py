@@ -10,9 +10,9 @@ STDOUT = Path("-")
 
 
 def check_answer(place: Path | None) -> None:
-    """Raise, before the work, the OSError that would prevent an answer from being written."""
+    """Raise, before the work, the OSError that would prevent an answer from being written, or ReplaceError."""
     if place is not None and place != STDOUT:
-        check_place(place)
+        check_place(place, ".json")
 
 
 def wants_text(place: Path | None, document: Document) -> bool:

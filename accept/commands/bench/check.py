@@ -39,7 +39,7 @@ def run(
     operator: Measurer = None,
 ) -> Exit:
     """Compare an instrument with its reference. Exit 3 if it is farther off than both uncertainties allow (E_n > 1)."""
-    check_places(json)
+    check_places(json=json)
     who = who_acts(operator)
     file = load_bench(bench_path(bench))
     entry = file.instruments.get(name)

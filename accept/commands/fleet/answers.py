@@ -75,7 +75,7 @@ def say_not_counted(frame: pd.DataFrame) -> None:
 
 def check(outputs: Outputs) -> None:
     """Raise OSError, before the work, if a place cannot be written."""
-    check_places(outputs.json, outputs.csv)
+    check_places(json=outputs.json, csv=outputs.csv)
 
 
 def check_plot(plot: Path | None) -> None:

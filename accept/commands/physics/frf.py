@@ -76,7 +76,8 @@ def run(
 ) -> Exit:
     """Compute frequency responses of records. With coherence, variance and resonances; with --hammer of hits."""
     single = {".csv": outputs.csv, ".mat": outputs.mat, ".uff": outputs.uff}
-    check_places(outputs.json, outputs.plot, outputs.html, *single.values())  # said before the work, not after
+    places = {"json": outputs.json, "html": outputs.html, "csv": outputs.csv, "mat": outputs.mat, "uff": outputs.uff}
+    check_places(outputs.plot, **places)  # said before the work, not after
     format = None if outputs.plot is None else format_of(outputs.plot)
     input = sources.input or (FORCE if hits.hammer else "Va")
     settings = EstimatorSettings(estimator, segment_s, f_lo, f_hi, input, merge_Hz)

@@ -33,7 +33,7 @@ def run(
     plot: Plot = None,
 ) -> Exit:
     """Measure how far a strut's APA lies off its axis. dx, dy with U, or why there is no result."""
-    check_places(json, plot)  # said before the search, not after
+    check_places(plot, json=json)  # said before the search, not after
     if plot is not None:
         format_of(plot)
     given, serial = _unit_or_response(unit)

@@ -32,7 +32,7 @@ def run(
 ) -> Exit:
     """Fit uncertain parameters to a unit's responses."""
     write, plot, as_json = outputs.places()
-    check_places(write, plot, as_json)  # said before the search, not after
+    check_places(plot, toml=write, json=as_json)  # said before the search, not after
     if plot is not None:
         format_of(plot)
     with busy("fitting the model"):

@@ -79,6 +79,7 @@ def _kept_head(path: Path) -> StoreHead:
 @clear_errors
 def head(out: Annotated[Path | None, typer.Option(help="File to write; else stdout.")] = None) -> Exit:
     """Export the signed head of the chain, to be kept elsewhere."""
+    check_answer(out)
     with open_store() as store:
         signed = store.signed_head()
     if signed is None or signed.head == START:

@@ -44,7 +44,7 @@ def run(
     plot: Plot = None,
 ) -> Exit:
     """Compare units and find which stand out. Robust scores of quantities and curves, overlays of curves."""
-    check_places(json, plot)  # said before the work, not after
+    check_places(plot, json=json)  # said before the work, not after
     format = None if plot is None else format_of(plot)
     results = measured(units, spec)
     fleets: list[Fleet] = []

@@ -25,7 +25,7 @@ from specs.bench import load_bench
 @clear_errors
 def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: ReportOptions) -> Exit:
     """Judge one unit and write its signed certificate."""
-    check_place(wanted.out)
+    check_place(wanted.out, ".pdf")
     folder = unit_folder.read(unit)
     if wanted.model is not None:
         from accept.models.model_file import open_model

@@ -19,6 +19,7 @@ from accept.batch.judge_batch import BatchRequest, run
 from accept.certificate.contents.content import content_of
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
+from accept.certificate.trust import keys
 from accept.cli.main import app
 from accept.commands.trust.bench_keys import demo_credential
 from accept.judging.judge_unit import judge_unit, load_spec
@@ -262,6 +263,30 @@ def test_a_wrong_passphrase_is_said(tmp_path: Path, monkeypatch) -> None:
     done = batch(tmp_path / "a", "--out", tmp_path / "out")
     assert done.exit_code == 6
     assert "technician.key.pem" in done.stderr
+
+
+@pytest.mark.parametrize("command", ["report", "batch"])
+def test_a_countersigned_certificate_is_set_aside_not_replaced(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ACCEPT_PASSPHRASE", "correct horse")
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
+    pdf = tmp_path / "certificates" / "T-01.pdf"
+    out = ("--out", tmp_path) if command == "batch" else ("--out", pdf)
+    kept, before = [], b""
+    for sensor in ("5.10", "5.06", "5.02"):
+        unit = make_unit(tmp_path / "unit", "T-01", GOOD.replace("5.10", sensor))
+        done = accept(command, unit, "--spec", "apa-basic", *out, "--reason", "measured again")
+        assert done.exit_code == 0, done.output
+        assert pdf.read_bytes() != before
+        if sensor != "5.06":  # the second has the technician's signature alone
+            assert accept("countersign", pdf).exit_code == 0
+            kept.append(pdf.read_bytes())
+        before = pdf.read_bytes()
+    assert pdf.read_bytes() == kept[1]
+    assert [p.name for p in pdf.parent.iterdir() if p != pdf] == ["T-01_superseded-1.pdf"]
+    assert pdf.with_name("T-01_superseded-1.pdf").read_bytes() == kept[0]
 
 
 def test_report_verify_countersign_and_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -266,3 +266,42 @@ def test_a_good_judgement_without_certificate_is_not_finished_after_a_rejection(
     (entry,) = json.loads((out / "results.json").read_text())["units"]
     assert entry["verdict"] == "conditional"
     assert set(entry["superseded"]) == {"capacitance", "stroke", "stiffness"}  # the rejected one has its flatness too
+
+
+def test_an_attempt_in_which_nothing_was_recorded_speaks_against_older_evidence(tmp_path: Path) -> None:
+    """A channel that is constant has no sketch; the recording was made all the same."""
+    spec = tmp_path / "loops.toml"
+    spec.write_text(SPEC)
+    monday = recorded(tmp_path / "monday" / "A-1", 1)
+    assert judged(monday, spec) == "accepted"
+    tuesday = recorded(tmp_path / "tuesday" / "A-1", 2, sensor=4.97)
+    columns = {"t": np.arange(DRIVE.size) * 1e-3, "Va": DRIVE, "de": np.full(DRIVE.size, 1e-6)}
+    (tuesday / "loops.csv").write_bytes(csv_bytes(columns))
+    assert judged(tuesday, spec) == "incomplete"
+    assert judged(monday, spec) == "conditional"
+    assert findings()["hysteresis"] == "conditional"
+
+
+@pytest.mark.parametrize("typed", [False, True])
+def test_what_was_simulated_does_not_become_measured(typed: bool, tmp_path: Path) -> None:
+    """The line is deleted from unit.toml after the unit was judged. A measurement of its own counts."""
+    spec: Path | str = "apa-basic"
+    if typed:
+        folder, later = make_unit(tmp_path / "u", "A-1"), make_unit(tmp_path / "v", "A-1", GOOD.replace("5.10", "5.12"))
+    else:
+        spec = tmp_path / "loops.toml"
+        spec.write_text(SPEC)
+        folder, later = recorded(tmp_path / "u" / "A-1", 1), recorded(tmp_path / "v" / "A-1", 2, sensor=4.97)
+    text = (folder / "unit.toml").read_text()
+    (folder / "unit.toml").write_text("simulated = true\n" + text)
+    assert judged(folder, spec) == "accepted"
+    assert judged(folder, spec) == "accepted"
+    (folder / "unit.toml").write_text(text)
+    for _ in range(2):
+        assert judged(folder, spec) == "conditional"
+        assert set(findings().values()) == {"conditional"}
+    with open_store() as store:
+        last = store.latest("A-1", UnitJudged.KIND)
+    assert last is not None
+    assert "measured in attempt 1, which was simulated" in str(UnitJudged.of(last).result.nonconformances)
+    assert judged(later, spec) == "accepted"

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from accept.base.atomic_files import check_place, write_atomic
+from accept.base.atomic_files import ReplaceError, check_place, write_atomic
 from accept.base.version import code_sha256, version
 from accept.cli.main import app
 from tests.accept.units.units import make_unit
@@ -38,6 +38,33 @@ def test_a_place_that_cannot_be_written_is_said_first(unit: Path, tmp_path: Path
     assert "is a file, expected a folder" in refused("report", unit, "--out", tmp_path / "file" / "x.pdf")
     assert "is a file, expected a folder" in refused("model", "fit", unit, "--out", tmp_path / "file")
     check_place(tmp_path / "new" / "deep" / "x.pdf")  # folders that are missing are made
+
+
+def test_no_output_replaces_evidence(unit: Path, tmp_path: Path) -> None:
+    """A recording, or unit.toml itself, whatever it is called."""
+    evidence = unit / "unit.toml", unit / "sub" / "loops.json", unit / "notes.csv"
+    evidence[1].parent.mkdir()
+    evidence[1].write_text("{}")
+    evidence[2].write_text("t,de\n0,1\n")
+    evidence[0].write_text(evidence[0].read_text() + '[hysteresis]\nrecord = "sub/loops.json"\n')
+    before = [file.read_bytes() for file in evidence]
+    for file in evidence[:2]:
+        assert "is evidence of the unit in" in refused("report", unit, "--out", file)
+        assert "is evidence of the unit in" in refused("spec", "list", "--json", file)
+        assert "is evidence of the unit in" in refused("list", "--csv", file)
+    assert "is not an earlier .csv output" in refused("list", "--csv", evidence[2])
+    assert [file.read_bytes() for file in evidence] == before
+
+
+@pytest.mark.parametrize(("kind", "ours", "other"), [(".pdf", b"%PDF-1.7", b"MATLAB 5.0"), (".json", b" {", b"t,de")])
+def test_an_output_replaces_only_one_of_its_kind(tmp_path: Path, kind: str, ours: bytes, other: bytes) -> None:
+    place = tmp_path / "x"
+    for content in (ours, b""):
+        place.write_bytes(content)
+        check_place(place, kind)
+    place.write_bytes(other)
+    with pytest.raises(ReplaceError, match=f"not an earlier {kind} output"):
+        check_place(place, kind)
 
 
 def test_a_unit_is_a_folder(unit: Path, tmp_path: Path) -> None:
