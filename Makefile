@@ -31,6 +31,7 @@ lint: $(DEV)
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m tests.shared.line_budget
 
 # The lane for the hands: linters, and of each package the tests that say most in least time. Under 90 s on two cores.
 QUICK := tests/test_sources.py tests/test_imports.py tests/specs \
