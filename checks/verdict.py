@@ -7,7 +7,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from checks.cause import Cause, Reason, because, together
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
@@ -87,7 +89,7 @@ class Finding:
     budget: tuple[Contribution, ...] = ()
     note: str | None = None
     cause: Reason | None = None
-    inputs: tuple[UsedInput, ...] = ()
+    inputs: Annotated[tuple[UsedInput, ...], Field(exclude_if=lambda inputs: not inputs)] = ()
 
 
 def judge(check: str, quantity: Quantity, limit: Limit, required: bool = True) -> Finding:

@@ -146,7 +146,7 @@ class GapDocument(Document):
     named: Annotated[tuple[NamedEffect, ...], "in the order in which they were found"]
     ambiguous: tuple[AmbiguousEffects, ...]
     unnamed: tuple[UnnamedEffect, ...]
-    elements: Annotated[tuple[ElementFound, ...], "elements in the mechanics, by place and kind"] = ()
+    elements: Annotated[tuple[ElementFound, ...] | None, only_if(), "elements in the mechanics"] = None
     candidates: Annotated[tuple[CandidateEffect, ...] | None, only_if(), "effects that were tried, the best first"] = (
         None
     )

@@ -28,6 +28,7 @@ from accept.store.payloads import (
     NonconformanceDecided,
     Payload,
     RecordRefused,
+    SerialConfirmed,
     UnitJudged,
     UnitRefused,
     payload_of,
@@ -68,6 +69,7 @@ def test_every_event_is_written_again_as_it_was(store: Store) -> None:
         InstrumentChecked,
         KeysRevoked,
         NonconformanceDecided,
+        SerialConfirmed,
     }  # which that store has none of
 
 
