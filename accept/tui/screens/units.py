@@ -96,8 +96,8 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         for queue in self._queues:
             rail.add_row(Text(f"{queue.title:<19.19}{len(queue.units):>3}"))
         self._fill()
-        if not units:
-            self.say("No units yet. F6: add the units of a tray" if not self._adding else self._tray)
+        if not units and not self._adding:
+            self.say("No units yet. F6: add the units of a tray")
 
     @property
     def _tray(self) -> str:
