@@ -129,7 +129,7 @@ def test_each_stopped_unit_counts_once_under_its_cause():
     assert stops["APA-0101"] == ["Nonconformance", "held", []]
     assert stops["APA-0151"] == ["Stroke, three stacks", "fail", ["Flatness, half of the zone fail"]]
     shown = said(ask("yield"))
-    assert "nonconformance conditional 2" in shown
+    assert "nonconformance held 2" in shown
     assert "copied recording no result 1" in shown
     assert len(panels(made, causes, "kind")) == 2
 
