@@ -88,10 +88,10 @@ def countersign_unit(session: Session, passphrase: str, choice: str = "", reason
     before, digest = _verify(session, document, credential), hashlib.sha256(document).hexdigest()
     signed = map(CertificateSigned.of, session.store.events(session.serial, CertificateSigned.KIND))
     own = [e.sha256 for e in signed if (e.path, e.role) == (session.attempt.certificate, TECHNICIAN)]
-    if (before.serial, [digest]) != (session.serial, own[-1:]):
-        raise SigningRefused(f"{path} is not the certificate of {session.serial} that the technician signed")
     if not before.valid:
         raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
+    if (before.serial, [digest]) != (session.serial, own[-1:]):
+        raise SigningRefused(f"{path} is not the certificate of {session.serial} that the technician signed")
     disposition = parse_disposition(session.serial, before.verdict, choice, reason)
     sign_into(
         path, document, credential, session.store, session.serial, credential.person, session.spec_name, disposition,

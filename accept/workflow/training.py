@@ -215,7 +215,9 @@ def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, st
     fault = rng.choice(possible)
     # What has nothing hidden must pass: at two standard deviations of everything some struts miss a limit by a hertz.
     most = 1.0 if fault is None else 2.0
-    model = on_bench(drawn(open_model(SIMULATED_MODEL[kind]), seed, most), kind)
+    nominal = open_model(SIMULATED_MODEL[kind])
+    payload = {"bench.payload_kg": nominal.values["bench.payload_kg"]}  # a bench has one, which the spec states
+    model = on_bench(drawn(nominal, seed, most).with_values(payload), kind)
     request = UnitRequest(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
     return request, hidden_words(fault, kind)
 

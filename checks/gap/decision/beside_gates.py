@@ -132,13 +132,14 @@ class BesideEvidence(NameEvidence):
 
     @property
     def unexplained_beside(self) -> float:
-        """Return the largest G of the channels on which an effect of the signal path does not act: what moves their
-        zeros and poles may do all that it seems to do. 0 for an effect of the mechanics, or of every channel."""
+        """Return the smallest G of the channels on which an effect of the signal path does not act: what is in the
+        mechanics moves the zeros of all of them, and may do all that it seems to do; a channel that alone disagrees has
+        a path of its own. 0 for an effect of the mechanics, or of every channel."""
         data, others = self.fitted.unseen, [c for c in self.fitted.unseen.channels if c not in self.effect.channels]
         if not self.effect.in_signal_path or not others:
             return 0.0
         G = np.mean(np.abs(self.fitted.residual) ** 2 / data.variance, axis=0)
-        return float(max(G[data.channels.index(c)] for c in others))
+        return float(min(G[data.channels.index(c)] for c in others))
 
     @property
     def percent_left(self) -> float:

@@ -157,6 +157,8 @@ class Places:
         """Yield values and gain of an element, its dynamic stiffness at its best from every start."""
         s = self._s
         reach, own = self.along(d)
+        if not np.median(np.abs(own)) > 0.0:  # nothing moves there in this model
+            return
         point = {"x_mm": d.point[0], "y_mm": d.point[1]}
         names = [q.name for q in e.parameters if q.name not in point]
         if e.kind != RESONATOR:

@@ -38,7 +38,7 @@ def real_modal(system: System) -> Modal:
     w2, P = real_modes(system)
     w = np.sqrt(w2)
     z = 0.5 * np.einsum("ni,ni->i", P, system.C @ P) / w
-    if z.max() >= 1.0:  # an overdamped mode is no pair; rare enough to go the long way
+    if not np.abs(z).max() < 1.0:  # an overdamped mode is no pair; rare enough to go the long way
         return modal(with_modal_damping(system))
     T = P / w  # as in `modal`: unit energy of stiffness
     force, outputs = T.T @ system.force, system.outputs @ T

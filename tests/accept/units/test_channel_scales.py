@@ -11,7 +11,7 @@ from accept.judging.judge_unit import judge_unit, load_spec
 from accept.units import unit_folder
 from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
-from hw.records import OWN_RECORD
+from hw.records.contents.variable import OWN_RECORD
 from specs.bench import parse_bench
 from tests.accept.units.test_calibration import bench_text
 from tests.causes import causes

@@ -4,6 +4,7 @@ in results.json; one that the unit's file alone states accepts nothing."""
 import datetime
 import io
 import json
+import logging
 import re
 import shutil
 import subprocess
@@ -75,7 +76,14 @@ def judged(folder: Path, bench: str = "", spec: str = "apa-basic") -> tuple[Find
 
 
 def accept(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
+    """Run a command; what -v logs to goes with it."""
+    loggers = [logging.getLogger(name) for name in ("accept", None)]
+    before = [(each, each.handlers[:], each.level) for each in loggers]
+    done = CliRunner().invoke(app, [str(w) for w in words])
+    for each, handlers, level in before:
+        each.handlers[:] = handlers
+        each.setLevel(level)
+    return done
 
 
 def text_of(pdf: Path) -> str:

@@ -24,9 +24,10 @@ from accept.workflow.capture import measure_folder
 from accept.workflow.instruments.hardware import BenchInstrument
 from checks.verdict import Verdict
 from hw.errors import Implausible, InstrumentError, SettingsError
-from hw.instruments import Heidenhain, Link
+from hw.instruments import Heidenhain
 from hw.instruments.heidenhain import Nd287Settings
 from hw.instruments.ids3010 import Ids3010, Ids3010Settings
+from hw.link import Link
 from specs.bench import InstrumentEntry
 from tests.checks.acceptance.test_stiffness import Bench, G
 from tests.hw.instruments.dialogue import LINE

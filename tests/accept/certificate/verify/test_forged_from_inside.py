@@ -433,8 +433,9 @@ def test_the_workflow_countersigns_no_certificate_of_a_revoked_key(tmp_path: Pat
     key_changes.revoke(home(), office, "Test Technician", "compromised", "the office", gone)
     attempt = SimpleNamespace(certificate=str(pdf))
     session = SimpleNamespace(
-        home=home(), operator="Grace", serial="APA-02", attempt=attempt, folder=tmp_path / "u", training=False
-    )
+        home=home(), operator="Grace", serial="APA-02", attempt=attempt, folder=tmp_path / "u", training=False,
+        refresh=lambda: SimpleNamespace(seq=0), store=SimpleNamespace(events=lambda *_: []),
+    )  # fmt: skip
     with pytest.raises(SigningRefused, match="compromised"):
         countersign_unit(session, "battery staple")
 
