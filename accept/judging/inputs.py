@@ -6,6 +6,7 @@ state the same, or the finding is conditional.
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from accept.judging.calibration import Statement
@@ -45,8 +46,19 @@ def inputs_of(held: LoadedUnit, spec: Spec, stated: Statement | None) -> Inputs:
             value = _plain(asked.settings.get(setting.name, setting.default))
             if setting.name not in check.inputs and value != _plain(setting.default):
                 used.append(UsedInput(setting.name, value, unit_of(setting.name), SPEC))
-        found[name] = tuple(used)
+        found[name] = tuple(replace(each, value=_finite(each.value), U=_number(each.U)) for each in used)
     return found
+
+
+def _number(x: float | None) -> float | None:
+    return x if x is not None and math.isfinite(x) else None
+
+
+def _finite(value: Any) -> Any:
+    """Return a value with each number that JSON does not have as text: what is entered may be NaN."""
+    if isinstance(value, list):
+        return [_finite(each) for each in value]
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def input_doubts(inputs: Inputs) -> dict[str, Reason]:

@@ -263,3 +263,18 @@ def test_every_scalar_and_setting_of_every_check_is_shown(kind: str, form: int, 
         numbers = [value] if isinstance(value, str) else [f"{v:.10g}" for v in np.ravel(value)]
         for place, text in (("page", page), ("verify", verified)):
             assert all(re.search(rf"(?<![\d.]){re.escape(n)}(?![\d.]*\d)", text) for n in numbers), (place, key, value)
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "{ value = 5.0, U = nan }", "[nan, 5.0]"])
+def test_a_number_that_json_does_not_have_stops_no_batch(tmp_path: Path, value: str) -> None:
+    """Red before: one unit with such a number ended the batch without results."""
+    for serial, sensor in (("N-1", value), ("N-2", "5.1")):
+        folder = tmp_path / "units" / serial
+        folder.mkdir(parents=True)
+        (folder / "unit.toml").write_text(
+            f'serial = "{serial}"\nkind = "apa"\n[capacitance]\nsensor_uF = {sensor}\nactuator_uF = 9.85\n'
+        )
+    accept("batch", tmp_path / "units", "--spec", "apa-basic", "--out", tmp_path / "out", "--no-certificates")
+    units = json.loads((tmp_path / "out" / "results.json").read_text())["units"]
+    assert "N-2" in {unit["serial"] for unit in units}
+    assert not any(unit["verdict"] == "accepted" for unit in units)
