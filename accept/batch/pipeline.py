@@ -32,7 +32,7 @@ from accept.certificate.contents.content import canonical
 from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import amended, earlier_attempts, numbers_of, provenance
+from accept.certificate.trust.provenance import amended, earlier_attempts, needs_reason, numbers_of, provenance
 from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
 from accept.judging.calibration import Statement
@@ -49,7 +49,6 @@ from accept.store.event import KeyHolder, shown_name
 from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
 from accept.store.spelling import mistaken_for
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
-from checks.verdict import UnitVerdict
 from specs.bench import BenchFile
 from specs.errors import AcceptError
 from specs.files import CERTIFICATE_BYTES, read_bounded
@@ -234,10 +233,7 @@ class Pipeline:
             given = reason or self._reason_to_amend(result, amends, before)
             reason, because = (given, "") if due is None else (reason, "" if reason else given)
         job, unsigned = replace(job, reason=reason), ""
-        handed_out = before.handed_out.result if before is not None and before.handed_out is not None else None
-        replaced = {each.verdict for each in (before, handed_out) if each is not None}
-        of_accepted = handed_out is None or (result.verdict == UnitVerdict.ACCEPTED and result.verdict in replaced)
-        if amends and of_accepted and not (reason or because):  # another verdict is not held up
+        if amends and not (reason or because) and self._waits(result, before):
             unsigned = _NO_REASON.format(result.serial, amends)
         elif job.certificate is not None:
             stated = self._provenance(job.spec, result.serial, before, reason, due, because, amends)
@@ -323,6 +319,14 @@ class Pipeline:
         if result.serial in goldens(self.store):
             return "a golden unit, measured again"
         return self._asked(f"{result.serial}: its certificate {number} has another result; why is it replaced?")
+
+    def _waits(self, result: UnitResult, before: UnitState | None) -> bool:
+        """Return whether a certificate in place of another one waits for a reason: also if an earlier program stored no
+        result with the one that it replaces."""
+        if before is None or before.handed_out is None:
+            return False
+        replaced = before.handed_out.result
+        return replaced is None or needs_reason(result.verdict, before.verdict, replaced.verdict)
 
     def _asked(self, question: str) -> str:
         """Return the reason that was given, or asked for once in a run; "" for none."""

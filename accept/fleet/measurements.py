@@ -138,7 +138,7 @@ def _of_voids(found: Mapping[str, Column], void: Mapping[int, str]) -> dict[str,
 
 
 def _words_of_judgements(seqs: np.ndarray, said: Mapping[int, str]) -> Column:
-    """Return the column of what is said of some judgements, "" for the others."""
+    """Return a column of text: the words about some judgements, "" for the others."""
     where, words = np.flatnonzero(np.isin(seqs, list(said))), sorted({"", *said.values()})
     codes = np.zeros(seqs.size, np.int32)  # "" is the first
     codes[where] = [words.index(said[seq]) for seq in seqs[where].tolist()]

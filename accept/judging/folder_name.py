@@ -73,7 +73,7 @@ def confirm(store: Store, serial: str, who: str) -> None:
 
 
 def question(serial: str, doubted: Mapping[str, str]) -> str:
-    """Return what is asked about a serial. doubted: as `doubted_folder` states it."""
+    """Return the question about a serial. doubted: as `doubted_folder` states it."""
     words = [difference(serial, doubted[ALIKE])] if ALIKE in doubted else []
     if NAME in doubted:
         words.append(f"the folder is called {doubted[NAME]}, its {UNIT_FILE} says {serial}")

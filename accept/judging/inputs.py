@@ -32,9 +32,9 @@ def inputs_of(held: LoadedUnit, spec: Spec, stated: Statement | None) -> Inputs:
     """Return the inputs of the findings of each check that the unit has data for: what its section holds, numbers
     beside records that it leaves to the spec, mapped channels, the temperature if the uncertainty depends on it, and
     settings of the spec other than the defaults. stated: by the bench file, None without one."""
-    found = {}
+    found, stated = {}, stated or {}
     for name, asked in spec.checks.items():
-        check, stated = CHECKS[name], stated or {}
+        check = CHECKS[name]
         section = held.folder.sections.get(check.reads)
         if section is None or not section.entries:
             continue

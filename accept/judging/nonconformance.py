@@ -84,24 +84,23 @@ def standing(
 ) -> Standing:
     """Return which nonconformances hold a unit and what was decided.
 
-    notes: those of its folder. entry: of the judgement that is asked about; None: a void attempt, what was measured
+    notes: those of its folder. entry: of the judgement in question; None: a void attempt, what was measured
     before and what is to be measured again hold the unit only if its last judgement states so. until: later judgements
     supersede nothing. past: the unit's events, if they were read before. Raises StoreError."""
-    events_of = store.events if past is None else lambda _, what: iter([e for e in past if e.what == what])
-    judged = {event.seq: (event, UnitJudged.of(event)) for event in events_of(serial, UnitJudged.KIND)}
+    read = [*store.events(serial)] if past is None else past
+    judged = {event.seq: (event, UnitJudged.of(event)) for event in read if event.what == UnitJudged.KIND}
     results = [payload.result for _, payload in judged.values()]
     void = voids(store, serial)
     known = [j for j in judged.values() if until is None or datetime.fromisoformat(j[0].time) <= until]
     older = superseded(known, void, entry) if entry is not None else {}
-    noted = next(events_of(serial, StepNoted.KIND), None) is not None
+    noted = any(event.what == StepNoted.KIND for event in read)
     if not (void or older or noted or any(r.nonconformances or r.dispositions for r in results)):  # as for most units
         return Standing(tuple(in_notes(notes)))
-    kinds = (StepNoted, AttemptStarted, UnitJudged, CertificateSigned, NonconformanceDecided, AttemptVoided)
-    events = [(e, payload_of(e, *kinds)) for e in (store.events(serial) if past is None else past)]
+    kinds = (StepNoted, AttemptStarted, CertificateSigned, NonconformanceDecided, AttemptVoided)
     stated = results[-1].nonconformances if results else ()
     values = None if entry is None else measured_values(entry)
     before = {words: False for result in results for words in result.superseded.values()}
-    before |= dict.fromkeys(older.values(), True)  # measured before -> whether it is what is asked about
+    before |= dict.fromkeys(older.values(), True)  # measured before -> whether this judgement shows it
     before |= {
         _words_of(each): each.judged in judged
         and are_same(values or {}, measured_values(judged[each.judged][1].result))
@@ -112,7 +111,8 @@ def standing(
     found = _Decisions(serial)
     for words in older.values():
         found.hold(words)
-    for event, payload in events:
+    for event in read:
+        payload = judged[event.seq][1] if event.seq in judged else payload_of(event, *kinds)
         if isinstance(payload, StepNoted) and payload.nonconformance:
             found.hold(f"{payload.step}: {payload.line(event.who)}", anew=True)
         elif isinstance(payload, AttemptVoided) and (each := void.get(payload.judged)) is not None:

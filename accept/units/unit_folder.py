@@ -11,6 +11,7 @@ from datetime import date, timedelta
 from pathlib import Path
 from typing import Any
 
+from accept.base.atomic_files import UNIT_FILE as UNIT_FILE
 from accept.base.plain_text import as_utf8
 from accept.units import folder_header
 from accept.units.attempt_folder import last_attempt
@@ -26,7 +27,6 @@ from specs.files import read_bounded
 from specs.plugins import products
 from specs.strict import toml_of
 
-UNIT_FILE = "unit.toml"
 EARLIEST = date(2000, 1, 1)  # of a measurement; clocks that lost power count from 1970 or 1980
 MAX_UNIT_TOML_BYTES = 1_000_000  # what a person or a rig writes is a thousandth of it
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.

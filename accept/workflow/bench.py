@@ -177,8 +177,8 @@ class Workbench:
         return [] if taken is None else adopt(session, taken)
 
     def doubt(self, serial: str) -> str | None:
-        """Return what is asked about a serial that looks like a known one, and about the unit folder that is continued
-        if it is called like another one; None without a doubt. Raises StoreError."""
+        """Return the question about a serial that looks like a known one, or about the unit folder that is continued
+        and is called like another one; None without a doubt. Raises StoreError."""
         if self.taken is not None and self.taken.serial == serial:
             doubted = doubted_folder(self.store, self.taken)
         else:

@@ -103,7 +103,7 @@ def _visa(named: Sequence[str], library: str, note: Callable[[str], object]) -> 
     except (pyvisa.errors.Error, OSError, ValueError) as e:
         note(f"VISA: {e}")
         found = ()
-    # A list of what is asked and not of what is left out: a library may have names of its own for serial ports, as
+    # The interfaces to ask are listed, not those to leave out: a library may have names of its own for serial ports, as
     # PRLGX-ASRL, and would write to them.
     instruments = [r for r in found if r.partition("::")[0].rstrip("0123456789") in ASKED]
     yield from (_identify(resource, library) for resource in (*instruments, *named))

@@ -1,5 +1,5 @@
-"""Struts with an element in the mechanics, which no effect of the library describes, and the score of what is said of
-them: names that are false, place within the stated class, kind, values within their intervals.
+"""Struts with an element in the mechanics, which no effect of the library describes, and the score of the answers:
+names that are false, place within the stated class, kind, values within their intervals.
 
     python -m validation.studies.elements --out out/elements --cases 14 --seed 7 --scatter 0.01
 

@@ -166,6 +166,12 @@ def amended(serial: str, before: UnitState | None, result: UnitEntry) -> str:
     return last.number or f"{serial}/{last.attempt}"
 
 
+def needs_reason(verdict: str, *replaced: str | None) -> bool:
+    """Return whether a certificate with another result is made with a reason only: one of an accepted unit in place of
+    one of an accepted unit. A change of the verdict does not wait for words."""
+    return verdict == UnitVerdict.ACCEPTED and UnitVerdict.ACCEPTED in replaced
+
+
 def _stated(entry: UnitEntry) -> tuple[str, list[tuple[object, ...]]]:
     """Return what a certificate states of a result: verdicts, and values, U and limits to the digits that another
     processor computes too."""

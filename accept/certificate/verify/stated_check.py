@@ -17,6 +17,7 @@ from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.laboratory import STATED
 from accept.certificate.contents.step import Step
 from accept.certificate.trust.names import same_person
+from accept.certificate.trust.provenance import needs_reason
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.statements import unlisted
@@ -58,8 +59,8 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
         raise InvalidCertificate(f"the operator is {contents.operator}, but {technician} signed as technician")
     given = contents.provenance
     _check_form(given)
-    accepted = {contents.result["verdict"], (given.get("replaces") or {}).get("verdict")} == {UnitVerdict.ACCEPTED}
-    if given.get("amends") and accepted and not (given.get("reason") or given.get("signed_because")):
+    waits = needs_reason(contents.result["verdict"], (given.get("replaces") or {}).get("verdict"))
+    if given.get("amends") and waits and not (given.get("reason") or given.get("signed_because")):
         raise InvalidCertificate("it replaces the certificate of an accepted unit and does not say why")
     if own and contents.format != FORMAT:
         raise InvalidCertificate(f"it states format {contents.format}, but this program writes format {FORMAT}")

@@ -139,13 +139,7 @@ def _verify(
         if plugins.packages():
             details.append(one_line(f"plug-ins here: accept {version.program()}"))
         contents = guarded("the attachments", attachments.read, signed)
-        details += _words_of_disposition(contents, signatures)
-        said = guarded("the statements", statements, contents)
-        details += [one_line(f"{name.lower()}: {words}") for name, words in said.items() if words]
-        used = guarded("the inputs of its findings", inputs_words, contents.result)
-        details += [
-            one_line(f"inputs of {check_label(check)}: {words}", LONGEST_INPUTS) for check, words in used.items()
-        ]
+        details += [*_words_of_disposition(contents, signatures), *_words_of_statements(contents)]
         attached = guarded("the attached list of revoked keys", attached_entries, contents, roots)
         signatures = doubted_by(attached, signatures)
         revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
@@ -260,6 +254,14 @@ def _words_of_disposition(contents: CertificateContent, signatures: Sequence[Sig
     if len(signatures) < 2 or contents.result["verdict"] == UnitVerdict.ACCEPTED:
         return []
     return [f"disposition by {signatures[-1].person}: {signatures[-1].disposition or NOT_STATED}"]
+
+
+def _words_of_statements(contents: CertificateContent) -> list[str]:
+    """Return what the certificate states beside its result, and the inputs of its findings, a line each."""
+    said = guarded("the statements", statements, contents)
+    used = guarded("the inputs of its findings", inputs_words, contents.result)
+    lines = [one_line(f"{name.lower()}: {words}") for name, words in said.items() if words]
+    return lines + [one_line(f"inputs of {check_label(c)}: {words}", LONGEST_INPUTS) for c, words in used.items()]
 
 
 def _words_of_time(signed: Signed) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from accept.base import loading
+from accept.base.atomic_files import UNIT_FILE
 from accept.base.console import say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.commands.bench import web as browser
@@ -20,9 +21,6 @@ from accept.tui.screens.start import Given
 
 if TYPE_CHECKING:
     from accept.workflow.bench import Workbench
-
-
-UNIT_FILE = "unit.toml"  # as in accept.units.unit_folder, which takes longer to import than the first screen may
 
 
 @dataclass(frozen=True)

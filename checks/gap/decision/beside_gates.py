@@ -230,7 +230,7 @@ def _compare_rivals(evidence: BesideEvidence, step: ExplainingStep) -> tuple[lis
     near = [m for m, fit in step.rivals if score_of(m, fit) > first - NEAR and m.name not in fitted.response.names]
     alike, reasons = [], []
     tried = add_one(evidence.search, evidence.without, near) if near else []
-    if effect.in_signal_path:
+    if effect.rivals_elements:
         tried += add_elements(evidence.search, evidence.without)
     for member, fit in tried:
         score = score_of(member, fit)

@@ -161,7 +161,7 @@ def _value_words(name: str, v: NamedValue) -> str:
 
 
 def _experiment(places: Sequence[FoundPlace], library: tuple[str, ...]) -> str:
-    """Return the measurement that tells more: without what is there; a constant of the signal path would stay."""
+    """Return the next measurement: without the part, a constant of the signal path would stay."""
     parts = " and ".join(dict.fromkeys(f"the {p.part}" for p in places))
     what = f"repeat the record with whatever touches or hangs on {parts} removed"
     if library:

@@ -167,6 +167,11 @@ class Effect:
         return bool(self.parameters) and not any(map(is_mechanical, targets))
 
     @property
+    def rivals_elements(self) -> bool:
+        """Return whether every element of the mechanics is tried in its place: it may imitate one."""
+        return self.in_signal_path
+
+    @property
     def in_model(self) -> bool:
         """Return whether it acts by the model's parameters, so that a model can hold it."""
         return bool(self.turns) or any(p.sets or p.adds for p in self.parameters)

@@ -1,5 +1,5 @@
 """Generic elements: what attaches to the strut at a place, along a direction, of a kind. They are members of an
-explanation as the library's effects are, but have no name: place, kind and values are what is said of them."""
+explanation as the library's effects are, and have place, kind and values in place of a name."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -51,8 +51,8 @@ class GenericElement(Effect):
     kind: str
 
     @property
-    def in_signal_path(self) -> bool:
-        return True  # in its place every other element is tried, as in that of what only the signal path explains
+    def rivals_elements(self) -> bool:
+        return True
 
     @property
     def sizes(self) -> tuple[Parameter, ...]:

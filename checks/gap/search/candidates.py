@@ -332,7 +332,7 @@ class Search:
             absent = [m for m in self.library if isinstance(m, Effect) and m.name not in c.response.names]
             scores = [screen(on_A, m) for m in absent if set(m.channels) & set(member.channels)]
             scores = sorted((s for s in scores if s.p < WORTH_A_FIT), key=lambda s: -s.gain)[:NEIGHBOURS]
-            if not isinstance(member, Effect) or member.in_signal_path:
+            if not isinstance(member, Effect) or member.rivals_elements:
                 scores += self._elements_like(Places(on_A), c)
             out += self._race([r for s in scores for r in self._from_screen(less, at, s)], c.cost)
         return out

@@ -18,7 +18,7 @@ from accept.judging.copies import recording_party
 from accept.store import fold, open_store
 from accept.store.payloads import CopiesResolved, UnitJudged
 from hw.records import csv_bytes
-from tests.accept.units.units import GOOD, save_mat
+from tests.accept.units.units import DRIVE, GOOD, LOOPS, save_mat
 from tests.checks.acceptance.play_model import Plays
 
 UNIT = """
@@ -30,33 +30,13 @@ actuator_uF = 9.85
 [hysteresis]
 record = "{file}"
 """
-SPEC = """
-name = "loops"
-kind = "apa"
-title = "Loops"
-[checks.capacitance.limits.sensor_uF]
-lower = 4.4
-unit = "uF"
-rule = "simple"
-source = "test"
-[checks.capacitance.uncertainty.sensor_uF]
-U = 0.01
-source = "test"
-[checks.hysteresis.limits.hysteresis_percent]
-upper = 20.0
-unit = "percent"
-rule = "guarded"
-source = "test"
-"""
-AMPLITUDES = (0.5, 4.0)
-DRIVE = np.concatenate([a * np.sin(2 * np.pi * np.arange(3000) / 1000) for a in AMPLITUDES])
 MOTION = Plays.of(gain=24e-6, share=0.15, largest=4.5, count=60).response(DRIVE)
 
 
 @pytest.fixture
 def spec(tmp_path: Path) -> Path:
     path = tmp_path / "loops.toml"
-    path.write_text(SPEC)
+    path.write_text(LOOPS)
     return path
 
 
@@ -182,7 +162,7 @@ def test_a_copy_of_a_unit_judged_earlier_is_found_in_the_store(tmp_path: Path, s
 def test_one_recording_in_two_sections_counts_in_neither(tmp_path: Path, spec: Path) -> None:
     text = UNIT + '[stiffness]\nclosed_circuit = "{file}"\nmass_kg = 6.4\n'
     spec.write_text(
-        SPEC + '[checks.stiffness]\nrequired = false\n[checks.stiffness.limits.k_closed_N_per_um]\nlower = 1.0\n'
+        LOOPS + '[checks.stiffness]\nrequired = false\n[checks.stiffness.limits.k_closed_N_per_um]\nlower = 1.0\n'
         'unit = "N/um"\nrule = "simple"\nsource = "test"\n'
     )  # fmt: skip
     batch(tmp_path / "out", spec, unit(tmp_path / "A", "A-1", 1, text=text))

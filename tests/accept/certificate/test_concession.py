@@ -9,13 +9,12 @@ from xml.etree import ElementTree
 
 import pytest
 from pypdf import PdfReader
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.certificate.verify import attachments
 from accept.certificate.verify.rejudge import rejudge
-from accept.cli.main import app
 from accept.fleet.errors import FleetError
 from accept.fleet.matched_sets import pool
 from accept.fleet.measurements import measurements
@@ -27,18 +26,13 @@ from accept.judging.parts import part_doubts
 from accept.store import open_store
 from accept.store.payloads import CertificateSigned, Decision, NonconformanceDecided, UnitJudged
 from checks.cause import Cause, because
+from tests.accept.certificate.certificate_help import accept
 from tests.accept.units.units import GOOD, make_unit
 
 SCRATCH = "flatness: scratch on the shell (Ann)"
 NOTED = GOOD + '[notes]\nflatness = ["NONCONFORMANCE: scratch on the shell (Ann)"]\n'
 WHY = "the scratch is outside the joint"
 CONCEDED = f"concession by Grace Hopper {{day}}: use as it is: {WHY}; conceded: {SCRATCH}"
-
-
-def accept(*words: object) -> Result:
-    done = CliRunner().invoke(app, [str(w) for w in words])
-    assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
-    return done
 
 
 @pytest.fixture

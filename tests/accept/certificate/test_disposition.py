@@ -6,22 +6,14 @@ from pathlib import Path
 
 import pytest
 from pypdf import PdfReader
-from typer.testing import CliRunner, Result
 
 from accept.certificate.contents.disposition import LONGEST, Disposition, DispositionError, parse_disposition
 from accept.certificate.signature import stamp
-from accept.cli.main import app
 from accept.commands.trust import countersign
 from accept.store import open_store
-from tests.accept.certificate.certificate_help import WHEN
+from tests.accept.certificate.certificate_help import WHEN, accept
 from tests.accept.certificate.verify.verify_help import credentials
 from tests.accept.units.units import GOOD, make_unit
-
-
-def accept(*words: object) -> Result:
-    done = CliRunner().invoke(app, [str(w) for w in words])
-    assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
-    return done
 
 
 @pytest.fixture

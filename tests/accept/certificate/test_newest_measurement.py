@@ -20,7 +20,7 @@ from accept.cli.main import app
 from accept.store import open_store
 from accept.store.payloads import UnitJudged
 from hw.records import csv_bytes
-from tests.accept.units.units import GOOD, make_unit
+from tests.accept.units.units import DRIVE, GOOD, LOOPS, make_unit
 from tests.checks.acceptance.play_model import Plays
 
 WHY = ("--reason", "measured again")
@@ -34,25 +34,6 @@ actuator_uF = 9.85
 [hysteresis]
 record = "loops.csv"
 """
-SPEC = """
-name = "loops"
-kind = "apa"
-title = "Loops"
-[checks.capacitance.limits.sensor_uF]
-lower = 4.4
-unit = "uF"
-rule = "simple"
-source = "test"
-[checks.capacitance.uncertainty.sensor_uF]
-U = 0.01
-source = "test"
-[checks.hysteresis.limits.hysteresis_percent]
-upper = 20.0
-unit = "percent"
-rule = "guarded"
-source = "test"
-"""
-DRIVE = np.concatenate([a * np.sin(2 * np.pi * np.arange(3000) / 1000) for a in (0.5, 4.0)])
 
 
 def accept(*words: object) -> Result:
@@ -218,7 +199,7 @@ def test_a_void_rejection_supersedes_nothing(tmp_path: Path) -> None:
 def test_a_recording_of_before_holds_its_own_finding(tmp_path: Path) -> None:
     """Of a unit of which one part is measured anew, and the other is that of Monday."""
     spec = tmp_path / "loops.toml"
-    spec.write_text(SPEC)
+    spec.write_text(LOOPS)
     assert judged(recorded(tmp_path / "monday" / "A-1", 1), spec) == "accepted"
     assert judged(recorded(tmp_path / "tuesday" / "A-1", 2, sensor=4.1), spec) == "rejected"
     partly = recorded(tmp_path / "wednesday" / "A-1", 1, sensor=4.97)
@@ -233,7 +214,7 @@ def test_a_recording_of_before_holds_its_own_finding(tmp_path: Path) -> None:
 def test_evidence_that_the_rejected_attempt_holds_too_is_not_older(tmp_path: Path) -> None:
     """Only what failed is measured anew."""
     spec = tmp_path / "loops.toml"
-    spec.write_text(SPEC)
+    spec.write_text(LOOPS)
     folder = recorded(tmp_path / "u" / "A-1", 1)
     assert judged(folder, spec) == "accepted"
     assert judged(recorded(folder, 1, sensor=4.1), spec) == "rejected"
@@ -242,7 +223,7 @@ def test_evidence_that_the_rejected_attempt_holds_too_is_not_older(tmp_path: Pat
 
 def test_a_record_that_was_away_and_came_back_is_no_older_measurement(tmp_path: Path) -> None:
     spec = tmp_path / "loops.toml"
-    spec.write_text(SPEC)
+    spec.write_text(LOOPS)
     folder = recorded(tmp_path / "u" / "A-1", 1)
     assert judged(folder, spec) == "accepted"
     shutil.move(folder / "loops.csv", tmp_path / "loops.csv")
@@ -271,7 +252,7 @@ def test_a_good_judgement_without_certificate_is_not_finished_after_a_rejection(
 def test_an_attempt_in_which_nothing_was_recorded_speaks_against_older_evidence(tmp_path: Path) -> None:
     """A channel that is constant has no sketch; the recording was made all the same."""
     spec = tmp_path / "loops.toml"
-    spec.write_text(SPEC)
+    spec.write_text(LOOPS)
     monday = recorded(tmp_path / "monday" / "A-1", 1)
     assert judged(monday, spec) == "accepted"
     tuesday = recorded(tmp_path / "tuesday" / "A-1", 2, sensor=4.97)
@@ -290,7 +271,7 @@ def test_what_was_simulated_does_not_become_measured(typed: bool, tmp_path: Path
         folder, later = make_unit(tmp_path / "u", "A-1"), make_unit(tmp_path / "v", "A-1", GOOD.replace("5.10", "5.12"))
     else:
         spec = tmp_path / "loops.toml"
-        spec.write_text(SPEC)
+        spec.write_text(LOOPS)
         folder, later = recorded(tmp_path / "u" / "A-1", 1), recorded(tmp_path / "v" / "A-1", 2, sensor=4.97)
     text = (folder / "unit.toml").read_text()
     (folder / "unit.toml").write_text("simulated = true\n" + text)

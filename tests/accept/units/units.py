@@ -21,6 +21,26 @@ stroke_um = 373.2
 k_N_per_um = 1.70
 """
 
+LOOPS = """
+name = "loops"
+kind = "apa"
+title = "Loops"
+[checks.capacitance.limits.sensor_uF]
+lower = 4.4
+unit = "uF"
+rule = "simple"
+source = "test"
+[checks.capacitance.uncertainty.sensor_uF]
+U = 0.01
+source = "test"
+[checks.hysteresis.limits.hysteresis_percent]
+upper = 20.0
+unit = "percent"
+rule = "guarded"
+source = "test"
+"""  # a spec of one recorded check
+DRIVE = np.concatenate([a * np.sin(2 * np.pi * np.arange(3000) / 1000) for a in (0.5, 4.0)])  # of its record
+
 
 def make_unit(folder: Path, serial: str = "T-01", text: str = GOOD, **replaced: str) -> Path:
     """Write a unit folder; `replaced`: pieces of the good text by what stands instead, keyed by any name. A stroke of
