@@ -14,9 +14,9 @@ from accept.gap import attach_to_result
 from accept.judging.judge_unit import load_spec
 from accept.judging.result import UnitResult
 from accept.store import open_store
-from tests.accept.batch.test_copies import SPEC, UNIT, accept, unit, verdicts
+from tests.accept.batch.test_copies import UNIT, accept, unit, verdicts
 from tests.accept.batch.test_parts import BAD, STRUT
-from tests.accept.units.units import make_unit
+from tests.accept.units.units import LOOPS, make_unit
 
 SEARCHED = '[gap]\nmodel = "strut"\n'
 RESPONSES = '[frf]\nlow = "{{file}}"\nhigh = "{{file}}"\n'
@@ -49,7 +49,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> Counter[tuple[str, str]]:
 def test_copies_in_one_batch(tmp_path: Path, done: Counter[tuple[str, str]]) -> None:
     """The first of two was certified before the second one came: it is settled again from what was found."""
     spec = tmp_path / "loops.toml"
-    spec.write_text(SPEC)
+    spec.write_text(LOOPS)
     units, out = tmp_path / "units", tmp_path / "out"
     for serial, seed in (("A-1", 1), ("B-1", 1), ("C-1", 2)):
         unit(units / serial, serial, seed)
@@ -68,9 +68,9 @@ def test_copies_in_one_batch(tmp_path: Path, done: Counter[tuple[str, str]]) -> 
 def test_a_doubted_part(known_before: bool, tmp_path: Path, done: Counter[tuple[str, str]]) -> None:
     """Judged before the strut, or after it in the same batch, when its page is drawn again."""
     spec = tmp_path / "loops.toml"
-    loops = SPEC.index("[checks.hysteresis")
-    head = SPEC[: SPEC.index("[checks.capacitance")].replace('"apa"', '"strut"')
-    spec.write_text(head + SEARCHED + SPEC[loops:])
+    loops = LOOPS.index("[checks.hysteresis")
+    head = LOOPS[: LOOPS.index("[checks.capacitance")].replace('"apa"', '"strut"')
+    spec.write_text(head + SEARCHED + LOOPS[loops:])
     units, out = tmp_path / "units", tmp_path / "out"
     unit(units / "A-S", "A-S", 1, text=(STRUT + RESPONSES).format(apa="X-1"))
     bad = make_unit((tmp_path if known_before else units) / "X-1", "X-1", BAD)

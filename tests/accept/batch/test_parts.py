@@ -8,8 +8,8 @@ import pytest
 from accept.batch.judge_batch import BatchRequest, run
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
-from tests.accept.batch.test_copies import SPEC, accept, unit
-from tests.accept.units.units import GOOD, make_unit
+from tests.accept.batch.test_copies import accept, unit
+from tests.accept.units.units import GOOD, LOOPS, make_unit
 
 STRUT = """
 serial = "{{serial}}"
@@ -27,8 +27,8 @@ BAD = GOOD.replace("sensor_uF = 5.10", "sensor_uF = 1.72")
 def spec(tmp_path: Path) -> Path:
     """Of loops alone: quick."""
     path = tmp_path / "loops.toml"
-    head, loops = SPEC.index("[checks.capacitance"), SPEC.index("[checks.hysteresis")
-    path.write_text(SPEC[:head].replace('"apa"', '"strut"') + SPEC[loops:])
+    head, loops = LOOPS.index("[checks.capacitance"), LOOPS.index("[checks.hysteresis")
+    path.write_text(LOOPS[:head].replace('"apa"', '"strut"') + LOOPS[loops:])
     return path
 
 

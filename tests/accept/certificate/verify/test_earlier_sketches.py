@@ -11,12 +11,13 @@ from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.verify.attachments import check_result
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.units import unit_folder
-from tests.accept.batch.test_copies import SPEC, unit
+from tests.accept.batch.test_copies import unit
+from tests.accept.units.units import LOOPS
 
 
 def test_sketches_without_turning_points(tmp_path: Path) -> None:
     """Not those of this program, which has them, and no others than the attached samples give."""
-    (tmp_path / "loops.toml").write_text(SPEC)
+    (tmp_path / "loops.toml").write_text(LOOPS)
     spec = load_spec(str(tmp_path / "loops.toml"))
     folder = unit(tmp_path / "A-1", "A-1", 1)
     earlier = judge_unit(unit_folder.read(folder), spec)
