@@ -20,6 +20,7 @@ from specs.model_sections import (
     Constants,
     DelaySection,
     EffectEntry,
+    ElementEntry,
     EncoderSection,
     FitRecord,
     Joints,
@@ -50,6 +51,7 @@ class ModelDocument(Strict):
     sensor: Sensor = Field(default_factory=Sensor)
     tolerance: Tolerance = Field(default_factory=Tolerance)
     effects: list[EffectEntry] = Field(default_factory=list)
+    elements: list[ElementEntry] = Field(default_factory=list)
     fit: FitRecord | None = None
     population: PopulationRecord | None = None
     learned_bench: LearnedBenchRecord | None = None
@@ -70,6 +72,9 @@ class ModelDocument(Strict):
             raise ValueError("[encoder] without [joint]: the bench's own encoder reads an APA that is alone")
         if self.constants.gs_V_per_N is not None and self.apa.type != "2dof":
             raise ValueError("[constants] gs_V_per_N is for apa.type '2dof'; give gs_V_per_m")
+        heads = [e.head for e in self.elements]
+        if twice := [e for n, e in enumerate(self.elements) if e.head in heads[:n]]:
+            raise ValueError(f"elements: {twice[0].place} has two along {twice[0].direction}; expected one")
         return self
 
     def sections(self) -> Iterator[tuple[str, ModelSection]]:
@@ -83,6 +88,7 @@ class ModelDocument(Strict):
         named |= {"misalignment": self.misalignment, "delay": self.delay}
         named |= {"amplifier": self.amplifier, "sensor": self.sensor}
         yield from ((name, section) for name, section in named.items() if section is not None)
+        yield from ((e.head, e) for e in self.elements)
 
     @property
     def values(self) -> dict[str, float]:

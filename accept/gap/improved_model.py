@@ -3,12 +3,17 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from accept.gap.responses import Responses
 from accept.models.model_file import OpenedModel, write_model
+from checks.fitting.fit import Fit
 from checks.gap.decision.result import Result
 from checks.gap.effects import EFFECTS
 from checks.gap.empirical import FittedElement
-from specs.model_sections import FitRecord
+from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.element import GenericElement
+from specs.model_sections import ElementEntry, FitRecord
 
 PAYLOAD = "bench.payload_kg"
 
@@ -36,6 +41,7 @@ def write_improved(
     values = weighed | {n: fit.at[n] for n in own} | dict(result.bench_latency)
     sds = {n: fit.sds[n] for n in own}
     effects = [(n.effect, {k: v.value for k, v in n.parameters.items()}) for n in result.named if n.effect in EFFECTS]
+    elements = [e for n in result.elements if n.fitted for e in element_entries(result.after.response, fit, n.fitted)]
     name = spec.name if spec.name.endswith(measured.serial) else f"{spec.name}-{measured.serial}"
     write_model(
         path,
@@ -44,7 +50,27 @@ def write_improved(
         sds,
         effects=effects,
         unidentified=unidentified,
+        elements=elements,
         damping=result.damping,
         record=record,
         name=name,
     )
+
+
+def element_entries(response: Augmented, fit: Fit, name: str) -> list[ElementEntry]:
+    """Return the entries of a fitted element in a model file, one for each of its directions."""
+    element = next(e for e in response.effects if isinstance(e, GenericElement) and e.name == name)
+    of_head: dict[tuple[str, str], dict[str, str]] = {}
+    for p in element.parameters:
+        for target in p.sets:
+            _, place, direction, quantity = target.split(".")
+            of_head.setdefault((place, direction), {})[quantity] = f"{name}.{p.name}"
+    out = []
+    for (place, direction), quantities in of_head.items():
+        order = [q for q in ElementEntry.model_fields if q in quantities]
+        at = [fit.names.index(quantities[q]) for q in order]
+        numbers = {q: {"value": fit.at[quantities[q]], "sd": fit.sds[quantities[q]]} for q in order}
+        covariance = [[float(v) for v in row] for row in fit.cov[np.ix_(at, at)]]
+        entry = {"place": place, "direction": direction, "kind": element.of_kind, **numbers, "covariance": covariance}
+        out.append(ElementEntry.model_validate(entry))
+    return out

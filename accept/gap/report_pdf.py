@@ -26,6 +26,7 @@ from accept.gap.text import (
     headline_of_result,
     parameter_line,
     poles_of,
+    subject,
     value_words,
     words_of,
 )
@@ -42,10 +43,7 @@ from checks.gap.decision.result import NO_MISSING, Result
 
 HEAD = 20 * mm
 BODE = 27.0, 14.0, 15.5  # mm: axes of magnitude, phase and what is left, of three channels on a page
-BEFORE = (
-    "Before: the fitted model without the effects that were named; after: with them. Both on records that were not "
-    "fitted."
-)
+BEFORE = "Before: the fitted model without {}; after: with them. Both on records that were not fitted."
 BANDS = (
     "Bands hold 95 % at each frequency: of the measurement by its noise; of the model after by its stated tolerance "
     "and the covariance of its fitted values, the scatter of the APA's modes among them; of units as the model's file "
@@ -60,9 +58,9 @@ def render(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> b
     story: list[Flowable] = [
         *_findings(result),
         words("Where model and data disagree", page_style.HEADING),
-        *([words(BEFORE, page_style.QUIET)] if result.named else []),
+        *([words(BEFORE.format(subject(result)), page_style.QUIET)] if result.found else []),
         FigureRow([reduce_panel(disagreement(result))], 40.0),
-        *_table(shown.get("gap"), (24, 24, 24, 28, 24, 30, 28) if result.named else (46, 46, 46, 44)),
+        *_table(shown.get("gap"), (24, 24, 24, 28, 24, 30, 28) if result.found else (46, 46, 46, 44)),
         *_table(shown.get("steps"), (80, 34, 34, 34)),
         *_remarks(result),
         *_table(shown.get("reasons"), (66, 22, 24, 70)),

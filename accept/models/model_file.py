@@ -17,12 +17,13 @@ from checks.gap.empirical import FittedElement
 from checks.misalignment.estimate import with_payload
 from checks.model.build import build
 from checks.model.model import Model
+from checks.model.structure.attached import ELEMENT
 from checks.model.structure.superelement import Superelement
 from checks.model.unidentified import NAME as UNIDENTIFIED
 from checks.model.unidentified import Element, element
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
-from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, PopulationRecord
+from specs.model_sections import ByChannel, ElementEntry, FitRecord, LearnedBenchRecord, PopulationRecord
 from specs.plugins import product_named
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
@@ -127,6 +128,7 @@ def write_model(
     *,
     effects: Effects = (),
     unidentified: Sequence[FittedElement] = (),
+    elements: Sequence[ElementEntry] = (),
     damping: str | None = None,
     record: FitRecord | None = None,
     population: PopulationRecord | None = None,
@@ -136,9 +138,10 @@ def write_model(
     """Write a model file that is `spec` with other values, and what was read back from it.
 
     values, sds: by flat name, in the names' units; a value without an sd keeps the sd that it had. effects: added after
-    those that the file has. population: the batch that the values are of; an earlier unit's fit and an earlier batch
-    then go. bench: what its bench adds without a name. Comments stay. The superelement's path is made relative to the
-    new place. The file is read back before it replaces anything, so that an existing file stays readable. Raises
+    those that the file has; elements: attached to the strut beside those that it has. population: the batch that the
+    values are of; an earlier unit's fit and an earlier batch then go. bench: what its bench adds without a name.
+    Comments stay. The superelement's path is made relative to the new place. The file is read back before it replaces
+    anything, so that an existing file stays readable. Raises
     SpecError, ModelError, OSError."""
     document = tomlkit.parse(spec.text)
     if name is not None:
@@ -153,6 +156,8 @@ def write_model(
         _add_effect(document, effect, {key: float(value) for key, value in parameters.items()})
     for each in unidentified:
         _put_element(document, each)
+    for one in elements:
+        _append(document, "elements", one.model_dump(exclude_none=True, exclude_defaults=True))
     if record is not None:
         document["fit"] = _record_table(record)
     if population is not None:
@@ -189,6 +194,8 @@ def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: f
         return
     note = table[key].trivia.comment if key in table else ""
     table[key] = number
+    if flat.startswith(ELEMENT):
+        table.pop("covariance", None)  # of the values before
     if note:
         table[key].comment(note.lstrip("# "))
 
@@ -209,6 +216,8 @@ def _list_entry(table: Any, key: str) -> tuple[str, int] | None:
 
 def _section(document: TOMLDocument, names: Sequence[str]) -> Any:
     table: Any = document
+    if names[:1] == [ELEMENT.rstrip(".")]:
+        return next(e for e in document["elements"] if [e["place"], e["direction"]] == list(names[1:]))
     for name in names:
         if name not in table:
             table[name] = tomlkit.table()
@@ -241,11 +250,20 @@ def _put_element(document: TOMLDocument, fitted: FittedElement) -> None:
 
 
 def _add_effect(document: TOMLDocument, name: str, parameters: Mapping[str, Any]) -> None:
-    if "effects" not in document:
-        document["effects"] = tomlkit.aot()
+    _append(document, "effects", {"name": name} | dict(parameters))
+
+
+def _append(document: TOMLDocument, key: str, values: Mapping[str, Any]) -> None:
+    """Append a table to an array of tables."""
+    if key not in document:
+        document[key] = tomlkit.aot()
     entry = tomlkit.table()
-    entry.update({"name": name} | dict(parameters))
-    document["effects"].append(entry)
+    for name, value in values.items():
+        entry[name] = value
+        if isinstance(value, dict):
+            entry[name] = tomlkit.inline_table()
+            entry[name].update(value)
+    document[key].append(entry)
 
 
 def with_moved_paths(text: bytes, old: Path, new: Path) -> bytes:

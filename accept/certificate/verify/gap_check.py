@@ -20,6 +20,8 @@ from specs.model import builtin_models
 from specs.units import RESPONSE_UNITS
 
 _NUMBER = r"-?(?:[0-9.]{1,20}(?:e[-+]?[0-9]{1,3})?|nan|inf)"  # as an effect writes it
+ELEMENT_KINDS = {"spring", "mass", "damper", "resonator", "joint"}
+DIRECTIONS = {"x", "y", "z", "Rx", "Ry", "Rz"}
 _NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}
 
 
@@ -63,6 +65,9 @@ def check_gap(unit: UnitFolder, gap: Mapping[str, Any] | None, panels: Mapping[s
             raise InvalidCertificate(f"the gap analysis describes '{named['effect']}' in words that are not its own")
         if unknown := _other_parameters(str(named["effect"]), named["parameters"]):
             raise InvalidCertificate(f"the gap analysis gives '{named['effect']}' the parameter '{unknown[0][:60]}'")
+    for one in (gap or {}).get("elements", ()):
+        if not _is_element(one):
+            raise InvalidCertificate("the gap analysis describes an element in words that are not its own")
     compared = (gap or {}).get("gap_before", {}).get("channels", {})
     for channel in (*(str(pole["channel"]) for pole in (gap or {}).get("unnamed", ())), *compared):
         if not re.fullmatch(_channel(), channel):
@@ -128,6 +133,40 @@ def _is_sentence(effect: str, text: str) -> bool:
     templates = (EFFECTS[effect].sentence, EFFECTS[effect].below, *EFFECTS[effect].earlier)
     patterns = (_NUMBER.join(map(re.escape, re.split(r"\{[^}]*\}", t))) for t in templates if t)
     return any(re.fullmatch(pattern, text) for pattern in patterns)
+
+
+def _is_element(one: Mapping[str, Any]) -> bool:
+    """Return whether an element is described in the words of the analysis, with the places and values that it
+    states."""
+    from checks.gap.decision.elements import OTHER_VALUES, every_cause, every_place, experiment_head, sentence_parts
+    from checks.gap.decision.result import FoundPlace, NamedValue
+    from checks.gap.effects import EFFECTS
+
+    places = [FoundPlace(p["part"], p["against"], p["direction"], _point(p["point_mm"])) for p in one["places"]]
+    values = {str(k): NamedValue(v["value"], *v["ci95"]) for k, v in one["parameters"].items()}
+    causes, sentence, experiment = [str(c) for c in one["looks_like"]], str(one["sentence"]), str(one["experiment"])
+    if one["kind"] not in ELEMENT_KINDS or not places or not causes or not every_cause().issuperset(causes):
+        return False
+    if any((p.part, p.against) not in every_place() or p.direction not in DIRECTIONS for p in places):
+        return False
+    head, numbers, tail = sentence_parts(one["kind"], places, values, causes[0])
+    listed, parted, after = sentence.removeprefix(head).partition(tail)
+    names = "|".join(re.escape(n.replace("_", " ")) for n in EFFECTS) + rf"|{OTHER_VALUES} [\w., ]{{1,400}}"
+    also = rf"( Explained as well by ({names})(, ({names}))*\.)?"
+    gone = r"(, one part after the other)?: it is then gone"
+    stays = rf"{gone}|: an element there is then gone, ({names})( and ({names}))* stays"
+    return (
+        sentence.startswith(head)
+        and bool(parted)
+        and sorted(listed.split(", ")) == sorted(numbers)
+        and re.fullmatch(also, after) is not None
+        and experiment.startswith(experiment_head(places))
+        and re.fullmatch(stays, experiment.removeprefix(experiment_head(places))) is not None
+    )
+
+
+def _point(stated: Any) -> tuple[float, float, float] | None:
+    return None if stated is None else (float(stated[0]), float(stated[1]), float(stated[2]))
 
 
 def _texts(panel: Any) -> Iterator[str]:

@@ -1,11 +1,23 @@
 """Generic elements of an explanation in words: place, kind, values, likely causes, the measurement that tells more."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 from checks.fitting.fit import Fit
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Ambiguous, FoundElement, FoundPlace, NamedValue
-from checks.gap.modelling.element import ACROSS, DAMPER, HOLDER, JOINT, MASS, RESONATOR, SPRING, GenericElement
+from checks.gap.modelling.element import (
+    ACROSS,
+    BESIDE_THE_AXIS,
+    DAMPER,
+    JOINT,
+    MASS,
+    OF_PLACE,
+    RESONATOR,
+    SPRING,
+    GenericElement,
+    element,
+)
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 from checks.model.model import Model
@@ -39,6 +51,7 @@ OF_KIND = {
     RESONATOR: (HANGS,),
 }
 WORDS = {SPRING: "spring", MASS: "mass", DAMPER: "damper", RESONATOR: "mass on a spring"}
+OTHER_VALUES = "other values of"
 SHOWN = 3  # places besides the best that a sentence lists
 
 
@@ -54,7 +67,7 @@ def found_elements(
         others = _rivals_by_element(result, effect.name, alike)
         library = tuple(sorted(n for n in alike if n not in {e.name for e, _ in others}))
         if isinstance(effect, GenericElement):
-            out.append(_found(effect, others, fit, model, library))
+            out.append(replace(_found(effect, others, fit, model, library), fitted=effect.name))
         elif others:
             (first, rival), *rest = others
             out.append(_found(first, rest, again(rival), model, (effect.name, *library)))
@@ -89,7 +102,7 @@ def _found(
     for p in places:
         first.setdefault((p.part, p.against, p.direction), p)
     places = [*first.values()]
-    kind = SPRING if e.kind == HOLDER else e.kind
+    kind = e.of_kind
     values = _ratios(e, shown, model, fit) if e.kind == JOINT else {k: v for k, v in shown.items() if k[1:] != "_mm"}
     causes = tuple(dict.fromkeys(c for o in (e, *(o for o, _ in others)) for c in _causes(o)))
     words = _sentence(kind, places, values, causes[0], library)
@@ -97,8 +110,7 @@ def _found(
 
 
 def _causes(e: GenericElement) -> tuple[str, ...]:
-    kind = SPRING if e.kind == HOLDER else e.kind
-    return LOOKS_LIKE.get((kind, e.place)) or OF_KIND[kind]
+    return LOOKS_LIKE.get((e.of_kind, e.place)) or OF_KIND[e.of_kind]
 
 
 def _place(e: GenericElement, values: dict[str, float]) -> FoundPlace:
@@ -131,23 +143,45 @@ def _ratios(e: GenericElement, shown: dict[str, NamedValue], model: Model, fit: 
 
 
 def _sentence(
-    kind: str, places: Sequence[FoundPlace], values: dict[str, NamedValue], cause: str, library: tuple[str, ...]
+    kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], cause: str, library: tuple[str, ...]
 ) -> str:
-    numbers = ", ".join(_value_words(name, v) for name, v in values.items())
+    head, numbers, tail = sentence_parts(kind, places, values, cause)
+    names = f" Explained as well by {', '.join(map(_label, library))}." if library else ""
+    return f"{head}{', '.join(numbers)}{tail}{names}"
+
+
+def sentence_parts(
+    kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], cause: str
+) -> tuple[str, tuple[str, ...], str]:
+    """Return the sentence of an element before its values, every value, and after them, without the library effects
+    that explain the records as well."""
     if kind == JOINT:
-        head = f"Something like a {places[0].part} of other stiffness: {numbers}"
+        head = f"Something like a {places[0].part} of other stiffness: "
     else:
-        head = f"Something like a {WORDS[kind]} {_where(places[0])}: {numbers}"
+        head = f"Something like a {WORDS[kind]} {_where(places[0])}: "
     more = [_where(p) for p in places[1 : 1 + SHOWN]]
     beyond = len(places) - 1 - len(more)
     others = f" As good: {'; '.join(more)}{f'; and {beyond} more' if beyond > 0 else ''}." if more else ""
-    names = f" {', '.join(n.replace('_', ' ') for n in library)} would explain it as well." if library else ""
-    return f"{head}; {cause} would look like this.{others}{names}"
+    numbers = tuple(_value_words(name, v) for name, v in values.items())
+    return head, numbers, f"; {cause} would look like this.{others}"
+
+
+def every_place() -> frozenset[tuple[str, str]]:
+    """Return part and counterpart of all places that an element may have."""
+    names = {*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE}
+    found = (_place(element(n, "z", SPRING), {}) for n in names)
+    return frozenset((p.part, p.against) for p in found)
+
+
+def every_cause() -> frozenset[str]:
+    """Return all likely causes in words."""
+    return frozenset(c for causes in (*LOOKS_LIKE.values(), *OF_KIND.values()) for c in causes)
 
 
 def _where(p: FoundPlace) -> str:
     """Return a place in words: "to ground at the top interface, along z, at (0, -16) mm"."""
     to = p.against if p.against.startswith("across") else f"to {p.against} at the {p.part}"
+    to = "across the APA" if p.against == AGAINST["apa"] else to
     beside = p.point_mm is not None and max(abs(x) for x in p.point_mm) >= 1.0
     point = f", at ({p.point_mm[0]:.0f}, {p.point_mm[1]:.0f}) mm" if beside and p.point_mm else ""
     return f"{to}, {'about' if p.direction.startswith('R') else 'along'} {p.direction[-1]}{point}"
@@ -162,9 +196,20 @@ def _value_words(name: str, v: NamedValue) -> str:
 
 def _experiment(places: Sequence[FoundPlace], library: tuple[str, ...]) -> str:
     """Return the next measurement: without the part, a constant of the signal path would stay."""
-    parts = " and ".join(dict.fromkeys(f"the {p.part}" for p in places))
-    what = f"repeat the record with whatever touches or hangs on {parts} removed"
+    what = experiment_head(places)
+    library = tuple(n for n in library if not n.startswith(OTHER_VALUES))
     if library:
-        return f"{what}: an element there is then gone, {' and '.join(n.replace('_', ' ') for n in library)} stays"
+        return f"{what}: an element there is then gone, {' and '.join(map(_label, library))} stays"
     more = ", one part after the other" if len(places) > 1 else ""
     return f"{what}{more}: it is then gone"
+
+
+def experiment_head(places: Sequence[FoundPlace]) -> str:
+    """Return what is to be done in the next measurement."""
+    parts = " and ".join(dict.fromkeys(f"the {p.part}" for p in places))
+    return f"repeat the record with whatever touches or hangs on {parts} removed"
+
+
+def _label(name: str) -> str:
+    """Return an effect's name for readers, or other values of calibrated parameters as they are."""
+    return name if name.startswith(OTHER_VALUES) else name.replace("_", " ")

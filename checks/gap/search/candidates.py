@@ -235,6 +235,8 @@ class Search:
         adequate fit, the best of them and what stands at the likeliest places from the priors too: a calibration that
         lacked an element may have gone astray, and then only the place is told."""
         places = Places(project(base.response, self.A, base.at))
+        if places.in_signal_path:
+            return []
         scores = sorted((s for s in places.scores() if s.p < WORTH_A_FIT), key=lambda s: -s.net)
         first = scores[:ELEMENTS_TRIED]
         starts = [c for s in first if not self.over for c in self._from_screen(base.response, base.at, s)]

@@ -68,6 +68,14 @@ class Places:
         """Return the gain in twice the log-likelihood of every direction with any dynamic stiffness."""
         return {d: self.gain_of(self.along(d)[0]) for d in directions(self.receptances.places)}
 
+    @property
+    def in_signal_path(self) -> bool:
+        """Return whether any factor on one channel explains more than any dynamic stiffness at the best place: what is
+        missing then lies in the path of that channel. Each has one complex number for each frequency."""
+        H = self.projected.modelled
+        factors = (self.gain_of(H * one) for one in np.eye(H.shape[1]))
+        return max(factors) > max(self.gains.values(), default=0.0)
+
     @cached_property
     def ranked(self) -> list[Direction]:
         """Return every direction of a place at its best point, by falling gain."""
@@ -123,6 +131,8 @@ class Places:
         for d in self.ranked[:FOLLOWED]:
             for kind in kinds_at(d.place, kinds):
                 e = element(d.place, d.direction, kind)
+                if self._has(e):
+                    continue
                 for values, gain in self._fits(e, d, known):
                     if e.name not in out or gain > out[e.name].gain:
                         out[e.name] = Score(e, gain, len(e.sizes), len(self.gains), (values,))
@@ -131,11 +141,17 @@ class Places:
                 out[score.member.name] = score
         return sorted(out.values(), key=lambda s: -s.gain)
 
+    def _has(self, e: GenericElement) -> bool:
+        """Return whether the model has an element there already, whose values it calibrates."""
+        return any(t in self.projected.response.model.elements for q in e.sizes for t in q.sets)
+
     def _joint(self, place: str) -> Score | None:
         """Return the score of a joint of other stiffness and damping: small changes, each along its directions."""
         if place not in self.receptances.places:
             return None
         p, e = self.projected, joint(place)
+        if self._has(e):
+            return None
         s = self._s
         rows = []
         for parameter in e.parameters:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array, Complex
+from checks.errors import ModelError
 from checks.model.structure.matrix_builder import Builder
 from checks.model.structure.rigid_motion import lever
 
@@ -65,7 +66,11 @@ def _attached(values: Mapping[str, float], head: str) -> Attached:
 
 
 def row_of(places: Places, place: str, direction: str, point: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """Return the row (n,) that reads the motion of a place along a direction."""
+    """Return the row (n,) that reads the motion of a place along a direction. Raises ModelError if the strut has no
+    such place."""
+    if place not in places:
+        have = ", ".join(places)
+        raise ModelError(f"an element is attached to {place}, which this strut does not have (has: {have})")
     row: Array = (lever((*point, 0.0)) @ places[place])[DIRECTIONS.index(direction)]
     return row
 
