@@ -72,9 +72,9 @@ class ModelDocument(Strict):
             raise ValueError("[encoder] without [joint]: the bench's own encoder reads an APA that is alone")
         if self.constants.gs_V_per_N is not None and self.apa.type != "2dof":
             raise ValueError("[constants] gs_V_per_N is for apa.type '2dof'; give gs_V_per_m")
-        heads = [e.head for e in self.elements]
-        if twice := [e for n, e in enumerate(self.elements) if e.head in heads[:n]]:
-            raise ValueError(f"elements: {twice[0].place} has two along {twice[0].direction}; expected one")
+        at = [(e.place, e.direction) for e in self.elements]
+        if len(at) > len(set(at)):
+            raise ValueError("elements: a place has two entries along one direction; expected one")
         return self
 
     def sections(self) -> Iterator[tuple[str, ModelSection]]:
@@ -88,7 +88,7 @@ class ModelDocument(Strict):
         named |= {"misalignment": self.misalignment, "delay": self.delay}
         named |= {"amplifier": self.amplifier, "sensor": self.sensor}
         yield from ((name, section) for name, section in named.items() if section is not None)
-        yield from ((e.head, e) for e in self.elements)
+        yield from ((f"element.{e.place}.{e.direction}", e) for e in self.elements)
 
     @property
     def values(self) -> dict[str, float]:

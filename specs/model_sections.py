@@ -285,51 +285,17 @@ class Tolerance(Strict):
 
 
 class ElementEntry(ModelSection):
-    """An element attached to the strut: a spring, a damper or a mass, or a mass that hangs on a spring, along one
-    direction of a place, against ground or across a part, at a point beside the place's node. kind: of the whole
-    element, of which this may be one direction; covariance: of the numbers with an sd, in their order."""
+    """An element attached along one direction of a place. covariance: of its numbers with an sd, in their order."""
 
-    place: Literal[
-        "top_interface", "bottom_interface", "payload", "sensor_stack", "actuator_stack", "apa", "top_joint",
-        "bottom_joint", "head", "ruler",
-    ]  # fmt: skip
+    model_config = ConfigDict(extra="allow", frozen=True)
+    __pydantic_extra__: dict[str, Number]
+    place: Words
     direction: Literal["x", "y", "z", "Rx", "Ry", "Rz"]
     kind: Words | None = None
-    spring_N_per_um: Number | None = None
-    spring_Nm_per_rad: Number | None = None
-    damper_N_s_per_m: Number | None = None
-    damper_Nm_s_per_rad: Number | None = None
-    added_kg: Number | None = None
-    added_kg_m2: Number | None = None
-    hung_kg: Number | None = None
-    hung_kg_m2: Number | None = None
-    hung_Hz: Number | None = None
-    hung_damping_ratio: Number | None = None
-    point_x_mm: Number | None = None
-    point_y_mm: Number | None = None
     covariance: list[list[Finite]] = Field(default_factory=list)
 
-    @property
-    def head(self) -> str:
-        """Return what the flat names of its numbers begin with."""
-        return f"element.{self.place}.{self.direction}"
-
-    @model_validator(mode="after")
-    def _of_its_direction(self) -> "ElementEntry":
-        turns, given = self.direction.startswith("R"), dict(self.numbers())
-        others = ("_N_per_um", "_N_s_per_m", "_kg") if turns else ("_per_rad", "_kg_m2")
-        for key in given:
-            if key.endswith(others):
-                raise ValueError(f"{key} is not of a direction {self.direction}")
-        hangs = {"hung_kg_m2" if turns else "hung_kg", "hung_Hz", "hung_damping_ratio"}
-        if missing := sorted(hangs - given.keys()) if hangs & given.keys() else []:
-            raise ValueError(f"what hangs has no {missing[0]}")
-        if not any(key for key in given if not key.startswith("point_")):
-            raise ValueError("has no number: expected a spring, a damper, an added mass or what hangs")
-        p = sum(number.sd is not None for number in given.values())
-        if self.covariance and (len(self.covariance) != p or any(len(row) != p for row in self.covariance)):
-            raise ValueError(f"covariance: expected {p} rows of {p} numbers, one for each number with an sd")
-        return self
+    def numbers(self) -> Iterator[tuple[str, Value]]:
+        yield from self.__pydantic_extra__.items()
 
 
 class EffectEntry(BaseModel):

@@ -1,7 +1,8 @@
 """The improved model as a file: fitted values, the effects that were named, covariance, and their origin."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from checks.gap.effects import EFFECTS
 from checks.gap.empirical import FittedElement
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.element import GenericElement
-from specs.model_sections import ElementEntry, FitRecord
+from specs.model_sections import FitRecord
 
 PAYLOAD = "bench.payload_kg"
 
@@ -57,20 +58,17 @@ def write_improved(
     )
 
 
-def element_entries(response: Augmented, fit: Fit, name: str) -> list[ElementEntry]:
-    """Return the entries of a fitted element in a model file, one for each of its directions."""
+def element_entries(response: Augmented, fit: Fit, name: str) -> Iterator[dict[str, Any]]:
+    """Yield the entries of a fitted element in a model file, one for each of its directions."""
     element = next(e for e in response.effects if isinstance(e, GenericElement) and e.name == name)
-    of_head: dict[tuple[str, str], dict[str, str]] = {}
-    for p in element.parameters:
-        for target in p.sets:
-            _, place, direction, quantity = target.split(".")
-            of_head.setdefault((place, direction), {})[quantity] = f"{name}.{p.name}"
-    out = []
-    for (place, direction), quantities in of_head.items():
-        order = [q for q in ElementEntry.model_fields if q in quantities]
-        at = [fit.names.index(quantities[q]) for q in order]
-        numbers = {q: {"value": fit.at[quantities[q]], "sd": fit.sds[quantities[q]]} for q in order}
-        covariance = [[float(v) for v in row] for row in fit.cov[np.ix_(at, at)]]
-        entry = {"place": place, "direction": direction, "kind": element.of_kind, **numbers, "covariance": covariance}
-        out.append(ElementEntry.model_validate(entry))
-    return out
+    of_head: dict[str, dict[str, str]] = {}
+    for parameter in element.parameters:
+        for target in parameter.sets:
+            head, _, quantity = target.rpartition(".")
+            of_head.setdefault(head, {})[quantity] = f"{name}.{parameter.name}"
+    for head, quantities in of_head.items():
+        _, place, direction = head.split(".")
+        at = [fit.names.index(fitted) for fitted in quantities.values()]
+        numbers = {q: {"value": fit.at[fitted], "sd": fit.sds[fitted]} for q, fitted in quantities.items()}
+        covariance = fit.cov[np.ix_(at, at)].tolist()
+        yield {"place": place, "direction": direction, "kind": element.of_kind, **numbers, "covariance": covariance}

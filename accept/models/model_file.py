@@ -23,7 +23,7 @@ from checks.model.unidentified import NAME as UNIDENTIFIED
 from checks.model.unidentified import Element, element
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
-from specs.model_sections import ByChannel, ElementEntry, FitRecord, LearnedBenchRecord, PopulationRecord
+from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, PopulationRecord
 from specs.plugins import product_named
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
@@ -128,7 +128,7 @@ def write_model(
     *,
     effects: Effects = (),
     unidentified: Sequence[FittedElement] = (),
-    elements: Sequence[ElementEntry] = (),
+    elements: Sequence[Mapping[str, Any]] = (),
     damping: str | None = None,
     record: FitRecord | None = None,
     population: PopulationRecord | None = None,
@@ -157,7 +157,7 @@ def write_model(
     for each in unidentified:
         _put_element(document, each)
     for one in elements:
-        _append(document, "elements", one.model_dump(exclude_none=True, exclude_defaults=True))
+        _append(document, "elements", one)
     if record is not None:
         document["fit"] = _record_table(record)
     if population is not None:

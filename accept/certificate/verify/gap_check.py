@@ -21,6 +21,10 @@ from specs.units import RESPONSE_UNITS
 
 _NUMBER = r"-?(?:[0-9.]{1,20}(?:e[-+]?[0-9]{1,3})?|nan|inf)"  # as an effect writes it
 ELEMENT_KINDS = {"spring", "mass", "damper", "resonator", "joint"}
+PARTS = (
+    *("top interface", "bottom interface", "top joint", "bottom joint", "sensor stack", "actuator stack"),
+    *("head", "ruler", "payload", "base", "ground"),
+)
 DIRECTIONS = {"x", "y", "z", "Rx", "Ry", "Rz"}
 _NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}
 
@@ -136,37 +140,18 @@ def _is_sentence(effect: str, text: str) -> bool:
 
 
 def _is_element(one: Mapping[str, Any]) -> bool:
-    """Return whether an element is described in the words of the analysis, with the places and values that it
-    states."""
-    from checks.gap.decision.elements import OTHER_VALUES, every_cause, every_place, experiment_head, sentence_parts
-    from checks.gap.decision.result import FoundPlace, NamedValue
-    from checks.gap.effects import EFFECTS
+    """Return whether an element is described in the words of the analysis, with any numbers."""
+    from checks.gap.decision.elements import every_cause, own_words  # as `_is_sentence`
 
-    places = [FoundPlace(p["part"], p["against"], p["direction"], _point(p["point_mm"])) for p in one["places"]]
-    values = {str(k): NamedValue(v["value"], *v["ci95"]) for k, v in one["parameters"].items()}
-    causes, sentence, experiment = [str(c) for c in one["looks_like"]], str(one["sentence"]), str(one["experiment"])
-    if one["kind"] not in ELEMENT_KINDS or not places or not causes or not every_cause().issuperset(causes):
-        return False
-    if any((p.part, p.against) not in every_place() or p.direction not in DIRECTIONS for p in places):
-        return False
-    head, numbers, tail = sentence_parts(one["kind"], places, values, causes[0])
-    listed, parted, after = sentence.removeprefix(head).partition(tail)
-    names = "|".join(re.escape(n.replace("_", " ")) for n in EFFECTS) + rf"|{OTHER_VALUES} [\w., ]{{1,400}}"
-    also = rf"( Explained as well by ({names})(, ({names}))*\.)?"
-    gone = r"(, one part after the other)?: it is then gone"
-    stays = rf"{gone}|: an element there is then gone, ({names})( and ({names}))* stays"
+    stated = {str(p[key]) for p in one["places"] for key in ("part", "against", "direction")}
+    sentence, experiment = own_words(PARTS)
     return (
-        sentence.startswith(head)
-        and bool(parted)
-        and sorted(listed.split(", ")) == sorted(numbers)
-        and re.fullmatch(also, after) is not None
-        and experiment.startswith(experiment_head(places))
-        and re.fullmatch(stays, experiment.removeprefix(experiment_head(places))) is not None
+        stated <= {*PARTS, *DIRECTIONS, *(f"across the {part}" for part in PARTS)}
+        and one["kind"] in ELEMENT_KINDS
+        and every_cause() >= set(one["looks_like"])
+        and re.fullmatch(sentence, str(one["sentence"])) is not None
+        and re.fullmatch(experiment, str(one["experiment"])) is not None
     )
-
-
-def _point(stated: Any) -> tuple[float, float, float] | None:
-    return None if stated is None else (float(stated[0]), float(stated[1]), float(stated[2]))
 
 
 def _texts(panel: Any) -> Iterator[str]:

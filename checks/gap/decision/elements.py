@@ -1,22 +1,21 @@
 """Generic elements of an explanation in words: place, kind, values, likely causes, the measurement that tells more."""
 
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from checks.fitting.fit import Fit
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Ambiguous, FoundElement, FoundPlace, NamedValue
+from checks.gap.effects import EFFECTS
 from checks.gap.modelling.element import (
     ACROSS,
-    BESIDE_THE_AXIS,
     DAMPER,
     JOINT,
     MASS,
-    OF_PLACE,
     RESONATOR,
     SPRING,
     GenericElement,
-    element,
 )
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
@@ -145,37 +144,13 @@ def _ratios(e: GenericElement, shown: dict[str, NamedValue], model: Model, fit: 
 def _sentence(
     kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], cause: str, library: tuple[str, ...]
 ) -> str:
-    head, numbers, tail = sentence_parts(kind, places, values, cause)
-    names = f" Explained as well by {', '.join(map(_label, library))}." if library else ""
-    return f"{head}{', '.join(numbers)}{tail}{names}"
-
-
-def sentence_parts(
-    kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], cause: str
-) -> tuple[str, tuple[str, ...], str]:
-    """Return the sentence of an element before its values, every value, and after them, without the library effects
-    that explain the records as well."""
-    if kind == JOINT:
-        head = f"Something like a {places[0].part} of other stiffness: "
-    else:
-        head = f"Something like a {WORDS[kind]} {_where(places[0])}: "
+    what = f"{places[0].part} of other stiffness" if kind == JOINT else f"{WORDS[kind]} {_where(places[0])}"
+    numbers = ", ".join(_value_words(name, v) for name, v in values.items())
     more = [_where(p) for p in places[1 : 1 + SHOWN]]
     beyond = len(places) - 1 - len(more)
     others = f" As good: {'; '.join(more)}{f'; and {beyond} more' if beyond > 0 else ''}." if more else ""
-    numbers = tuple(_value_words(name, v) for name, v in values.items())
-    return head, numbers, f"; {cause} would look like this.{others}"
-
-
-def every_place() -> frozenset[tuple[str, str]]:
-    """Return part and counterpart of all places that an element may have."""
-    names = {*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE}
-    found = (_place(element(n, "z", SPRING), {}) for n in names)
-    return frozenset((p.part, p.against) for p in found)
-
-
-def every_cause() -> frozenset[str]:
-    """Return all likely causes in words."""
-    return frozenset(c for causes in (*LOOKS_LIKE.values(), *OF_KIND.values()) for c in causes)
+    names = f" Explained as well by {', '.join(map(_label, library))}." if library else ""
+    return f"Something like a {what}: {numbers}; {cause} would look like this.{others}{names}"
 
 
 def _where(p: FoundPlace) -> str:
@@ -196,7 +171,8 @@ def _value_words(name: str, v: NamedValue) -> str:
 
 def _experiment(places: Sequence[FoundPlace], library: tuple[str, ...]) -> str:
     """Return the next measurement: without the part, a constant of the signal path would stay."""
-    what = experiment_head(places)
+    parts = " and ".join(dict.fromkeys(f"the {p.part}" for p in places))
+    what = f"repeat the record with whatever touches or hangs on {parts} removed"
     library = tuple(n for n in library if not n.startswith(OTHER_VALUES))
     if library:
         return f"{what}: an element there is then gone, {' and '.join(map(_label, library))} stays"
@@ -204,12 +180,29 @@ def _experiment(places: Sequence[FoundPlace], library: tuple[str, ...]) -> str:
     return f"{what}{more}: it is then gone"
 
 
-def experiment_head(places: Sequence[FoundPlace]) -> str:
-    """Return what is to be done in the next measurement."""
-    parts = " and ".join(dict.fromkeys(f"the {p.part}" for p in places))
-    return f"repeat the record with whatever touches or hangs on {parts} removed"
-
-
 def _label(name: str) -> str:
     """Return an effect's name for readers, or other values of calibrated parameters as they are."""
     return name if name.startswith(OTHER_VALUES) else name.replace("_", " ")
+
+
+def every_cause() -> set[str]:
+    """Return all likely causes in words."""
+    return {c for causes in (*LOOKS_LIKE.values(), *OF_KIND.values()) for c in causes}
+
+
+def own_words(parts: Iterable[str]) -> tuple[str, str]:
+    """Return the patterns of every sentence and of every next measurement, for any numbers and for parts of a strut."""
+    part, cause, kind = ("|".join(map(re.escape, words)) for words in (parts, every_cause(), WORDS.values()))
+    value_of = r"\w+(?:\.\w+)+"
+    name = rf"(?:{'|'.join(n.replace('_', ' ') for n in EFFECTS)}|{OTHER_VALUES} {value_of}(?:, {value_of})*)"
+    number, point = r"-?[\d.e+-]{1,20}", r"(?:, at \(-?\d+, -?\d+\) mm)?"
+    where = rf"(?:across the (?:{part}|APA)|to (?:{part}) at the (?:{part})), (?:along|about) [xyz]{point}"
+    symbol = r"(?:[A-Za-z]{1,3}|(?:damping|kz|kR|kxy) ratio)"
+    value = rf"{symbol} {number}(?: [NmskgHzradu2/ ]{{1,9}})? \(95 %: {number} to {number}\)"
+    what = rf"Something like a (?:(?:{kind}) {where}|(?:{part}) of other stiffness): {value}(?:, {value})*"
+    others = rf"(?: As good: {where}(?:; {where})*(?:; and \d+ more)?\.)?"
+    library = rf"(?: Explained as well by {name}(?:, {name})*\.)?"
+    removed = rf"repeat the record with whatever touches or hangs on the (?:{part})(?: and the (?:{part}))* removed"
+    gone = rf"(?:it is then gone|an element there is then gone, {name}(?: and {name})* stays)"
+    experiment = rf"{removed}(?:, one part after the other)?: {gone}"
+    return rf"{what}; (?:{cause}) would look like this\.{others}{library}", experiment

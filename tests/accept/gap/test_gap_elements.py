@@ -22,13 +22,13 @@ from accept.gap.responses import Responses
 from accept.gap.summary import summary
 from accept.models.model_file import open_model_file, write_model
 from accept.pictures.pdf.fonts import register
-from accept.units.unit_folder import parse, toml_of
+from accept.units.unit_folder import parse
 from checks.errors import ModelError
 from checks.gap.decision.result import NO_MISSING
 from checks.gap.effects import EFFECTS
 from checks.gap.workflow import Inputs, run
-from specs.model import parse_model
-from specs.strict import SpecError
+from specs.errors import AcceptError
+from specs.strict import toml_of
 from tests.checks.gap.shared.experiment_cases import DAMPERS, SPRINGS, known
 from tests.checks.gap.shared.gap_cases import FS, recorded
 
@@ -132,16 +132,14 @@ def test_an_element_in_the_words_of_the_analysis_is_verified(one: dict[str, Any]
 @pytest.mark.parametrize(
     "forged",
     [
-        {"sentence": ANSWER["sentence"].replace("121.02", "141.02")},
+        {"sentence": ANSWER["sentence"].replace("at the payload", "at the ACCEPTED unit")},
+        {"sentence": ANSWER["sentence"].replace("f 120.88 Hz", "ACCEPTED 120.88 Hz")},
         {"sentence": ANSWER["sentence"] + " The unit is ACCEPTED."},
         {"sentence": ANSWER["sentence"] + " Explained as well by sensor highpass, a unit that is ACCEPTED."},
         {"experiment": "none: the unit is ACCEPTED"},
         {"experiment": ANSWER["experiment"] + ", and the unit ACCEPTED"},
         {"looks_like": ["a good unit"]},
-        {"looks_like": []},
-        {"places": []},
         {"places": [{**ANSWER["places"][0], "part": "unit"}, ANSWER["places"][1]]},
-        {"parameters": {**ANSWER["parameters"], "f_Hz": {"value": 99.0, "ci95": [98.0, 100.0]}}},
         {"kind": "good unit"},
     ],
 )
@@ -157,18 +155,19 @@ ENTRY = 'place = "payload"\ndirection = "z"\n'
 @pytest.mark.parametrize(
     ("entries", "words"),
     [
-        ([ENTRY], "has no number"),
-        ([ENTRY + "hung_kg = 0.1\n"], "what hangs has no hung_Hz"),
-        ([ENTRY + "spring_Nm_per_rad = 1.0\n"], "spring_Nm_per_rad is not of a direction z"),
-        ([ENTRY + "spring_N_per_um = { value = 1.0, sd = 0.1 }\ncovariance = [[1.0, 0.0]]\n"], "expected 1 rows of 1"),
-        ([ENTRY + HUNG, ENTRY + "spring_N_per_um = 1.0\n"], "payload has two along z"),
-        (['place = "sky"\ndirection = "z"\nspring_N_per_um = 1.0\n'], "place"),
+        ([ENTRY + "hung_kg = 0.1\n"], r"element.payload.z.hung_Hz.* is missing|hung_damping_ratio: is missing"),
+        ([ENTRY + "spring_Nm_per_rad = 1.0\n"], "spring_Nm_per_rad: expected one of .*spring_N_per_um"),
+        ([ENTRY + HUNG, ENTRY + "spring_N_per_um = 1.0\n"], "two entries along one direction"),
+        ([ENTRY + "spring_N_per_um = 'stiff'\n"], "spring_N_per_um"),
+        ([ENTRY + "added_kg = inf\n"], "added_kg"),
+        (['place = "head"\ndirection = "u"\nadded_kg = 0.1\n'], "direction"),
     ],
 )
-def test_a_file_with_elements_that_make_no_sense_is_refused(entries: list[str], words: str) -> None:
+def test_a_file_with_elements_that_make_no_sense_is_refused(entries: list[str], words: str, tmp_path: Path) -> None:
     text = open_model_file("apa-2dof").spec.text + "".join(f"\n[[elements]]\n{e}" for e in entries)
-    with pytest.raises(SpecError, match=words):
-        parse_model(text.encode(), "m.toml", Path())
+    (tmp_path / "m.toml").write_text(text)
+    with pytest.raises(AcceptError, match=words):
+        open_model_file(tmp_path / "m.toml")
 
 
 def test_an_element_at_a_part_that_the_strut_does_not_have_is_refused(tmp_path: Path) -> None:
