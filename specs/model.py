@@ -84,9 +84,8 @@ class ModelDocument(Strict):
             named |= {"joint.bottom": self.joint.bottom, "joint.top": self.joint.top}
         else:
             named |= {"joint": self.joint}
-        named |= {"encoder": self.encoder, "bench": self.bench, "constants": self.constants}
-        named |= {"misalignment": self.misalignment, "delay": self.delay}
-        named |= {"amplifier": self.amplifier, "sensor": self.sensor}
+        rest = ("encoder", "bench", "constants", "misalignment", "delay", "amplifier", "sensor")
+        named |= {name: getattr(self, name) for name in rest}
         yield from ((name, section) for name, section in named.items() if section is not None)
         yield from ((f"element.{e.place}.{e.direction}", e) for e in self.elements)
 

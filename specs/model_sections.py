@@ -60,8 +60,7 @@ class ModelSection(Strict):
     """A section whose numbers become parameters."""
 
     def numbers(self) -> Iterator[tuple[str, Value]]:
-        for key in type(self).model_fields:
-            held = getattr(self, key)
+        for key, held in self:
             if isinstance(held, Value):
                 yield key, held
             elif isinstance(held, list) and held and isinstance(held[0], Value):
@@ -293,9 +292,6 @@ class ElementEntry(ModelSection):
     direction: Literal["x", "y", "z", "Rx", "Ry", "Rz"]
     kind: Words | None = None
     covariance: list[list[Finite]] = Field(default_factory=list)
-
-    def numbers(self) -> Iterator[tuple[str, Value]]:
-        yield from self.__pydantic_extra__.items()
 
 
 class EffectEntry(BaseModel):

@@ -40,7 +40,6 @@ def write_improved(
     )
     weighed = {n: given.model.values[n] for n in (PAYLOAD,) if n in given.model.values}  # as the unit's folder says
     values = weighed | {n: fit.at[n] for n in own} | dict(result.bench_latency)
-    sds = {n: fit.sds[n] for n in own}
     effects = [(n.effect, {k: v.value for k, v in n.parameters.items()}) for n in result.named if n.effect in EFFECTS]
     elements = [e for n in result.elements if n.fitted for e in element_entries(result.after.response, fit, n.fitted)]
     name = spec.name if spec.name.endswith(measured.serial) else f"{spec.name}-{measured.serial}"
@@ -48,7 +47,7 @@ def write_improved(
         path,
         spec,
         values,
-        sds,
+        {n: fit.sds[n] for n in own},
         effects=effects,
         unidentified=unidentified,
         elements=elements,

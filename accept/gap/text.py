@@ -209,9 +209,9 @@ def values_of(n: Mapping[str, Any]) -> list[Value]:
     return [(name, p["value"], *p["ci95"]) for name, p in found]
 
 
-def alternatives(a: Mapping[str, Any]) -> str:
+def alternatives(effects: Iterable[str], experiment: str) -> str:
     """Return the effects of an entry of `ambiguous`, and the experiment that distinguishes them."""
-    return f"Cannot be distinguished: {', '.join(map(words_of, a['effects']))}. Next experiment: {a['experiment']}."
+    return f"Cannot be distinguished: {', '.join(map(words_of, effects))}. Next experiment: {experiment}."
 
 
 def unidentified_words(u: Mapping[str, Any]) -> str:

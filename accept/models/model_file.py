@@ -153,7 +153,8 @@ def write_model(
     if spec.apa_file is not None:
         _section(document, ["apa"])["file"] = _relative_path(path.parent, spec.apa_file)
     for effect, parameters in effects:
-        _add_effect(document, effect, {key: float(value) for key, value in parameters.items()})
+        values_of = {key: float(value) for key, value in parameters.items()}
+        _append(document, "effects", {"name": effect} | values_of)
     for each in unidentified:
         _put_element(document, each)
     for one in elements:
@@ -246,11 +247,7 @@ def _put_element(document: TOMLDocument, fitted: FittedElement) -> None:
     pairs = {"poles": [list(p) for p in element.poles], "zeros": [list(z) for z in element.zeros]}
     covariance = [[float(v) for v in row] for row in fitted.covariance]
     entry = {"channel": element.channel, "gain": element.gain, **pairs, "covariance": covariance}
-    _add_effect(document, UNIDENTIFIED, entry)
-
-
-def _add_effect(document: TOMLDocument, name: str, parameters: Mapping[str, Any]) -> None:
-    _append(document, "effects", {"name": name} | dict(parameters))
+    _append(document, "effects", {"name": UNIDENTIFIED} | entry)
 
 
 def _append(document: TOMLDocument, key: str, values: Mapping[str, Any]) -> None:

@@ -56,7 +56,7 @@ def _missing(found: Mapping[str, Any]) -> list[Flowable]:
         story.append(words(f"{n['sentence']} {words_of(n['effect'])}{': ' if values else ''}{values}", page_style.BODY))
     story += [words(element_words(e), page_style.BODY) for e in found.get("elements", ())]
     for a in found["ambiguous"]:
-        story.append(words(alternatives(a), page_style.BODY))
+        story.append(words(alternatives(a["effects"], a["experiment"]), page_style.BODY))
     for u in found["unnamed"]:
         story.append(words(f"Unidentified effect: {unidentified_words(u)}", page_style.BODY))
     return story

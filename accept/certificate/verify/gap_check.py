@@ -21,11 +21,6 @@ from specs.units import RESPONSE_UNITS
 
 _NUMBER = r"-?(?:[0-9.]{1,20}(?:e[-+]?[0-9]{1,3})?|nan|inf)"  # as an effect writes it
 ELEMENT_KINDS = {"spring", "mass", "damper", "resonator", "joint"}
-PARTS = (
-    *("top interface", "bottom interface", "top joint", "bottom joint", "sensor stack", "actuator stack"),
-    *("head", "ruler", "payload", "base", "ground"),
-)
-DIRECTIONS = {"x", "y", "z", "Rx", "Ry", "Rz"}
 _NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}
 
 
@@ -141,17 +136,10 @@ def _is_sentence(effect: str, text: str) -> bool:
 
 def _is_element(one: Mapping[str, Any]) -> bool:
     """Return whether an element is described in the words of the analysis, with any numbers."""
-    from checks.gap.decision.elements import every_cause, own_words  # as `_is_sentence`
+    from checks.gap.decision.elements import own_words  # as `_is_sentence`
 
-    stated = {str(p[key]) for p in one["places"] for key in ("part", "against", "direction")}
-    sentence, experiment = own_words(PARTS)
-    return (
-        stated <= {*PARTS, *DIRECTIONS, *(f"across the {part}" for part in PARTS)}
-        and one["kind"] in ELEMENT_KINDS
-        and every_cause() >= set(one["looks_like"])
-        and re.fullmatch(sentence, str(one["sentence"])) is not None
-        and re.fullmatch(experiment, str(one["experiment"])) is not None
-    )
+    stated = zip(own_words(), ("sentence", "experiment"), strict=True)
+    return one["kind"] in ELEMENT_KINDS and all(re.fullmatch(own, str(one[key])) for own, key in stated)
 
 
 def _texts(panel: Any) -> Iterator[str]:

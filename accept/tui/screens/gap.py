@@ -129,7 +129,7 @@ def answer(found: Mapping[str, Any]) -> Text:
     for element in found.get("elements", ()):
         text.append(f"  {element_words(element)}\n", "bold")
     for rivals in found["ambiguous"]:
-        text.append(f"  {alternatives(rivals)}\n", "yellow")
+        text.append(f"  {alternatives(rivals['effects'], rivals['experiment'])}\n", "yellow")
     for nameless in found["unnamed"]:
         text.append(f"  Unidentified effect: {unidentified_words(nameless)}\n", "magenta")
     before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]

@@ -40,15 +40,10 @@ def _limits(projected: Projected, effect: Effect, needed: float) -> dict[str, fl
     stated = {p.name: p.limit_at for p in effect.parameters if p.limit_at is not None}
     if linear:
         D = directions(projected, effect, {**stated, **{p.name: 0.0 for p in linear}})
-        return stated | {
-            p.name: _bounded(np.sqrt(needed / max(float(d @ d), 1e-300)), p) for p, d in zip(linear, D, strict=True)
-        }
+        sizes = [float(np.sqrt(needed / max(float(d @ d), 1e-300))) for d in D]
+        # an effect beyond its physical bounds cannot be seen at all
+        return stated | {p.name: min(x, max(abs(p.lo), abs(p.hi))) for p, x in zip(linear, sizes, strict=True)}
     return _searched(projected, effect, effect.parameters[0], needed)
-
-
-def _bounded(value: float, p: Parameter) -> float:
-    """Return a value within the physical bounds; an effect beyond them cannot be seen at all."""
-    return float(min(value, max(abs(p.lo), abs(p.hi))))
 
 
 def _searched(projected: Projected, effect: Effect, p: Parameter, needed: float) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """Generic elements of an explanation in words: place, kind, values, likely causes, the measurement that tells more."""
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from checks.fitting.fit import Fit
@@ -10,9 +10,11 @@ from checks.gap.decision.result import Ambiguous, FoundElement, FoundPlace, Name
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.element import (
     ACROSS,
+    BESIDE_THE_AXIS,
     DAMPER,
     JOINT,
     MASS,
+    OF_PLACE,
     RESONATOR,
     SPRING,
     GenericElement,
@@ -75,15 +77,11 @@ def found_elements(
 
 def _rivals_by_element(result: SearchResult, name: str, alike: set[str]) -> list[tuple[GenericElement, Candidate]]:
     """Return the elements that do as well in the place of a member, the best first."""
-    found = []
-    for rival in sorted(result.rivals, key=lambda c: -c.score):
-        others = result.best.names - {name}
-        found += [
-            (e, rival) for e in rival.response.effects if isinstance(e, GenericElement) and e.name in alike - others
-        ]
     best: dict[str, tuple[GenericElement, Candidate]] = {}
-    for e, rival in found:
-        best.setdefault(e.name, (e, rival))
+    for rival in sorted(result.rivals, key=lambda c: -c.score):
+        for e in rival.response.effects:
+            if isinstance(e, GenericElement) and e.name in alike - (result.best.names - {name}):
+                best.setdefault(e.name, (e, rival))
     return [*best.values()]
 
 
@@ -185,14 +183,11 @@ def _label(name: str) -> str:
     return name if name.startswith(OTHER_VALUES) else name.replace("_", " ")
 
 
-def every_cause() -> set[str]:
-    """Return all likely causes in words."""
-    return {c for causes in (*LOOKS_LIKE.values(), *OF_KIND.values()) for c in causes}
-
-
-def own_words(parts: Iterable[str]) -> tuple[str, str]:
-    """Return the patterns of every sentence and of every next measurement, for any numbers and for parts of a strut."""
-    part, cause, kind = ("|".join(map(re.escape, words)) for words in (parts, every_cause(), WORDS.values()))
+def own_words() -> tuple[str, str]:
+    """Return the patterns of every sentence and of every next measurement, for any numbers."""
+    causes = {c for each in (*LOOKS_LIKE.values(), *OF_KIND.values()) for c in each}
+    parts = {"base", "ground", *(p.replace("_", " ") for p in (*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE))}
+    part, cause, kind = ("|".join(map(re.escape, words)) for words in (parts, causes, WORDS.values()))
     value_of = r"\w+(?:\.\w+)+"
     name = rf"(?:{'|'.join(n.replace('_', ' ') for n in EFFECTS)}|{OTHER_VALUES} {value_of}(?:, {value_of})*)"
     number, point = r"-?[\d.e+-]{1,20}", r"(?:, at \(-?\d+, -?\d+\) mm)?"

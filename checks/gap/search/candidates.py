@@ -264,15 +264,15 @@ class Search:
         except ModelError:
             return None
 
-    def with_better_damping(self, c: Candidate) -> Candidate:
-        """Return a candidate with the form of damping that is more likely beyond doubt."""
+    def with_likelier_damping(self, c: Candidate) -> Candidate:
+        """Return the candidate with the form of damping that is more likely beyond doubt."""
         other = self.with_other_damping(c)
-        return other if other is not None and other.cost < c.cost - BEYOND_DOUBT and other.adequate else c
+        return other if other is not None and other.cost < c.cost - BEYOND_DOUBT else c
 
     def _from_screen(self, base: Augmented, at: Mapping[str, float], score: Score) -> list[Candidate]:
         response = base.with_member(score.member).holding_scatter(at)
         out = []
-        taken = _stood_for(score.member, response)
+        taken = score.member.stands_for(response.model)  # these return to their priors
         kept = {k: v for k, v in at.items() if k not in taken and not is_mode_factor(k)}
         for values in score.starts:
             start = {**kept, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
@@ -385,7 +385,7 @@ class Search:
         """Return the best start of every set, the most promising ones fitted to the end. adequate: cost of an adequate
         explanation; a start far above it is no rival and is not fitted further."""
         done = []
-        for i, c in enumerate(best_of_each(sorted(started, key=lambda c: c.cost))):
+        for i, c in enumerate(best_of_each(started, lambda c: c.cost)):
             near = i < GO_ON and c.cost < NO_RIVAL * adequate
             done.append(self._finish_to_the_end(c) if near else self.free_scatter(c))
             if adequate == inf and near and done[-1].adequate:
@@ -393,10 +393,10 @@ class Search:
         return sorted(done, key=lambda c: -c.score)
 
 
-def best_of_each(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return the first candidate of every set of members."""
+def best_of_each(candidates: Sequence[Candidate], key: Callable[[Candidate], float] | None = None) -> list[Candidate]:
+    """Return the first candidate of every set of members, by a key or by falling score."""
     best: dict[frozenset[str], Candidate] = {}
-    for c in candidates:
+    for c in sorted(candidates, key=key or (lambda c: -c.score)):
         best.setdefault(c.names, c)
     return [*best.values()]
 
@@ -417,9 +417,3 @@ def _is_same_place(a: FitPoint, b: FitPoint) -> bool:
 def quicker(model: Model) -> Model:
     """Return the model with modal damping if it can have it: the derivatives are quicker, and a start is as good."""
     return with_damping(model, "modal") or model
-
-
-def _stood_for(member: Member, response: Augmented) -> set[str]:
-    """Return the calibrated parameters that an effect stands for: they return to their priors when the effect is
-    added."""
-    return set(member.stands_for(response.model)) if isinstance(member, Effect) else set()

@@ -138,8 +138,7 @@ def test_an_element_in_the_words_of_the_analysis_is_verified(one: dict[str, Any]
         {"sentence": ANSWER["sentence"] + " Explained as well by sensor highpass, a unit that is ACCEPTED."},
         {"experiment": "none: the unit is ACCEPTED"},
         {"experiment": ANSWER["experiment"] + ", and the unit ACCEPTED"},
-        {"looks_like": ["a good unit"]},
-        {"places": [{**ANSWER["places"][0], "part": "unit"}, ANSWER["places"][1]]},
+        {"sentence": ANSWER["sentence"].replace("a cable", "a good unit, ACCEPTED")},
         {"kind": "good unit"},
     ],
 )
