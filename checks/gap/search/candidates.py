@@ -237,8 +237,8 @@ class Search:
         places = Places(project(base.response, self.A, base.at))
         if places.in_signal_path:
             return []
-        scores = sorted((s for s in places.scores() if s.p < WORTH_A_FIT), key=lambda s: -s.net)
-        first = scores[:ELEMENTS_TRIED]
+        scores = sorted(places.scores(), key=lambda s: -s.net)
+        first = [s for s in scores if s.p < WORTH_A_FIT][:ELEMENTS_TRIED]
         starts = [c for s in first if not self.over for c in self._from_screen(base.response, base.at, s)]
         found = self._race(starts)
         if any(c.adequate for c in found):

@@ -20,6 +20,10 @@ from checks.gap.workflow import Inputs, run
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, TOLERANCE, F, drawn, recorded, strut
+from validation.model_files import write_model
+from validation.sets import Set
+from validation.shell import PUBLIC
+from validation.studies.elements import draw_cases
 
 HOLDER = {
     "element.top_interface.z.spring_N_per_um": 0.2,
@@ -176,6 +180,22 @@ HIDDEN: dict[str, tuple[str, tuple[str, str], dict[str, float]]] = {
     "E-04": ("joint", ("bottom joint", "base"), {"kz_ratio": 0.6, "c_N_s_per_m": 200.0}),
     "E-05": ("resonator", ("payload", "ground"), {"f_Hz": 121.0}),  # a payload that rocks, seen along the axis
 }
+
+
+@pytest.mark.slow
+@pytest.mark.takes_data
+@pytest.mark.skipif(not PUBLIC.exists(), reason="the matrices of the shell are not there")
+def test_bellows_that_the_calibration_has_followed_are_found_from_the_priors(tmp_path: Path) -> None:
+    """Red while only elements that promise something at calibrated values were fitted: unexplained, with G below 1 in
+    every channel."""
+    case, truth = draw_cases(3, 9, 0.01)[2][1:]
+    gap = run_gap(case.write(tmp_path), write_model(Set(0, {}, 0.01, 0.01), tmp_path / "model"))
+    (one,) = gap["elements"]
+    assert not gap["named"]
+    assert one["kind"] == truth.kind == "spring"
+    assert ("payload", "ground") in [(p["part"], p["against"]) for p in one["places"]]
+    lo, hi = one["parameters"]["k_N_per_um"]["ci95"]
+    assert lo < truth.values["k_N_per_um"] < hi
 
 
 @pytest.mark.slow
