@@ -39,11 +39,21 @@ def _variable(file: str, raw: bytes, f: h5py.File, name: str) -> Variable:
             return _content(file, len(raw), again[name], [DEFAULT_LIMITS.max_samples])
 
     if not isinstance(found, h5py.Dataset):
-        return Variable(name, (1, 1), "sparse" if "MATLAB_sparse" in found.attrs else "struct", inner=inner)
+        kind = "sparse" if "MATLAB_sparse" in found.attrs else "struct"
+        return Variable(name, (1, 1), kind, inner=inner, unpacked=8 * (_size(found) + _size(f.get("#refs#"))))
     kind = _kind(found)
     if kind in NUMBERS:
         return Variable(name, found.shape, kind, lambda: _numbers(file, raw, name), inner=inner)
-    return Variable(name, found.shape or (), kind, text=inner if kind == "char" else None, inner=inner)
+    size = 8 * (_size(found) + (_size(f.get("#refs#")) if kind in (REFERENCES, "cell") else 0))
+    return Variable(name, found.shape or (), kind, text=inner if kind == "char" else None, inner=inner, unpacked=size)
+
+
+def _size(node: h5py.Group | h5py.Dataset | None) -> int:
+    """Return how many numbers a node holds, those of groups in it included."""
+    sizes: list[int] = []
+    if isinstance(node, h5py.Group):
+        node.visititems(lambda _, part: sizes.append(part.size or 0) if isinstance(part, h5py.Dataset) else None)
+    return sum(sizes) if node is None or isinstance(node, h5py.Group) else node.size or 0
 
 
 def _content(file: str, file_bytes: int, node: h5py.Group | h5py.Dataset, left: list[int], depth: int = 0) -> Any:

@@ -4,7 +4,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PurePath
 
 import numpy as np
 
@@ -87,6 +87,23 @@ def record_of(
         if OWN_RECORD in found:
             sources = {}
         return assemble(source.file, source.sha256, _declared(source.file, found, series, sources), limits)
+
+
+def declared_samples(name: str, raw: bytes, most: int) -> int:
+    """Return how many numbers a file declares, whatever it holds beside them, 0 if it cannot be read. Nothing is
+    unpacked beyond `most` numbers."""
+    source = Source(PurePath(name).name, PurePath(name).suffix.lower(), raw)
+    try:
+        with refused(source.file):
+            if source.is_text:
+                return sum(map(raw.count, (b"\n", b"\r", b",", b";", b"\t", b" ")))
+            found = source.variables()
+            unpacked = sum(v.unpacked for v in found.values()) // np.dtype(float).itemsize
+            if unpacked > most:
+                return unpacked
+            return max(unpacked, sum(v.size for v in expand(source.file, found).values() if v.load is not None))
+    except RecordError:
+        return 0
 
 
 def record_by_input(

@@ -33,7 +33,7 @@ class Variable:
     shape : as declared; kind : "double", "int16", "char", "struct" and the like; unit : "" if the file states none.
     load : its data as (size,) float64; None for a kind that is not real numbers. text : of a kind that is words.
     inner : what a structure holds, a matrix in its shape. clock : its own times, if they are part of it. home : name of
-    the structure that holds it.
+    the structure that holds it. unpacked : bytes that it fills as doubles or before, if the file states them.
     """
 
     name: str
@@ -45,6 +45,7 @@ class Variable:
     inner: Callable[[], Any] | None = None
     clock: Callable[[], Clock] | None = None
     home: str = ""
+    unpacked: int = 0
 
     @property
     def values(self) -> Array:
