@@ -49,11 +49,11 @@ def _variable(file: str, raw: bytes, f: h5py.File, name: str) -> Variable:
 
 
 def _size(node: h5py.Group | h5py.Dataset | None) -> int:
-    """Return how many numbers a node holds, those of groups in it included."""
+    if not isinstance(node, h5py.Group):
+        return 0 if node is None else node.size or 0
     sizes: list[int] = []
-    if isinstance(node, h5py.Group):
-        node.visititems(lambda _, part: sizes.append(part.size or 0) if isinstance(part, h5py.Dataset) else None)
-    return sum(sizes) if node is None or isinstance(node, h5py.Group) else node.size or 0
+    node.visititems(lambda _, part: sizes.append(getattr(part, "size", 0) or 0))
+    return sum(sizes)
 
 
 def _content(file: str, file_bytes: int, node: h5py.Group | h5py.Dataset, left: list[int], depth: int = 0) -> Any:

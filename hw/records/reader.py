@@ -3,6 +3,7 @@
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 
@@ -90,20 +91,16 @@ def record_of(
 
 
 def declared_samples(name: str, raw: bytes, most: int) -> int:
-    """Return how many numbers a file declares, whatever it holds beside them, 0 if it cannot be read. Nothing is
-    unpacked beyond `most` numbers."""
-    source = Source(PurePath(name).name, PurePath(name).suffix.lower(), raw)
-    try:
-        with refused(source.file):
-            if source.is_text:
-                return sum(map(raw.count, (b"\n", b"\r", b",", b";", b"\t", b" ")))
-            found = source.variables()
-            unpacked = sum(v.unpacked for v in found.values()) // np.dtype(float).itemsize
-            if unpacked > most:
-                return unpacked
-            return max(unpacked, sum(v.size for v in expand(source.file, found).values() if v.load is not None))
-    except RecordError:
-        return 0
+    """Return how many numbers a file declares, 0 if it cannot be read; no structure beyond `most` is unpacked."""
+    source = Source(name, PurePath(name).suffix.lower(), raw)
+    with suppress(RecordError), refused(name):
+        if source.is_text:
+            return sum(map(raw.count, (b"\n", b"\r", b",", b";", b"\t", b" ")))
+        found = source.variables()
+        unpacked = sum(v.unpacked for v in found.values()) // np.dtype(float).itemsize
+        every = () if unpacked > most else expand(name, found).values()
+        return max(unpacked, sum(v.size for v in every if v.load is not None))
+    return 0
 
 
 def record_by_input(
