@@ -125,8 +125,7 @@ def visa_opener(library: str, timeout_s: float) -> Any:
     `visa`.
 
     `TCPIP::host::number::SOCKET` is a plain connection and opened as one: VISA libraries wait for the end of a line
-    however long the other end sends, and drop half an answer.
-    """
+    however long the other end sends, and drop half an answer."""
 
     def opened(address: Address) -> TcpPort | VisaPort:
         if plain := SOCKET.fullmatch(address.port):

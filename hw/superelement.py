@@ -128,8 +128,7 @@ def _table(path: Path) -> Array:
 
 
 def _interface_nodes(path: Path) -> Array:
-    """Return (p, 3) [m] coordinates of the nodes that the list `NODE DOF` keeps, out of the list `NODE X Y Z`, by
-    number."""
+    """Return coordinates (p, 3) [m] of the nodes in the list `NODE DOF`, from the list `NODE X Y Z`, by number."""
     try:
         lines = iter(read_bounded(path, MAX_BYTES).decode("utf-8", "replace").splitlines())
     except OSError as e:

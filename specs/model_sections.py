@@ -76,8 +76,7 @@ class ModelSection(Strict):
 
 
 def _axis_name(key: str, axis: str) -> str:
-    """Return the flat name of one entry of a list: `com_mm` along x is `com_x_mm`, `latency_us` of Vs is
-    `latency_Vs_us`."""
+    """Return the flat name of a list's entry: `com_mm` along x is `com_x_mm`, `latency_us` of Vs `latency_Vs_us`."""
     head, _, unit = key.partition("_")
     return f"{head}_{axis}_{unit}"
 

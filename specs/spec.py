@@ -13,7 +13,7 @@ from specs.plugins import product_named
 from specs.strict import Finite, Positive, SpecError, Strict, Words, file_bytes, parse_as
 from specs.units import unit_of
 
-# As strict as a serial: it stands in the first line of a verification, on pages and in the names of files.
+# As strict as a serial: it is in the first line of a verification, on pages and in the names of files.
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 

@@ -24,7 +24,7 @@ Full = TypeVar("Full", bound="Strict")
 
 
 class SpecError(AcceptError, ValueError):
-    """Every problem of a file, a line each: file, key path, what is wrong."""
+    """Every problem of a file, a line each: file, key path, fault."""
 
     def __init__(self, path: str, problems: list[str]) -> None:
         self.path, self.problems = path, problems
@@ -48,8 +48,7 @@ def file_bytes(path: Path) -> bytes:
 def parse_as(full: type[Full], document: type[Strict], raw: bytes, name: str, **origin: str) -> Full:
     """Parse the bytes of a TOML file into a `full`: the keys of `document`, the bytes' sha256 and text, and `origin`.
 
-    name: of the file, for messages. Raises SpecError listing every problem with its key path.
-    """
+    name: of the file, for messages. Raises SpecError listing every problem with its key path."""
     try:
         data = toml_of(raw)
         text = raw.decode("utf-8")

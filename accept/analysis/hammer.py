@@ -123,8 +123,8 @@ def hammer_responses(
 
 
 def U_of(mode: Mode) -> tuple[float, float]:
-    """Return U of a mode's frequency [Hz] and damping ratio (k = 2): scatter between hits, model, and of the frequency
-    the clock."""
+    """Return U (k = 2) of a mode's frequency [Hz] and damping ratio: scatter between hits, model, and clock (frequency
+    only)."""
     scatter = 2.0 * math.hypot(mode.u_f_Hz, mode.u_f_model_Hz)
     return math.hypot(scatter, U_CLOCK * mode.f_Hz), 2.0 * math.hypot(mode.u_damping, mode.u_damping_model)
 

@@ -1,4 +1,4 @@
-"""The log of faults: ACCEPT_HOME/log/accept.log, which rotates. Errors that a user can mend are said, not logged."""
+"""The log of faults: ACCEPT_HOME/log/accept.log, which rotates. Errors that a user can mend are printed, not logged."""
 
 import logging
 import sys

@@ -8,8 +8,7 @@ _NOBODY = 65534
 
 
 def operator_name(given: str | None) -> str:
-    """Return the operator named, else the login name; a machine without one is `unknown`, which the certificate then
-    shows."""
+    """Return the given operator, else the login name, else `unknown`, which the certificate then shows."""
     if given:
         return given
     try:

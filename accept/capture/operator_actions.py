@@ -82,8 +82,7 @@ class Person:
 class Player(Person):
     """A person, but the voltage steps are played by the rig: `dwell_s` per step from when the person starts it.
 
-    Each step counts as reached `settle_s` after its beginning, which must cover the person's reaction and creep.
-    """
+    Each step counts as reached `settle_s` after its beginning, which must cover the person's reaction and creep."""
 
     sets_each_voltage = False
 

@@ -37,7 +37,7 @@ GAIN = 3e-7  # rad/N at rest
 
 @dataclass(frozen=True)
 class Figures:
-    """The properties of one APA beside its model. heights_um: at the 8 probe points; loop: relative width of the loops
+    """The properties of one APA beyond its model. heights_um: at the 8 probe points; loop: relative width of the loops
     over the largest drive; creep: per decade; modes_Hz: x-bending, y-bending, axial, torsion, one end fixed, as
     measured ([STB] 2.4) and, the last two, by the frame's public matrices."""
 
@@ -113,7 +113,7 @@ def records(bench: DrivenUnit, figures: Figures, double: DoubleHits | None) -> d
 
 
 def _stroke(request: UnitRequest, figures: Figures, stroke_um: float, name: str) -> Columns:
-    """Return two slow rises from -20 V to 150 V and back, and what the gauge shows."""
+    """Return two slow rises from -20 V to 150 V and back, and the gauge's displacement."""
     t = np.arange(round(STROKE_FS * STROKE_PERIOD_S * STROKE_CYCLES)) / STROKE_FS
     span = TOP_V - START_V
     V = START_V + 0.5 * span * (1.0 - np.cos(2 * np.pi * t / STROKE_PERIOD_S))

@@ -1,10 +1,9 @@
-"""The seal of what was checked: number and hash of the last checked event, signed with the bench's own key.
+"""The seal of the checked events: number and hash of the last one, signed with the bench's own key.
 
-The seal lets a long store be used without walking it whole every time. It also holds the state of the database at the
-check. For SQLite that is the file itself (its inode, size and times of change, of the log of writes too), which a
-program without the rights of an administrator cannot change unseen; for PostgreSQL it is the transactions that wrote
-the sealed rows. If they differ, the whole chain is walked again.
-"""
+The seal saves the walk along the whole chain of a long store. It contains the state of the database at the check. For
+SQLite that is the file itself with its log (inode, size and times of change), which a program without the rights of an
+administrator cannot change unseen; for PostgreSQL it is the transactions that wrote the sealed rows. If they differ,
+the whole chain is walked again."""
 
 import json
 import time
@@ -39,7 +38,7 @@ class Seal:
 
 @dataclass(frozen=True)
 class SignedHead:
-    """A head with the bench's signature, both hexadecimal: what certificates state and `accept store head` exports."""
+    """A head with the bench's signature, both hexadecimal; in certificates and exported by `accept store head`."""
 
     head: StoreHead
     bench: str  # its public key
@@ -58,8 +57,7 @@ class Sealer:
     key_file: Path
 
     def read(self, old_too: bool = False) -> Seal | None:
-        """Return the seal; None if it is absent, not signed by this bench, or, unless `old_too`, too old to be relied
-        on."""
+        """Return the seal; None if it is absent, not signed by this bench, or too old (unless `old_too`)."""
         try:
             inner = json.loads(self.text_of(read_bounded(self.file)) or "")
             seal = Seal(StoreHead.parse(inner["head"]), str(inner["looks"]), float(inner["made"]))
@@ -131,7 +129,7 @@ def bench_of(key_file: Path) -> str | None:
 
 
 def head_problem(given: Mapping[str, Any]) -> str | None:
-    """Return why the signature of an exported head does not hold, None if it does. Raises KeyError, TypeError,
+    """Return why the signature of an exported head is invalid, None if it is valid. Raises KeyError, TypeError,
     ValueError."""
     head = StoreHead(int(given["seq"]), str(given["hash"]))
     try:

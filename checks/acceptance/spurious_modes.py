@@ -87,8 +87,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 
 
 def progress(record: Record, spec: CheckSpec, wanted: int = IMPACTS_MIN) -> HitsSoFar:
-    """Return the hits of a record that is still running, judged by the same rules. wanted: good hits, at least as many
-    as the spec needs."""
+    """Return the hits of a running record, judged by the same rules. wanted: good hits, at least the spec's number."""
     rules = _rules(spec)
     needed, band = max(wanted, rules.impacts_min), _band(record, rules)
     return hits_so_far(record["Track1"], record["Track2"], record.fs, rules.impacts, needed, band)

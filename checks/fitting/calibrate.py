@@ -126,8 +126,8 @@ def _steps_for_damping(found: Calibration, other: Response) -> tuple[Array, floa
 
 @lru_cache(maxsize=8)
 def with_damping(model: Model, damping: str) -> Model | None:
-    """Return the model with another form of damping, or None if it cannot have it. Cached, because the solutions of a
-    model are cached with it."""
+    """Return the model with another form of damping, None if it has only one. Cached with the solutions of the
+    model."""
     other = model if model.damping == damping else replace(model, damping=damping)
     try:
         other.modal()

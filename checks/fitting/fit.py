@@ -30,7 +30,7 @@ BEYOND_DOUBT = 4.6  # of log likelihood: a ratio of 100
 SPREAD = 1.0  # of further starts, in prior standard deviations
 HELD = 1e-4  # of its standard deviation: the prior of a parameter that is held
 AT_BOUND = 1e-3  # of the standard deviation
-BESIDE = 30  # parameters: what a step costs beside derivatives, the modes of a strut above all
+BESIDE = 30  # parameters: the cost of a step besides derivatives, mainly the modes of a strut
 CONTRADICTION = (
     "no values of the model come near these responses; check that the time base of every record is right (was one "
     "resampled?), that low and high were taken from the same unit, and that no channels are exchanged"
@@ -95,8 +95,7 @@ class Fit:
 
     @property
     def effective_parameters(self) -> float:
-        """Return the number of parameters that the data determined; one with a prior counts by the share that the data
-        contribute."""
+        """Return the number of parameters that the data determined; one with a prior counts by the data's share."""
         W = prior_rows(self.free, self.joint)
         return len(self.names) - float(np.einsum("rp,pq,rq->", W, self.cov, W))
 
@@ -207,7 +206,7 @@ def finish(
 
 @contextmanager
 def _explaining_not_held(response: Response, sets: Sequence[Dataset], free: Sequence[Free]) -> Iterator[None]:
-    """Raise ModelError naming what to look for in the records if a search reaches values at which the strut is not
+    """Raise ModelError naming the likely fault of the records if a search reaches values at which the strut is not
     held."""
     try:
         yield
@@ -228,7 +227,6 @@ def _at_wider_tolerances(sets: tuple[Dataset, ...]) -> list[tuple[Dataset, ...]]
 
 
 def _descend_through(ways: "Sequence[_FitProblem]", x: Array) -> Descent:
-    """Descend from x through one problem after the other."""
     end, steps = descend(ways[0], x, FEW_STEPS, LOOSE), 0
     for problem in ways[1:]:
         steps += end.steps
@@ -334,8 +332,8 @@ class _FitProblem:
 
 
 class _LogRatioProblem(_FitProblem):
-    """A fit problem on ratios instead of differences: a misplaced peak then attracts from far away, and counts by its
-    height in decades."""
+    """A fit problem on ratios instead of differences: a misplaced peak attracts from far away, by its height in
+    decades."""
 
     def residual(self, x: Array) -> Array:
         parts = []

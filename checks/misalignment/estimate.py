@@ -200,8 +200,7 @@ def _fits(
 
 
 def _fits_with_moved_modes(found: Sequence[Calibration], data: Dataset) -> list[FitPoint]:
-    """Return the best few ends of searches that begin with a mode of the best fit in another place, where the residual
-    is largest."""
+    """Return the best ends of searches that start with one mode of the best fit moved to the largest residual."""
     if not found:
         return []
     best = min(found, key=lambda c: c.fit.cost)
@@ -216,8 +215,7 @@ def _fits_with_moved_modes(found: Sequence[Calibration], data: Dataset) -> list[
 def _coarse_fits(
     model: Model, data: Dataset, free: Sequence[Sequence[Free]], draws: int = 0, close: bool = False
 ) -> list[FitPoint]:
-    """Return the ends of the searches, the best first, without searches that come to values that no strut has, or to
-    NaN."""
+    """Return the ends of the searches, the best first, without NaN and values that no strut has."""
     found: list[FitPoint] = []
     for each in free:
         try:
@@ -230,7 +228,7 @@ def _coarse_fits(
 
 
 def _finish_all(model: Model, data: Dataset, points: Sequence[FitPoint]) -> list[Calibration]:
-    """Return the fits that searches lead to, without those that come to values with which the assembly falls over."""
+    """Return the fits from these points, without those that reach values at which the assembly fails."""
     response, found = DrivenModel(model), []
     for point in points:
         try:
@@ -256,15 +254,13 @@ def _explains(found: Calibration) -> bool:
 
 
 def _is_another_bench(found: Fit) -> bool:
-    """Return whether a search that ended somewhere does not explain the payload's resonance: no other start helps
-    then."""
+    """Return whether a finished search does not explain the payload's resonance: no other start helps then."""
     low = found.datasets[0].f < PAYLOAD_HZ
     return found.converged and gaps([found.datasets[0].at(low)], [found.residuals[0][low]])["da"].G > LOST
 
 
 def _along(model: Model, found: Fit, name: str) -> AxisOffset:
-    """Return the misalignment along one axis. The APA's own asymmetry cannot be distinguished from its position, so its
-    variance adds."""
+    """Return the misalignment along one axis. The APA's own asymmetry looks the same, so its variance is added."""
     own = model.sds.get(LOPSIDED[(DX, DY).index(name)], 0.0)
     return AxisOffset(found.at[name], COVERAGE * float(np.hypot(found.sds[name], own)))
 

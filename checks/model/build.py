@@ -32,8 +32,7 @@ DAMPED_HZ = 10e3
 
 @dataclass(frozen=True, eq=False)
 class FixedBody:
-    """An APA whose matrices depend on no parameter; a class, not a closure, so that a model can be sent to other
-    processes."""
+    """An APA whose matrices depend on no parameter; a class, not a closure, so that a model can be pickled."""
 
     body: ApaBody
 
@@ -52,7 +51,7 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
     apa, matrices = _apa(spec, superelement, reduced)
     sha256 = hashlib.sha256(spec.sha256.encode() + matrices).hexdigest()
     apa, more, sds = _with_mode_factors(spec, apa)
-    batch = spec.population  # what a unit's batch tells about the unit, if the file names one
+    batch = spec.population  # the batch's information on the unit, if the file names one
     joint = None if batch is None else JointPrior(tuple(batch.names), np.array(batch.mean), np.array(batch.full))
     values = {**values, **more, **({} if joint is None else joint.values)}
     known(() if joint is None else joint.names, {**spec.sds, **sds})

@@ -1,4 +1,4 @@
-"""What each channel passes on its own way to its converter: a low-pass against aliasing, and a latency."""
+"""The path of each channel to its converter: a low-pass against aliasing, and a latency."""
 
 from collections.abc import Mapping
 

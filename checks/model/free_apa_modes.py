@@ -19,8 +19,7 @@ from checks.model.structure.matrix_builder import System
 
 @lru_cache(maxsize=16)
 def mode_names(modes: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the flat names of the factors on stiffness and on damping, each by rising frequency of the nominal
-    modes."""
+    """Return the flat names of the factors on stiffness and on damping, by rising frequency of the nominal modes."""
     stiffness, damping = (tuple(f"{of}{k + 1}" for k in range(modes)) for of in (MODE_STIFFNESS, MODE_DAMPING))
     return stiffness, damping
 
@@ -28,8 +27,7 @@ def mode_names(modes: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
 @dataclass(frozen=True, eq=False)
 class ModalApa:
     """values -> body in the coordinates of its free modes: six rigid ones, then the elastic ones (m,), each with unit
-    modal mass, its stiffness and damping times its factors. A class, not a closure, so that a model can be sent to
-    other processes."""
+    modal mass, its stiffness and damping times its factors. A class, not a closure, so that a model can be pickled."""
 
     body: ApaBody
 

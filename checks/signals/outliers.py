@@ -34,8 +34,7 @@ class Scores:
 
 
 def robust_scale(x: Array) -> float:
-    """Return the standard deviation of x (n,) by the median deviation from the median, right on average for normal
-    samples."""
+    """Return the standard deviation of x (n,) by the median deviation from the median, unbiased for normal samples."""
     factor = _SMALL.get(x.size, x.size / (x.size - 0.8)) if x.size > 1 else 1.0
     return MAD_TO_SD * factor * float(np.median(np.abs(x - np.median(x))))
 
@@ -60,7 +59,7 @@ def scores(x: Array, u: Array | None = None, chance: float = CHANCE, only_high: 
 
 
 def _grid(x: Array) -> float:
-    """Return the smallest difference between unequal values: the finest resolution with which they were written."""
+    """Return the smallest difference between unequal values, the resolution with which they were written."""
     steps = np.diff(np.unique(x))
     return float(steps.min()) if steps.size else 0.0
 

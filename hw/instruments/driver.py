@@ -41,8 +41,7 @@ class Sampling(Protocol):
     """An instrument that can also follow a moving value."""
 
     def sample(self) -> Reading:
-        """Return a single answer, since two answers of a moving value would not agree. A run of answers ends with
-        `confirm`."""
+        """Return a single answer: two answers of a moving value would not agree. A series ends with `confirm`."""
         ...
 
 

@@ -26,15 +26,14 @@ DIGITS = 10  # as many as any instrument here sends
 
 
 def scaled(value: float, factor: float) -> float:
-    """Return a reading in another unit, in the digits that an instrument sends: 5.1e-06 F is 5.1 uF and not
-    5.1000000000000005."""
+    """Return a reading in another unit, in the instrument's digits: 5.1e-06 F is 5.1 uF, not 5.1000000000000005."""
     return float(f"{value * factor:.{DIGITS}g}")
 
 
 @dataclass(frozen=True)
 class Identity:
-    """The instrument's identity as it states it; None: its protocol does not tell, or it was not asked. identification:
-    words without fixed fields."""
+    """The instrument's identity by its own answer; None if it was not asked or the protocol has no such question.
+    identification: words without fixed fields."""
 
     model: str | None = None
     serial: str | None = None

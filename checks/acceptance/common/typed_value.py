@@ -33,8 +33,7 @@ def typed_quantity(values: Values, spec: CheckSpec, entry: str, quantity: str | 
 
 
 def stated_contribution(spec: CheckSpec, value: float, *names: str) -> Contribution | None:
-    """Return the contribution, at this value, of the first of these names whose uncertainty the spec states; else
-    None."""
+    """Return the contribution, at this value, of the first name with an uncertainty in the spec; None without one."""
     found = next((spec.uncertainty[name] for name in names if name in spec.uncertainty), None)
     return None if found is None else Contribution(found.source, found.at(value) / COVERAGE_FACTOR)
 

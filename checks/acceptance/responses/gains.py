@@ -45,8 +45,7 @@ GAINS_OF = {"ga_N_per_V": (), "gs_V_per_m": ("Vs",)}  # channels whose gain they
 
 
 def excused_bands(resonances_Hz: Sequence[float], zero_Hz: float) -> dict[str, list[tuple[float, float]]]:
-    """Return the intervals [Hz] of each channel in which coherence may drop: the resonances, and for Vs its zero ([STB]
-    3.2.4)."""
+    """Return the intervals [Hz] of each channel with low coherence: resonances, and for Vs its zero ([STB] 3.2.4)."""
     poles = [((1 - EXCUSED_POLE) * f, (1 + EXCUSED_POLE) * f) for f in resonances_Hz]
     zero = (1 - EXCUSED_ZERO) * zero_Hz, (1 + EXCUSED_ZERO) * zero_Hz
     return {c: [*poles, zero] if c == "Vs" else poles for c in OUTPUTS}
@@ -131,8 +130,7 @@ def check_against_payload(
 
 
 def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, words: str) -> Quantity:
-    """Return k = m (2 pi f)^2 from the payload and the resonance ([STB] 3.1.7); the mass that moves with it is not
-    counted."""
+    """Return k = m (2 pi f)^2 from payload and resonance ([STB] 3.1.7), without the strut's own moving mass."""
     name = "k_resonance_N_per_um"
     if resonance.reason is not None:
         return Quantity.missing(name, resonance.reason)
@@ -185,8 +183,8 @@ def mass_line(
 def coherence_quantities(
     frf: Frf, allowed: dict[str, list[tuple[float, float]]], rules: ResponseSettings
 ) -> list[Quantity]:
-    """Return the highest frequency up to which each channel is coherent: the last step of the search that is, so the
-    end lies anywhere up to the next one."""
+    """Return the highest coherent frequency of each channel: the last coherent step of the search, so the end lies
+    anywhere up to the next one."""
     out = []
     for name, c in COHERENT.items():
         if c not in frf.channels:
@@ -202,8 +200,7 @@ def coherence_quantities(
 
 
 def constants(frf: Frf, mass: float, rules: ResponseSettings, spec: CheckSpec) -> list[Quantity]:
-    """Return ga and gs in the bands of [STB] 4.2.3 on the model that the spec names; without a value if it names no
-    model."""
+    """Return ga and gs in the bands of [STB] 4.2.3 on the spec's model; without a value if it has none."""
     if not rules.model:
         return [Quantity.missing(name, Cause.MODEL_NOT_SET) for name in CONSTANTS]
     try:

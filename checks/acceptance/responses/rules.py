@@ -100,8 +100,8 @@ def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
 
 
 def _wrong_channels(record: Record) -> list[Reason]:
-    """Return the reasons of the first kind of fault that a record shows: dead channels, sizes of another channel,
-    faults of sampling."""
+    """Return the reasons of the first kind of fault in a record: dead channels, sizes of another channel, faults of
+    sampling."""
     return dead_channels(record) or list(_wrong_sizes(_sampled_columns(record))) or list(sampling_faults(record))
 
 
@@ -136,8 +136,7 @@ def _sampled_columns(record: Record) -> dict[str, Array]:
 
 
 def _wrong_sizes(columns: Mapping[str, Array]) -> Iterator[Reason]:
-    """Yield a reason for each channel whose size does not fit its name, with the unit in which it would be
-    plausible."""
+    """Yield a reason for each channel of implausible size, with the unit in which it would be plausible."""
     for reason in mismatches(columns, LOOKS):
         channel, value = reason.parameters["channel"], reason.parameters.get("value", 0.0)
         expected = LOOKS[channel]
@@ -183,7 +182,7 @@ def outputs_of(records: Iterable[Record]) -> tuple[str, ...]:
 
 def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
     """Raise NoResult if the static gains of de and da disagree: both measure one payload's motion, and an encoder's arm
-    or scale adds percents only."""
+    or scale adds only percents."""
     if not set(MOTIONS) <= set(frf.channels):
         return
     low = frf.band(*STATIC_HZ)

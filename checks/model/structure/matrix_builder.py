@@ -45,8 +45,7 @@ class System:
 
 
 class Builder:
-    """The matrices of a system under construction. A place is a (6, n) array of rows that read the motion ux uy uz rx
-    ry rz of a point."""
+    """Matrices of a system under construction. A place is (6, n): rows that read ux uy uz rx ry rz of a point."""
 
     def __init__(self, size: int) -> None:
         self._size = size

@@ -43,8 +43,8 @@ class StateSpace:
 
 
 def state_space(model: Model, changes: Values = PRIOR_ONLY) -> StateSpace:
-    """Return the state space of a model, without what a learned bench adds to it. Raises ModelError for what has no
-    partial fractions."""
+    """Return the state space of a model without its learned bench. Raises ModelError for a part without partial
+    fractions."""
     found = paths(model, changes)
     values = model.with_values(changes).values
     poles = np.unique(np.concatenate([each.poles for each in found.values()]))

@@ -35,8 +35,7 @@ class Notch:
     """Amplitude lowered about a resonance: |(s^2 + 2 depth d w0 s + w0^2) / (s^2 + 2 d w0 s + w0^2)|, 2 d f0 = width.
 
     At f0 it is exactly `depth`; half way down in power about width/2 to either side. Raises ValueError unless f0 and
-    the width are positive and the depth is in 0..1, zero excluded.
-    """
+    the width are positive and the depth is in 0..1, zero excluded."""
 
     f0_Hz: float
     width_Hz: float

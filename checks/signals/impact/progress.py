@@ -32,8 +32,7 @@ class HitsSoFar:
 
     @property
     def words(self) -> str:
-        """Return the last hit, and the number of hits still needed: `hit 3: double hit (...). 2 good; two more
-        hits`."""
+        """Return the last hit and the hits still needed: `hit 3: double hit (...). 2 good; two more hits`."""
         return self.words_after(len(self.hits) - 1)
 
     def words_after(self, known: int) -> str:

@@ -51,9 +51,9 @@ def branches(drive: Array, middle: float, amplitude: float) -> list[Branch]:
 
 
 def branch_at(drive: Array, response: Array, branch: Branch, at: float, reach: float) -> ScalarEstimate:
-    """Return the response of one branch at the drive `at`, by a parabola over the samples within `reach` of that drive.
+    """Return the response of one branch at the drive `at`, by a parabola over the samples within `reach` of it.
 
-    Raises ValueError if fewer than `MIN_SAMPLES` samples lie there."""
+    Raises ValueError for fewer than `MIN_SAMPLES` samples."""
     v = (drive[branch.samples] - at) / reach
     near = np.abs(v) <= 1.0
     if near.sum() < MIN_SAMPLES:

@@ -41,8 +41,8 @@ def smooth_lowpass(x: Array, fs: float, corner_Hz: float) -> Array:
 
 
 def _butterworth(corner: float) -> list[tuple[list[float], list[float]]]:
-    """Return (b, a) of the two sections of fourth order, for a corner in cycles a sample: by the bilinear transform, so
-    that the corner is met ([OPPENHEIM10] 7.2)."""
+    """Return (b, a) of both sections of fourth order for a corner in cycles a sample, by the bilinear transform with
+    the corner kept ([OPPENHEIM10] 7.2)."""
     w = np.tan(np.pi * corner)
     sections = []
     for half_turn in (np.pi / 8, 3 * np.pi / 8):
@@ -89,7 +89,8 @@ def _maxima(x: Array) -> NDArray[np.intp]:
 
 
 def _highest_around(at: NDArray[np.intp], height: Array, distance: int) -> NDArray[np.bool_]:
-    """Return which of the points at (P,) have no higher one that stays within less than `distance` samples."""
+    """Return which of the points at (P,) have no higher one within less than `distance` samples, removed points not
+    counted."""
     stays = np.ones(at.size, dtype=bool)
     for k in np.argsort(height)[::-1]:
         if stays[k]:
@@ -99,7 +100,7 @@ def _highest_around(at: NDArray[np.intp], height: Array, distance: int) -> NDArr
 
 
 def _prominence(x: Array, top: int) -> float:
-    """Return by how much a maximum stands above the higher of the lowest points on its way to a higher one."""
+    """Return the height of a maximum over the higher of the lowest points towards a higher one on either side."""
     higher = np.flatnonzero(x > x[top])
     place = int(np.searchsorted(higher, top))
     lo = int(higher[place - 1]) + 1 if place else 0

@@ -100,8 +100,8 @@ def find_beside(
 
 
 def candidate(w: PoleWindow, f_lo: float, f_hi: float, known: Complex, order: int) -> tuple[complex, int]:
-    """Return the complex frequency [Hz] of the further pole that explains most beside the `known` (scaled); and the
-    number of those tried.
+    """Return the complex frequency [Hz] of the further pole that explains most besides the `known` (scaled), and the
+    number of tried ones.
 
     A known pole may move: its derivative is among the columns."""
     w = w.thinned(CANDIDATE_BINS)
@@ -167,7 +167,7 @@ def _as_without(fitted: PoleFit, without: Complex) -> PoleWindow:
 
 
 def finer(fitted: PoleFit) -> PoleFit | None:
-    """Return the same fit with polynomials of one order more."""
+    """Return the fit with polynomials of one order more."""
     return fit_poles(fitted.window, list(fitted.q), fitted.order + 1, rounds=1)
 
 

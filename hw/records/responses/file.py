@@ -1,4 +1,4 @@
-"""A file of responses as it is handed on, and its making from what each format states."""
+"""Responses of a file in common form, and their making from the statements of each format."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence

@@ -17,8 +17,7 @@ def open_uff(file: str, raw: bytes) -> dict[str, Variable]:
 
     A channel is named by its response entity; without one by ID line 1, if that differs between the sets; else by its
     degree of freedom, such as "3+Z". Sets that start at other times of one sampling are cut to the time that they
-    share. Raises RecordError and the errors that `damage.refused` converts.
-    """
+    share. Raises RecordError and the errors that `damage.refused` converts."""
     functions = uff58.functions(file, raw)
     records = [f for f in functions if f.kind == TIME]
     if not records:
