@@ -97,7 +97,7 @@ class ModelDocument(Strict):
 
 
 class ModelSpec(ModelDocument):
-    """A model file together with the bytes it was read from. `folder` is what `apa.file` is relative to."""
+    """A model file with its bytes. `apa.file` is relative to `folder`."""
 
     sha256: str
     text: str

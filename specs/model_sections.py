@@ -203,11 +203,11 @@ class EncoderSection(ModelSection):
 
 
 class BenchSection(ModelSection):
-    """The bench: payload, guide and what it adds.
+    """The bench: payload, guide and its own effects.
 
-    mode: of the bench, which de and da see alike; support_mode: of a guide or support that gives way, which every
-    channel sees in its own part of its static response. latency_us: of each channel against Va; lowpass_Hz,
-    lowpass_order: Butterworth low-pass before the converter of each channel."""
+    mode: of the bench, which de and da see alike; support_mode: of a guide or support that gives way, with a share of
+    its own in the static response of every channel. latency_us: of each channel against Va; lowpass_Hz, lowpass_order:
+    Butterworth low-pass before the converter of each channel."""
 
     payload_kg: Number
     guide_damping_N_s_per_m: Number = _number(0.0)

@@ -127,9 +127,9 @@ class LearnedBenchLimits(Strict):
 
 
 class SpecDocument(Strict):
-    """The TOML document of a spec. gap: with it, `accept batch` and `accept report` look for what is missing from the
-    model if a unit's responses do not fit it. learned_bench: with it, a finding by a model whose learned bench is too
-    old, or that has none, is conditional at best."""
+    """The TOML document of a spec. gap: `accept batch` and `accept report` search the missing effect if a unit's
+    responses do not fit the model. learned_bench: a finding is conditional at best by a model without learned bench, or
+    with too old a one."""
 
     name: Words
     kind: Words

@@ -234,7 +234,7 @@ def _sum_of_shares(shares: list[Contribution]) -> float:
 def _width_quantity(name: str, found: list[Stroke | Reason]) -> Quantity:
     """Return the loop width at mid-voltage [percent of the stroke] of one record, or of both added: the loop of three
     stacks. The gauge's scale error cancels in the ratio, its drift between the branches does not. By Rayleigh's law the
-    width, a ratio, grows with the voltage, so a smaller range gives a smaller width."""
+    width grows with the voltage, so a smaller range gives a smaller width."""
     stroke = width = variance = short = drift = 0.0
     for f in found:
         if isinstance(f, Reason):

@@ -44,7 +44,7 @@ SHOWN = 4  # values of a fit in its short form
 class Fit:
     """names (p,), values (p,), cov (p, p) of the posterior, in the names' units, never rescaled by the residual.
 
-    response: what was fitted, with all that it held beside the model. cost: half the sum of squared whitened residuals
+    response: the fitted one, with its fixed parts besides the model. cost: half the sum of squared whitened residuals
     plus prior_cost, half that of the priors. residuals: (F, C) of every dataset, data minus model. starts: cost of
     every start. at_bound: names whose value lies on a bound."""
 
@@ -128,10 +128,10 @@ def fit(
     """Return the maximum a posteriori by damped Gauss-Newton steps on whitened complex residuals and priors; joint:
     prior of several parameters together.
 
-    If the search reaches values at which the strut is not held, the ModelError names what to look for in the records.
+    If the search reaches values at which the strut is not held, the ModelError names the likely fault of the records.
 
-    starts: how many, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
-    best goes on with all. Raises ModelError if nothing is free or no start can be evaluated."""
+    starts: their number, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
+    best continues with all. Raises ModelError if nothing is free or no start can be evaluated."""
     points = coarse_fits(response, datasets, free, joint=joint, starts=starts, seed=seed, coarse_bins=coarse_bins)
     return finish(response, datasets, points[0], joint=joint, tried=points)
 

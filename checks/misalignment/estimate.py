@@ -116,9 +116,9 @@ def _prepare(data: Dataset, model: Model, channels: tuple[str, ...], f_hi: float
 def with_whole_scatter(model: Model) -> Model:
     """Return a learned model whose parts scatter from unit to unit as far as the file states.
 
-    Learning takes half of that variance for what the units of a batch have in common, the rest for the scatter within
-    it, and a few units show little of either. If the parts have nothing in common, all of it is scatter: the least that
-    an interval has to allow for. Modes and latencies are learned separately and are not changed."""
+    Learning takes half of that variance as common to the units of a batch, the rest as scatter within it, and a few
+    units show little of either. If the parts have nothing in common, all of it is scatter, the least that an interval
+    has to allow for. Modes and latencies are learned separately and stay."""
     joint = model.joint
     if joint is None:
         return model

@@ -52,8 +52,8 @@ def is_motion(lines: Mapping[str, Hum]) -> bool:
 
 
 def hum(record: Record, channels: Sequence[str]) -> dict[str, Hum]:
-    """Return, by channel, the strongest line about the frequencies of the mains that the drive Va does not explain;
-    channels in which no line stands out are left out."""
+    """Return, by channel, the strongest line about the mains frequencies that the drive Va does not explain, if one
+    stands out."""
     window = hann(record.t.size)
     f: Array = np.fft.rfftfreq(record.t.size, 1.0 / record.fs).astype(float)
     near = (f >= MAINS_HZ[0] - BESIDE_HZ) & (f <= MAINS_HZ[1] + BESIDE_HZ)

@@ -173,11 +173,9 @@ def _share(one: frozenset[int], other: frozenset[int]) -> bool:
 
 
 def _swings(x: Array) -> NDArray[np.uint32]:
-    """Return the hashes of three successive ratios of swings between turning points of a channel, the smallest in
-    order.
+    """Return the smallest hashes of three successive ratios of swings between a channel's turning points.
 
-    The width of a turning point is the one that gives most hashes; it does not depend on the length, which a cut
-    changes."""
+    The turning points have the width that gives most hashes, whatever the length of the record."""
     if not np.isfinite(x).all():
         return np.zeros(0, dtype="<u4")
     wide = [width for width in WIDTHS if width * LEAST_SWINGS < x.size]

@@ -62,11 +62,10 @@ def check_unchanged(who: str, before: Mapping[str, str], now: Mapping[str, str])
 
 
 def agreed(who: str, readings: Sequence[Reading], within: float, more_within: float = 0.0) -> Reading:
-    """Return the mean of readings, at the time of the last. Raises Implausible if two of them differ by more than
-    `within` [SI], if the values that came with them differ by more than `more_within`, or if they came under different
-    settings.
+    """Return the mean of readings, at the time of the last. Raises Implausible if two differ by more than `within`
+    [SI], their accompanying values by more than `more_within`, or their settings.
 
-    A serial line without checksum cannot tell 12.3 from a damaged 18.3; two answers to two questions can."""
+    A serial line without checksum cannot distinguish 12.3 from a damaged 18.3; two answers to two questions can."""
     last = readings[-1]
     columns = [(last.unit, [reading.value for reading in readings], within)]
     columns += [(key, [reading.more[key] for reading in readings], more_within) for key in last.more]

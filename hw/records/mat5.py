@@ -172,8 +172,8 @@ def _text(data: bytes, element: MatElement) -> str:
 
 
 def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, depth: int = 0) -> Any:
-    """Return the content of an array: a structure as a dictionary, several structures and a cell as a list, words as
-    text, numbers in their shape. None for other kinds, such as complex numbers, objects and functions."""
+    """Return the content of an array: a dictionary for a structure, a list for several and for a cell, text, or numbers
+    in their shape. None for other kinds, such as complex numbers, objects and functions."""
     if head.kind in NUMBERS:
         return _numbers(file, data, head, end, order).reshape(head.shape, order="F")
     if head.kind == "char":

@@ -45,8 +45,8 @@ def _variable(file: str, raw: bytes, f: h5py.File, name: str) -> Variable:
 
 
 def _content(file: str, file_bytes: int, node: h5py.Group | h5py.Dataset, left: list[int], depth: int = 0) -> Any:
-    """Return what a node holds, as `mat5` returns a variable; attributes of a data set as the fields of a structure
-    beside its numbers, "Data". left: [numbers that may still be read]. Raises RecordError if there are more."""
+    """Return the content of a node in the form of `mat5`; attributes of a data set become fields of a structure, its
+    numbers "Data". left: [numbers that may still be read]. Raises RecordError beyond them."""
     if depth > DEEPEST:
         return None
     if not isinstance(node, h5py.Dataset):

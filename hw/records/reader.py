@@ -42,10 +42,10 @@ FORCE = "N"  # unit by which the input of a hammer test is found, if one channel
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """What a record is made of: name here -> variable, its source as mapped, its unit here ("": SI of the file's own).
+    """The parts of a record: name here -> variable, its source as mapped, its unit here ("": SI of the file's own).
 
-    found : all that the file holds; time : a vector of times that was named; step : a sampling time of all channels;
-    remarks : on the selection."""
+    found : the file's content; time : a named time vector; step : a sampling time of all channels; remarks : on the
+    selection."""
 
     channels: Mapping[str, Variable]
     sources: Channels

@@ -70,9 +70,9 @@ def gain_quantities(frf: Frf, resonances_Hz: Sequence[float], spec: CheckSpec) -
 
 
 def static_size(frf: Frf, channel: str, resonances_Hz: Sequence[float]) -> tuple[float, float] | None:
-    """Return the size of a motion at 0 Hz and its standard uncertainty: of one mode it is 1 / (1 - (f / f0)^2) times as
-    large at f, 1 to 5 percent from 10 to 20 Hz. A second resonance has a share of it, of which no more is known than
-    that it is at most as large as the first one's: a quarter is taken. None if the band has no usable bin."""
+    """Return the size of a motion at 0 Hz and its standard uncertainty. One mode is 1 / (1 - (f / f0)^2) times as large
+    at f, 1 to 5 percent from 10 to 20 Hz. The share of a second resonance is unknown but at most the first one's: a
+    quarter is taken. None if the band has no usable bin."""
     per_Hz2 = [1.0 / f_Hz**2 for f_Hz in (resonances_Hz[0], resonances_Hz[-1])]
     factor = 1.0 - frf.f**2 * float(np.dot((1.0 - MEAN_SHARE, MEAN_SHARE), per_Hz2))
     return mean_size(

@@ -106,7 +106,7 @@ def _wrong_channels(record: Record) -> list[Reason]:
 
 
 def dead_channels(record: Record) -> list[Reason]:
-    """Return a reason for each channel that stands still."""
+    """Return a reason for each constant channel."""
     still = [n for n, x in _sampled_columns(record).items() if dead(n, x)]  # the whole is sorted only if a part is so
     return [reason for n in still for reason in dead(n, record[n])]
 

@@ -113,7 +113,7 @@ def derivatives(
     changes, then by the factors on the modes' stiffness, then by those on their damping; kept: indices of the
     derivatives to return, in this order.
 
-    In memory the channels come before the frequencies: what follows runs along frequencies."""
+    In memory the channels come before the frequencies, along which later steps run."""
     x, y = _states(system, s)
     by_change = _by_changes(changes, s, x, y)
     first = len(x) - len(system.K)  # of the coordinates

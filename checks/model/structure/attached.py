@@ -86,12 +86,12 @@ def attach(b: Builder, places: Places, elements: tuple[Attached, ...], first: in
 
 @dataclass(frozen=True, eq=False)
 class PlaceReceptances:
-    """What an element sees and changes at F frequencies. places: rows (6, m) of each in terms of m motions; between (m,
-    m, F): receptances; driven (m, F): motions per newton of drive; seen (m, F, C): measured channels per volt of Va,
-    per unit of the drive's force that acts along a motion.
+    """Receptances for elements at F frequencies. places: rows (6, m) of each in terms of m motions; between (m, m, F):
+    receptances; driven (m, F): motions per newton of drive; seen (m, F, C): measured channels per volt of Va, per unit
+    of the drive's force that acts along a motion.
 
-    An element of dynamic stiffness z along v changes the channels by reach(v) z / (1 + z own(v)): exactly, at every
-    frequency by itself."""
+    An element of dynamic stiffness z along v changes the channels by reach(v) z / (1 + z own(v)), exactly and at every
+    frequency alone."""
 
     places: Places
     between: Complex

@@ -11,9 +11,9 @@ from checks.arrays import Array
 class Parts:
     """A system as its parts: an APA by its free modes, and the bodies fastened to it at a few motions.
 
-    w2 [rad2/s2], rate [rad/s] (k,) of the free modes, whose amplitudes are the system's first coordinates; motions
-    (m, n): rows that read the motions; M, C, K (m, m), drive (m,), outputs (c, m) in terms of the motions. own: which
-    of the motions are the system's other coordinates, and none of the APA's: the payload's, and what hangs."""
+    w2 [rad2/s2], rate [rad/s] (k,) of the free modes, whose amplitudes are the system's first coordinates; motions (m,
+    n): rows that read the motions; M, C, K (m, m), drive (m,), outputs (c, m) in terms of the motions. own: the motions
+    that are the system's other coordinates, of the payload and hanging elements."""
 
     w2: Array
     rate: Array

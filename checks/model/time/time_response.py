@@ -74,7 +74,7 @@ def answer(
     filters: Mapping[str, Fractions] = NO_FILTER,
 ) -> Answer:
     """Return the simulation of the model's responses to drives of up to so many samples at fs [Hz]; hold: see `Held`;
-    filters: what else is in the path of a channel, in series with the model.
+    filters: further filters of a channel, in series with the model.
 
     Raises ModelError for a sampling frequency beyond 0..10 kHz, and if `hold` meets a negative delay."""
     if not 0.0 < fs <= 2.0 * F_MAX or samples < 1:

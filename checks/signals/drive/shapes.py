@@ -88,8 +88,8 @@ class ShapeProduct:
 
 
 def notch_at_resonance(frf: Frf, channel: str) -> Notch:
-    """Return a notch for the largest peak of a first record's FRF: there the response stays about as small as at low
-    frequency ([STB] 3.1.1). Raises ValueError if no coherent peak stands out by a factor of two."""
+    """Return a notch for the largest peak of a first record's FRF, which keeps the response there about as small as at
+    low frequency ([STB] 3.1.1). Raises ValueError if no coherent peak stands out by a factor of two."""
     c = frf.index(channel)
     use = (frf.f >= _RESONANCE_FROM_Hz) & frf.usable & (frf.coherence[:, c] >= _COHERENCE_MIN)
     if np.count_nonzero(use) < 8:

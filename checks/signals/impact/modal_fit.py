@@ -67,7 +67,7 @@ class Mode:
 
     @property
     def significant(self) -> bool:
-        """Return whether the mode decays and stands out of the scatter; a line of the mains does not decay."""
+        """Return whether the mode decays, unlike a line of the mains, and stands out of the scatter."""
         damped = 2.0 * self.u_damping < self.damping_ratio < _DAMPING_MAX
         return damped and self.peak > _SIGNIFICANT * self.u_peak and 2.0 * self.u_f_Hz < 0.02 * self.f_Hz
 

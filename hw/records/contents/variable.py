@@ -30,9 +30,8 @@ class Variable:
     """One named array of a file.
 
     shape : as declared; kind : "double", "int16", "char", "struct" and the like; unit : "" if the file states none.
-    load : its data as (size,) float64; None for a kind that is not real numbers. text : of a kind that is words.
-    inner : what a structure holds, a matrix in its shape. clock : its own times, if they are part of it. home : name of
-    the structure that holds it."""
+    load : its data as (size,) float64; None unless real numbers. text : of words. inner : content of a structure, a
+    matrix in its shape. clock : its own times, if they are part of it. home : name of its structure."""
 
     name: str
     shape: tuple[int, ...]

@@ -83,7 +83,7 @@ def _split(source: Source, rows: list[list[str]], at: int) -> tuple[Source, list
 
 
 def _doubled(row: list[str], wide: list[int]) -> list[str]:
-    """Return a header in which `de [m/V]` stands as `de_re [m/V]` and `de_im [m/V]`."""
+    """Return a header with `de [m/V]` split into `de_re [m/V]` and `de_im [m/V]`."""
     found = []
     for k, head in enumerate(row):
         name, bracket, unit = head.partition("[") if "[" in head else head.partition("(")

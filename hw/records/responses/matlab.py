@@ -174,9 +174,9 @@ def _is_response(name: str) -> bool:
 
 
 def _coherence_of(file: str, name: str, of: _Candidate, found: Mapping[str, _Candidate], responses: int) -> str:
-    """Return the name of the coherence of a response, "" without one: H1_2 has C1_2, Hf_chan_2 has Hf_coh_chan_2.
+    """Return the name of a response's coherence, "" without one: H1_2 has C1_2, Hf_chan_2 has Hf_coh_chan_2.
 
-    Raises RecordError if it stands over other frequencies."""
+    Raises RecordError if it has other frequencies."""
     real = [n for n, each in found.items() if COHERENT.search(_last(n)) and each.values.dtype.kind != "c"]
     alone = ALONE.match(_last(name))
     keys = [_key(name, RESPONSE_WORDS), *([("1", alone[1])] if alone else [])]

@@ -157,8 +157,8 @@ def _line(raw: bytes, at: int) -> tuple[bytes, int]:
 
 
 def _function(file: str, raw: bytes, number: bytes, at: int) -> tuple[UffFunction, int]:
-    """Return the set whose record 1 begins at `at`, and where the next may begin. Fields stand in fixed columns: of
-    record 6 (`ids`) the function type, names and degrees of freedom, of record 7 (`form`) the abscissa."""
+    """Return the set whose record 1 begins at `at`, and where the next may begin. Fields have fixed columns: of record
+    6 (`ids`) the function type, names and degrees of freedom, of record 7 (`form`) the abscissa."""
     lines = []
     for _ in range(HEADER_LINES):
         line, at = _line(raw, at)
