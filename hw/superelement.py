@@ -38,8 +38,8 @@ def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES, names: MatrixNam
 
 
 def matrices_of(spec: ModelSpec, folder: Path | None = None) -> Superelement | None:
-    """Return the superelement that a model file names, read and checked; None if it names no superelement. folder: that
-    of its files, by default the one that the model file states. Raises ModelError."""
+    """Return the checked superelement of a model file; None if it names none. folder: of its files, by default as the
+    model file states. Raises ModelError."""
     if spec.apa_file is None or not isinstance(spec.apa, ApaSuperelement):
         return None
     file = spec.apa_file if folder is None else folder / spec.apa_file.name

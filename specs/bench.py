@@ -122,9 +122,9 @@ class DriveOutput(Strict):
 
 
 class RecorderEntry(Strict):
-    """One recorder: inputs, and mostly an output, on one clock. driver: which back end; measures: the checks whose
-    records it takes. channels: name in the records -> input; drive: its output, None without one. rate_Hz: at which it
-    runs, if it cannot run at the rate of the step. response_s: length of a frequency response's record."""
+    """One recorder: inputs, and usually an output, on one clock. driver: its back end; measures: the checks of its
+    records. channels: name in the records -> input; drive: its output, None without one. rate_Hz: its rate, if it
+    cannot run at the step's. response_s: length of a frequency response's record."""
 
     driver: Words
     measures: list[Words]
@@ -209,8 +209,8 @@ class RecordPattern(Strict):
 
 
 class RigEntry(Strict):
-    """The real-time rig. folder: where it writes. records: patterns of file names, of which the first match counts.
-    channels: name here -> name in the records, a name alone or with gain and unit."""
+    """The real-time rig. folder: of its files. records: patterns of file names; the first match counts. channels: name
+    here -> name in the records, a name alone or with gain and unit."""
 
     folder: Words
     records: Annotated[list[RecordPattern], Field(default_factory=list)]

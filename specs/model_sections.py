@@ -339,8 +339,8 @@ class BenchOfChannel(Strict):
 
 
 class LearnedBenchRecord(Strict):
-    """The unexplained factor of the bench on every unit, learned from units. units: their serials; apart: those that
-    did not count; learned_on: the day, in ISO 8601."""
+    """The unexplained factor of the bench on every unit, learned from units. units: their serials; apart: those left
+    out; learned_on: the day, in ISO 8601."""
 
     f_Hz: Annotated[list[Positive], Field(min_length=2)]
     channels: dict[Literal["Vs", "de", "da"], BenchOfChannel]

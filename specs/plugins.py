@@ -76,7 +76,7 @@ def fill_by_names(
     table: dict[str, Any], package: str, attribute: str, group: str, problem: Callable[[Any], str]
 ) -> None:
     """Put into a table the objects called `attribute` of a package's modules, by each of their `names`, then those of
-    other packages, which can add but never replace."""
+    other packages, which never replace one."""
     for module in listed(package):
         if (own := getattr(import_module(module), attribute, None)) is not None:
             table.update(dict.fromkeys(own.names, own))

@@ -76,8 +76,8 @@ def toml_of(raw: bytes) -> dict[str, Any]:
 
 
 def check_toml_bounds(raw: bytes) -> None:
-    """Raise ValueError for bytes that would take a parser of TOML long: very many, or with a key of very many parts,
-    whose time grows with the square of their number."""
+    """Raise ValueError for bytes that a TOML parser would take long for: too many, or a key of too many parts
+    (quadratic time)."""
     if len(raw) > MAX_TOML_BYTES:
         raise ValueError(f"is larger than {MAX_TOML_BYTES} bytes")
     if any(part.count(b".") > MAX_KEY_PARTS for part in _BETWEEN_DOTTED.split(raw)):

@@ -70,8 +70,8 @@ def hammer_responses(
     f_hi: float | None = None,
     rules: ImpactRules | None = None,
 ) -> ImpactResponse:
-    """Return the response over the good hits of all records. input: the force; f_lo, f_hi: band kept [Hz], to 1/2.56 of
-    the sampling frequency without f_hi, where an analyser's filter cuts.
+    """Return the response over the good hits of all records. input: the force; f_lo, f_hi: band kept [Hz]; by default
+    up to 1/2.56 of the sampling frequency, the cut-off of an analyser's filter.
 
     Raises RecordError if records differ in rate or channels, or fewer than two hits are good."""
     if estimator not in ESTIMATORS:

@@ -120,8 +120,8 @@ def writing_atomic(path: Path, mode: int = 0o666, put: Callable[[str, Path], Non
 
 
 def remove_leftovers(*folders: Path, older_s: float = LEFTOVER_S) -> None:
-    """Remove the temporary files that programs which were killed left in these folders. A younger one may still be
-    written by another program, on this machine or another."""
+    """Remove old temporary files of killed programs from these folders. Another program, on any machine, may still be
+    writing a young one."""
     for folder in folders:
         for path in folder.glob(f".*{PART}"):
             with suppress(OSError):  # of another user, or gone meanwhile

@@ -24,7 +24,7 @@ def lines(text: str) -> str:
 
 
 def without_secrets(text: str) -> str:
-    """Return text whose addresses name no user, password, query or fragment: also a presigned address is a key."""
+    """Return text with addresses stripped of user, password, query and fragment: a presigned address is a key too."""
     return _STATED.sub(r"\1***", _ADDRESS.sub(_bare, text))
 
 

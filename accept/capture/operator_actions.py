@@ -25,7 +25,7 @@ NO_MASS = "the simulated bench has no mass to put on"
 
 class OperatorActions(Protocol):
     """The operator's actions. Every call returns when it is done. Voltages in V on the stacks, points counted from 1.
-    sets_each_voltage: a person sets each of them by hand, so they should be few."""
+    sets_each_voltage: a person sets each by hand, so there should be few."""
 
     sets_each_voltage: bool
 

@@ -27,10 +27,10 @@ ModelFiles = Mapping[str, bytes]  # of a model that is a file: its TOML first, t
 
 @dataclass
 class Models:
-    """Opens the models that a spec names, each once, and keeps the files of those that are no built-in.
+    """Opens the models of a spec, each once, and keeps the files of those that are not built in.
 
-    given : model files by the name that the spec uses, if they come from a certificate; then no other is opened. place
-    : folder in which they are unpacked, each into a folder of its own: its number in order of name."""
+    given : model files of a certificate by the spec's names; then no other is opened. place : folder to unpack them,
+    each in a folder of its own, numbered in order of name."""
 
     given: Mapping[str, ModelFiles] | None = None
     place: Path = Path()

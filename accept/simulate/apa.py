@@ -88,7 +88,7 @@ def draw(rng: np.random.Generator) -> Figures:
 
 
 def heights(rng: np.random.Generator, flatness_um: float) -> tuple[float, ...]:
-    """Return probe heights [um] of two interfaces of this flatness on a part that lies askew; the first one is zero."""
+    """Return probe heights [um] of two interfaces of this flatness on a tilted part; the first is zero."""
     x, y = np.array(POSITIONS_MM).T
     rough = rng.uniform(-1.0, 1.0, x.size)
     rough *= flatness_um / minimum_zone(x, y, rough).half_width
@@ -151,8 +151,8 @@ def _hammer(request: UnitRequest, key: str, figures: Figures, double: DoubleHits
 
 
 def shell_modes(key: str, figures: Figures) -> list[ShellMode]:
-    """Return the modes that an impact shows ([STB] 2.4.3 to 2.4.5): both bendings with their overtones; from the left
-    and at the top the axial mode too, since no hit is quite across the axis; from the left alone torsion."""
+    """Return the modes in an impact ([STB] 2.4.3 to 2.4.5): both bendings with their overtones; from left and top also
+    the axial mode, since no hit is exactly across the axis; from the left torsion too."""
     x, y, axial, torsion = figures.modes_Hz
     shown = {
         "x_bending": [(x, 1.0), (3.0 * x, 0.02), (5.0 * x, 0.006)],

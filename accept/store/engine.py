@@ -88,9 +88,9 @@ def has_index(connection: Connection, name: str) -> bool:
 
 
 def reconnecting(work: Callable[[], T]) -> T:
-    """Return the result of `work`, which is repeated for up to RECONNECT_S if the connection to a server is lost.
+    """Return the result of `work`, repeated for up to RECONNECT_S if the connection to a server is lost.
 
-    work: one transaction, which must itself find out whether an earlier try was committed after all."""
+    work: one transaction, which must check whether an earlier try was committed after all."""
     deadline = time.monotonic() + RECONNECT_S
     while True:
         try:

@@ -78,8 +78,8 @@ def digest(*fields: int | str) -> str:
 
 @dataclass(frozen=True)
 class NewEvent:
-    """An event to be appended; the store adds number, time, operator, code and hashes. after: number of the last event
-    about its subject that it follows from; with a later one in the store it is not appended."""
+    """An event to append; the store adds number, time, operator, code and hashes. after: number of the previous event
+    about its subject; if the store has a later one, the event is not appended."""
 
     what: str
     subject: str = ""

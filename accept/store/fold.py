@@ -38,8 +38,8 @@ class Certificate:
 
 @dataclass(frozen=True)
 class HandedOut:
-    """A certificate as it was handed out: of which attempt, its hash, its number ("" without one), its spec, and its
-    result, None if another judgement came before it was signed."""
+    """A certificate as handed out: its attempt, hash, number ("" without one), spec and result (None if another
+    judgement came before the signature)."""
 
     attempt: int
     sha256: str

@@ -50,8 +50,8 @@ class SignedHead:
 
 @dataclass(frozen=True)
 class Sealer:
-    """Reads and writes one seal. file: its path; key_file: the bench's own key, made if absent. It belongs to no person
-    and has no passphrase, so that a bench can work unattended: any user who can read it can seal."""
+    """Reads and writes one seal. file: its path; key_file: the bench's own key, made if absent. The key belongs to no
+    person and has no passphrase, so that a bench can work unattended: any user who can read it can seal."""
 
     file: Path
     key_file: Path
@@ -66,7 +66,7 @@ class Sealer:
         return seal if old_too or 0.0 <= time.time() - seal.made <= OLDEST_S else None
 
     def write(self, head: StoreHead, looks: str, made: float | None = None) -> None:
-        """Write the seal. A bench whose folder cannot be written goes without: the chain is then walked every time."""
+        """Write the seal. A bench with an unwritable folder has none: the chain is then walked every time."""
         seal = Seal(head, looks, time.time() if made is None else made).text()
         try:
             write_atomic(self.file, self.signed(seal), 0o600)
@@ -120,7 +120,7 @@ def _stored_key(key_file: Path) -> Ed25519PrivateKey:
 
 
 def bench_of(key_file: Path) -> str | None:
-    """Return the public key of the bench whose own key is in a file, as heads state it; None if it cannot be read."""
+    """Return the public key of the bench whose key is in a file, as stated in heads; None if it is unreadable."""
     try:
         key = _stored_key(key_file)
     except (OSError, ValueError):

@@ -256,7 +256,7 @@ class Store:
             next_page = last.where(e.subject > page[-1].subject).limit(_PAGE)
 
     def judgements_with(self, samples: Mapping[str, Mapping[str, str]], but: str = "") -> list[Event]:
-        """Return the judgements that may hold one of these samples, by the index, in order; none of the unit `but`.
+        """Return the judgements with one of these samples by the index, in order, except those of the unit `but`.
 
         Raises as `events`, ValueError if a sample is not a sketch."""
         keys = indexes.sample_keys(samples)
@@ -290,7 +290,7 @@ class Store:
         return [each for each in before if spelling_key(each) != spelling_key(serial)]
 
     def _alike(self, serial: str) -> list[str]:
-        """Return the known serials that may be taken for this one, itself among them, as they came into the store."""
+        """Return the known serials that look like this one, itself included, in order of their first event."""
         e = tables.events.c
         asked = select(e.subject).where(tables.LOOK == look_key(serial), e.what.in_(NAMING))
         asked = asked.group_by(e.subject).order_by(func.min(e.seq))

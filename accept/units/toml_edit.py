@@ -29,10 +29,10 @@ def begin(folder: Path, serial: str, kind: str) -> None:
 
 
 def enter(folder: Path, section: str, entries: Mapping[str, Any], simulated: bool = False) -> None:
-    """Put entries into a section, and today (UTC) as the day on which it was measured. Entries there of another way of
-    giving the data go; the file they name stays. simulated: of simulated instruments, as the unit then is too.
+    """Put entries into a section, with today (UTC) as day of measurement. Entries for another form of the data are
+    removed; their files stay. simulated: of simulated instruments; the unit then counts as simulated.
 
-    Raises UnitError when the result would not be a unit."""
+    Raises UnitError if the result would not be a unit."""
     document = _document(folder)
     table = document.setdefault(section, tomlkit.table())
     for other in _other_forms(section, set(entries)) & set(table):

@@ -190,7 +190,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
 
 
 def serial_problem(serial: str) -> str | None:
-    """Return why this cannot be the serial of any unit, None where it can."""
+    """Return why a text cannot be a serial, None if it can."""
     if not SERIAL.fullmatch(serial):
         return "expected 1 to 64 letters, digits, '.', '_' or '-', the first a letter or digit"
     if serial.split(".")[0].upper() in _DEVICES or serial.endswith("."):

@@ -96,8 +96,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 
 
 def _vet_points(x: Array, y: Array, z: Array, reading: StatedU | None) -> None:
-    """Raise NoResult if a position occurs twice, or if the spread of the heights is below the resolution of the probe
-    or above `MOST_SPREAD_UM`: no part lies so level or so askew, so they were not measured, or are not in um."""
+    """Raise NoResult if a position occurs twice, or if the heights' spread is below the resolution of the probe or
+    above `MOST_SPREAD_UM`: no part is so level or so tilted; they were not measured, or are not in um."""
     distance = np.hypot(x[:, None] - x, y[:, None] - y) + np.diag(np.full(x.size, np.inf))
     first, second = np.unravel_index(int(np.argmin(distance)), distance.shape)
     if distance[first, second] < APART_MM * MM:

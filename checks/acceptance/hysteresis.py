@@ -96,8 +96,8 @@ def _cycles(record: Record, at_least: float) -> list[Cycle]:
 
 
 def _check_loop(loop: Loop, motion: str, spec: CheckSpec) -> None:
-    """Raise NoResult if the loop is one that no piezo actuator makes: too exact, too narrow, or the motion ahead of Va
-    by more than the sample by which the two may have been stored apart."""
+    """Raise NoResult for a loop that no piezo actuator makes: too exact, too narrow, or the motion ahead of Va by more
+    than the one sample of a shift in storing."""
     ahead = -loop.width.value
     if ahead > loop.one_sample + 3 * loop.width.u:
         raise NoResult(Cause.RESPONSE_LEADS, channel=motion, percent=100 * ahead, amplitude=loop.amplitude)

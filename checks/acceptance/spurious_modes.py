@@ -184,7 +184,8 @@ def _quantities(name: str, mode: Mode | Reason, spec: CheckSpec) -> tuple[Quanti
 
 
 def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec, like: str = "") -> Quantity:
-    """Return a quantity with its budget; like: the quantity whose stated uncertainty holds if its own is not stated."""
+    """Return a quantity with its budget; like: the quantity whose stated uncertainty is used if its own is not
+    stated."""
     budget = [Contribution("scatter between impacts (half the 95 % t-interval)", u, "A")]
     if u_model > 0:
         budget.append(Contribution("neighbouring modes in the local fit", u_model))

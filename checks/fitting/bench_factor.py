@@ -78,8 +78,8 @@ def resonant(f: Array, d: Complex, variance: Array) -> Array:
 
 
 def latency(f: Array, mean: Complex, variance: Array) -> Array:
-    """Return the latency [s] (C,) of each channel in a mean (F, C): the bench has it by name, so it is not part of the
-    unexplained factor. Frequencies at which a resonance turns the phase count little."""
+    """Return the latency [s] (C,) of each channel in a mean (F, C), which has a name and is not part of the unexplained
+    factor. Frequencies at which a resonance turns the phase count little."""
     tau = np.zeros(mean.shape[1])
     for _ in range(TURNS):
         left = mean - np.outer(f, tau) * LATE

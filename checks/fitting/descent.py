@@ -24,7 +24,7 @@ STRAIGHT = 0.25  # of the expected fall: less is a valley that bends, along whic
 @dataclass(frozen=True)
 class Precision:
     """How far down a search goes, in half a squared standard deviation. near: it has settled if no step promises more;
-    end: it ends there, if it gets that far without a detour."""
+    end: it ends there if it arrives without a detour."""
 
     near: float
     end: float

@@ -269,8 +269,8 @@ def start_as_fit(response: Response, datasets: Dataset | Sequence[Dataset], foun
 
 
 def own_cost(found: Fit) -> float:
-    """Return the cost of a fit with the tolerance as a fraction of its own response, by which two ends of a search are
-    compared: with a fraction of another response it may be of any size."""
+    """Return the cost of a fit with the tolerance as a fraction of its own response, to compare ends of searches: as a
+    fraction of another response the tolerance may have any size."""
     sets = tuple(s.around(s.H - r) for s, r in zip(found.datasets, found.residuals, strict=True))
     white = [s.whitener(r) for s, r in zip(sets, found.residuals, strict=True)]
     return found.prior_cost + 0.5 * sum(float(w @ w) for w in white)

@@ -82,8 +82,8 @@ def estimate(
 
 @dataclass(frozen=True)
 class OffsetSearch:
-    """Settings of a search: the data up to f_hi [Hz] are used; own_paths: with the times by which channels were sampled
-    apart and the gain of de among the unknowns; thorough: from more starts than the table gives."""
+    """Settings of a search: data up to f_hi [Hz] are used; own_paths: channel delays and the gain of de are unknowns
+    too; thorough: use additional starts."""
 
     f_hi: float = F_HI
     own_paths: bool = False
@@ -140,7 +140,7 @@ def free_parameters(
     model: Model, dx: float, dy: float, channels: Sequence[str] = RATIO, own_paths: bool = False
 ) -> list[Free]:
     """Return the free parameters: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive, the
-    sensor's gain; own_paths: how far the channels were sampled apart, and the gain of de beside da."""
+    sensor's gain; own_paths: also channel delays, and the gain of de relative to da."""
     own = [n for n in model.sds if not n.startswith(("constants.", "delay.", "amplifier.", "sensor.", "misalignment."))]
     places = [
         replace(p, lo=-most, hi=most, start=at, scale=most / 4)
@@ -187,8 +187,8 @@ def _fits(
     model: Model, data: Dataset, starts: Sequence[tuple[float, float]], search: OffsetSearch
 ) -> list[Calibration]:
     """Return fits from the starts that lead to different places, the best first, each with the form of damping that the
-    data require. If no fit explains the strut's own modes, one mode may have been taken for another: the search is then
-    repeated with a mode in another place, and from random draws of the parameters."""
+    data require. If none explains the strut's own modes, one may have been taken for another: the search is repeated
+    with a mode moved, and from random draws of the parameters."""
     free = [free_parameters(model, dx, dy, data.channels, search.own_paths) for dx, dy in starts]
     found = _finish_all(model, data, _distinct_places(_coarse_fits(model, data, free)))
     if search.thorough and not any(_is_another_bench(c.fit) for c in found):

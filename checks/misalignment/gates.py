@@ -145,7 +145,7 @@ def _compliance_slope(apa: ModalApa, found: Fit, names: Sequence[str]) -> Array:
 
 def unobservable(found: MisalignmentEstimate) -> dict[str, Reason]:
     """Return the axis along which the data do not determine the misalignment, with the reason: its U is as wide as the
-    table. The other axis is known whatever the value along this one. Empty if they determine both, or neither."""
+    table. The other axis is then known whatever the value along this one. Empty if they determine both, or neither."""
     wide = {axis: reason for axis, reason in _edges(found) if getattr(found, axis).U > _limits(found)[axis]}
     inside = not {DX, DY} & set(found.fit.at_bound)
     return wide if len(wide) == 1 and inside else {}

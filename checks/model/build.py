@@ -128,7 +128,7 @@ def file_nodes(spec: ModelSpec) -> Nodes:
 
 
 def _values(spec: ModelSpec) -> dict[str, float]:
-    """Return all parameters; those that a file may omit have the value at which they have no effect."""
+    """Return all parameters; omitted ones have the value at which they have no effect."""
     off = {"amplifier.f_Hz": math.inf, "amplifier.second_order_Hz": math.inf, **channel_path_off()}
     if spec.encoder is not None:
         off["encoder.bracket_Hz"] = math.inf

@@ -37,7 +37,7 @@ class ModalApa:
 
     @property
     def frequencies_Hz(self) -> dict[str, float]:
-        """Return the nominal frequency [Hz] of the mode that each factor is of, by the factor's flat name."""
+        """Return the nominal frequency [Hz] of each factor's mode, by the factor's flat name."""
         f = np.sqrt(np.diag(self.body.K)[ELASTIC_FROM:]) / (2.0 * np.pi)
         return {name: float(f_Hz) for names in mode_names(self.modes) for name, f_Hz in zip(names, f, strict=True)}
 

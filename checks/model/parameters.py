@@ -129,8 +129,8 @@ def last(name: str) -> str:
 
 
 def matters(changes: Mapping[str, float]) -> dict[str, float]:
-    """Return those of the changed values, sorted by name, that derivatives of the matrices may depend on: a factor on a
-    mode of the APA changes one entry of its own, so of these only damping counts, for the damping of all."""
+    """Return the changed values, sorted by name, that derivatives of the matrices may depend on. A factor on a mode of
+    the APA changes one entry of its own, so of these only damping matters: for the damping of all."""
     found = [n for n in changes if is_mechanical(n) and not n.startswith(MODE_STIFFNESS)]
     return {n: changes[n] for n in sorted(found)}
 
@@ -162,7 +162,7 @@ def is_mode_factor(name: str) -> bool:
 
 
 def si(values: Mapping[str, float], name: str) -> float:
-    """Return the value of a parameter in SI units; the end of its name is the unit that it is given in."""
+    """Return the value of a parameter in SI units, from the unit at the end of its name."""
     for suffix in ("N_per_um", "um", "mm", "us"):
         if name.endswith("_" + suffix):
             return values[name] * _TO_SI[suffix]

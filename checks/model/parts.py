@@ -26,7 +26,7 @@ def joints_of(values: Values) -> tuple[Joint, Joint] | None:
 
 
 def _joint(values: Values, prefix: str) -> Joint:
-    """Return the joint whose parameters begin with the prefix; a stiffness that it does not name is rigid."""
+    """Return the joint whose parameters begin with the prefix; unnamed stiffnesses are rigid."""
     names = ("kx_N_per_um", "ky_N_per_um", "kz_N_per_um", "kRx_Nm_per_rad", "kRy_Nm_per_rad", "kRz_Nm_per_rad")
     full = (f"{prefix}.{name}" for name in names)
     k = np.array([si(values, name) if name in values else RIGID for name in full])

@@ -114,8 +114,8 @@ class Burst:
 
 
 def bursts(record: Record, channels: Sequence[str]) -> tuple[Burst, ...]:
-    """Return the largest short disturbance of each channel, those at one time together: a part of the record in which
-    the remainder that the drive does not explain is far larger than everywhere else."""
+    """Return the largest short disturbance of each channel, simultaneous ones together: a part of the record with a far
+    larger unexplained remainder than everywhere else."""
     part = DrivePart.of(record["Va"]) if np.ptp(record["Va"]) > 0.0 else None
     if part is None:
         return ()

@@ -23,8 +23,8 @@ _SMALL = {2: 1.196, 3: 1.495, 4: 1.363, 5: 1.206, 6: 1.200, 7: 1.140, 8: 1.129, 
 @dataclass(frozen=True, eq=False)
 class Scores:
     """Scores of n values: median; scale, the robust standard deviation; score (n,) = (value - median) over scale and
-    the value's own uncertainty together; p (n,) the probability that chance puts a value so far out, for the whole
-    fleet (1: not among the farthest); outlier (n,)."""
+    the value's own uncertainty together; p (n,) the probability of so far a value by chance in the whole fleet (1: not
+    among the farthest); outlier (n,)."""
 
     median: float
     scale: float

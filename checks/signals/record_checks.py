@@ -191,8 +191,8 @@ PILED_SAMPLES = 50  # with fewer, equal values may be chance
 
 
 def overload(channel: str, x: NDArray[np.float64]) -> tuple[Reason, ...]:
-    """Return a reason if x (N,) is clipped: its largest or smallest value occurs far more often than the next one. Not
-    for a channel that may rest at its extreme, as a held triangle does."""
+    """Return a reason if x (N,) is clipped: its largest or smallest value is far more frequent than the next one. Not
+    for a channel that may rest at its extreme, such as a held triangle."""
     for end, ordered in (("largest", -x), ("smallest", x)):
         lowest = float(ordered.min())
         count = int(np.count_nonzero(ordered == lowest))

@@ -75,9 +75,9 @@ _KNOWN: WeakKeyDictionary[Record, dict[str, tuple[Reason, ...]]] = WeakKeyDictio
 
 def sampling_faults(record: Record, drive: str = "Va", outputs: Sequence[str] = OUTPUTS) -> tuple[Reason, ...]:
     """Return the reasons why a record must not be used for any comparison; empty if it is sound. Dead channels are not
-    examined, because standing still is not a fault of the sampling.
+    examined: a constant value is no fault of sampling.
 
-    Each record is examined once, since several checks use the same one."""
+    Cached by record, since several checks use the same one."""
     cached = _KNOWN.setdefault(record, {})
     there = tuple(c for c in outputs if c in record.channels and not _stands_still(c, record[c]))
     key = " ".join((drive, *there))

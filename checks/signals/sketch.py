@@ -246,8 +246,8 @@ def _levels(x: Array) -> str:
 
 
 def _counts(x: Array, there: Array, counts: NDArray[np.int32], step: float) -> NDArray[np.int32]:
-    """Return the entry of `counts` for each of x, by its place among the values `there`: found by its number of steps
-    from the first, which is faster than a search, unless two levels lie within one step."""
+    """Return the entry of `counts` for each of x, whose level is found in `there` by its number of steps from the
+    first: faster than a search. If two levels lie within one step, it is searched."""
     slots, found = (np.rint((v - there[0]) / step).astype(np.intp) for v in (there, x))
     by_slot = np.zeros(slots[-1] + 1, dtype=counts.dtype)
     by_slot[slots] = counts

@@ -176,7 +176,7 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         super()._start(deadline)
 
     def _settings_found(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return the meter's settings, by header; without the bias, which is never switched on from here."""
+        """Return the meter's settings by header, without the bias, which the program never switches on."""
         return {
             setting.header: self._question(f"{setting.header}?", deadline)
             for name, setting in self._profile.settings.items()

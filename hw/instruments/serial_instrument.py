@@ -170,8 +170,8 @@ class SerialInstrument(ABC, Generic[S]):
         """Ask for one value."""
 
     def _ask(self, message: bytes, end: bytes, deadline: Deadline, harmless: bytes = b"\r\n") -> bytes:
-        """Send a message and return the reply with its end. Raises Garbled if bytes lay on the line before it: they
-        could be taken for the answer. harmless : bytes that an instrument may leave behind."""
+        """Send a message and return the reply with its end. Raises Garbled for bytes on the line before it, which could
+        be taken for the answer. harmless : bytes that an instrument may leave behind."""
         self._say(message, harmless)
         return self.link.read_until(end, deadline.within(self.settings.timeout_s))
 

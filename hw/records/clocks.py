@@ -70,9 +70,9 @@ def unit_of(v: Variable, found: Variables) -> str:
 def clocks_of(
     file: str, v: Variable, found: Variables, axes: dict[str, Clock], time: Variable | None = None
 ) -> list[Clock]:
-    """Return the statements of a file on the times of a channel, the first of which counts and which must agree. axes:
-    time vectors that were read already; time: the one that the user named, beside which others do not count. Raises
-    RecordError if one of them is no time, or if two differ."""
+    """Return a file's statements on the times of a channel. They must agree; the first counts. axes: time vectors that
+    were already read; time: the one that the user named, which excludes others. Raises RecordError for one that is no
+    time, or if two differ."""
     stated = [] if v.clock is None else [v.clock()]
     if time is None and stated and stated[0].axis is None:  # an increment, maybe with a vector of times beside it
         times = [at for at in found.values() if at.home == v.home and _is_axis_of(v, at)]
@@ -170,8 +170,8 @@ def _text(v: Variable) -> str:
 
 
 def agreed(file: str, channel: str, stated: list[Clock], min_samples: int) -> Clock:
-    """Return the clock of a channel with its step and start, from its statements, the first of which counts. Raises
-    RecordError if they contradict each other, or its times are no even grid."""
+    """Return the clock of a channel with step and start, from its statements; the first counts. Raises RecordError if
+    they contradict each other, or its times are not an even grid."""
     first = next(c for c in stated if c.axis is not None or c.step > 0)
     if first.axis is not None:
         vet_time(file, first.axis, min_samples)

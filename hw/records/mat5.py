@@ -128,7 +128,7 @@ class ArrayHeader:
     data_at: int
 
     def variable(self, file: str, data: Callable[[], bytes], end: int, order: str) -> Variable:
-        """Return the variable; data: the bytes that hold it up to `end`, unpacked only if they are wanted."""
+        """Return the variable; data: its bytes up to `end`, unpacked only if they are wanted."""
 
         def inner() -> Any:
             most = 8 * DEFAULT_LIMITS.max_samples

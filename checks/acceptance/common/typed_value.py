@@ -50,8 +50,8 @@ def with_stated_accuracy(
 def with_temperature(quantity: Quantity, stated: StatedU, temperature: Measured | None) -> Quantity:
     """Return a quantity with the influence of the temperature in its budget, if the spec gives its coefficient.
 
-    The value is not corrected, so its distance from the reference temperature is taken as the half-width of a rectangle
-    ([JCGM100] F.2.4.5), beside the uncertainty of the temperature [°C]. U is unknown if either is not stated."""
+    The value is not corrected. Its distance from the reference temperature is the half-width of a rectangle ([JCGM100]
+    F.2.4.5), added to the uncertainty of the temperature [°C]. U is unknown if either is not stated."""
     if stated.percent_per_C is None or not math.isfinite(quantity.value):
         return quantity
     if temperature is None or temperature.U is None:

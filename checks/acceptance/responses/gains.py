@@ -114,9 +114,9 @@ def payload(given: Measured | None, rules: ResponseSettings, spec: CheckSpec) ->
 def check_against_payload(
     resonance: Quantity, given: Measured | None, rules: ResponseSettings, spec: CheckSpec
 ) -> Quantity:
-    """Return the resonance, of unknown uncertainty if the payload is far from that of the limits, or if the resonance
-    would leave them with it, so that it cannot pass: with another payload a resonance inside them shows another
-    stiffness. A resonance outside them fails as before."""
+    """Return the resonance. Its uncertainty is unknown, so that it cannot pass, if the payload is far from the limits'
+    or the resonance would leave them with that payload: another payload means another stiffness. A resonance outside
+    them still fails."""
     if given is None or resonance.reason is not None:
         return resonance
     ratio = given.value / rules.payload_kg

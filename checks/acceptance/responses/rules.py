@@ -113,7 +113,7 @@ def dead_channels(record: Record) -> list[Reason]:
 
 def unusable(record: Record) -> list[Reason]:
     """Return the reasons why no model can be compared with a record: a motion in another unit, or faults of sampling.
-    Channels that are dead, reversed or exchanged are left to the comparison, which names them."""
+    The comparison itself names dead, reversed and exchanged channels."""
     return unusable_units(record) or list(sampling_faults(record))
 
 
@@ -175,7 +175,7 @@ def vet_signs(frf: Frf, rules: ResponseSettings) -> None:
 
 
 def outputs_of(records: Iterable[Record]) -> tuple[str, ...]:
-    """Return the outputs that all of these records have: readers refuse a record without one that its product has."""
+    """Return the outputs common to all records: readers refuse a record without a channel of its product."""
     every = list(records)
     return tuple(c for c in OUTPUTS if all(c in record.channels for record in every))
 

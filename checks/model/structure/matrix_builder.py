@@ -53,7 +53,7 @@ class Builder:
         self._masses: list[tuple[Array, Array]] = [(np.zeros((0, size)), np.zeros(0))]
 
     def wide(self, rows: Array) -> Array:
-        """Return rows (..., n) in terms of all coordinates; those that they do not name are the last."""
+        """Return rows (..., n) over all coordinates, with zeros for the last ones, which they lack."""
         return np.pad(rows, ((0, 0), (0, self._size - rows.shape[1])))
 
     def mass(self, place: Array, m: float, inertia: Array | float = 0.0) -> None:

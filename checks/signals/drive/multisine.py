@@ -15,7 +15,7 @@ LINES = ("all", "odd")
 
 @dataclass(frozen=True, eq=False)
 class MultisinePeriod:
-    """Period of a multisine. x (N,) one period, of rms one; lines (L,) the harmonics of 1/N that it holds."""
+    """Period of a multisine. x (N,) one period, of rms one; lines (L,) its harmonics of 1/N."""
 
     x: Array
     lines: NDArray[np.intp]

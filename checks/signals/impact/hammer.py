@@ -105,8 +105,8 @@ class HammerTest:
 
 @dataclass(frozen=True, eq=False)
 class HammerTests:
-    """Impacts of each record, good or with their fault; the FRF of each response over the good ones of all records,
-    none if there are fewer than two; the force of each record as of `HammerTest`."""
+    """Impacts of each record, good or with their fault; the FRF of each response over all good ones, none for fewer
+    than two; the force of each record as of `HammerTest`."""
 
     impacts: tuple[tuple[Impact, ...], ...]
     frfs: tuple[ImpactFrf, ...]
@@ -284,9 +284,9 @@ def _average(force: Array, response: Array, decay: float, fs: float) -> ImpactFr
 
 
 def _least_agreeing(frfs: Sequence[ImpactFrf], band_Hz: tuple[float, float], rules: ImpactRules) -> tuple[int, float]:
-    """Return the index and agreement of the impact that the others' FRF predicts worst, in the response where it does.
+    """Return the index and agreement of the impact that the others' FRF predicts worst, over all responses.
 
-    A response in which most impacts disagree is not excited by them and sets none aside, unless it is the only one."""
+    A response in which most impacts disagree is not excited by them. It sets none aside, unless it is the only one."""
     agreements = np.array([_agreement(frf, band_Hz) for frf in frfs])
     excited = np.median(agreements, axis=1) >= rules.coherence_min
     lowest = np.min(agreements[excited] if excited.any() else agreements, axis=0)

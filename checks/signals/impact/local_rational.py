@@ -66,7 +66,7 @@ def _to_neighbour(frf: ImpactFrf, centre: float, half: float) -> float:
 
 
 def _without_gain(residual: Complex, predicted: Complex) -> Complex:
-    """Return the residuals (K, B) without the part that is a gain of the impact, which does not move a pole."""
+    """Return the residuals (K, B) without the part that is a gain of the impact: a gain moves no pole."""
     power = np.maximum(np.sum(np.abs(predicted) ** 2, axis=1), np.finfo(float).tiny)
     gain = np.sum(residual * predicted.conj(), axis=1) / power
     rest: Complex = residual - gain[:, None] * predicted

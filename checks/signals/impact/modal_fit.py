@@ -127,11 +127,11 @@ def _pole_near(frf: ImpactFrf, centre: float, half_width: float) -> tuple[LocalB
 
 
 def amplitude_at(frf: ImpactFrf, mode: Mode) -> tuple[float, float]:
-    """Return the peak amplitude |residue|/decay that a mode's pole has in another FRF, and its standard error [response
-    per N].
+    """Return the peak amplitude |residue|/decay of a mode's pole in another FRF, and its standard error [response per
+    N].
 
-    The band is that in which the mode was fitted: if the other FRF does not show it, a peak of noise would cut the band
-    to less than the mode's width, in which a pole and a polynomial are indistinguishable."""
+    The band is that of the mode's fit: if the other FRF does not show the mode, a peak of noise would cut the band to
+    less than its width, where pole and polynomial are indistinguishable."""
     natural = mode.pole / (2j * np.pi)
     half = max(float(np.max(np.abs(mode.f - natural.real))), 8.0 * frf.df)
     local = bins_about(frf, natural.real, half)

@@ -42,11 +42,10 @@ def lpm(
     u : (N,) noise or sweep; y : (N,), (N, C) or name -> (N,), sampled together at fs [Hz]. Bins of fs/N from f_lo to
     f_hi [Hz], every step-th; the `half` bins next to 0 Hz and to fs/2 have no full neighbourhood and are left out.
     order : of both polynomials. `coherence` is |H|^2 S_uu over itself plus the noise, over the neighbourhood.
-    Neighbours share their data: `stride` is the distance at which bins are independent (2 half + 1 of the full grid).
-    The variance is infinite if u has no power of its own (a periodic u between its lines, a band not driven). lasting:
-    hits near an end of the record are refused, whose responses are the record's transient: only noise would determine
-    H. Raises ValueError for them, for unequal lengths, NaN or inf, an empty band, or fewer than 7 degrees of
-    freedom."""
+    Neighbours share their data: `stride` is the distance of independent bins (2 half + 1 of the full grid). The
+    variance is infinite if u has no power of its own (a periodic u between its lines, a band not driven). lasting :
+    refuse hits near an end of the record: their responses are its transient, and only noise would determine H. Raises
+    ValueError for them, for unequal lengths, NaN or inf, an empty band, or fewer than 7 degrees of freedom."""
     problem = LpmTransforms.of(u, y, fs, f_lo, f_hi, step, input)
     local = LocalRegression.of(order, half)
     bins = problem.bins(half)

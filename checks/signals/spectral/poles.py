@@ -281,7 +281,7 @@ def _result(w: PoleWindow, q: Complex, order: int, state: _Elimination) -> PoleF
 
 
 def scatter(gain: Complex, residual: Complex) -> Array:
-    """Return E|dq|^2 (K,) of estimates that are gain (K, C, B) times the errors; their size and their correlation
+    """Return E|dq|^2 (K,) of estimates that are gain (K, C, B) times the errors. Size and correlation of the errors
     between channels come from the residual (C, B)."""
     alike = residual @ residual.conj().T / residual.shape[1]
     return np.asarray(np.einsum("kcb,cd,kdb->k", gain, alike, gain.conj()).real)

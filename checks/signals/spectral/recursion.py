@@ -60,8 +60,8 @@ def second_order(w: float, damping: float, s: float = 1.0) -> tuple[float, list[
 
 
 def moving_mean(x: Array, count: int) -> Array:
-    """Return the mean of `count` neighbours along the first axis of x (N, ...), of an even number one more before than
-    after; beyond its ends x keeps its first and last value. By a running sum, as scipy.ndimage.uniform_filter1d."""
+    """Return the mean of `count` neighbours along the first axis of x (N, ...); of an even number, one more before than
+    after. Beyond its ends x keeps its first and last value. By a running sum, as scipy.ndimage.uniform_filter1d."""
     before = count // 2
     around = np.pad(x, [(before, count - 1 - before)] + [(0, 0)] * (x.ndim - 1), mode="edge")
     first = np.cumsum(around[:count], axis=0)[-1:]

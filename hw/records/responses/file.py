@@ -41,7 +41,7 @@ class ResponseFile:
 @dataclass(frozen=True, eq=False)
 class Curve:
     """One response of a file. H (F,); unit: of the channel, per: of the input, "" if not stated; coherence, var: values
-    (F,) and the unit that the file states for them, None without."""
+    (F,) and their stated unit, None without."""
 
     name: str
     H: Complex

@@ -32,7 +32,7 @@ SAME_AXIS = 1e-6
 
 @dataclass(frozen=True)
 class _Candidate:
-    """Values (F,) of a variable over its frequencies; axis: where these come from, "" for its own first column."""
+    """Values (F,) of a variable over its frequencies; axis: name of their vector, "" for its own first column."""
 
     values: NDArray[Any]
     f: Array

@@ -255,8 +255,8 @@ def _windows(file: str, raw: bytes) -> str:
 
 
 def _may_be_cut(table: TextTable) -> bool:
-    """Return whether the last number of a line without an end may be cut, which is still a number: "-15.5" becomes
-    "-1". It is whole if it has the decimals that all before it have."""
+    """Return whether the last number of a line without end may be cut: "-15.5" becomes "-1", still a number. It is
+    whole with the same decimals as all before it."""
     layout = table.layout
     if table.rows[-1].rstrip().endswith(('"', layout.apart)) or layout.kinds[-1] == TEXT:
         return False

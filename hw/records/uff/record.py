@@ -60,7 +60,7 @@ def _channel(file: str, name: str, f: UffFunction, span: slice) -> Variable:
 
 
 def _common_spans(file: str, names: list[str], records: list[UffFunction]) -> list[slice]:
-    """Return the samples of each record that all of them have. Raises RecordError if they were sampled otherwise."""
+    """Return the samples of each record common to all. Raises RecordError if they were sampled otherwise."""
     first = records[0]
     x = uff58.abscissa(file, first) * time_scale(file, first)
     axes = [uff58.abscissa(file, f) * time_scale(file, f) for f in records]
