@@ -65,5 +65,5 @@ class _Plain(logging.Formatter):
 
 class _RotatingFile(RotatingFileHandler):
     def handleError(self, _: logging.LogRecord) -> None:
-        """Raise a full disk to `log_fault`, which has another place."""
+        """Raise errors of writing, such as a full disk: `log_fault` then uses stderr."""
         raise

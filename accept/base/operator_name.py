@@ -18,7 +18,7 @@ def operator_name(given: str | None) -> str:
 
 
 def is_system_account(name: str) -> bool:
-    """Return whether a name is that of an account of the system, such as root, with which no person signs."""
+    """Return whether a name is a system account, such as root: a person does not sign with it."""
     try:
         import pwd  # not on every system
 

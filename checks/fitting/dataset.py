@@ -89,7 +89,7 @@ class Dataset:
         return whitener(self.f, self.reference, self.cov, self.nu, self.relative)
 
     def on_bench(self, learned: LearnedBench | None) -> "Dataset":
-        """Return the same with the learned bench's scatter between units, if the model has a learned bench."""
+        """Return the dataset with the scatter of a learned bench between units, if the model has one."""
         return self if learned is None else replace(self, by_frequency=learned.tolerance_at(self.f, self.channels))
 
     def select(self, channels: Iterable[str]) -> "Dataset":

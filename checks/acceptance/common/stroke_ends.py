@@ -101,9 +101,9 @@ def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Scalar
 
 
 def level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
-    """Return d at the end of the range, at which the voltage v from that end is 0, near sample `at`: by a parabola in v
-    on each branch, which meet there, over the unbroken stretch of `zone`. In v, not in time, so that the drive may
-    turn, break or hold."""
+    """Return d at the end of the range near sample `at`. v is the voltage from that end. Each branch in the unbroken
+    stretch of `zone` is a parabola in v, and both meet at v = 0. In v, not in time, so that the drive may turn, break
+    or hold."""
     out = np.flatnonzero(~zone)
     lo = int(out[out < at].max(initial=-1)) + 1
     hi = int(out[out > at].min(initial=zone.size))
