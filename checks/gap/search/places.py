@@ -39,6 +39,7 @@ SETTLED = 0.05  # of twice the log-likelihood
 POLES = 14  # where a resonator is looked for, beside the peaks of the residual
 BEGUN = 2  # of these, that a fit begins from
 RATIO = 0.03  # damping ratio there
+EQUAL = 1e-6  # of a gain: of one channel alone every factor and every place explain the same
 
 NOTHING_KNOWN: Mapping[str, float] = {}
 Stiffness = Callable[[Array], tuple[Complex, Complex]]  # values (k,) -> dynamic stiffness (F,) and its slopes (k, F)
@@ -70,11 +71,11 @@ class Places:
 
     @property
     def in_signal_path(self) -> bool:
-        """Return whether any factor on one channel explains more than any dynamic stiffness at the best place: what is
-        missing then lies in the path of that channel. Each has one complex number for each frequency."""
+        """Return whether any factor on one channel explains as much as any dynamic stiffness at the best place: what is
+        missing may then lie in the path of that channel. Each has one complex number for each frequency."""
         H = self.projected.modelled
         factors = (self.gain_of(H * one) for one in np.eye(H.shape[1]))
-        return max(factors) > max(self.gains.values(), default=0.0)
+        return max(factors) > (1.0 - EQUAL) * max(self.gains.values(), default=0.0)
 
     @cached_property
     def ranked(self) -> list[Direction]:

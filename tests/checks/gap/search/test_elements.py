@@ -135,9 +135,10 @@ class TestPlaces:
     """Place before kind, against closed forms."""
 
     @staticmethod
-    def places(model: Model) -> Places:
-        data = recorded(model, SEED)
-        data = replace(data, H=model.frf(F, channels=CHANNELS))  # no noise: what is left is the element alone
+    def places(model: Model, channels: tuple[str, ...] = CHANNELS, on_Vs: float = 0.0) -> Places:
+        H = model.frf(F, channels=CHANNELS)  # no noise: what is left is the element alone
+        H[:, 0] *= MODE.factor({"f_Hz": 400.0, "ratio": on_Vs, "damping_ratio": 0.02}, 2j * np.pi * F)
+        data = replace(recorded(model, SEED), H=H).select(channels)
         response = Augmented(exact())
         return Places(project(response, data, response.own_values({})))
 
@@ -155,6 +156,21 @@ class TestPlaces:
         assert best.member is element("payload", "z", "spring")
         # 5 %: the whitener's tolerance is a fraction of the response itself, which the element moves
         assert best.starts[0]["k_N_per_um"] == pytest.approx(0.01, rel=0.05)
+
+    @pytest.mark.parametrize(
+        ("elements", "on_Vs", "channels", "path"),
+        [
+            (HOLDER, 0.0, CHANNELS, False),
+            (CABLE, 0.0, CHANNELS, False),
+            ({}, 0.03, CHANNELS, True),  # a resonance of one channel
+            (CABLE, 0.0, ("da",), True),  # of one channel alone any factor explains all
+        ],
+    )
+    def test_a_factor_on_one_channel_is_a_rival_of_every_place(
+        self, elements: dict[str, float], on_Vs: float, channels: tuple[str, ...], path: bool
+    ) -> None:
+        found = self.places(strut().with_elements(elements), channels, on_Vs)
+        assert found.in_signal_path == path
 
     def test_a_joint_is_a_kind_of_its_own(self) -> None:
         scores = self.places(strut().with_elements({n: 0.1 * v for n, v in LOOSE.items()})).scores(("joint",))
