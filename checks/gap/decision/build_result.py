@@ -9,7 +9,7 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, FitPoint, finish
 from checks.gap.conditions.joint import Conditions
 from checks.gap.decision.beside_gates import judge_claims_beside
-from checks.gap.decision.detection_limits import detection_limits
+from checks.gap.decision.detection_limits import detection_limits, spring_limits
 from checks.gap.decision.elements import found_elements
 from checks.gap.decision.experiments import (
     FinalExplanation,
@@ -78,9 +78,11 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     before = _left_before(whole, result, full, problem.B)
     gap_before = gaps_of(replace(shown_before, unseen=problem.measured_B) if problem.early else shown_before)
     limits: dict[str, dict[str, float]] = {}
+    springs: dict[str, float] = {}
     if verdict == NO_MISSING:
         search.say("detection limits")
         limits = detection_limits(base.seen, problem.effects, slow, table)
+        springs = spring_limits(base.seen, table)
     return Result(
         model=problem.inputs.model.name,
         verdict=verdict,
@@ -106,6 +108,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
             *_agrees_before(base, named, gap_before),
             *_ended(search, verdict),
             *_lags_of_bench(full),
+            *_springs_seen(springs),
         ),
         damping=result.best.response.model.damping,
         experiments=experiments,
@@ -270,6 +273,12 @@ def steps_of(after: Candidate) -> tuple[StepShown, ...]:
 def _channel_G(c: Candidate) -> dict[str, float]:
     c = replace(c, at=c.response.own_values(c.at))
     return {channel: gap.G for channel, gap in gaps_of(c).channels.items()}
+
+
+def _springs_seen(springs: Mapping[str, float]) -> tuple[str, ...]:
+    """Return a note on the smallest elements that would have been seen."""
+    words = " and ".join(f"{k:.2g} N/um at the {place.replace('_', ' ')}" for place, k in springs.items())
+    return (f"a spring to ground, along z, would have been seen from {words}",) if words else ()
 
 
 def _ended(search: Search, verdict: str) -> tuple[str, ...]:

@@ -6,11 +6,13 @@ import numpy as np
 
 from checks import distributions as stats
 from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.element import SPRING, element
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.screen import directions
 from checks.gap.statistics.projected_residual import Projected
 
+SPRINGS_AT = ("payload", "top_interface")
 STEPS = 60  # halvings of an interval on a logarithmic scale
 
 
@@ -28,6 +30,13 @@ def detection_limits(
         if limits:
             out[effect.name] = limits
     return out
+
+
+def spring_limits(projected: Projected, table: Thresholds) -> dict[str, float]:
+    """Return the smallest spring [N/um] from some places to ground, along z, that would be seen in the same way."""
+    springs = [element(place, "z", SPRING) for place in SPRINGS_AT]
+    absent = [e for e in springs if not projected.response.model.elements.keys() & {t for p in e.sizes for t in p.sets}]
+    return {e.place: _limits(projected, e, _noncentrality(table))["k_N_per_um"] for e in absent}
 
 
 def _noncentrality(table: Thresholds) -> float:

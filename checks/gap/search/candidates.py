@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import inf
@@ -373,7 +374,8 @@ class Search:
         for c in sorted(candidates, key=lambda c: c.cost)[:FROM_FAR]:
             own = {k: v for k, v in c.at.items() if k.split(".")[0] in c.response.names}
             quick = replace(c.response, model=quicker(c.response.model))
-            out.append(self.refit(c.response, self._with_shrinking_tolerance(quick, own).at))
+            with suppress(ModelError):  # the strut is not held at the priors with these
+                out.append(self.refit(c.response, self._with_shrinking_tolerance(quick, own).at))
         return out
 
     def _finish_to_the_end(self, c: Candidate) -> Candidate:

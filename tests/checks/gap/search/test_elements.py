@@ -10,10 +10,15 @@ import numpy as np
 import pytest
 
 from accept.gap.analyse_unit import run_gap
+from checks import distributions as stats
+from checks.gap.decision.detection_limits import spring_limits
 from checks.gap.decision.result import Result
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.element import Direction, directions, element, joint, kinds_at
+from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.modelling.unmodelled_modes import MODE
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidates import Search
 from checks.gap.search.places import Places
 from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import Inputs, run
@@ -131,6 +136,16 @@ def test_known_effects_keep_their_names_and_nothing_is_nothing(effects: dict[str
     assert not r.elements
 
 
+def test_a_search_turns_back_from_an_element_with_which_the_strut_is_not_held_at_its_priors() -> None:
+    """Red while the refit from the priors began there: a recorded strut ended in an error of the model."""
+    e = element("top_interface", "z", "mass")
+    response = Augmented(exact()).with_member(e)
+    data = recorded(truth(), SEED)
+    at = response.own_values({}) | {f"{e.name}.m_kg": -30.0, f"{e.name}.x_mm": 0.0, f"{e.name}.y_mm": 0.0}
+    search = Search(data, data, (), THRESHOLDS, lambda _: None)
+    assert search.refit_from_priors([Candidate(response, at, 1.0, data, THRESHOLDS)]) == []
+
+
 class TestPlaces:
     """Place before kind, against closed forms."""
 
@@ -171,6 +186,14 @@ class TestPlaces:
     ) -> None:
         found = self.places(strut().with_elements(elements), channels, on_Vs)
         assert found.in_signal_path == path
+
+    def test_the_smallest_spring_that_would_be_seen_is_stated(self) -> None:
+        limits = spring_limits(self.places(strut()).projected, THRESHOLDS)
+        noncentral = (stats.norm.isf(THRESHOLDS.p_global / 2) + stats.norm.ppf(THRESHOLDS.power)) ** 2
+        for place, k in limits.items():
+            left = self.places(strut().with_elements({f"element.{place}.z.spring_N_per_um": 0.1 * k})).projected.left
+            assert left @ left == pytest.approx(0.01 * noncentral, rel=0.1)
+        assert limits.keys() == {"payload", "top_interface"}
 
     def test_a_joint_is_a_kind_of_its_own(self) -> None:
         scores = self.places(strut().with_elements({n: 0.1 * v for n, v in LOOSE.items()})).scores(("joint",))
