@@ -67,7 +67,7 @@ class Reservations:
             now.open,
             tuple(decided.to_json() for decided in now.released),
             doubted_folder(store, unit, confirmed_by),
-            rereadings(store, unit.serial, samples, () if entry is None else entry.findings),
+            rereadings(store, unit.serial, samples, () if entry is None else entry.findings, unit.input_hashes()),
             now.superseded,
         )
 
