@@ -11,7 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from accept.base import version
+from accept.base.documents.document import DocumentError
 from accept.base.documents.manifest import AttachedSpec, InputFile, JudgingProgram, Manifest
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.provenance import Provenance
 from accept.judging.result import UnitResult
 from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json
@@ -56,7 +59,7 @@ class CertificateContent:
     result : the unit's entry in results.json (`UnitResult.to_json()`). panels : pictures by name.
     files : input files to attach, by their names in the unit folder (`unit.toml` first of all).
     inputs : sha256 of every input, also of those too large to attach; sizes : their bytes. models : model files that
-    the spec names, by that name. provenance : as `accept.certificate.trust.provenance` states it.
+    the spec names, by that name. provenance : as it is attached, which the bench signs; `stated` is its typed form.
     instruments : check -> words of the spec.
     code_sha256, drawn_with : which program judged and drew; they say whether the page can be drawn again to the byte.
     """
@@ -89,6 +92,14 @@ class CertificateContent:
         """Return the content of the attached unit.toml, {} if it is not attached. Raises ValueError if it is not
         TOML."""
         return toml_of(self.files[UNIT_FILE]) if UNIT_FILE in self.files else {}
+
+    @cached_property
+    def stated(self) -> Provenance:
+        """Return the provenance as it is declared. Raises InvalidCertificate if a statement does not have its form."""
+        try:
+            return Provenance.from_json(dict(self.provenance))
+        except DocumentError as e:
+            raise InvalidCertificate("; ".join(f"provenance: {line}" for line in str(e).splitlines())) from e
 
     @property
     def serial(self) -> str:
@@ -152,7 +163,7 @@ def content_of(
     operator: str,
     size_limit: int = SIZE_LIMIT,
     held: Mapping[str, bytes] = _NOTHING,
-    provenance: Mapping[str, Any] | None = None,
+    provenance: Provenance | Mapping[str, Any] | None = None,
 ) -> CertificateContent:
     """Return the content of the certificate of a judged unit in its folder; reads only the inputs that fit into
     `size_limit` bytes, small ones first.
@@ -175,7 +186,7 @@ def content_of(
         inputs=dict(sorted(result.inputs.items())),
         sizes=dict(sorted(sizes.items())),
         models=models,
-        provenance=provenance or {},
+        provenance=provenance.to_json() if isinstance(provenance, Provenance) else provenance or {},
     )
 
 

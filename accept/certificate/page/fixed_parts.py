@@ -74,7 +74,7 @@ def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) 
     _rule(canvas, y + 9)
     canvas.setFillColor(page_style.GREY_COLOUR)
     right = f"page {page} of {pages}"
-    named = contents.provenance.get("number") or contents.serial
+    named = contents.stated.number or contents.serial
     left = (
         f"{named} · spec {contents.spec_name} {contents.spec_sha256[:12]}"
         f" · record {contents.record_sha256[:12]}"
@@ -104,11 +104,9 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
     width = page_style.INNER - 96 * mm
     canvas.setFillColor(page_style.GREY_COLOUR)
     canvas.setFont(BOLD, 8)
-    demo = contents.provenance.get("demo")
     title = signs.SIMULATED if is_simulated(contents) else "ACCEPTANCE CERTIFICATE"
-    title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if demo else title
-    number = contents.provenance.get("number")
-    title = f"{title} {number}" if number else title
+    title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if contents.stated.demo else title
+    title = f"{title} {number}" if (number := contents.stated.number) else title
     canvas.setFont(BOLD, fitting_size(title, BOLD, 8, width))
     canvas.drawString(page_style.MARGIN, _TOP - 8, title)
     canvas.setFillColor(page_style.INK_COLOUR)

@@ -97,14 +97,14 @@ def check_spec(
     revoked: keys whose approvals do not count from a day on. Raises InvalidCertificate if an approval does not hold, or
     if a certificate of this program states an approval that does not follow from spec and signatures."""
     name, sha256 = contents.spec_name, contents.spec_sha256
-    approval, stated = contents.provenance.get("approval"), "approval" in contents.provenance
+    approval, stated = contents.stated.approval, "approval" in contents.provenance
     own = contents.code_sha256 == version.code_sha256()
     shipped = builtin()
     if name in shipped and load(name).sha256 == sha256:
         if own and stated and approval != {"builtin": True}:
             raise InvalidCertificate(f"spec {name} comes with this program, which provenance.approval does not say")
         return Step(f"spec {name} comes with this program")
-    approval = approval if isinstance(approval, Mapping) else {}
+    approval = approval or {}
     if approval.get("signature"):
         return _check_approval(approval, contents, trust, revoked)
     if approval.get("builtin") and own:

@@ -3,21 +3,20 @@ whether the unit was judged since, whether its recordings were given for another
 order."""
 
 import hashlib
-import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import PurePath
-from typing import Any
 
 from accept.base.documents.results import UnitEntry
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
-from accept.certificate.contents.laboratory import LaboratoryFile, number_of, statement_of
+from accept.certificate.contents.laboratory import number_of
+from accept.certificate.contents.provenance import History, bench_differences, differences
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import amended, digest_of, earlier_attempts, replaced_by, values_before
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
@@ -46,7 +45,7 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
     signed: the bytes up to the technician's signature, it included; when: its time. again: the unit as it was judged
     again from the attached records, None if it was not. A step is not complete if the store cannot be asked or does not
     hold, and if this bench made the certificate and its store is gone."""
-    stated = (contents.provenance.get("head") or {}).get("bench")
+    stated = contents.stated.head.bench if contents.stated.head else None
     certified = keys.certified_bench(home())
     problem = keys.bench_problem(home())
     here = stated is not None and stated in (bench_of(home() / BENCH_KEY), certified)
@@ -81,11 +80,11 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
     """Check that the store holds the signature. Not complete if the store of the bench that made it has another event
     under the stated number, or no event of this signature; and if neither is known. A certificate from before heads
     were stated is not checked."""
-    head = contents.provenance.get("head")
+    head = contents.stated.head
     if head is not None:
-        stated, own = StoreHead(int(head["seq"]), str(head["hash"])), store.signed_head()
+        stated, own = StoreHead(head.seq, head.hash), store.signed_head()
         if not _holds(store, stated) or stated == START:
-            if own is None or head["bench"] != own.bench:
+            if own is None or head.bench != own.bench:
                 return Step("it was made at another bench, whose store is not this one")
             if stated != START:
                 words = f"this bench's store does not hold event {stated.seq} as stated: it was put back or rewritten"
@@ -111,19 +110,22 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
     own = next((e for e in reversed(before) if canonical(e.data["result"]) == result), None)
     if own is None:
         return [Step("this bench's store holds no judgement with this result", complete=False)]
-    if number := contents.provenance.get("number"):
-        signed = [CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND]
-        if (bearing := sum(each.number == number for each in signed)) != 1:
-            words = (
-                f"this bench's store knows {bearing} certificates of the unit with the number {number}, expected one"
-            )
-            return [Step(words, complete=False)]
-    wrong = [name for name, same in _comparisons(events, own, signature, contents).items() if not same]
+    signed = [CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND]
+    if (number := contents.stated.number) and (bearing := sum(each.number == number for each in signed)) != 1:
+        words = f"this bench's store knows {bearing} certificates of the unit with the number {number}, expected one"
+        return [Step(words, complete=False)]
     own_program = contents.code_sha256 == code_sha256()
+    known = _known(events, own, CertificateSigned.of(signature), contents)
+    same = {
+        "operator": same_person(own.who, contents.operator),
+        "spec": own.spec == f"{contents.spec_name}@{contents.spec_sha256}",
+        "code": own.data["code_sha256"] == contents.code_sha256,
+    }
+    wrong = [name for name, is_same in same.items() if not is_same]
+    wrong += differences(contents.stated, known, own_program)
     if own_program:  # earlier programs did not store what a bench states
-        found = list(_bench_differences(store, own, signature, contents)) or [["statement of the bench"]]
-        fewest: list[str] = min(found, key=len)
-        wrong += fewest
+        found = [bench_differences(contents.stated, each) for each in _at_bench(store, known, signature, contents)]
+        wrong += min(found, key=len, default=["statement of the bench"])
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
     if (void := voids(store, own.subject).get(own.seq)) is not None:
         return [Step(f"quality assurance declared this attempt void: {void.words}", complete=False, current=False)]
@@ -135,62 +137,32 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
     ]
 
 
-def _comparisons(
-    events: Sequence[Event], own: Event, signature: Event, contents: CertificateContent
-) -> dict[str, bool]:
-    """Return field -> whether the certificate states it as the store has it. own: the judgement that it certifies."""
-    given = contents.provenance
+def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
+    """Return what the store has of the judgement that a certificate states."""
     counted = [e for e in events if e.seq < own.seq]
     started = [e for e in counted if e.what == _STARTED]
     before = fold(counted).units.get(own.subject)
-    numbers = {1 if before is None else before.attempts + 1}
-    replaced: list[Any] = [(replaced_by(before), values_before(before))]
+    numbers, replaced = {1 if before is None else before.attempts + 1}, [before]
     if started and _is_of_attempt(own, started[-1], counted):
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
-        earlier = fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject)
-        replaced.append((replaced_by(earlier), values_before(earlier)))
-    latest = contents.code_sha256 == code_sha256()  # earlier programs do not state all of it
-    amends = amended(own.subject, before, UnitEntry.from_json(contents.result))
-    return {
-        "operator": same_person(own.who, contents.operator),
-        "spec": own.spec == f"{contents.spec_name}@{contents.spec_sha256}",
-        "code": own.data["code_sha256"] == contents.code_sha256,
-        "attempt": given.get("attempt") in numbers,
-        "replaced judgement": given.get("replaces") in [judgement for judgement, _ in replaced],
-        "reason": given.get("reason") == own.data.get("reason"),
-        "values before": ("before" not in given and not latest)
-        or (given.get("replaces"), given.get("before")) in replaced,
-        "end of the attempts before": ("earlier" not in given and not latest)
-        or given.get("earlier") == earlier_attempts(before),
-        "amended certificate": ("amends" not in given and not latest) or given.get("amends", "") == amends,
-        "time of the judgement": given.get("judged", own.time) == own.time,
-        "reason of signing": given.get("signed_because", "") == CertificateSigned.of(signature).reason,
-    }
+        replaced.append(fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject))
+    checks = parse(contents.spec_text.encode(), "the attached spec").checks
+    entry = UnitEntry.from_json(contents.result)
+    return History(own, signature, entry, before, replaced, numbers, checks)
 
 
-def _bench_differences(store: Store, own: Event, signature: Event, contents: CertificateContent) -> Iterator[list[str]]:
-    """Yield, for everything that the bench stated from the judgement until the signature, the fields of the provenance
-    that are stated otherwise. It states something else since its laboratory.toml, say, was changed."""
-    given, spec = contents.provenance, parse(contents.spec_text.encode(), "the attached spec")
-    bench = (given.get("head") or {}).get("bench")
+def _at_bench(store: Store, known: History, signature: Event, contents: CertificateContent) -> Iterator[History]:
+    """Yield everything that the bench stated of itself from the judgement until the signature: it states something
+    else since its laboratory.toml, say, was changed."""
+    own, bench = known.judged, contents.stated.head.bench if contents.stated.head else None
     events = [e for e in store.events("", BenchStated.KIND) if e.data["bench"] == bench and e.seq < signature.seq]
-    before = [e for e in events if e.seq < own.seq]
-    for stated in map(BenchStated.of, [*before[-1:], *(e for e in events if e.seq > own.seq)]):
-        laboratory = None if stated.laboratory is None else LaboratoryFile(**stated.laboratory)
-        scheme = laboratory.certificate_number if laboratory else None
-        years = {datetime.fromisoformat(e.time).year for e in (own, signature)}
-        numbers = (
-            {number_of(scheme, contents.serial, int(given["attempt"]), year, ()) for year in years} if scheme else ()
-        )
-        number = re.sub(r"-\d+$", "", str(given.get("number")))  # of a second certificate of the attempt
-        listed = given.get("crl")
-        same = {
-            "laboratory": given.get("laboratory") == (statement_of(laboratory, spec.checks) if laboratory else None),
-            "number": given.get("number") in numbers or number in numbers if scheme else "number" not in given,
-            "authority": ("authority" in given) == stated.authority,
-            "crl": (listed and digest_of(str(listed))) == stated.crl,
-        }
-        yield [f"provenance.{name}" for name, known in same.items() if not known]
+    years = {datetime.fromisoformat(e.time).year for e in (own, signature)}
+    for event in [*[e for e in events if e.seq < own.seq][-1:], *(e for e in events if e.seq > own.seq)]:
+        stated = BenchStated.of(event)
+        scheme = (stated.laboratory or {}).get("certificate_number")
+        of_attempt = (contents.serial, contents.stated.attempt)
+        numbers = [number_of(scheme, *of_attempt, year, ()) for year in years] if scheme else [""]
+        yield replace(known, bench=stated, numbered=numbers)
 
 
 def _is_of_attempt(own: Event, started: Event, counted: Sequence[Event]) -> bool:

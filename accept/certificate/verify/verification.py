@@ -13,8 +13,9 @@ from accept.base import version
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
-from accept.certificate.contents.statements import NOT_STATED, statements
+from accept.certificate.contents.statements import statements
 from accept.certificate.contents.step import Step
+from accept.certificate.contents.words import NOT_STATED
 from accept.certificate.page.fixed_parts import is_simulated
 from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
