@@ -1,7 +1,6 @@
 """`accept misalign`: estimate where the APA sits between its joints, with its uncertainty, or why it cannot be
 determined."""
 
-from json import dumps
 from pathlib import Path
 from typing import Annotated
 
@@ -9,11 +8,12 @@ import typer
 
 from accept.analysis.imported_response import ImportedResponse, import_response
 from accept.analysis.misalignment import as_document, estimate_or_reason
-from accept.base.atomic_files import check_places, write_atomic
+from accept.base.atomic_files import check_places
 from accept.base.console import clear_errors, say, tell
+from accept.base.documents.answers import check_answer, wants_text
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
-from accept.commands.options import Json, Plot
+from accept.commands.options import JsonAnswer, Plot
 from accept.commands.physics.model import draw_to
 from accept.gap.text import data_words
 from accept.pictures.formats import format_of
@@ -29,22 +29,23 @@ from specs.plugins import product_named
 def run(
     unit: Annotated[Path, typer.Argument(help="Folder of a strut with a section [frf], or a file of its responses.")],
     model: Annotated[str | None, typer.Option("--model", help="Built-in model or file; else strut-as-built.")] = None,
-    json: Json = None,
+    json: JsonAnswer = None,
     plot: Plot = None,
 ) -> Exit:
     """Measure how far a strut's APA lies off its axis. dx, dy with U, or why there is no result."""
-    check_places(plot, json=json)  # said before the search, not after
+    check_answer(json)  # said before the search, not after
+    check_places(plot)
     if plot is not None:
         format_of(plot)
     given, serial = _unit_or_response(unit)
     with busy(f"{serial}: misalignment"):
         found = estimate_or_reason(given, model)
     document = as_document(serial, found)
-    if json is not None:
-        write_atomic(json, dumps(document.to_json(), indent=1, allow_nan=False).encode() + b"\n")
+    as_text = wants_text(json, document)
     if plot is not None and isinstance(found, MisalignmentEstimate):
         draw_to(plot, list(panels(found).values()), 1)
-    tell(*words(serial, found))
+    if as_text:
+        tell(*words(serial, found))
     if isinstance(found, MisalignmentEstimate) and found.reason is None:
         say("\n".join([f"dx, dy: {found.meaning}", f"fitted to {data_words(found.fit)}", *found.notes]))
     return Exit.ACCEPTED if document.reason is None else Exit.INCOMPLETE
