@@ -134,7 +134,6 @@ class CertificateContent:
         ).to_json()
 
     def _size(self, name: str) -> int | None:
-        """Return the size of an input: of an attached file its own, whatever is stated. Format 1 states none."""
         return len(self.files[name]) if name in self.files and name in self.sizes else self.sizes.get(name)
 
     def attachments(self) -> dict[str, bytes]:
@@ -279,7 +278,6 @@ def _json(data: Any, indent: int | None) -> bytes:
 def _read(
     folder: Path, inputs: Mapping[str, str], size_limit: int, held: Mapping[str, bytes]
 ) -> tuple[dict[str, bytes], dict[str, int]]:
-    """Return (attached files, size of every input)."""
     files: dict[str, bytes] = {}
     left = size_limit
     try:

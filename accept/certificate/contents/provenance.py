@@ -41,14 +41,8 @@ def _with_zone(text: str) -> str:
 
 
 def _given(value: Any) -> Any:
-    if value is None:
-        raise ValueError("null is stated, expected a value or no such key")
-    return value
-
-
-def _true(value: bool) -> bool:
-    if not value:
-        raise ValueError("false is stated, expected true or no such key")
+    if value is None or value is False:
+        raise ValueError("expected a value or no such key")
     return value
 
 
@@ -221,7 +215,7 @@ class Provenance(Document):
     crl: Annotated[_Text, _filled, Statement(
         SIGNED_AND_LOOKED_UP, "signature of the authority; its hash in the store",
         stored=lambda p, known: (digest_of(p.crl) if p.crl else None) == known.bench.crl)] = ""
-    demo: Annotated[bool, AfterValidator(_true), _filled, Statement(
+    demo: Annotated[bool, _GIVEN, _filled, Statement(
         DERIVED, "the kind of authority that signed")] = False
     # fmt: on
 
@@ -235,20 +229,12 @@ def _declared() -> Iterator[Statement]:
 PROVENANCE = tuple(_declared())
 
 
-def differences(stated: Provenance, known: History, own: bool) -> list[str]:
-    """Return the statements of the judgement that the store has otherwise, by name. own: by this program."""
-    return [
-        each.called
-        for each in PROVENANCE
-        if each.called and each.stored is not None
-        if (own or not each.later or getattr(stated, each.name)) and not each.stored(stated, known)
-    ]
-
-
-def bench_differences(stated: Provenance, known: History) -> list[str]:
-    """Return the fields of the statements of the bench that it stated otherwise."""
-    of_bench = [each for each in PROVENANCE if each.stored is not None and not each.called]
-    return [each.field for each in of_bench if each.stored is not None and not each.stored(stated, known)]
+def differences(stated: Provenance, known: History, own: bool = True) -> list[str]:
+    """Return the statements that the store has otherwise, by name: those of the bench if `known` is of one time of the
+    bench, else those of the judgement. own: this program made the certificate; earlier ones stated less."""
+    compared = [each for each in PROVENANCE if each.stored is not None and bool(each.called) is (known.bench is None)]
+    known_then = [each for each in compared if own or not each.later or getattr(stated, each.name)]
+    return [each.called or each.field for each in known_then if each.stored and not each.stored(stated, known)]
 
 
 def digest_of(listed: str) -> str:

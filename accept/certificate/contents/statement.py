@@ -19,11 +19,6 @@ DERIVED, SIGNED, LOOKED_UP = (Way.DERIVED,), (Way.SIGNED,), (Way.LOOKED_UP,)
 SIGNED_AND_LOOKED_UP, DERIVED_AND_SIGNED = (Way.SIGNED, Way.LOOKED_UP), (Way.DERIVED, Way.SIGNED)
 
 
-def never(*_: object) -> bool:
-    """Return False."""
-    return False
-
-
 def always(*_: object) -> bool:
     """Return True."""
     return True
@@ -47,7 +42,7 @@ class Statement:
     words: Callable[[Any], str] | None = None
     called: str = ""
     stored: Callable[[Any, Any], bool] | None = None
-    due: Callable[[Any, bool], bool] = never
+    due: Callable[[Any, bool], bool] | None = None
     later: bool = False
     document: str = ""
     field: str = ""

@@ -11,14 +11,15 @@ from dataclasses import replace
 
 from accept.certificate.contents import words
 from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC, CertificateContent
-from accept.certificate.contents.provenance import (
+from accept.certificate.contents.provenance import PROVENANCE
+from accept.certificate.contents.statement import (
     DERIVED,
     DERIVED_AND_SIGNED,
     LOOKED_UP,
-    PROVENANCE,
     SIGNED_AND_LOOKED_UP,
+    Statement,
+    Way,
 )
-from accept.certificate.contents.statement import Statement, Way
 from accept.units.unit_folder import UNIT_FILE
 
 PAGE = "the page"
@@ -103,7 +104,9 @@ ROWS: dict[str, Callable[[CertificateContent], str]] = {  # in the order of page
     "Calibration": words.calibration_words,
     "Folder": words.folder_words,
     "Copies": words.copies_words,
-    "Store": words.store_words,
+    "Store": lambda contents: (
+        words.NOT_STATED if (head := contents.stated.head) is None else f"event {head.seq}, {head.hash}"
+    ),
     "Bench": words.bench_words,
 } | {each.row: each.words for each in STATEMENTS if each.words is not None}  # fmt: skip
 
@@ -124,7 +127,3 @@ def table() -> str:
     rows = ((s.document, s.field or "all of it", ", ".join(s.ways), s.how, s.row or "-") for s in STATEMENTS)
     head = (("where", "statement", "way", "compared with", "row of the page"), ("---",) * 5)
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (*head, *rows))
-
-
-if __name__ == "__main__":
-    print(table())

@@ -113,7 +113,6 @@ def attempt_words(contents: CertificateContent) -> str:
 
 
 def _earlier(stated: Provenance) -> str:
-    """Return how many attempts before ended with which verdict, and which was the last that was not accepted."""
     if stated.earlier is None:
         return "; how the attempts before ended is not stated" if stated.replaces else ""
     counts = ", ".join(f"{count} {verdict}" for verdict, count in sorted(stated.earlier.verdicts.items()))
@@ -169,12 +168,6 @@ def _one_copy(copy: Mapping[str, Any]) -> str:
     whose = ", ".join(f"{serial} {sample}" for serial, sample in decision["measured"])
     day = str(decision["time"])[:10]
     return f"{same}: measured at {whose}, decided by {decision['who']} on {day}: {decision['reason']}"
-
-
-def store_words(contents: CertificateContent) -> str:
-    """Return the head of the bench's store."""
-    head = contents.stated.head
-    return NOT_STATED if head is None else f"event {head.seq}, {head.hash}"
 
 
 def bench_words(contents: CertificateContent) -> str:

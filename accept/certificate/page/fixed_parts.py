@@ -87,7 +87,6 @@ def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) 
 
 
 def _across(canvas: Canvas, contents: CertificateContent) -> None:
-    """Draw across the page, below everything else, that the unit was simulated."""
     if not is_simulated(contents):
         return
     canvas.saveState()
@@ -148,7 +147,6 @@ def _word(result: Mapping[str, Any]) -> str:
 
 
 def _verdict(canvas: Canvas, contents: CertificateContent) -> None:
-    """Draw the verdict, legible across a room: in a filled box, or in an empty one without a verdict of a real unit."""
     word, verdict = _word(contents.result), str(contents.result["verdict"])
     sign = page_style.UNIT_SIGNS[verdict if word == _CONCEDED else word]
     width, height = 92 * mm, 26 * mm

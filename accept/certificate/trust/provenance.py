@@ -11,14 +11,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.certificate.contents.content import CertificateContent, canonical
 from accept.certificate.contents.laboratory import contents_of, laboratory_of, number_of, statement_of
-from accept.certificate.contents.provenance import (
-    AT_THE_BENCH,
-    Head,
-    Provenance,
-    Replaced,
-    digest_of,
-    values_before,
-)
+from accept.certificate.contents.provenance import AT_THE_BENCH, Head, Provenance, Replaced, digest_of, values_before
 from accept.certificate.trust import keys, revocation, revocation_record
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.spec_approval import approval_of
@@ -59,7 +52,10 @@ def provenance(
         revocation_record.record(store, ca, held, who)
     if credential is not None and not demo and store.bench:
         contents = contents_of(laboratory) if laboratory else None
-        _store_bench(store, who, BenchStated(store.bench, contents, here, listed and digest_of(listed)))
+        new = BenchStated(store.bench, contents, here, listed and digest_of(listed))
+        last = [each for each in map(BenchStated.of, store.events("", new.KIND)) if each.bench == store.bench][-1:]
+        if [new.to_json()] != [each.to_json() for each in last]:
+            store.write(new, who=who)
     number = decided.attempt or (before.attempts + 1 if before else 1)
     scheme = laboratory.certificate_number if laboratory else None
     bench = None if ca is None or demo else keys.bench_certificate(home, ca)
@@ -77,14 +73,6 @@ def provenance(
         crl=listed if listed and not demo else "",
         demo=demo,
     )
-
-
-def _store_bench(store: Store, who: str, stated: BenchStated) -> None:
-    """Store what a bench states from its own folder, if it differs from what it stated before, so that a certificate
-    can be compared with it."""
-    last = [each for each in map(BenchStated.of, store.events("", BenchStated.KIND)) if each.bench == store.bench]
-    if not last or last[-1].to_json() != stated.to_json():
-        store.write(stated, who=who)
 
 
 def signed_by_bench(contents: CertificateContent, home: Path) -> CertificateContent:

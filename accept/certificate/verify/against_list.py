@@ -78,7 +78,6 @@ def check_list(
 
 
 def _comparison(signed: bytes, contents: CertificateContent, when: datetime, lists: Sequence[BenchList]) -> list[Step]:
-    """Return the steps of `check_list` without those on its lists."""
     bench = contents.stated.head.bench if contents.stated.head else None
     own = next((one for one in lists if public_of(one.bench) == bench), None)
     if own is None:
@@ -167,7 +166,6 @@ def _time(text: str) -> datetime:
 
 
 def _age(one: BenchList) -> str:
-    """Return how long ago a list was published."""
     days = (datetime.now(UTC) - one.published).days
     return f" ({'today' if days < 1 else '1 day ago' if days == 1 else f'{days} days ago'})"
 

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import datetime
+from itertools import islice
 from pathlib import PurePath
 
 from accept.base.documents.results import UnitEntry
@@ -13,14 +14,14 @@ from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
 from accept.certificate.contents.laboratory import number_of
-from accept.certificate.contents.provenance import History, bench_differences, differences
+from accept.certificate.contents.provenance import History, differences
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
-from accept.judging.copies import Copy, copies_of
+from accept.judging.copies import copies_of
 from accept.judging.nonconformance import CHOICES, standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
@@ -36,7 +37,7 @@ from accept.units.attempt_folder import attempt_number
 from checks.verdict import Verdict
 from specs.spec import parse
 
-_STARTED = "attempt_started"
+_STARTED, SIGNED = "attempt_started", CertificateSigned.KIND
 
 
 def check_store(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
@@ -59,7 +60,8 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
     try:
         with open_store() as store:
             events = list(store.events(contents.serial))
-            signature = _signature_event(events, signed)
+            digest = hashlib.sha256(signed).hexdigest()
+            signature = next((e for e in events if e.what == SIGNED and e.data["sha256"] == digest), None)
             held = _held(store, contents, signature)
             history = _history(store, events, signature, contents) if signature else _later_than(events, when)
             compared = [_copied(store, contents, again), reread(store, contents)]
@@ -70,12 +72,6 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
 
-def _signature_event(events: Sequence[Event], signed: bytes) -> Event | None:
-    digest = hashlib.sha256(signed).hexdigest()
-    of_signing = (e for e in events if e.what == "certificate_signed")
-    return next((e for e in of_signing if e.data["sha256"] == digest), None)
-
-
 def _held(store: Store, contents: CertificateContent, signature: Event | None) -> Step:
     """Check that the store holds the signature. Not complete if the store of the bench that made it has another event
     under the stated number, or no event of this signature; and if neither is known. A certificate from before heads
@@ -83,7 +79,8 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
     head = contents.stated.head
     if head is not None:
         stated, own = StoreHead(head.seq, head.hash), store.signed_head()
-        if not _holds(store, stated) or stated == START:
+        there = [StoreHead(each.seq, each.hash) for each in islice(store.events(after=stated.seq - 1), 1)]
+        if there != [stated] or stated == START:
             if own is None or head.bench != own.bench:
                 return Step("it was made at another bench, whose store is not this one")
             if stated != START:
@@ -97,13 +94,7 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
     return Step(f"{words} before it had said so", complete=False)
 
 
-def _holds(store: Store, head: StoreHead) -> bool:
-    event = next(store.events(after=head.seq - 1), None)
-    return event is not None and StoreHead(event.seq, event.hash) == head
-
-
 def _history(store: Store, events: Sequence[Event], signature: Event, contents: CertificateContent) -> list[Step]:
-    """Compare result, operator, spec, attempt and what was replaced with the judgement that the signature certifies."""
     result = canonical(contents.result)
     named = signature.data.get("judged")  # earlier programs do not name the judgement that was signed
     before = [e for e in events if e.what == JUDGED and e.seq < signature.seq and named in (None, e.seq)]
@@ -124,8 +115,8 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
     wrong = [name for name, is_same in same.items() if not is_same]
     wrong += differences(contents.stated, known, own_program)
     if own_program:  # earlier programs did not store what a bench states
-        found = [bench_differences(contents.stated, each) for each in _at_bench(store, known, signature, contents)]
-        wrong += min(found, key=len, default=["statement of the bench"])
+        found = [differences(contents.stated, each) for each in _at_bench(store, known, signature, contents)]
+        wrong += sorted(found or [["statement of the bench"]], key=len)[0]
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
     if (void := voids(store, own.subject).get(own.seq)) is not None:
         return [Step(f"quality assurance declared this attempt void: {void.words}", complete=False, current=False)]
@@ -138,7 +129,6 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
 
 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
-    """Return what the store has of the judgement that a certificate states."""
     counted = [e for e in events if e.seq < own.seq]
     started = [e for e in counted if e.what == _STARTED]
     before = fold(counted).units.get(own.subject)
@@ -202,7 +192,8 @@ def _copied(store: Store, contents: CertificateContent, again: UnitResult | None
     counted = [copy for copy in found if copy["withheld"] and copy["sample"] not in stated]
     if not counted:
         return Step("the bench's store holds its recordings for no other unit")
-    same = "; ".join(f"{copy['sample']} is also {_others(copy)}" for copy in counted)
+    others = (", ".join(f"{other['serial']} {other['sample']}" for other in copy["with"]) for copy in counted)
+    same = "; ".join(f"{copy['sample']} is also {where}" for copy, where in zip(counted, others, strict=True))
     words = "its recordings were given for other units too, without a decision of quality assurance"
     return Step(f"{words}: {same}", complete=False)
 
@@ -219,7 +210,6 @@ def reread(store: Store, contents: CertificateContent) -> Step:
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
-    """Check the parts. Not complete if the store has a doubt about a part that the certificate does not state."""
     found = part_doubts(store, contents.serial, contents.result.get("parts") or {})
     new = [words for words in found if words not in contents.result.get("part_doubts", ())]
     return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
@@ -240,7 +230,3 @@ def _sound(store: Store, contents: CertificateContent, when: datetime) -> Step:
     later = [*dict.fromkeys(last[words] for words in stated if words in last)]
     remark = "; ".join(f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in later)
     return Step("; ".join(words_of(each) for each in later), remark=remark)
-
-
-def _others(copy: Copy) -> str:
-    return ", ".join(f"{other['serial']} {other['sample']}" for other in copy["with"])

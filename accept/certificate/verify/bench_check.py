@@ -72,10 +72,8 @@ def _check_signature(contents: CertificateContent, certificate: x509.Certificate
         raise InvalidCertificate("the head of its store is signed by another bench than the one that is named")
     try:
         signature = bytes.fromhex(given.signature)
-        if signature.hex() != given.signature:
-            raise InvalidCertificate("provenance.signature is not in lower-case hexadecimal digits")
         key.verify(signature, signed_text(contents.serial, contents.provenance))
     except (ValueError, InvalidSignature) as e:
-        if isinstance(e, InvalidCertificate):
-            raise
         raise InvalidCertificate("what is stated beside the result was changed after the bench signed it") from e
+    if signature.hex() != given.signature:
+        raise InvalidCertificate("provenance.signature is not in lower-case hexadecimal digits")

@@ -113,7 +113,6 @@ def _check_actions(pdf: bytes) -> None:
 
 
 def _action(held: object, depth: int = 0) -> str:
-    """Return the name of an action in an object, "" for none; references are not followed."""
     if depth > _DEEPEST:
         return "nested too deeply"
     if isinstance(held, DictionaryObject):
