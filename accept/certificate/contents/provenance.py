@@ -233,7 +233,8 @@ def differences(stated: Provenance, known: History, own: bool = True) -> list[st
     """Return the statements that the store has otherwise, by name: those of the bench if `known` is of one time of the
     bench, else those of the judgement. own: this program made the certificate; earlier ones stated less."""
     compared = [each for each in PROVENANCE if each.stored is not None and bool(each.called) is (known.bench is None)]
-    known_then = [each for each in compared if own or not each.later or getattr(stated, each.name)]
+    nothing = Provenance()
+    known_then = [s for s in compared if own or not s.later or getattr(stated, s.name) != getattr(nothing, s.name)]
     return [each.called or each.field for each in known_then if each.stored and not each.stored(stated, known)]
 
 

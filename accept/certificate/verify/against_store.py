@@ -13,6 +13,7 @@ from accept.base.documents.results import UnitEntry
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
+from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.laboratory import number_of
 from accept.certificate.contents.provenance import History, differences
 from accept.certificate.contents.step import Step
@@ -150,6 +151,8 @@ def _at_bench(store: Store, known: History, signature: Event, contents: Certific
     for event in [*[e for e in events if e.seq < own.seq][-1:], *(e for e in events if e.seq > own.seq)]:
         stated = BenchStated.of(event)
         scheme = (stated.laboratory or {}).get("certificate_number")
+        if scheme and not contents.stated.attempt:
+            raise InvalidCertificate("the attempt that its number names is not stated (provenance.attempt)")
         of_attempt = (contents.serial, contents.stated.attempt)
         numbers = [number_of(scheme, *of_attempt, year, ()) for year in years] if scheme else [""]
         yield replace(known, bench=stated, numbered=numbers)
