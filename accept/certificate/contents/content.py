@@ -171,22 +171,14 @@ def content_of(
     """
     files, sizes = _read(folder, result.inputs, size_limit, held)
     models = evidence_of(result.models)
+    stated = provenance.to_json() if isinstance(provenance, Provenance) else provenance or {}
     if hashes(models) != {name: dict(files) for name, files in result.models.items()}:
         raise ContentError(f"{', '.join(result.models)}: a model file changed since the unit was judged by it")
     return CertificateContent(
-        result=result.to_json(),
-        spec_name=spec.name,
-        spec_title=spec.title,
-        spec_text=spec.text,
-        operator=operator,
-        instruments=spec.instruments,
-        panels=result.panels,
-        files=files,
-        inputs=dict(sorted(result.inputs.items())),
-        sizes=dict(sorted(sizes.items())),
-        models=models,
-        provenance=provenance.to_json() if isinstance(provenance, Provenance) else provenance or {},
-    )
+        result=result.to_json(), spec_name=spec.name, spec_title=spec.title, spec_text=spec.text, operator=operator,
+        instruments=spec.instruments, panels=result.panels, files=files, inputs=dict(sorted(result.inputs.items())),
+        sizes=dict(sorted(sizes.items())), models=models, provenance=stated,
+    )  # fmt: skip
 
 
 def read(attachments: Mapping[str, bytes]) -> CertificateContent:
@@ -249,7 +241,6 @@ def _keys_of(derived: Any, stated: Any) -> Any:
 
 
 def _first_difference(stated: Any, derived: Any, path: str) -> str | None:
-    """Return the path of the first field that differs, in type too; None if both are the same."""
     if isinstance(stated, Mapping) and isinstance(derived, Mapping):
         for key in sorted({*stated, *derived}):
             here = f"{path}.{key}" if path else str(key)

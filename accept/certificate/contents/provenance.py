@@ -1,8 +1,5 @@
-"""The provenance of a certificate: the statements beside its result, each declared once.
-
-The type of a field is its form. `Statement` declares how it is checked, what a store must have, and where the page
-shows it. A statement that a certificate lacks has its default: earlier programs stated less.
-"""
+"""The provenance of a certificate: the statements beside its result, each declared once with its type, its way of
+checking, what a store must have, and its row on the page. One that a certificate lacks has its default."""
 
 import hashlib
 import re
@@ -24,7 +21,6 @@ from accept.certificate.contents.statement import (
     SIGNED,
     SIGNED_AND_LOOKED_UP,
     Statement,
-    always,
 )
 from accept.store.event import Event
 from accept.store.fold import VOIDED, UnitState
@@ -138,10 +134,9 @@ class Head(Part):
 
 @dataclass(frozen=True)
 class History:
-    """What a store has of a judgement that a certificate states. judged: its event; signature: of its technician;
-    entry: the result; before: the unit's state before it; replaced: the states that it may replace, in the workflow
-    also that before its attempt; numbers: that its attempt may have. bench: what the bench stated of itself, one time
-    of those until the signature; numbered: the certificate's numbers by its scheme then, "" without one."""
+    """The store's record of a certified judgement. entry: the result; before: the unit's state before it; replaced:
+    states that it may replace, in the workflow also that before its attempt; numbers: of its attempt. bench: one of the
+    bench's statements of itself until the signature; numbered: numbers by its scheme then, "" without one."""
 
     judged: Event
     signature: CertificateSigned
@@ -166,10 +161,10 @@ class Provenance(Document):
 
     # fmt: off
     attempt: Annotated[int, Field(ge=1), _filled, Statement(
-        LOOKED_UP, "number of the unit's judgements", "Attempt", due=always, called="attempt",
+        LOOKED_UP, "number of the unit's judgements", "Attempt", due=True, called="attempt",
         stored=lambda p, known: p.attempt in known.numbers)] = 0
     replaces: Annotated[Replaced | None, Statement(
-        LOOKED_UP, "judgement and certificate before, also in a list; signed later than that", "Attempt", due=always,
+        LOOKED_UP, "judgement and certificate before, also in a list; signed later than that", "Attempt", due=True,
         called="replaced judgement", stored=lambda p, known: p.replaces in map(Replaced.of, known.replaced))] = None
     earlier: Annotated[Earlier | None, _GIVEN, only_if(), Statement(
         LOOKED_UP, "how its judgements ended; in a list, how many they are and when", "Attempt",
@@ -199,9 +194,9 @@ class Provenance(Document):
         SIGNED_AND_LOOKED_UP, "the bench's key; its scheme in the store, where it stands once", "Number",
         stored=lambda p, known: not {p.number, re.sub(r"(?<=.)-\d+$", "", p.number)}.isdisjoint(known.numbered))] = ""
     approval: Annotated[Mapping[str, Any] | None, Statement(
-        DERIVED_AND_SIGNED, "the program's own; a QA key's, of spec and models", "Spec", due=always)] = None
+        DERIVED_AND_SIGNED, "the program's own; a QA key's, of spec and models", "Spec", due=True)] = None
     head: Annotated[Head | None, only_if(), Statement(
-        SIGNED_AND_LOOKED_UP, "signature of the bench; that event in its store", "Store", due=always)] = None
+        SIGNED_AND_LOOKED_UP, "signature of the bench; that event in its store", "Store", due=True)] = None
     bench: Annotated[_Text, _filled, Statement(
         SIGNED, "certificate of the authority; its key signs head and provenance", "Bench")] = ""
     result: Annotated[Mapping[str, str], Field(min_length=2, max_length=2), _filled, Statement(

@@ -19,11 +19,6 @@ DERIVED, SIGNED, LOOKED_UP = (Way.DERIVED,), (Way.SIGNED,), (Way.LOOKED_UP,)
 SIGNED_AND_LOOKED_UP, DERIVED_AND_SIGNED = (Way.SIGNED, Way.LOOKED_UP), (Way.DERIVED, Way.SIGNED)
 
 
-def always(*_: object) -> bool:
-    """Return True."""
-    return True
-
-
 @dataclass(frozen=True)
 class Statement:
     """One statement. ways, how: the way it is checked and the source that it is compared with.
@@ -42,7 +37,7 @@ class Statement:
     words: Callable[[Any], str] | None = None
     called: str = ""
     stored: Callable[[Any, Any], bool] | None = None
-    due: Callable[[Any, bool], bool] | None = None
+    due: Callable[[Any, bool], bool] | bool = False
     later: bool = False
     document: str = ""
     field: str = ""

@@ -79,7 +79,6 @@ def models_words(contents: CertificateContent) -> str:
 
 
 def _learned_bench(name: str, content: bytes) -> str:
-    """Return which units an attached model file learned its bench effects from, and when; "" if it did not."""
     if not name.endswith(".toml"):
         return ""
     try:

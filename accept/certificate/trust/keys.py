@@ -307,15 +307,11 @@ def listing(home: Path) -> list[KeyInfo]:
     found += [] if own is None else [(BENCH, own)]
     return [
         KeyInfo(
-            role,
-            authority.person_of(c),
-            c.not_valid_before_utc,
-            c.not_valid_after_utc,
-            authority.fingerprint(c),
+            role, authority.person_of(c), c.not_valid_before_utc, c.not_valid_after_utc, authority.fingerprint(c),
             _revoked_since(home, c),
         )
         for role, c in found
-    ]
+    ]  # fmt: skip
 
 
 def exposed(home: Path) -> list[Path]:

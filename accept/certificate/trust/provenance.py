@@ -41,7 +41,6 @@ def provenance(
     who: the operator, for the store; before: what the store knows of the unit's last judgement; head: of the store when
     the unit was judged; taken: numbers that other certificates of the unit have; decided: the statements of the caller,
     such as reasons, and the attempt if it is not one more than the last.
-
     Raises RevocationError, KeysError, SpecError, StoreError."""
     list_file = keys.folder(home) / revocation.FILE
     laboratory, listed, here = laboratory_of(home), revocation.kept(list_file), keys.authority_here(home)

@@ -86,14 +86,9 @@ def _check_revisions(
         if held > already and signed.stamped is None:
             raise InvalidCertificate(f"the {signed.role}'s revision keeps revocation data (/DSS) without a timestamp")
         again = signed_again(
-            before,
-            credential,
-            signed.when,
-            kept,
-            parse_stated(signed.disposition),
-            is_simulated(contents),
+            before, credential, signed.when, kept, parse_stated(signed.disposition), is_simulated(contents),
             signed.stamped is not None,
-        )
+        )  # fmt: skip
         if pdf[:start] != again[:start] or pdf[end:last] != again[end:]:
             raise InvalidCertificate(
                 f"the {signed.role}'s revision holds more than a signature: what a reader shows is not what was judged"

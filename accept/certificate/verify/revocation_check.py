@@ -28,8 +28,7 @@ from accept.store import StoreError, open_store
 
 
 class ListsBeside:
-    """The lists of revoked keys of the trusted authorities. entries: of these lists and of those in the bench's
-    store."""
+    """The lists of revoked keys of the trusted authorities. entries: of these lists and of the bench's store."""
 
     def __init__(self, files: Mapping[Path, x509.Certificate]) -> None:
         """Read them. files: place of the list -> certificate of its authority. Raises RevocationError."""

@@ -86,19 +86,11 @@ def signatures_of(
     ]
     found = [
         guarded(
-            f"the signature of the {s.field_name}",
-            _signature,
-            s,
-            c,
-            trust,
-            now,
-            revoked,
-            stamping,
-            place=p,
-            covers_all=p[2] == len(pdf),
+            f"the signature of the {s.field_name}", _signature, s, c, trust, now, revoked, stamping,
+            place=p, covers_all=p[2] == len(pdf),
         )
         for s, c, p in zip(embedded, certificates, places, strict=True)
-    ]
+    ]  # fmt: skip
     if len(found) == 2 and found[1].when < found[0].when - _CLOCK_SLACK:
         raise InvalidCertificate("the countersignature is older than the technician's signature")
     return tuple(found)

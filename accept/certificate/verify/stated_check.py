@@ -65,7 +65,7 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     steps = [] if own else [_other_program(contents)]
     if own and not demo and "head" in contents.provenance and given.head is None:
         steps.append(Step("it states no head of its bench's store (provenance.head)", complete=False))
-    due = [each.name for each in PROVENANCE if each.due and each.due(given, own)]
+    due = [each.name for each in PROVENANCE if (each.due(given, own) if callable(each.due) else each.due)]
     if absent := [name for name in due if name not in contents.provenance]:
         steps.append(Step(f"it does not state: {', '.join(absent)}", complete=False))
     return [*steps, *_check_folder(contents), *_times(given.replaces, signatures)]
@@ -145,8 +145,7 @@ def _decision_problem(
 
 
 def _check_folder(contents: CertificateContent) -> list[Step]:
-    """Check what is stated of a folder that bears another serial, or of a serial that looks like one: that this is
-    one, and that who is said to have confirmed the unit's own is the operator, who signs."""
+    """Check another serial that a folder bears or resembles, and that the operator confirmed the unit's own."""
     stated = contents.result.get("folder") or {}
     others = [str(stated[key]) for key in (NAME, ALIKE) if key in stated]
     if stated and (set(stated) - {NAME, CONFIRMED, ALIKE} or not others or any(map(serial_problem, others))):
@@ -172,8 +171,7 @@ def _check_spec(contents: CertificateContent) -> None:
 
 
 def _other_program(contents: CertificateContent) -> Step:
-    """Return the step for a certificate of another program. The hash of the code is the certificate's own claim:
-    nothing that depends on it makes a certificate valid."""
+    """Return the step on another program. Its hash is its own claim: nothing that depends on it makes it valid."""
     says = "" if contents.statement == STATEMENT else "; it says of the verdicts what this program does not say"
     program = f"accept {contents.accept_version}, code {contents.code_sha256[:12]}"
     return Step(f"it was made by another program ({program}; here {version.code_sha256()[:12]}){says}", complete=False)

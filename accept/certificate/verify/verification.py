@@ -147,7 +147,10 @@ def _verify(
         signatures = doubted_by(attached, signatures)
         revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
         stated = guarded("what it states", check_stated, contents, signatures, demo)
-        judged = contents if records is None else guarded("the records", attachments.with_records, contents, records)
+        if records is None:
+            judged = guarded("the records", attachments.within_samples, contents)
+        else:
+            judged = guarded("the records", attachments.with_records, contents, records)
         again = None if rejudge is None else guarded("judging again", rejudge, judged)
         benches = [] if demo else guarded("the bench", check_bench, contents, roots, revoked, signatures[0].when)
         steps = [
@@ -171,24 +174,17 @@ def _verify(
     except InvalidCertificate as e:
         return Verification(Validity.NOT_VALID, str(e), details=tuple(details), demo=demo)
     lacking = [step.words for step in steps if not step.complete] + [s.doubt for s in signatures if s.doubt]
+    doubts = [*(s.remark for s in steps if s.remark), *lacking]
+    seen = [step.current for step in steps if step.current is not None]
+    held = tuple(contents.result.get("nonconformances", ()))
+    # a laboratory's report is released by quality assurance ([ISO17025] 7.8.1.1), and so is a unit that is held
+    authorised = len(signatures) == 2 or not (contents.provenance.get("laboratory") or held)
     return Verification(
-        Validity.SIGNED if lacking else Validity.VALID,
-        _first_line(contents, signatures, [*(s.remark for s in steps if s.remark), *lacking]),
-        contents.serial,
-        str(contents.result["verdict"]),
-        signatures,
-        tuple(details),
-        contents.spec_sha256,
-        contents.provenance.get("head"),
-        demo,
-        approved=spec_step.complete and not spec_step.remark,
-        current=all(seen) if (seen := [step.current for step in steps if step.current is not None]) else None,
-        simulated=simulated,
-        nonconformances=tuple(contents.result.get("nonconformances", ())),
-        # a laboratory's report is released by quality assurance ([ISO17025] 7.8.1.1), and so is a unit that is held
-        authorised=len(signatures) == 2
-        or not (contents.provenance.get("laboratory") or contents.result.get("nonconformances")),
-    )
+        Validity.SIGNED if lacking else Validity.VALID, _first_line(contents, signatures, doubts), contents.serial,
+        str(contents.result["verdict"]), signatures, tuple(details), contents.spec_sha256,
+        contents.provenance.get("head"), demo, spec_step.complete and not spec_step.remark,
+        all(seen) if seen else None, simulated, held, authorised,
+    )  # fmt: skip
 
 
 _PROVEN = ", whose certificate was not revoked then, by what its servers answered and this document keeps"
