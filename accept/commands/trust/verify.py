@@ -8,8 +8,6 @@ from typing import Annotated
 
 import typer
 
-from accept.base.console import clear_errors, say, stdout
-from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import SignatureVerified, VerificationDocument
 from accept.base.exit_codes import Exit
 from accept.base.home import home
@@ -24,6 +22,7 @@ from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge, rejudge_demo
 from accept.certificate.verify.revocation_check import ListsBeside
 from accept.certificate.verify.verification import Known, Validity, Verification, verify
+from accept.commands.answer import Answer, File, Remark, command
 from accept.commands.options import JsonAnswer, LargeRecords
 from accept.commands.trust.bench_keys import DEMO
 from accept.judging.result import UnitResult
@@ -56,7 +55,7 @@ class VerifyOptions:
     lists: Sequence[Path] = ()
 
 
-@clear_errors
+@command
 def run(
     certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
     trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
@@ -71,9 +70,8 @@ def run(
         list[Path] | None, typer.Option("--log", help="List that benches publish; again for an earlier copy.")
     ] = None,
     json: JsonAnswer = None,
-) -> Exit:
+) -> Answer:
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
-    check_answer(json)
     required = [word.strip() for word in require.split(",") if word.strip()]
     options = VerifyOptions(
         trust=trust or [],
@@ -91,8 +89,6 @@ def run(
     wanted_spec = load(options.spec).sha256 if options.spec else None
     with busy(f"{certificate.name}: judging again"):
         report = verify_here(read_certificate(certificate), options)
-    for line in report.details:
-        say(f"  {line}")
     missing = _unmet_requirements(report, options.require, wanted_spec)
     words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
@@ -101,9 +97,12 @@ def run(
     if report.outcome is not Validity.NOT_VALID and not report.authorised:
         head += ", not yet authorised by quality assurance"
     tail = f" - BUT NOT AS REQUIRED: {'; '.join(missing)}" if missing else ""
-    if wants_text(json, _document(report, missing)):
-        stdout.print(f"{head}: {report.reason}{tail}", soft_wrap=True)
-    return Exit.REJECTED if missing else _EXIT[report.outcome]
+    return Answer(
+        *(Remark(f"  {line}") for line in report.details),
+        File(json, _document(report, missing)),
+        f"{head}: {report.reason}{tail}",
+        exit=Exit.REJECTED if missing else _EXIT[report.outcome],
+    )
 
 
 def _document(report: Verification, missing: Sequence[str]) -> VerificationDocument:

@@ -31,7 +31,7 @@ from accept.batch.judge_batch import BatchRequest, run
 from accept.commands.fleet import selection
 from accept.commands.fleet.options import Outputs
 from accept.commands.physics import gap, lookup
-from accept.commands.physics.gap import Answer, GapJob
+from accept.commands.physics.gap import GapAnswer, GapJob
 from accept.commands.trust.bench_keys import demo_credential
 from accept.fleet.judged_again import judged_again
 from accept.gap import analyse_unit
@@ -268,8 +268,8 @@ def test_a_gap_analysis(cluster: Cluster, tmp_path: Path) -> None:
     far_place, near_place = tmp_path / "far", tmp_path / "near"
     ((_, far),) = OnCluster(cluster).run([GapJob(unit, far_place, "strut-2dof")])
     ((_, near),) = Processes(1).run([GapJob(unit, near_place, "strut-2dof")])
-    assert isinstance(far, Answer)
-    assert isinstance(near, Answer)
+    assert isinstance(far, GapAnswer)
+    assert isinstance(near, GapAnswer)
     assert (far.document, far.words) == (near.document, near.words)
     assert (far_place / "model.toml").read_bytes() == (near_place / "model.toml").read_bytes()
     assert {p.name for p in far_place.iterdir()} == {p.name for p in near_place.iterdir()}
