@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from accept.base.cluster.work import Cluster, ClusterError
+from accept.base.runner import ClusterError, Workers
 from specs.distribution import install
 
 
 @contextmanager
-def connected(where: str | None, say: Callable[[str], None]) -> Iterator[Cluster | None]:
+def connected(where: str | None, say: Callable[[str], None]) -> Iterator[Workers | None]:
     """Yield the cluster at the address of a scheduler (`tcp://HOST:8786`), or workers of this machine, one a core
     (`local`), which end with the work; None without an address. Raises ClusterError if no scheduler answers."""
     if where is None:

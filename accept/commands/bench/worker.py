@@ -10,8 +10,8 @@ from urllib.parse import urlsplit
 import typer
 
 from accept.base.child_processes import environment
-from accept.base.cluster.work import ClusterError
 from accept.base.exit_codes import Exit
+from accept.base.runner import ClusterError
 from accept.commands.answer import Answer, command
 from specs.distribution import install
 

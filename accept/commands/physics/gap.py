@@ -10,12 +10,12 @@ from typing import Annotated, Any
 import typer
 
 from accept.base.cluster.connect import connected
-from accept.base.cluster.work import GivenUp
 from accept.base.console import say, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import steps
+from accept.base.runner import GivenUp
 from accept.base.worker_process import too_large
-from accept.batch.executors import executor
+from accept.batch.executors import run_jobs
 from accept.commands.answer import Answer, File, command
 from accept.commands.options import ClusterAt, StartModelName
 from accept.gap import analyse_unit
@@ -73,7 +73,7 @@ def run(
     ]
     found: dict[str, Mapping[str, Any] | None] = {}
     with connected(cluster, say) as workers:
-        for job, given in steps(executor(1, cluster=workers).run(jobs), "gap analysis", len(jobs)):
+        for job, given in steps(run_jobs(jobs, 1, cluster=workers), "gap analysis", len(jobs)):
             found[job.unit.serial] = _print_answer(job.unit.serial, given, job.out, html)
     done = [document for one in folders if (document := found[one.serial]) is not None]
     if not done:

@@ -13,11 +13,12 @@ from typing import Annotated, Any
 import typer
 from cryptography.hazmat.primitives.serialization import Encoding
 
+from accept.base.child_processes import process_pool
 from accept.base.console import operator_name, say, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.progress import steps
-from accept.batch import executors, judge_batch
+from accept.batch import judge_batch
 from accept.batch.judge_batch import CERTIFICATES, BatchRequest
 from accept.batch.table import reasons, simulated, units_table
 from accept.certificate.verify.rejudge import is_valid_demo, ready
@@ -45,7 +46,7 @@ def run(
     """Run the whole job on built-in data. Judge seven published APAs and a simulated strut, certify, verify."""
     began = time.monotonic()
     place = home() / DEMO
-    with executors.processes(1) as elsewhere:
+    with process_pool(1) as elsewhere:
         elsewhere.submit(ready)  # it starts while the units are made
         credential = demo_credential(home())
         units = [*published_units.write_units(out / "units"), _write(demo_strut(), out / "units")]
