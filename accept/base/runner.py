@@ -1,7 +1,7 @@
-"""Work on many items, in processes of this machine; `Workers` is what these and a cluster have in common.
+"""Work on many items: in processes of this machine, or on a cluster (`accept.base.cluster`) behind the same protocol.
 
-The outcome is the same wherever an item is done. A process that dies costs only the item that killed it. Ctrl-C, as
-the end of the question, lets what is under way end and begins nothing else.
+The results are the same. A process that dies costs only the item that killed it. After Ctrl-C, or if the results are no
+longer asked for, the items under way are finished and no other is started.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -19,8 +19,7 @@ R = TypeVar("R")
 
 
 class GivenUp(Exception):
-    """An item that no worker could do: it killed each that tried it, or takes more memory than a worker may. The text
-    says which."""
+    """An item that killed every worker that tried it, or takes more memory than a worker may; the text states which."""
 
 
 class WorkFailed(RuntimeError):
@@ -28,18 +27,17 @@ class WorkFailed(RuntimeError):
 
 
 class ClusterError(AcceptError, RuntimeError):
-    """The cluster cannot be used; the text names it, says why and what to do."""
+    """The cluster cannot be used; the text states its address, the reason and the remedy."""
 
 
 class Workers(Protocol):
     """Workers on this machine or on others, which have the same code."""
 
     def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
-        """Yield each item with what `work` makes of it, as they come back; `work` is a function of a module.
+        """Yield each item with the result of `work`, a module's function, in order of completion.
 
-        A cluster is handed few items at a time: they may be made while others are worked on. There a MemoryError comes
-        back as GivenUp, any other error of `work` as WorkFailed. Raises WorkFailed, ClusterError if the scheduler or
-        every worker stays away."""
+        A cluster takes few items in advance, so that they can be made meanwhile. It returns a MemoryError as GivenUp,
+        and raises any other error of `work` as WorkFailed; ClusterError if the scheduler or every worker stays away."""
 
 
 @dataclass(frozen=True)
