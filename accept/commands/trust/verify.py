@@ -1,7 +1,7 @@
 """`accept verify`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
@@ -41,55 +41,37 @@ class RequirementError(AcceptError, ValueError):
 
 @dataclass(frozen=True)
 class VerifyOptions:
-    """trust: CA certificates instead of this bench's. records: folder with the files that were too large to attach.
-    require: conditions beside validity. spec: the spec that it must have been judged by. demo: of a demonstration.
-    stamping: root certificates of time stamping authorities. lists: files that benches publish, the newest and earlier
-    copies."""
+    """Whom a verification trusts, and its conditions beside validity."""
 
-    trust: Sequence[Path] = ()
-    records: Path | None = None
-    require: Sequence[str] = field(default=())
-    spec: str | None = None
-    demo: bool = False
-    stamping: Sequence[Path] = ()
-    lists: Sequence[Path] = ()
+    trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None
+    records: LargeRecords = None
+    require: Annotated[
+        str, typer.Option(help="Also require: accepted,countersigned,approved,current,serial=SERIAL.")
+    ] = ""
+    spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None
+    demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False
+    tsa_trust: Annotated[list[Path] | None, typer.Option(help="Root of a time stamping authority to trust.")] = None
+    log: Annotated[
+        list[Path] | None, typer.Option("--log", help="List that benches publish; again for an earlier copy.")
+    ] = None
 
 
 @command
 def run(
     certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
-    trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
-    records: LargeRecords = None,
-    require: Annotated[
-        str, typer.Option(help="Also require: accepted,countersigned,approved,current,serial=SERIAL.")
-    ] = "",
-    spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None,
-    demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False,
-    tsa_trust: Annotated[list[Path] | None, typer.Option(help="Root of a time stamping authority to trust.")] = None,
-    log: Annotated[
-        list[Path] | None, typer.Option("--log", help="List that benches publish; again for an earlier copy.")
-    ] = None,
+    options: VerifyOptions,
     json: JsonAnswer = None,
 ) -> Answer:
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
-    required = [word.strip() for word in require.split(",") if word.strip()]
-    options = VerifyOptions(
-        trust=trust or [],
-        records=records,
-        require=required,
-        spec=spec,
-        demo=demo,
-        stamping=tsa_trust or [],
-        lists=log or [],
-    )
-    unknown = [word for word in options.require if word not in REQUIREMENTS and not word.startswith(SERIAL)]
+    required = [word.strip() for word in options.require.split(",") if word.strip()]
+    unknown = [word for word in required if word not in REQUIREMENTS and not word.startswith(SERIAL)]
     if unknown:
         choices = ", ".join((*REQUIREMENTS, f"{SERIAL}SERIAL"))
         raise RequirementError(f"--require {unknown[0]}: expected one or more of {choices}")
     wanted_spec = load(options.spec).sha256 if options.spec else None
     with busy(f"{certificate.name}: judging again"):
         report = verify_here(read_certificate(certificate), options)
-    missing = _unmet_requirements(report, options.require, wanted_spec)
+    missing = _unmet_requirements(report, required, wanted_spec)
     words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
     head += f"{signs.SIMULATED}: " if report.simulated else ""
@@ -147,9 +129,9 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     paths = options.trust or [keys.folder(place) / f"{keys.CA}.pem"]
     trust = [keys.certificate_of(path) for path in paths]
     judge = rejudge_demo if options.demo else rejudge
-    stamping = [keys.certificate_of(path) for path in options.stamping] or keys.stamping_roots(place)
+    stamping = [keys.certificate_of(path) for path in options.tsa_trust or ()] or keys.stamping_roots(place)
     beside_trust = ListsBeside({} if options.demo else {beside(p): ca for p, ca in zip(paths, trust, strict=True)})
-    lists = trusted_lists(options.lists, trust) if options.lists else None
+    lists = trusted_lists(options.log, trust) if options.log else None
     return verify(
         pdf, trust, judge, demo=options.demo, records=options.records, revoked=beside_trust.entries,
         known=None if options.demo else _store_and_lists(beside_trust, lists), stamping=stamping,
