@@ -6,9 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, say
-from accept.base.exit_codes import Exit
+from accept.commands.answer import Answer, File, Remark, command, picture, refusal
 from accept.commands.physics.excite_options import (
     Law,
     MultisineOptions,
@@ -18,8 +16,6 @@ from accept.commands.physics.excite_options import (
     SineOptions,
     SweepOptions,
 )
-from accept.pictures.draw import picture
-from accept.pictures.formats import format_of
 from checks.declare import Series
 from checks.signals.drive import excitation as ex
 from checks.signals.drive.excitation import Excitation, Rig
@@ -33,36 +29,40 @@ NOTCH_WIDTH, NOTCH_DEPTH = 0.2, 0.1  # of the resonance, of the amplitude beside
 FADE_S = 0.1  # at both ends of what ends anywhere
 
 
-def sweep(wanted: SweepOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
+@command
+def sweep(wanted: SweepOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Answer:
     """Write a sine of rising frequency."""
     law = "lin" if wanted.law is Law.LINEAR else "log"
     at = wanted.f_start, wanted.f_end, wanted.duration, wanted.amplitude
-    return _run(wanted.out, playing.plot, lambda: ex.sweep(rig_of(playing), *at, law, shape_of(shaping), FADE_S))
+    return _answer(wanted.out, playing.plot, lambda: ex.sweep(rig_of(playing), *at, law, shape_of(shaping), FADE_S))
 
 
-def noise(wanted: NoiseOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
+@command
+def noise(wanted: NoiseOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Answer:
     """Write noise in a band."""
     at = wanted.f_start, wanted.f_end, wanted.duration, wanted.rms, wanted.seed
-    return _run(wanted.out, playing.plot, lambda: ex.noise(rig_of(playing), *at, shape_of(shaping), FADE_S))
+    return _answer(wanted.out, playing.plot, lambda: ex.noise(rig_of(playing), *at, shape_of(shaping), FADE_S))
 
 
-def sine(wanted: SineOptions, playing: Playing = PLAYED) -> Exit:
+@command
+def sine(wanted: SineOptions, playing: Playing = PLAYED) -> Answer:
     """Write slow sines of growing amplitude, for the hysteresis."""
 
     def make() -> Excitation:
         return ex.sines(rig_of(playing), wanted.f, levels_of(wanted.amplitudes), wanted.cycles)
 
-    return _run(wanted.out, playing.plot, make)
+    return _answer(wanted.out, playing.plot, make)
 
 
-def multisine(wanted: MultisineOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
+@command
+def multisine(wanted: MultisineOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Answer:
     """Write a random-phase multisine. Periodic, so without leakage: the best of the four."""
     at = wanted.f_start, wanted.f_end, wanted.resolution, wanted.rms, wanted.periods, wanted.seed
 
     def make() -> Excitation:
         return ex.multisine(rig_of(playing), *at, shape_of(shaping), str(wanted.lines), wanted.crest)
 
-    return _run(wanted.out, playing.plot, make)
+    return _answer(wanted.out, playing.plot, make)
 
 
 def rig_of(playing: Playing) -> Rig:
@@ -102,20 +102,14 @@ def _notch(shaping: Shaping) -> Notch | None:
     return Notch(usual.f0_Hz, width, usual.depth if shaping.notch_depth is None else shaping.notch_depth)
 
 
-@clear_errors
-def _run(out: Path, plot: Path | None, make: Callable[[], Excitation]) -> Exit:
-    format = None if plot is None else format_of(plot)
+def _answer(out: Path, plot: Path | None, make: Callable[[], Excitation]) -> Answer:
     try:
         excitation = make()
-        write_atomic(out, content(excitation, out))
-        if plot is not None and format is not None:
-            write_atomic(plot, picture(list(panels(excitation).values()), format))
+        signal = content(excitation, out)
     except ValueError as e:
-        say(f"accept: {e}")
-        return Exit.BAD_INPUT
-    for line in summary(excitation, out):
-        say(line)
-    return Exit.ACCEPTED
+        return refusal(e)
+    drawn = picture(plot, lambda: list(panels(excitation).values()))
+    return Answer(File(out, signal), drawn, *map(Remark, summary(excitation, out)))
 
 
 def content(excitation: Excitation, out: Path) -> bytes:

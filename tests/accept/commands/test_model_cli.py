@@ -131,7 +131,7 @@ def test_modes_and_sweep() -> None:
         (("sweep", "dy", "--channel", "dz"), "no channel 'dz'"),
         (("fit", "/nowhere"), "/nowhere"),
         (("fit", "/nowhere", "--f-hi", 9000), "9000 Hz is outside"),
-        (("frf", "--plot", "/tmp/x.gif"), "not as 'gif'"),
+        (("frf", "--plot", "/tmp/x.gif"), "ends in .pdf, .svg or .png"),
     ],
 )
 def test_bad_input_ends_in_one_clear_line_and_exit_6(arguments: tuple, words: str) -> None:
