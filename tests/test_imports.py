@@ -67,11 +67,10 @@ def test_verifying_loads_no_analysis() -> None:
     assert done.stdout == "[]\n", done.stderr
 
 
-# Packages that load slowly, and the files that load them when they are called: pictures of a drive, simulated records,
-# charts of many units.
+# Packages that load slowly, and the files that load them when they are called: pictures of a drive, simulated records.
 LATE = {
     "scipy.signal": {"checks/signals/drive/excitation_panels.py", "checks/model/time/partial_fractions.py"},
-    "scipy.ndimage": {"checks/process_control/scale.py", "checks/process_control/control_chart.py"},
+    "scipy.ndimage": set(),
 }
 
 
