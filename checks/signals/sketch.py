@@ -96,7 +96,7 @@ class Sketch:
             found += [b"%d " % n + row.tobytes() for n, row in enumerate(steps)]
         found += [b"swing %d" % one for one in self.swings[:SWING_KEYS]]
         found += [b"swing %d" % one for half in self.halves for one in half[:HALF_KEYS]]
-        return [key_of(one) for one in found]
+        return [sketch_key(one) for one in found]
 
     def same(self, other: "Sketch") -> bool:
         """Return whether both are of the same samples, or one channel is a part of the other, or its every second
@@ -149,12 +149,12 @@ class Sketch:
         return tuple(frozenset(half.tolist()) for half in self.halves)
 
 
-def key_of(content: bytes) -> int:
+def sketch_key(content: bytes) -> int:
     """Return the key of a text for an index: 63 bits of its SHA-256."""
     return int.from_bytes(hashlib.sha256(content).digest()[:8], "big") >> 1
 
 
-def sketch(x: Array) -> Sketch | None:
+def sketch_of(x: Array) -> Sketch | None:
     """Return the sketch of a channel (N,), or None if the channel is not distinctive: a constant, or one of a few
     levels."""
     if x.size < SAMPLES or (np.unique(x[: 20 * SAMPLES]).size < 2 and np.unique(x).size < FEW):

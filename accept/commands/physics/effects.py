@@ -8,8 +8,7 @@ from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import EffectList, EffectListed
 from accept.base.exit_codes import Exit
 from accept.commands.options import JsonAnswer
-from checks.gap.effects import EFFECTS
-from checks.gap.modelling.effect import Effect
+from checks.gap import EFFECTS
 
 WIDTH, INDENT = 80, "    "
 
@@ -27,12 +26,13 @@ def run(json: JsonAnswer = None) -> Exit:
         for effect in EFFECTS.values()
     ]  # fmt: skip
     if wants_text(json, EffectList(tuple(listed))):
-        for effect in EFFECTS.values():
-            tell(*_lines(effect))
+        for name in EFFECTS:
+            tell(*_lines(name))
     return Exit.ACCEPTED
 
 
-def _lines(effect: Effect) -> list[str]:
+def _lines(name: str) -> list[str]:
+    effect = EFFECTS[name]
     parameters = ", ".join(p.name for p in effect.parameters)
     said = (
         f"shows on {', '.join(effect.channels)}: {effect.sign}",

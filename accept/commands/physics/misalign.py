@@ -19,8 +19,7 @@ from accept.gap.text import data_words
 from accept.pictures.formats import format_of
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, read
 from checks.cause import Reason
-from checks.misalignment.estimate_types import MisalignmentEstimate
-from checks.misalignment.panels import panels
+from checks.misalignment import MisalignmentEstimate, misalignment_panels
 from checks.rounding import fixed
 from specs.plugins import product_named
 
@@ -43,7 +42,7 @@ def run(
     if json is not None:
         write_atomic(json, dumps(document.to_json(), indent=1, allow_nan=False).encode() + b"\n")
     if plot is not None and isinstance(found, MisalignmentEstimate):
-        draw_to(plot, list(panels(found).values()), 1)
+        draw_to(plot, list(misalignment_panels(found).values()), 1)
     tell(*words(serial, found))
     if isinstance(found, MisalignmentEstimate) and found.reason is None:
         say("\n".join([f"dx, dy: {found.meaning}", f"fitted to {data_words(found.fit)}", *found.notes]))

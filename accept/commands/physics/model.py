@@ -11,7 +11,6 @@ import typer
 from rich.table import Column, Table
 
 from accept.analysis.model_export import save_state_space
-from accept.analysis.model_fit import grid
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.documents.answers import check_answer, wants_text
@@ -23,10 +22,8 @@ from accept.models.model_file import open_model_file
 from accept.pictures.draw import PictureError, picture
 from checks.arrays import Array
 from checks.errors import ModelError
-from checks.fitting.fit_panels import frf_panels
-from checks.model.model import Model, frequency_and_damping
-from checks.model.parameter_sweep import PUBLISHED_SWEEPS, panels, sweep, table
-from checks.model.time.state_space import state_space
+from checks.fitting import frf_panels
+from checks.model import PUBLISHED_SWEEPS, Model, frequency_and_damping, frequency_grid, state_space, sweep_parameters
 from checks.picture import Panel
 from hw.records import csv_bytes, frd_mat, frf_bytes
 from specs.model import builtin_models
@@ -109,7 +106,7 @@ def modes(wanted: ModesOptions) -> Exit:
 def frf(wanted: FrfOptions) -> Exit:
     """Compute responses of Vs, de and da to Va. JSON on stdout if no file is named."""
     model = open_model_file(wanted.model).model
-    f = grid(wanted.f_lo, wanted.f_hi, wanted.points)
+    f = frequency_grid(wanted.f_lo, wanted.f_hi, wanted.points)
     H = model.frf(f)
     if wanted.csv is not None:
         columns = {"f": f}
@@ -168,7 +165,7 @@ def run_sweep(
         raise ModelError(
             f"no values for '{what}': name them with --value (the published ones: {', '.join(PUBLISHED_SWEEPS)})"
         )
-    swept = sweep(model, names, chosen, wanted.channel, grid(10.0, wanted.f_hi, 1500))
+    swept = sweep_parameters(model, names, chosen, wanted.channel, frequency_grid(10.0, wanted.f_hi, 1500))
     moved = " =\n".join(names)  # each on a line of its own: the table stays narrow
     rows = Table(moved, "poles [Hz]", "their damping [%]", f"zeros of {wanted.channel} [Hz]")
     for row in swept.rows:
@@ -177,10 +174,10 @@ def run_sweep(
         )
     stdout.print(rows)
     if wanted.json is not None:
-        found = {"model": model.name, "parameters": names, "channel": wanted.channel, "rows": table(swept)}
+        found = {"model": model.name, "parameters": names, "channel": wanted.channel, "rows": swept.table}
         _write_json(wanted.json, found)
     if wanted.plot is not None:
-        draw_to(wanted.plot, list(panels(swept)))
+        draw_to(wanted.plot, list(swept.panels))
     return Exit.ACCEPTED
 
 

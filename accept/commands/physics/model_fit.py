@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from accept.analysis.model_fit import FittedModel, document, fit_unit, pictures, write_fitted
+from accept.analysis.model_fit import FittedModel, document, fit_unit, write_fitted
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
@@ -15,7 +15,7 @@ from accept.base.progress import busy
 from accept.commands.physics.model import draw_to, whole
 from accept.commands.physics.model_options import FitOptions, FitOutputs
 from accept.pictures.formats import format_of
-from checks.model.parameters import is_mode_factor
+from checks.model import is_mode_factor
 from checks.rounding import rounded, with_U
 
 HELD = 0.9  # of its prior's sd: a factor on a mode that the data leave with more is not listed
@@ -42,7 +42,7 @@ def run(
         write_fitted(write, fitted)
         say(f"{write}: written")
     if plot is not None:
-        draw_to(plot, list(pictures(fitted).values()), COLUMNS)
+        draw_to(plot, list(fitted.panels.values()), COLUMNS)
     if as_json is not None:
         write_atomic(as_json, json.dumps(document(fitted), indent=1, allow_nan=False).encode() + b"\n")
         say(f"{as_json}: written")
