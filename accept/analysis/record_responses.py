@@ -35,8 +35,8 @@ class MeasuredResponse(RecordResponse):
     """A response and the records behind it; units of its channels, and the input's under its name.
 
     frf: f (F,) [Hz], H (F, C) complex, coherence (F, C), var (F, C); resonances: the largest of each channel, with
-    f_Hz, damping_ratio and their standard uncertainties; faults: what judging refuses in the records. `accept.plot`
-    draws it; `to_pandas`, `to_xarray`, `to_control` hand it on; `save` writes .csv, .mat, .uff or .json."""
+    f_Hz, damping_ratio and their standard uncertainties; faults: of the records, that judging refuses. `accept.plot`
+    draws it; `to_pandas`, `to_xarray`, `to_control` convert it; `save` writes .csv, .mat, .uff or .json."""
 
     def to_pandas(self) -> "pd.DataFrame":
         """Return a frame over f_Hz with the complex response, the coherence and the variance of each channel.
@@ -50,8 +50,8 @@ class MeasuredResponse(RecordResponse):
         return pd.DataFrame(columns, index=pd.Index(frf.f, name="f_Hz"))
 
     def to_xarray(self) -> Any:
-        """Return a Dataset over f_Hz and channel with H, coherence and var, its units as coordinates. Raises
-        RecordError if xarray is not installed."""
+        """Return a Dataset over f_Hz and channel: H, coherence, var; units as coordinates. Raises RecordError without
+        xarray."""
         try:
             import xarray as xr
         except ImportError as e:
@@ -106,8 +106,8 @@ def read_any(
     step_s: float | None,
     mapped_only: bool = False,
 ) -> Record:
-    """Read a record, and report how its columns were mapped and converted. mapped_only: leave out what `channels` does
-    not name. Raises RecordError."""
+    """Read a record, and report the mapping and conversion of its columns. mapped_only: read the channels of `channels`
+    only. Raises RecordError."""
     if not path.is_file():
         raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
     record = record_by_input(load_bytes(path), input, channel_map(channels), step_s, UNITS, mapped_only, STEP)
@@ -126,8 +126,8 @@ def responses_of(records: Sequence[Record], wanted: EstimatorSettings) -> list[M
 
 
 def vet_sizes(record: Record) -> None:
-    """Raise RecordError if channels have sizes that judging refuses: a motion that can only be in nm, um or mm, a drive
-    that no converter puts out."""
+    """Raise RecordError for implausible sizes: a motion that can only be in nm, um or mm, a drive beyond any
+    converter."""
     if wrong := size_faults(record):
         raise RecordError(together(wrong).within("", record.name))
 

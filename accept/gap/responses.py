@@ -41,7 +41,7 @@ class Responses:
         return [words for record in self.records.values() for words in record.remarks]
 
     def on_bench(self, learned: LearnedBench | None) -> "Responses":
-        """Return the same with the learned bench's scatter between units, if the model has a learned bench."""
+        """Return the dataset with the scatter of a learned bench between units, if the model has one."""
         second = None if self.second is None else self.second.on_bench(learned)
         return replace(self, first=self.first.on_bench(learned), second=second)
 

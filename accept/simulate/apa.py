@@ -24,7 +24,7 @@ MASS_FS, MASS_S = 100.0, 30.0  # rate and length of a mass step record
 PUT_S, TAKEN_S = (14.0, 16.0), (21.0, 23.0)
 GRAVITY = 9.80665
 RISE_S = 0.02  # of a mass put down by hand
-RING_HZ, RING_S, RING_SHARE = 14.0, 0.08, 0.1  # what it rings with: the unit under the added mass
+RING_HZ, RING_S, RING_SHARE = 14.0, 0.08, 0.1  # of its ringing: the unit under the added mass
 LF_FS, LF_S, LF_V, LF_HZ = 200.0, 150.0, 0.5, (0.1, 5.0)  # slow sweep for the high-pass of the sensor stack
 PROBE_STEP_UM = 0.5  # last digit of the probe readout; heights of [STB] 2.1 are multiples of it
 HAMMERED = {"x_bending": "bending_X_top", "y_bending": "bending_Y_top"} | {
@@ -35,7 +35,7 @@ GAIN = 3e-7  # rad/N at rest
 
 @dataclass(frozen=True)
 class Figures:
-    """The properties of one APA beside its model. heights_um: at the 8 probe points; loop: relative width of the loops
+    """The properties of one APA beyond its model. heights_um: at the 8 probe points; loop: relative width of the loops
     over the largest drive; creep: per decade; modes_Hz: x-bending, y-bending, axial, torsion, one end fixed, as
     measured ([STB] 2.4) and, the last two, by the frame's public matrices."""
 
@@ -86,7 +86,7 @@ def draw(rng: np.random.Generator) -> Figures:
 
 
 def heights(rng: np.random.Generator, flatness_um: float) -> tuple[float, ...]:
-    """Return probe heights [um] of two interfaces of this flatness on a part that lies askew; the first one is zero."""
+    """Return probe heights [um] of two interfaces of this flatness on a tilted part; the first is zero."""
     x, y = np.array(POSITIONS_MM).T
     rough = rng.uniform(-1.0, 1.0, x.size)
     rough *= flatness_um / minimum_zone(x, y, rough).half_width
@@ -111,7 +111,7 @@ def records(bench: DrivenUnit, figures: Figures, double: DoubleHits | None) -> d
 
 
 def _stroke(request: UnitRequest, figures: Figures, stroke_um: float, name: str) -> Columns:
-    """Return two slow rises from -20 V to 150 V and back, and what the gauge shows."""
+    """Return two slow rises from -20 V to 150 V and back, and the gauge's displacement."""
     t = np.arange(round(STROKE_FS * STROKE_PERIOD_S * STROKE_CYCLES)) / STROKE_FS
     span = TOP_V - START_V
     V = START_V + 0.5 * span * (1.0 - np.cos(2 * np.pi * t / STROKE_PERIOD_S))
@@ -131,9 +131,8 @@ def _mass(request: UnitRequest, figures: Figures, k_N_per_um: float, name: str) 
 
 
 def mass_steps(t: Array, moments: tuple[float, float], deflection: float, per_decade: float) -> Array:
-    """Return the deflection (N,) at t (N,) [s] under a mass put down and taken away at these moments; `deflection` is
-    what it reaches 0.1 s after each, creeping by per_decade per decade of time. Rises within 20 ms and rings a
-    little."""
+    """Return the deflection (N,) at t (N,) [s] under a mass added and removed at these moments. `deflection` is reached
+    0.1 s after each step and creeps by per_decade per decade of time; steps rise within 20 ms and ring a little."""
     out = np.zeros(t.size)
     for moment, sign in zip(moments, (1.0, -1.0), strict=True):
         after = np.maximum(t - moment, 0.0)
@@ -162,8 +161,8 @@ def _hammer(request: UnitRequest, key: str, figures: Figures, double: DoubleHits
 
 
 def shell_modes(key: str, figures: Figures) -> list[ShellMode]:
-    """Return the modes that an impact shows ([STB] 2.4.3 to 2.4.5): both bendings with their overtones; from the left
-    and at the top the axial mode too, since no hit is quite across the axis; from the left alone torsion."""
+    """Return the modes in an impact ([STB] 2.4.3 to 2.4.5): both bendings with their overtones; from left and top also
+    the axial mode, since no hit is exactly across the axis; from the left torsion too."""
     x, y, axial, torsion = figures.modes_Hz
     shown = {
         "x_bending": [(x, 1.0), (3.0 * x, 0.02), (5.0 * x, 0.006)],

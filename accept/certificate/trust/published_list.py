@@ -37,6 +37,7 @@ JUDGED, SIGNED, VOIDED = "unit_judged", "certificate_signed", "attempt_voided"
 REVOKED = KeysRevoked.KIND
 _STARTED = "attempt_started"
 _LARGEST = 200_000_000  # bytes of a list: half a million entries
+LEAST = 24  # bytes of a list for each of its values: an entry has seven, three of them hashes
 _KEYS = {"seq": int, "time": str, "what": str, "unit": str, "content": str, "event": str, "attempt": int}
 
 
@@ -164,7 +165,11 @@ def publish(store: Store, path: Path, bench: x509.Certificate, key: Ed25519Priva
 def read(path: Path) -> list[BenchList]:
     """Return the lists in a file. Raises ListError, OSError."""
     try:
-        document = json.loads(read_bounded(path, _LARGEST))
+        raw = read_bounded(path, _LARGEST)
+        values = sum(map(raw.count, (b"[", b"{", b",")))
+        if values > 1000 + len(raw) // LEAST:  # empty lists would fill memory
+            raise ListError(f"{path}: has {values} values in {len(raw)} bytes, more than any list of a bench")
+        document = json.loads(raw)
         if document["format"] != 1:
             raise ListError(f"{path}: has format {document['format']!r}, this program reads 1")
         return [_from_json(given) for given in document["lists"]]

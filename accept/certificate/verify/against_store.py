@@ -26,6 +26,7 @@ from accept.judging.nonconformance import CHOICES, standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.result import UnitResult
+from accept.judging.superseded import Approval
 from accept.judging.voids import voids
 from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
 from accept.store.chain import START
@@ -259,7 +260,10 @@ def _sound(store: Store, contents: CertificateContent, when: datetime) -> Step:
     was signed is a later attempt."""
     stated, dispositions = (contents.result.get(key, ()) for key in ("nonconformances", "dispositions"))
     known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
-    now = standing(store, contents.serial, {}, UnitEntry.from_json(contents.result), when + SAME_SECOND)
+    approved = (contents.provenance.get("approval") or {}).get("time")
+    approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
+    entry = UnitEntry.from_json(contents.result)
+    now = standing(store, contents.serial, {}, entry, when + SAME_SECOND, approval=approval)
     if new := [words for words in now.open if words not in stated]:
         return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)
     if new := [words for decided in now.released for words in decided.nonconformances if words not in known]:

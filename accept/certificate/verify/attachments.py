@@ -28,10 +28,11 @@ from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, p
 from checks.acceptance import CHECKS
 from checks.picture import Panel
 from checks.verdict import UsedInput
-from hw.records import DEFAULT_LIMITS
+from hw.records import DEFAULT_LIMITS, declared_samples
 from specs.files import read_bounded
 from specs.strict import toml_of
 
+MOST_SAMPLES = 8_000_000  # of all attached records: an actuator or strut has 5e6; small files may expand to many more
 _SHOWN = 3  # differences named in the reason; the details have all
 
 
@@ -114,7 +115,7 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
     if own:
         check_gap(unit_of(contents), contents.result.get("gap"), contents.panels)
     if missing:
-        what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
+        what = f"{', '.join(missing)} not attached, or too long; give the unit's folder with --records"
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
     if said or absent or other or (alone and not own):
         words = [f"this version computes other numbers: {_some(other)}"] if other else []
@@ -192,6 +193,18 @@ def with_records(contents: CertificateContent, folder: Path) -> CertificateConte
             if hashlib.sha256(more[name]).hexdigest() != digest:
                 raise InvalidCertificate(f"{folder / name} is not the file that was judged")
     return replace(contents, files={**contents.files, **more})
+
+
+def within_samples(contents: CertificateContent) -> CertificateContent:
+    """Return the content without the longest records, as if they were too large to attach, if all declare more than
+    `MOST_SAMPLES`."""
+    records = {n: content for n, content in contents.files.items() if n != UNIT_FILE}
+    declared = {n: declared_samples(n, content, MOST_SAMPLES) for n, content in records.items()}
+    kept, total = {UNIT_FILE}, 0
+    for name in sorted(declared, key=lambda name: declared[name]):
+        total += declared[name]
+        kept |= {name} if total <= MOST_SAMPLES else set()
+    return replace(contents, files={n: content for n, content in contents.files.items() if n in kept})
 
 
 def unit_of(contents: CertificateContent) -> UnitFolder:

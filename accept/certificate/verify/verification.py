@@ -144,7 +144,10 @@ def _verify(
         signatures = doubted_by(attached, signatures)
         revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
         stated = guarded("what it states", check_stated, contents, signatures, demo)
-        judged = contents if records is None else guarded("the records", attachments.with_records, contents, records)
+        if records is None:
+            judged = guarded("the records", attachments.within_samples, contents)
+        else:
+            judged = guarded("the records", attachments.with_records, contents, records)
         again = None if rejudge is None else guarded("judging again", rejudge, judged)
         benches = [] if demo else guarded("the bench", check_bench, contents, roots, revoked, signatures[0].when)
         steps = [

@@ -72,8 +72,8 @@ def stroke_of(stroke: float, span: float, relative_width: float) -> Rayleigh:
 def creep(per_decade: float) -> Fractions:
     """Return creep as a path: the answer to a step grows by this share per decade of time, from 10 us to 1000 s.
 
-    Two relaxations a decade, half of one at either end (the law in log time: [JG00]); of what follows at once the gain
-    is one."""
+    Two relaxations a decade, half of one at either end (the law in log time: [JG00]); the immediate answer has a gain
+    of one."""
     tau = np.logspace(-5.0, 3.0, 17)
     share = np.full(tau.size, 0.5 * per_decade)
     share[[0, -1]] /= 2.0
