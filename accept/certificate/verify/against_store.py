@@ -240,7 +240,7 @@ def reread(store: Store, contents: CertificateContent) -> Step:
     """Check how the recordings were read. Not complete if the store has a judgement that read one otherwise and did not
     pass, and the certificate does not state it."""
     entry = UnitEntry.from_json(contents.result)
-    found = rereadings(store, contents.serial, entry.samples, entry.findings)
+    found = rereadings(store, contents.serial, entry.samples, entry.findings, contents.inputs)
     passed = {f.quantity for f in entry.findings if f.verdict is Verdict.PASS}
     new = [r["words"] for q, r in found.items() if r["was"] != Verdict.PASS and q in passed]
     words = "the bench's store has the same recording, read otherwise"
