@@ -23,9 +23,8 @@ from accept.base.home import home
 from accept.base.progress import steps
 from accept.base.runner import GivenUp, Processes, Workers
 from checks.arrays import Array
-from checks.fitting.calibrate import with_damping
-from checks.misalignment.table import MisalignmentTable, check_tabulated, grid, ratios, table_frequencies
-from checks.model.model import Model
+from checks.misalignment import MisalignmentTable, table_axes, table_row
+from checks.model import Model
 from specs.errors import AcceptError
 
 Row = NDArray[np.complex64]
@@ -53,11 +52,9 @@ class Plan:
 
     @classmethod
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
-        """Return the plan of a model's table. A model with uncertain modes is tabulated with real modes, which is close
-        enough. Raises ModelError for too small a grid and a model without encoder or joints."""
-        check_tabulated(model)
-        quick = with_damping(model, "modal") if model.scatters else None
-        return cls(quick or model, *grid(model, nx, ny), table_frequencies())
+        """Return the plan of a model's table. Raises ModelError for a grid that is too small or a model without encoder
+        or joints."""
+        return cls(*table_axes(model, nx, ny))
 
     @property
     def sha256(self) -> str:
@@ -80,13 +77,13 @@ class Plan:
 
     def row(self, i: int) -> Row:
         """Return (Y, F) row of dx[i]."""
-        return ratios(self.model, float(self.dx[i]), self.dy, self.f)
+        return table_row(self.model, float(self.dx[i]), self.dy, self.f)
 
     def agrees(self, i: int, row: Row) -> bool:
         """Return whether the first entry of a stored row equals this program's."""
         if row.shape != (self.dy.size, self.f.size) or not np.isfinite(row).all():
             return False
-        first = ratios(self.model, float(self.dx[i]), self.dy[:1], self.f)[0]
+        first = table_row(self.model, float(self.dx[i]), self.dy[:1], self.f)[0]
         return bool(np.median(np.abs(row[0] / first - 1.0)) < SAME)
 
 

@@ -68,7 +68,7 @@ from accept.workflow.usual_values import usual_values
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
 from checks.cause import Cause
-from checks.consistency.contradictions import check_consistency
+from checks.consistency import check_consistency
 from checks.declare import CsvTable, Form, Input, Measured, Scalar, Series
 from checks.errors import RecordError
 from checks.picture import Panel

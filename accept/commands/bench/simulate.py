@@ -14,11 +14,11 @@ from accept.commands.answer import Answer, File, Remark, command, refusal, table
 from accept.commands.options import JsonAnswer
 from accept.models.model_file import SIMULATED_MODEL, effects_of, open_model_file
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
+from accept.simulate.converters import Converters
 from accept.simulate.faults import UnitFault
 from accept.simulate.unit_request import ExperimentRequest, drawn, on_bench
-from checks.model.model import Model
-from checks.model.time.adc_dac import Converters
-from checks.signals.drive.excitation import ExcitationError
+from checks.model import Model
+from checks.signals import ExcitationError
 
 Effect = tuple[str, dict[str, float]]
 

@@ -20,10 +20,10 @@ from accept.fleet import gauge
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
 from accept.fleet.measurements import counted, measurements_of, of_quantity
+from accept.fleet.process_control.gauge_bias import CAPABLE
+from accept.fleet.process_control.gauge_study import CATEGORIES
 from accept.judging import golden
 from accept.store import open_store
-from checks.process_control.gauge_bias import CAPABLE
-from checks.process_control.gauge_study import CATEGORIES
 
 
 def _read(table: Path, columns: Sequence[str]) -> pd.DataFrame:

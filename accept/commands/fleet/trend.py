@@ -17,9 +17,9 @@ from accept.commands.trust.bench_keys import who_acts
 from accept.fleet import trend as trends
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import CHECKED, instrument_checks, measurements_of
+from accept.fleet.process_control.control_chart import NELSON, Baseline
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
-from checks.process_control.control_chart import NELSON, Baseline
 
 
 @command

@@ -6,8 +6,7 @@ import textwrap
 from accept.base.documents.listings import EffectList, EffectListed
 from accept.commands.answer import Answer, File, command
 from accept.commands.options import JsonAnswer
-from checks.gap.effects import EFFECTS
-from checks.gap.modelling.effect import Effect
+from checks.gap import EFFECTS
 
 WIDTH, INDENT = 80, "    "
 
@@ -23,11 +22,12 @@ def run(json: JsonAnswer = None) -> Answer:
         )
         for effect in EFFECTS.values()
     ]  # fmt: skip
-    lines = (line for effect in EFFECTS.values() for line in _lines(effect))
+    lines = (line for name in EFFECTS for line in _lines(name))
     return Answer(File(json, EffectList(tuple(listed))), *lines)
 
 
-def _lines(effect: Effect) -> list[str]:
+def _lines(name: str) -> list[str]:
+    effect = EFFECTS[name]
     parameters = ", ".join(p.name for p in effect.parameters)
     said = (
         f"shows on {', '.join(effect.channels)}: {effect.sign}",

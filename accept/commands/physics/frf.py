@@ -15,15 +15,11 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from accept.analysis.hammer import ImpactResponse, U_of, hammer_json, hammer_responses
+from accept.analysis.hammer import ImpactResponse, hammer_json, hammer_responses
 from accept.analysis.imported_response import ImportedResponse, ResponseDifference, differences, import_response
 from accept.analysis.record_responses import (
     OF_RECORDS,
-    Estimator,
-    EstimatorSettings,
     MeasuredResponse,
-    U_Hz,
-    cut,
     matlab_file,
     read_any,
     responses_of,
@@ -37,9 +33,7 @@ from checks.errors import RecordError
 from checks.picture import Line, Panel
 from checks.record import Record
 from checks.rounding import fixed, rounded, rounded_U
-from checks.signals.impact.impacts import ImpactRules
-from checks.signals.spectral.bode import bode
-from checks.signals.spectral.frf import Frf
+from checks.signals import Estimator, EstimatorSettings, Frf, ImpactRules, bode
 from hw.records import Content, content_of
 from specs.bench import ChannelSource, load_bench
 
@@ -98,7 +92,7 @@ def _estimate(
     """Return the responses of the records, of all hits with a hammer, and those that were read. Raises RecordError if
     they cannot be taken together."""
     f_lo, f_hi = settings.f_lo, settings.f_hi
-    imported = [replace(r, frf=cut(r.frf, f_lo, f_hi)) for r in read if isinstance(r, ImportedResponse)]
+    imported = [replace(r, frf=r.frf.cut(f_lo, f_hi)) for r in read if isinstance(r, ImportedResponse)]
     taken = [r for r in read if isinstance(r, Record)]
     if settings.estimator not in OF_RECORDS and not hits.hammer:
         raise RecordError(f"--estimator {settings.estimator}: averages over hits; add --hammer, or use h1 or lpm")
@@ -187,7 +181,7 @@ def summary(response: MeasuredResponse) -> Table:
     rows = []
     for c in frf.channels:
         mode = response.resonances.get(c)
-        cells = (none, "") if mode is None else (with_U(mode.f_Hz, U_Hz(mode)), f"{100 * mode.damping_ratio:.3g}")
+        cells = (none, "") if mode is None else (with_U(mode.f_Hz, mode.U_Hz), f"{100 * mode.damping_ratio:.3g}")
         rows.append((f"{c} / {frf.input}", _coherent(frf, c), *cells))
     return table(("output / input", "coherent [Hz]", "largest resonance [Hz]", "damping [%]"), rows, title=title)
 
@@ -202,7 +196,7 @@ def hammer_summary(response: ImpactResponse) -> Table:
         if not response.modes[c]:
             rows.append((*first, "none seen", ""))
         for k, mode in enumerate(response.modes[c]):
-            U, U_damping = U_of(mode)
+            U, U_damping = mode.U_Hz, mode.U_damping
             damping = with_U(100 * mode.damping_ratio, 100 * U_damping)
             rows.append((*(first if k == 0 else ("", "")), with_U(mode.f_Hz, U), damping))
     titles = ("output / input", "coherent [Hz]", "mode [Hz]", "damping [%]")

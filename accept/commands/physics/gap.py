@@ -28,8 +28,7 @@ from accept.pictures.formats import PictureError
 from accept.pictures.interactive import MISSING
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
 from checks.errors import ModelError, RecordError
-from checks.gap.effects import effect_named
-from checks.gap.workflow import GapRefused
+from checks.gap import GapRefused, effect_named
 
 FILE_TOO_LITTLE = (
     "is a file; the gap analysis compares with a second realisation that was not fitted and asks the records "

@@ -16,8 +16,8 @@ from accept.commands.options import ClusterAt, JsonAnswer, ModelName
 from accept.commands.physics.model import whole
 from accept.models.lookup_cache import Plan, TableError, build, open_table, read_table
 from accept.models.model_file import open_model
-from checks.misalignment.table import limits_um
-from checks.model.model import Model
+from checks.misalignment import table_limits_um
+from checks.model import Model
 
 
 @command
@@ -96,7 +96,7 @@ def dz_words(model: Model) -> list[str]:
     H = [model.frf(f, {"misalignment.dz_um": dz}, ("de", "da")) for dz in (0.0, 200.0)]
     flat, lifted = (h[:, 0] / h[:, 1] for h in H)
     apart = 100.0 * np.median(np.abs(lifted / flat - 1.0))
-    dx, dy = limits_um(model)
+    dx, dy = table_limits_um(model)
     return [
         f"the table spans |dx| <= {dx:.4g} um and |dy| <= {dy:.4g} um; "
         f"dz = 200 um would change the ratio by {apart:.2g} % (median)"

@@ -15,8 +15,7 @@ from accept.commands.options import JsonAnswer, Plot
 from accept.gap.text import data_words
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, read
 from checks.cause import Reason
-from checks.misalignment.estimate_types import MisalignmentEstimate
-from checks.misalignment.panels import panels
+from checks.misalignment import MisalignmentEstimate, misalignment_panels
 from checks.rounding import fixed
 from specs.plugins import product_named
 
@@ -35,7 +34,7 @@ def run(
     document = as_document(serial, found)
     notes, drawn = "", None
     if isinstance(found, MisalignmentEstimate):
-        drawn = picture(plot, lambda: list(panels(found).values()), 1, announced=True)
+        drawn = picture(plot, lambda: list(misalignment_panels(found).values()), 1, announced=True)
         if found.reason is None:
             notes = "\n".join([f"dx, dy: {found.meaning}", f"fitted to {data_words(found.fit)}", *found.notes])
     return Answer(

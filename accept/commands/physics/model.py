@@ -11,7 +11,6 @@ import typer
 from rich.table import Column
 
 from accept.analysis.model_export import save_state_space
-from accept.analysis.model_fit import grid
 from accept.base.documents.listings import ModelList, ModelListed, ModelShown, ParameterShown
 from accept.commands.answer import Answer, File, Remark, command, picture, table
 from accept.commands.options import JsonAnswer, ModelName
@@ -19,11 +18,8 @@ from accept.commands.physics.model_options import FrfOptions, ModesOptions, Para
 from accept.models.model_file import OpenedModel, open_model_file
 from checks.arrays import Array
 from checks.errors import ModelError
-from checks.fitting.fit_panels import frf_panels
-from checks.model.model import Model, frequency_and_damping
-from checks.model.parameter_sweep import PUBLISHED_SWEEPS, panels, sweep
-from checks.model.parameter_sweep import table as sweep_document
-from checks.model.time.state_space import state_space
+from checks.fitting import frf_panels
+from checks.model import PUBLISHED_SWEEPS, Model, frequency_and_damping, frequency_grid, state_space, sweep_parameters
 from hw.records import csv_bytes, frd_mat, frf_bytes
 from specs.model import builtin_models
 from specs.units import RESPONSE_UNITS, unit_of
@@ -101,7 +97,7 @@ def modes(wanted: ModesOptions) -> Answer:
 def frf(wanted: FrfOptions) -> Answer:
     """Compute responses of Vs, de and da to Va. JSON on stdout if no file is named."""
     model = open_model_file(wanted.model).model
-    f = grid(wanted.f_lo, wanted.f_hi, wanted.points)
+    f = frequency_grid(wanted.f_lo, wanted.f_hi, wanted.points)
     H = model.frf(f)
     columns = {"f": f}
     for i, c in enumerate(model.channels):
@@ -151,17 +147,17 @@ def run_sweep(
         raise ModelError(
             f"no values for '{what}': name them with --value (the published ones: {', '.join(PUBLISHED_SWEEPS)})"
         )
-    swept = sweep(model, names, chosen, wanted.channel, grid(10.0, wanted.f_hi, 1500))
+    swept = sweep_parameters(model, names, chosen, wanted.channel, frequency_grid(10.0, wanted.f_hi, 1500))
     moved = " =\n".join(names)  # each on a line of its own: the table stays narrow
     rows = (
         (f"{row.value:g}", _row_of(row.poles.f), _row_of(100.0 * row.poles.damping, ".2g"), _row_of(row.zeros.f))
         for row in swept.rows
     )
-    found = {"model": model.name, "parameters": names, "channel": wanted.channel, "rows": sweep_document(swept)}
+    found = {"model": model.name, "parameters": names, "channel": wanted.channel, "rows": swept.table}
     return Answer(
         table((moved, "poles [Hz]", "their damping [%]", f"zeros of {wanted.channel} [Hz]"), rows),
         File(wanted.json, found, announced=True),
-        picture(wanted.plot, lambda: list(panels(swept)), announced=True),
+        picture(wanted.plot, lambda: list(swept.panels), announced=True),
     )
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from accept.analysis.model_fit import FittedModel, document, fit_unit, pictures, write_fitted
+from accept.analysis.model_fit import FittedModel, document, fit_unit, write_fitted
 from accept.base.atomic_files import check_places
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
@@ -15,7 +15,7 @@ from accept.commands.answer import Answer, File, Remark, command, picture, table
 from accept.commands.physics.model import whole
 from accept.commands.physics.model_options import FitOptions, FitOutputs
 from accept.pictures.formats import format_of
-from checks.model.parameters import is_mode_factor
+from checks.model import is_mode_factor
 from checks.rounding import rounded, with_U
 
 HELD = 0.9  # of its prior's sd: a factor on a mode that the data leave with more is not listed
@@ -43,7 +43,7 @@ def run(
         *_summary(fitted),
         _agreement(fitted),
         Remark(f"{write}: written" if write else ""),
-        picture(plot, lambda: list(pictures(fitted).values()), COLUMNS, announced=True),
+        picture(plot, lambda: list(fitted.panels.values()), COLUMNS, announced=True),
         File(as_json, document(fitted), announced=True),
         exit=Exit.ACCEPTED if fitted.explains else Exit.INCOMPLETE,
     )

@@ -13,10 +13,11 @@ from accept.base.progress import busy
 from accept.commands.answer import Answer, File, Remark, command, refusal
 from accept.commands.options import StartModelName
 from accept.fleet.population.bench import changes_since
-from accept.fleet.population.learn import NothingLearned, learn_population, measured_units
+from accept.fleet.population.learn import learn, measured_units
 from accept.fleet.population.report import document, lines, render, write_population
 from accept.models.model_file import default_model, open_model_file
 from accept.units.unit_folder import read
+from checks.population import NothingLearned
 from specs.model import ModelSpec, load_model
 from specs.strict import SpecError
 
@@ -36,7 +37,7 @@ def run(
     earlier = _earlier(places[0])
     try:
         with busy("learning bench and batch"):
-            found = learn_population(measured_units(units, given), given, say)
+            found = learn(measured_units(units, given), given, say)
     except NothingLearned as e:
         return refusal(e, Exit.INCOMPLETE)
     today = datetime.now(UTC).date().isoformat()

@@ -20,6 +20,7 @@ from accept.base.console import say
 from accept.base.progress import steps
 from accept.batch import fleet_comparison
 from accept.batch.fleet_comparison import Comparison, Fleet
+from accept.batch.outliers import CHANCE, MIN_UNITS
 from accept.batch.pipeline import spec_for
 from accept.commands.answer import Answer, File, Remark, command, picture, table
 from accept.commands.options import Json, Plot, SpecName
@@ -31,7 +32,6 @@ from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.acceptance import CHECKS
 from checks.picture import Panel
-from checks.signals.outliers import CHANCE, MIN_UNITS
 
 
 @command

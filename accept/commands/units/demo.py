@@ -25,7 +25,7 @@ from accept.certificate.verify.rejudge import is_valid_demo, ready
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import Operator
 from accept.commands.trust.bench_keys import DEMO, demo_credential
-from accept.fleet.population.learn import learn_population, measured_units
+from accept.fleet.population.learn import learn, measured_units
 from accept.fleet.population.report import lines, shifts, write_population
 from accept.gap.text import gap_of, in_order, one_line, symbol, unit, words_of
 from accept.judging.judge_unit import load_spec
@@ -87,7 +87,7 @@ def _learn_model(out: Path) -> Path:
     """Learn a model from earlier struts of the same batch, print what was learned, and return its file."""
     given, path = open_model_file(MODEL), out / LEARNED
     earlier = [_write(strut, out / "batch") for strut in earlier_struts()]
-    found = learn_population(measured_units(earlier, given), given, lambda _: None)
+    found = learn(measured_units(earlier, given), given, lambda _: None)
     write_population(path, found)
     tell(f"{lines(found)[0]} ({path})", *(f"  {line}" for line in shifts(found, SHOWN)))
     return path

@@ -16,7 +16,7 @@ from accept.fleet.golden_check import GoldenCheck
 from accept.store import open_store
 from accept.store.formats import DOCUMENTS
 from checks.cause import Cause, because
-from checks.gap.effects import EFFECTS
+from checks.gap import EFFECTS
 from specs.model import builtin_models
 from specs.plugins import products
 from specs.spec import builtin, load
