@@ -22,8 +22,8 @@ from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.roster import Roster
 from accept.certificate.contents.content import ContentError
 from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.provenance import Earlier
 from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.provenance import earlier_attempts
 from accept.fleet.findings_file import FEW, keep_findings
 from accept.gap.text import one_line
 from accept.judging.golden import BenchStopped
@@ -269,7 +269,8 @@ class _Batch:
                 entry = UnitJudged.of(judged).result.to_json() | {"certificate": certificate}
                 if attempts := earlier + len(more):
                     before = fold(e for e in self.pipeline.events(serial) if e.seq < judged.seq).units.get(serial)
-                    entry |= {"attempt": attempts + 1, "earlier": earlier_attempts(before)}
+                    ended = Earlier.of(before)
+                    entry |= {"attempt": attempts + 1, "earlier": ended and ended.to_json()}
                 report.verdicts[entry["verdict"]] += 1
                 kinds.add(entry["kind"])
                 results.add(entry, attempt=earlier + len(more) + 1, time=judged.time, operator=judged.who)

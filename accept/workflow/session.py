@@ -17,7 +17,7 @@ from accept.base.documents.results import Information
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
-from accept.certificate.trust.provenance import amended
+from accept.certificate.contents.provenance import amended
 from accept.gap.attach_to_result import with_explanation
 from accept.judging.advice import ADVICE, action, record_advice
 from accept.judging.bench_errors import BY_RESONANCE, withhold_bench_errors

@@ -11,7 +11,7 @@ from accept.analysis.misalignment import as_document, estimate_or_reason
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
 from accept.commands.answer import Answer, File, Remark, command, picture
-from accept.commands.options import Json, Plot
+from accept.commands.options import JsonAnswer, Plot
 from accept.gap.text import data_words
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, read
 from checks.cause import Reason
@@ -24,7 +24,7 @@ from specs.plugins import product_named
 def run(
     unit: Annotated[Path, typer.Argument(help="Folder of a strut with a section [frf], or a file of its responses.")],
     model: Annotated[str | None, typer.Option("--model", help="Built-in model or file; else strut-as-built.")] = None,
-    json: Json = None,
+    json: JsonAnswer = None,
     plot: Plot = None,
 ) -> Answer:
     """Measure how far a strut's APA lies off its axis. dx, dy with U, or why there is no result."""
