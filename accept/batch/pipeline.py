@@ -29,11 +29,12 @@ from accept.batch.job import Judgement, UnitJob, drawn
 from accept.capture.reference_check import days_checked
 from accept.certificate.certify import set_aside, sign_into
 from accept.certificate.contents.content import canonical
+from accept.certificate.contents.provenance import Earlier, Provenance, amended
 from accept.certificate.trust import keys
 from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import amended, earlier_attempts, needs_reason, numbers_of, provenance
+from accept.certificate.trust.provenance import needs_reason, numbers_of, provenance
 from accept.certificate.trust.spec_approval import approval_of
 from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
@@ -250,7 +251,7 @@ class Pipeline:
             if self.credential is None:
                 write_atomic(job.certificate, page)
             else:
-                number = str((job.provenance or {}).get("number", ""))
+                number = job.provenance.number if job.provenance else ""
                 sign_into(
                     job.certificate, page, self.credential, self.store, result.serial, self.operator, result.spec,
                     number=number, simulated=result.simulated, reason=because, judged=seq,
@@ -361,16 +362,17 @@ class Pipeline:
         due: UnitState | None,
         because: str = "",
         amends: str = "",
-    ) -> dict[str, Any]:
+    ) -> Provenance:
         if self._head is None:
             self._head = self.store.signed_head()
         taken = numbers_of(self.events(serial))
         today = datetime.now(UTC).date().isoformat()
         judged = due.time if due is not None and due.time[:10] != today else ""
         return provenance(
-            self.store, self.operator, spec, serial, before, self._head, self.home, self.credential,
-            taken=taken, reason=reason, signed_because=because, amends=amends, judged=judged,
-            earlier=earlier_attempts(before),
+            self.store, self.operator, spec, serial, before, self._head, self.home, self.credential, taken,
+            Provenance(
+                reason=reason, earlier=Earlier.of(before), amends=amends, judged=judged, signed_because=because
+            ),
         )  # fmt: skip
 
     def _lacks_only_certificate(self, unit: UnitFolder, before: UnitState | None) -> bool:

@@ -8,12 +8,7 @@ import numpy as np
 
 from accept.gap.responses import Responses
 from accept.models.model_file import OpenedModel, write_model
-from checks.fitting.fit import Fit
-from checks.gap.decision.result import Result
-from checks.gap.effects import EFFECTS
-from checks.gap.empirical import FittedElement
-from checks.gap.modelling.augmented import Augmented
-from checks.gap.modelling.element import GenericElement
+from checks.gap import EFFECTS, FittedElement, Result
 from specs.model_sections import FitRecord
 
 PAYLOAD = "bench.payload_kg"
@@ -41,7 +36,6 @@ def write_improved(
     weighed = {n: given.model.values[n] for n in (PAYLOAD,) if n in given.model.values}  # as the unit's folder says
     values = weighed | {n: fit.at[n] for n in own} | dict(result.bench_latency)
     effects = [(n.effect, {k: v.value for k, v in n.parameters.items()}) for n in result.named if n.effect in EFFECTS]
-    elements = [e for n in result.elements if n.fitted for e in element_entries(result.after.response, fit, n.fitted)]
     name = spec.name if spec.name.endswith(measured.serial) else f"{spec.name}-{measured.serial}"
     write_model(
         path,
@@ -50,24 +44,25 @@ def write_improved(
         {n: fit.sds[n] for n in own},
         effects=effects,
         unidentified=unidentified,
-        elements=elements,
+        elements=tuple(element_entries(result)),
         damping=result.damping,
         record=record,
         name=name,
     )
 
 
-def element_entries(response: Augmented, fit: Fit, name: str) -> Iterator[dict[str, Any]]:
-    """Yield the entries of a fitted element in a model file, one for each of its directions."""
-    element = next(e for e in response.effects if isinstance(e, GenericElement) and e.name == name)
-    of_head: dict[str, dict[str, str]] = {}
-    for parameter in element.parameters:
-        for target in parameter.sets:
-            head, _, quantity = target.rpartition(".")
-            of_head.setdefault(head, {})[quantity] = f"{name}.{parameter.name}"
-    for head, quantities in of_head.items():
-        _, place, direction = head.split(".")
-        at = [fit.names.index(fitted) for fitted in quantities.values()]
-        numbers = {q: {"value": fit.at[fitted], "sd": fit.sds[fitted]} for q, fitted in quantities.items()}
-        covariance = fit.cov[np.ix_(at, at)].tolist()
-        yield {"place": place, "direction": direction, "kind": element.of_kind, **numbers, "covariance": covariance}
+def element_entries(result: Result) -> Iterator[dict[str, Any]]:
+    """Yield the entries of fitted elements in a model file, one for each direction of a place."""
+    fit, of_name = result.fit, {e.name: e for e in result.after.response.effects}
+    for found in (e for e in result.elements if e.fitted):
+        of_head: dict[str, dict[str, str]] = {}
+        for parameter in of_name[found.fitted].parameters:
+            for target in parameter.sets:
+                head, _, quantity = target.rpartition(".")
+                of_head.setdefault(head, {})[quantity] = f"{found.fitted}.{parameter.name}"
+        for head, quantities in of_head.items():
+            _, place, direction = head.split(".")
+            at = [fit.names.index(name) for name in quantities.values()]
+            numbers = {q: {"value": fit.at[name], "sd": fit.sds[name]} for q, name in quantities.items()}
+            covariance = fit.cov[np.ix_(at, at)].tolist()
+            yield {"place": place, "direction": direction, "kind": found.kind, **numbers, "covariance": covariance}

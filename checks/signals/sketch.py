@@ -106,7 +106,7 @@ class Sketch:
         found += [b"swing %d" % one for one in self.swings[:SWING_KEYS]]
         found += [b"swing %d" % one for half in self.halves for one in half[:HALF_KEYS]]
         found += [b"noise %d" % one for noise in self.noise for one in noise[:COMMON_NOISE]]
-        return [key_of(one) for one in found]
+        return [sketch_key(one) for one in found]
 
     def same(self, other: "Sketch") -> bool:
         """Return whether both have the same samples, or one channel is a part of the other, or its every second
@@ -155,12 +155,12 @@ class Sketch:
         return tuple(frozenset(one.tolist()) for one in (self.swings, *self.halves, *self.noise))
 
 
-def key_of(content: bytes) -> int:
+def sketch_key(content: bytes) -> int:
     """Return the key of a text for an index: 63 bits of its SHA-256."""
     return int.from_bytes(hashlib.sha256(content).digest()[:8], "big") >> 1
 
 
-def sketch(x: Array) -> Sketch | None:
+def sketch_of(x: Array) -> Sketch | None:
     """Return the sketch of a channel (N,), None if it is not distinctive: a constant, or one of a few levels."""
     if x.size < SAMPLES or (np.unique(x[: 20 * SAMPLES]).size < 2 and np.unique(x).size < FEW):
         return None
@@ -239,7 +239,7 @@ def _hashes(patterns: NDArray[np.uint64]) -> Hashes:
     mixed = (patterns ^ patterns >> _HALF) * np.uint64(0x9E3779B97F4A7C15)
     mixed = (mixed ^ mixed >> np.uint64(29)) * np.uint64(0xBF58476D1CE4E5B9) >> _HALF
     different, count = np.unique(mixed, return_counts=True)
-    return different[count == 1][:SWINGS].astype("<u4")
+    return np.asarray(different[count == 1][:SWINGS], "<u4")
 
 
 def _triples(x: Array, width: int) -> Array:

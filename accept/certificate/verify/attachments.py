@@ -27,7 +27,6 @@ from accept.units.unit_entry import MODEL_FOLDER
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, parse
 from checks.acceptance import CHECKS
 from checks.picture import Panel
-from checks.verdict import UsedInput
 from hw.records import DEFAULT_LIMITS, declared_samples
 from specs.files import read_bounded
 from specs.strict import toml_of
@@ -97,7 +96,12 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
     said: list[str] = []
     absent: list[str] = []
     other: list[str] = []
-    alone = {words for f in judged.findings for i in f.inputs if i.against for words in [_alone(f.check, i)]}
+    alone = {
+        f"{input_words(f.check, i)} by {i.source}, but {i.against}"
+        for f in judged.findings
+        for i in f.inputs
+        if i.against
+    }
     if not own:  # its result may have fewer keys, other words, and numbers that are computed otherwise now
         absent = [line.removesuffix(ONLY_AGAIN) for line in found if line.endswith(ONLY_AGAIN)]
         said = [line for line in found if is_said_otherwise(line)]
@@ -132,8 +136,7 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
 def _sketched_as(
     attached: Mapping[str, Mapping[str, str]], again: Mapping[str, Mapping[str, str]]
 ) -> dict[str, dict[str, str]]:
-    """Return the sketches with only the parts that the attached ones have: those of earlier programs have fewer,
-    divided by colons."""
+    """Return the sketches with the parts alone that the attached ones have: earlier programs wrote fewer."""
     parts = {(name, key): text.count(":") + 1 for name, texts in attached.items() for key, text in texts.items()}
     return {
         name: {key: ":".join(text.split(":")[: parts.get((name, key))]) for key, text in texts.items()}
@@ -141,19 +144,13 @@ def _sketched_as(
     }
 
 
-def _alone(check: str, used: UsedInput) -> str:
-    return f"{input_words(check, used)} by {used.source}, but {used.against}"
-
-
 def _some(lines: Sequence[str]) -> str:
-    """Return the first few lines, those of a value before the others, and how many more there are."""
     lines = sorted(lines, key=lambda line: "].value " not in line)
     more = f" and {len(lines) - _SHOWN} more" if len(lines) > _SHOWN else ""
     return "; ".join(lines[:_SHOWN]) + more
 
 
 def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[str]:
-    """Return the checks that read one of these files."""
     unit = unit_of(contents)
     reads = {name for name, section in unit.sections.items() if not set(section.files).isdisjoint(missing)}
     if any(not set(each.files).isdisjoint(missing) for each in unit.experiments.values()):
@@ -162,7 +159,6 @@ def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[st
 
 
 def _pictures(panels: Mapping[str, Panel], left_out: Collection[str]) -> dict[str, Panel]:
-    """Return the panels without those of some checks."""
     return {name: panel for name, panel in panels.items() if name.split("/")[0] not in left_out}
 
 

@@ -183,7 +183,7 @@ def _label(name: str) -> str:
     return name if name.startswith(OTHER_VALUES) else name.replace("_", " ")
 
 
-def own_words() -> tuple[str, str]:
+def element_words() -> tuple[str, str]:
     """Return the patterns of every sentence and of every next measurement, for any numbers."""
     causes = {c for each in (*LOOKS_LIKE.values(), *OF_KIND.values()) for c in each}
     parts = {"base", "ground", *(p.replace("_", " ") for p in (*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE))}
