@@ -48,9 +48,9 @@ from accept.units.attempt_folder import attempt_folder
 from accept.workflow import print_picture, record_folder
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
 from accept.workflow.instruments.port import InstrumentPort, reading
-from accept.workflow.lock import UnitLock
 from accept.workflow.passphrase_guard import refuse_passphrases
 from accept.workflow.record_folder import Proposals
+from accept.workflow.state.lock import UnitLock
 from accept.workflow.state.unit_state import (
     Attempt,
     FileLink,
@@ -60,11 +60,11 @@ from accept.workflow.state.unit_state import (
     UnitRun,
     fold_run,
 )
+from accept.workflow.state.usual_values import usual_values
 from accept.workflow.status import Status, judgement_of, open_steps, state_of, status_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
 from accept.workflow.steps.section import note_lines, ready, value_words
-from accept.workflow.usual_values import usual_values
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
 from checks.cause import Cause

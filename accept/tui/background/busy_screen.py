@@ -1,10 +1,13 @@
 """A screen whose slow or blocking work runs in threads, in order, with a visible clock; errors become one line."""
 
 import asyncio
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from importlib import import_module
+from types import ModuleType
 from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 from textual.binding import Binding, BindingType
@@ -17,6 +20,16 @@ Then = Callable[[Any], None]
 T = TypeVar("T")
 _LOOK_S = 0.2  # between two looks whether the screen is still there
 _CLOCK_AFTER_S = 1.0  # what is done sooner needs no clock
+
+
+# Modules of a library that import each other fail when two threads begin at different ends.
+_ONE_IMPORT = threading.Lock()
+
+
+def load_module(name: str) -> ModuleType:
+    """Return a module that takes long to import; called in a thread."""
+    with _ONE_IMPORT:
+        return import_module(name)
 
 
 class KnowsPassphrases(Protocol):

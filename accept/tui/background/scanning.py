@@ -35,6 +35,10 @@ class OpensUnits(Protocol):
         """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
         ...
 
+    def is_secret(self, text: str) -> bool:
+        """Return whether text is a passphrase of this bench; in a thread."""
+        ...
+
 
 class Scanning(Working[T]):
     """Collects letters until Enter, as a scanner sends them."""

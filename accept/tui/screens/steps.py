@@ -12,10 +12,8 @@ from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
 from accept.store import Event
-from accept.tui.background.busy_screen import Working
-from accept.tui.background.load_module import load_module
+from accept.tui.background.busy_screen import Working, load_module
 from accept.tui.background.scanning import Scanning
-from accept.tui.screens.derived_step import DerivedScreen
 from accept.tui.screens.gap import WORDS, Explain, answer
 from accept.tui.screens.notes import ask_note, note_saved, note_words
 from accept.tui.screens.put_right import ask_remedy
@@ -23,8 +21,7 @@ from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, held_words
-from accept.tui.widgets.step_words import head, setup, standing
+from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, head, held_words, setup, standing
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
@@ -183,8 +180,7 @@ class Steps(Scanning[bool]):
         if step is None:
             await self.app.push_screen(Explain(self.bench, self.session), self._back)
         else:
-            kind = DerivedScreen if step.derived else StepScreen
-            await self.app.push_screen(kind(self.bench, self.session, step.name), self._back)
+            await self.app.push_screen(StepScreen(self.bench, self.session, step.name), self._back)
 
     async def begin_queue(self, step: str, words: str) -> None:
         """Open the step that is done at one unit after the other, the summary without one. words: said there."""
@@ -195,7 +191,9 @@ class Steps(Scanning[bool]):
         await self._open(self.session.step(step))
         shown = self.app.screen
         if words and isinstance(shown, Working):
-            shown.say(f"{words}. {shown.what_now}" if isinstance(shown, StepScreen) else words)
+            if isinstance(shown, StepScreen) and not shown.step.derived:
+                words = f"{words}. {shown.dialogue.what_now}"
+            shown.say(words)
 
     async def _back(self, goes_on: bool | None) -> None:
         """Stand at the next incomplete step, and open it if Enter asked for it; behind the last step open the summary.

@@ -24,8 +24,7 @@ from accept.store.payloads import RecordRefused, without_hashes
 from accept.tui.background.problems import words_of
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.background.scanning import Scanning
-from accept.tui.screens.ask import Check, Question, QuestionLine
-from accept.tui.screens.help import Help
+from accept.tui.screens.ask import Check, Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.key_row import KeyRow

@@ -498,7 +498,7 @@ async def test_every_check_has_a_step_made_from_its_declaration_alone():
             assert step is each
             for form in step.check.forms:
                 names = {field.place.declared.name for field in pilot.app.screen.query(Field)}
-                assert names == {i.name for i in pilot.app.screen._form.inputs}
+                assert names == {i.name for i in pilot.app.screen.dialogue.form.inputs}
                 await press(pilot, *(["f6"] if len(step.check.forms) > 1 else []))
                 assert form in step.check.forms
             await press(pilot, "escape")
