@@ -44,9 +44,7 @@ from accept.workflow.session import Session
 from accept.workflow.steps.plan import has_files
 from accept.workflow.steps.section import repeated
 from accept.workflow.worker.judging import Elsewhere
-from accept.workflow.worker.process import STOPPED
 from checks.declare import Measured
-from specs.spec import Limit
 
 LOOK_EVERY_S = 1.0  # into the folder of the records
 LOOK_AT_MOST_S = 0.7  # before the form is shown: a slow folder is waited for no longer than a person notices
@@ -239,13 +237,8 @@ class StepScreen(Page):
         self.send(lambda: self.service.store(entry), stored, self.service.doing(entry), failed)
 
     def _judge(self) -> None:
-        def done(_: object) -> None:
-            self._later(dialogue.judged)
-
-        def failed(why: str) -> None:
-            self._later(dialogue.not_judged, why, why == STOPPED)
-
-        work = partial(self.session.judge_step, self.step.name)
+        work, done = partial(self.session.judge_step, self.step.name), partial(self._later, dialogue.judged)
+        failed = partial(self._later, dialogue.not_judged)
         if self.step.check.model is None:
             judge = Elsewhere(self.bench.worker).judge
             self.aside(lambda: work(judge), done, "judge", failed)
@@ -392,18 +385,13 @@ class StepScreen(Page):
     def active_bindings(self) -> dict[str, ActiveBinding]:
         """Return the bindings as they are called here, those that do nothing at present out of the row of keys."""
         idle, called = self.dialogue.idle(self.app.size.width >= WIDE_FROM), self.dialogue.called
-        return {
-            key: active._replace(
-                binding=replace(
-                    active.binding,
-                    show=active.binding.show and key not in idle,
-                    description=called.get(key, active.binding.description),
-                )
-            )
-            if active.node is self
-            else active
-            for key, active in super().active_bindings.items()
-        }
+        bindings = super().active_bindings
+        for key, active in bindings.items():
+            if active.node is self:
+                own = active.binding
+                own = replace(own, show=own.show and key not in idle, description=called.get(key, own.description))
+                bindings[key] = active._replace(binding=own)
+        return bindings
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at this step out of the footer."""
@@ -412,16 +400,9 @@ class StepScreen(Page):
         return action != "press" or self.dialogue.means(str(parameters[0]))
 
     def help_text(self) -> str:
-        asked = self.step.asked
         bounds = [
-            f"  {label_of(name)}: {limit_words(limit)}\n      {name}; {limit.source}"
-            for name, limit in asked.limits.items()
+            f"  {label_of(name)}: {limits(x.lower, x.upper)} {x.unit}, {x.rule}\n      {name}; {x.source}"
+            for name, x in self.step.asked.limits.items()
         ]
         told = f"{self.step.guide.words}\n{setup(self.step).plain}\n\n{self.step.guide.picture}\n"
         return "\n".join([told, *([] if self.step.derived else [_HELP]), "Limits", *bounds])
-
-
-def limit_words(limit: Limit) -> str:
-    """Return a limit with its unit, as the screen writes it."""
-    ends = limits(limit.lower, limit.upper)
-    return f"{ends} {limit.unit}, {limit.rule}"

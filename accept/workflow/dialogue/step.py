@@ -13,7 +13,9 @@ from accept.workflow.entry import parse_entry
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.record_folder import Proposals
 from accept.workflow.shift import NOT_TAKEN
+from accept.workflow.state.unit_state import StepJudgement
 from accept.workflow.steps.plan import WorkflowStep, has_files, is_needed
+from accept.workflow.worker.process import STOPPED
 from checks.declare import CsvTable, Form, Measured, Scalar, Series, Vector
 
 _RUNNING = "Running. Esc: stop"
@@ -394,7 +396,7 @@ def _compare(d: StepDialogue) -> Turn:
     return _judge(d) if d.complete else _say(d, d.lacking, "bad")
 
 
-def judged(d: StepDialogue) -> Turn:
+def judged(d: StepDialogue, _: StepJudgement | None = None) -> Turn:
     """Show the judgement; a question or refusal stays at the foot."""
     d = replace(d, judging=Judging.REST)
     if d.step.check.model is not None:
@@ -403,10 +405,10 @@ def judged(d: StepDialogue) -> Turn:
     return _say(d, d.what_now, "bad") if d.is_bad and not at_foot else Turn(d)
 
 
-def not_judged(d: StepDialogue, why: str, stopped: bool) -> Turn:
+def not_judged(d: StepDialogue, why: str) -> Turn:
     """Say why there is no judgement."""
     d = replace(d, judging=Judging.FAILED)
-    return _say(d, "Stopped. F3: compare again", "doubt") if stopped else _say(d, why, "bad")
+    return _say(d, "Stopped. F3: compare again", "doubt") if why == STOPPED else _say(d, why, "bad")
 
 
 def settled(d: StepDialogue, then: str) -> Turn:

@@ -90,8 +90,8 @@ class StepDialogue:
 
     def laid_out(self, form: Form, proposals: Proposals, now: float) -> "StepDialogue":
         """Return the state with the lines of a form, none of them begun."""
-        refused = self.facts.state.refused
-        lines = [Line(p, refusal=_refusal(refused[p.key[0]]) if p.key[0] in refused else "") for p in places(form)]
+        refused = {name: f"✗ {record.line}\n→ {record.action}" for name, record in self.facts.state.refused.items()}
+        lines = [Line(place, refusal=refused.get(place.key[0], "")) for place in places(form)]
         return replace(
             self, form=form, lines=tuple(lines), proposals=proposals, looked=now, cursor=None, given=None, asked=None
         )
@@ -210,7 +210,8 @@ class StepDialogue:
         compares = self.step.check.model is not None
         match self.judging:
             case Judging.RUNS:
-                return f"{'Comparing with the model … (Esc: stop)' if compares else EVALUATING}"
+                words = "Evaluating … (Esc: back; entries are kept)"
+                return "Comparing with the model … (Esc: stop)" if compares else words
             case Judging.FAILED if compares and self.complete:
                 return "Not compared. F3: compare again, Esc: back"
         return ""
@@ -321,8 +322,3 @@ class StepDialogue:
 
 
 Turn = turn.Turn[StepDialogue]
-EVALUATING = "Evaluating … (Esc: back; entries are kept)"
-
-
-def _refusal(record: Any) -> str:
-    return f"✗ {record.line}\n→ {record.action}"

@@ -20,6 +20,7 @@ from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.status import Status
 from accept.workflow.steps.plan import needs_rig
 from accept.workflow.unit_list import RIG, Queue
+from accept.workflow.worker.process import STOPPED
 from checks.cause import Cause
 from hw.errors import NoReply
 from hw.records import write_csv, write_mat
@@ -497,5 +498,5 @@ class TestDerived:
             d = replace(at.d, judging=Judging.RUNS)
             assert dialogue.press(d, "enter").words.text == "Running. Esc: stop"
             assert dialogue.press(d, "f3").words.text == "Running. Esc: stop"
-            stopped = dialogue.not_judged(d, "stopped", True)
+            stopped = dialogue.not_judged(d, STOPPED)
             assert stopped.words.text == "Stopped. F3: compare again"
