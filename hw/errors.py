@@ -5,7 +5,7 @@ from specs.errors import AcceptError
 
 
 class InstrumentError(AcceptError, RuntimeError):
-    """Base of errors instead of a reading; the text states the reason and what to check."""
+    """Base of errors in place of a reading; the text states the reason and what to check."""
 
 
 class SettingsError(InstrumentError):
@@ -21,7 +21,7 @@ class NoReply(InstrumentError):
 
 
 class Garbled(InstrumentError):
-    """The bytes that came are not what the protocol allows: noise, lost or added bytes, wrong line settings."""
+    """Bytes that the protocol does not allow: noise, lost or added bytes, wrong line settings."""
 
 
 class InstrumentRefused(InstrumentError):

@@ -95,7 +95,7 @@ class Link:
         self._log("sent", data)
 
     def read_until(self, end: bytes, deadline: Deadline, limit: int = MAX_LINE) -> bytes:
-        """Return the bytes up to and with `end`. Raises NoReply with the bytes so far if the deadline passes, Garbled
+        """Return the bytes up to and with `end`. Raises NoReply after the deadline with the bytes so far, Garbled
         beyond `limit` bytes, Unplugged."""
         while True:
             found = self._pending.find(end)
@@ -170,7 +170,7 @@ class Link:
         self._look()
 
     def _look(self, block: bool = True) -> None:
-        """Take over what came; with `block`, wait up to `POLL_S` for a first byte."""
+        """Collect received bytes; with `block`, wait up to `POLL_S` for the first."""
         port = self._open()
         try:
             waiting = port.in_waiting
@@ -215,5 +215,5 @@ class Link:
 
 
 def _text(data: bytes) -> str:
-    """Return bytes as a person reads them: quoted, what cannot be printed as its code."""
+    """Return bytes in readable form: quoted, unprintable ones by their code."""
     return repr(data)[1:]

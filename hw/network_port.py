@@ -74,8 +74,8 @@ def open_tcp(address: Address) -> TcpPort:
 
 
 class VisaPort:
-    """A VISA session as a port. It is read only when a question is out: some buses take a read of nothing amiss. One
-    read is one call of the library for at most MAX_READ bytes, so that a link sees its deadline between two."""
+    """A VISA session as a port. It is read only after a question: some buses take an unanswered read amiss. One read is
+    one library call for at most MAX_READ bytes, so that a link can check its deadline between two."""
 
     def __init__(self, session: Any, no_answer: type[Exception]) -> None:
         self._session, self._no_answer = session, no_answer
@@ -125,8 +125,7 @@ def visa_opener(library: str, timeout_s: float) -> Any:
     `visa`.
 
     `TCPIP::host::number::SOCKET` is a plain connection and opened as one: VISA libraries wait for the end of a line
-    however long the other end sends, and drop half an answer.
-    """
+    however long the other end sends, and drop half an answer."""
 
     def opened(address: Address) -> TcpPort | VisaPort:
         if plain := SOCKET.fullmatch(address.port):

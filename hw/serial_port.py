@@ -2,8 +2,7 @@
 
 pyserial leaves parity unchecked on POSIX (it clears INPCK and PARMRK), so a damaged character would pass as a good one.
 Here the system is told to mark it, and a mark is an error of the line. Windows puts a replacement character in its
-place. Nothing here reads a modem line: a pseudo-terminal has none, and neither have two-wire adapters.
-"""
+place. Nothing here reads a modem line: a pseudo-terminal has none, and neither have two-wire adapters."""
 
 import ctypes
 import errno
@@ -34,8 +33,7 @@ MARK = 0xFF  # before a damaged character (termios: PARMRK); on Windows in its p
 
 @dataclass(frozen=True)
 class LineSettings:
-    """The settings of the line. Without defaults: those that the manual leaves open must be looked up at the
-    instrument."""
+    """The settings of the line. Settings that the manual leaves open have no default; read them at the instrument."""
 
     port: str
     baud: int
@@ -62,8 +60,8 @@ class LineSettings:
 
 
 class Port(Protocol):
-    """The interface of a port to a link: reads return what came within `POLL_S`, at most n bytes. `read` raises
-    DamagedCharacter for a damaged one, OSError if the port is gone."""
+    """The interface of a port to a link: read returns the bytes of the last `POLL_S`, at most n. `read` raises
+    DamagedCharacter, or OSError if the port is gone."""
 
     @property
     def in_waiting(self) -> int: ...
@@ -183,8 +181,7 @@ WINDOWS_WORDS = (
 
 
 def why_not_opened(port: str, error: Exception) -> str:
-    """Return why a port cannot be opened and what to do about it, in one line, for the names of Linux, macOS and
-    Windows."""
+    """Return why a port cannot be opened and the remedy, in one line, for Linux, macOS and Windows."""
     number = _number(error)
     if number in TAKEN:
         return "another program has the port open: end that program, or log out its session"

@@ -38,8 +38,8 @@ def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES, names: MatrixNam
 
 
 def matrices_of(spec: ModelSpec, folder: Path | None = None) -> Superelement | None:
-    """Return the superelement that a model file names, read and checked; None if it names no superelement. folder: that
-    of its files, by default the one that the model file states. Raises ModelError."""
+    """Return the checked superelement of a model file; None if it names none. folder: of its files, by default as the
+    model file states. Raises ModelError."""
     if spec.apa_file is None or not isinstance(spec.apa, ApaSuperelement):
         return None
     file = spec.apa_file if folder is None else folder / spec.apa_file.name
@@ -128,8 +128,7 @@ def _table(path: Path) -> Array:
 
 
 def _interface_nodes(path: Path) -> Array:
-    """Return (p, 3) [m] coordinates of the nodes that the list `NODE DOF` keeps, out of the list `NODE X Y Z`, by
-    number."""
+    """Return coordinates (p, 3) [m] of the nodes in the list `NODE DOF`, from the list `NODE X Y Z`, by number."""
     try:
         lines = iter(read_bounded(path, MAX_BYTES).decode("utf-8", "replace").splitlines())
     except OSError as e:

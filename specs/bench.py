@@ -24,7 +24,7 @@ STATIC_HZ = (10.0, 20.0)  # [STB] 4.2.3: below the resonance, the gain is the st
 GAIN_UM_PER_V = [15.0, 40.0]
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,40}$")]
-OFFLINE = "offline"  # no wire to it: it stands in the file for its calibration
+OFFLINE = "offline"  # no wire to it: the file has it for its calibration
 SIMULATED = "simulated"  # the recorder that plays the simulated unit
 
 
@@ -40,8 +40,7 @@ class LineEntry(Strict):
 
 
 class CalibrationEntry(Strict):
-    """certificate: its number; issuer: the laboratory that calibrated, with its accreditation. calibrated: the first,
-    due: the last day on which it holds."""
+    """certificate: its number; issuer: the laboratory, with its accreditation. calibrated: first day, due: last day."""
 
     certificate: Words
     issuer: Words | None = None
@@ -63,9 +62,8 @@ class CalibrationEntry(Strict):
 
 
 class ReferenceEntry(Strict):
-    """An artefact that an instrument is compared with: a step block, a capacitance standard, a mass. value, U: of its
-    certificate, in `unit`, which is that of the instrument's accuracy; due: the last day on which the certificate
-    holds."""
+    """A reference artefact: a step block, a capacitance standard, a mass. value, U: of its certificate, in `unit`, that
+    of the instrument's accuracy; due: the last day of the certificate."""
 
     what: Words
     value: Finite
@@ -76,10 +74,9 @@ class ReferenceEntry(Strict):
 
 
 class InstrumentEntry(Strict):
-    """One instrument. driver: which driver speaks to it, `offline` if it is read by hand. measures: the checks it
-    serves. link: its serial line; resource: instead of a line, a VISA name or host:number. settings: the driver's own.
-    accuracy: expanded uncertainty (k = 2) of what it reads, by the check's input. reference: the artefact of its daily
-    comparison."""
+    """One instrument. driver: its driver, `offline` if it is read by hand. measures: its checks. link: its serial line;
+    resource: instead, a VISA name or host:number. settings: the driver's own. accuracy: expanded uncertainty (k = 2) of
+    its readings, by the check's input. reference: the artefact of its daily comparison."""
 
     driver: Words
     measures: list[Words]
@@ -95,10 +92,10 @@ class InstrumentEntry(Strict):
 
 class RecorderChannel(Strict):
     """One input of a recorder. physical: its name there, as `Dev1/ai0`, or `2`, the second input of an audio interface;
-    `drive`: what is played, if one clock plays and records. gain: the channel is the voltage there (of an audio
+    `drive`: the played signal, if one clock plays and records. gain: the channel is the voltage there (of an audio
     interface the part of full scale) times `gain`, in `unit`. range: end of the converter's range, in the same number.
     iepe_mA: current that feeds the sensor. integrations: 2 for an accelerometer whose channel is a displacement or an
-    angle. calibration: of the sensor at this input."""
+    angle. calibration: of the sensor."""
 
     physical: Words
     gain: Finite = 1.0
@@ -125,9 +122,9 @@ class DriveOutput(Strict):
 
 
 class RecorderEntry(Strict):
-    """One recorder: inputs, and mostly an output, on one clock. driver: which back end; measures: the checks whose
-    records it takes. channels: name in the records -> input; drive: its output, None without one. rate_Hz: at which it
-    runs, if it cannot run at the rate of the step. response_s: length of a frequency response's record."""
+    """One recorder: inputs, and usually an output, on one clock. driver: its back end; measures: the checks of its
+    records. channels: name in the records -> input; drive: its output, None without one. rate_Hz: its rate, if it
+    cannot run at the step's. response_s: length of a frequency response's record."""
 
     driver: Words
     measures: list[Words]
@@ -212,8 +209,8 @@ class RecordPattern(Strict):
 
 
 class RigEntry(Strict):
-    """The real-time rig. folder: where it writes. records: patterns of file names, of which the first match counts.
-    channels: name here -> name in the records, a name alone or with gain and unit."""
+    """The real-time rig. folder: of its files. records: patterns of file names; the first match counts. channels: name
+    here -> name in the records, a name alone or with gain and unit."""
 
     folder: Words
     records: Annotated[list[RecordPattern], Field(default_factory=list)]
@@ -231,9 +228,9 @@ class RigEntry(Strict):
 
 
 class BenchDocument(Strict):
-    """The TOML document. stage: file that tells a simulated bench what the technician would do by hand. rig: how the
-    real-time rig writes its records. values: section -> number that units state beside its records, as it is at this
-    bench. recorders: those that this program controls."""
+    """The TOML document. stage: file of a simulated bench with the technician's actions. rig: form of the real-time
+    rig's records. values: section -> numbers beside a unit's records, at this bench. recorders: those that this program
+    controls."""
 
     name: Words
     stage: Words | None = None
@@ -249,7 +246,7 @@ class BenchDocument(Strict):
 
     @property
     def simulated(self) -> bool:
-        """Return whether it is a simulated bench: what its instruments read is no measurement."""
+        """Return whether it is a simulated bench, whose readings are no measurements."""
         return self.stage is not None or any(entry.driver == SIMULATED for entry in self.recorders.values())
 
     @model_validator(mode="after")

@@ -1,6 +1,5 @@
-"""The root of every error that a person can cause or mend: its text names what is wrong and the way out."""
+"""The root of every error that a person can cause or mend; its text states the fault and the remedy."""
 
 
 class AcceptError(Exception):
-    """An input, a file, a setting or an instrument that cannot be used. A fault of the program is not an
-    AcceptError."""
+    """An unusable input, file, setting or instrument. A fault of the program is not an AcceptError."""

@@ -6,7 +6,7 @@ import os
 import stat
 from pathlib import Path
 
-TEXT_BYTES = 10_000_000  # of a spec, a key, a setting: what people write is far smaller
+TEXT_BYTES = 10_000_000  # of a spec, a key, a setting: people's files are far smaller
 CERTIFICATE_BYTES = 100_000_000  # with the files attached to it: 13 MB for a strut, 20 MB of records at most
 CHUNK_BYTES = 65536  # read at once
 log = logging.getLogger("accept.files")
@@ -28,7 +28,7 @@ def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
         if found.st_size > limit:
             raise OSError(errno.EFBIG, f"has {found.st_size} bytes, at most {limit} are read", str(path))
         with os.fdopen(handle, "rb", closefd=False) as file:
-            # A read asks for its buffer at once: for what the file holds, not for what the limit allows.
+            # A read allocates its buffer at once: of the file's size, not of the limit's.
             content = file.read(found.st_size + 1)
             while len(content) <= limit and (more := file.read(CHUNK_BYTES)):  # grown, or of untold size
                 content += more

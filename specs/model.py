@@ -1,8 +1,7 @@
 """A model file: the parts of a strut on its bench, read strictly from TOML ([DESIGN] 5).
 
 Every number may be a value or `{ value, sd }`; with an sd it is uncertain and gets calibrated. A parameter's flat name
-is its section and key, `joint.kz_N_per_um`, so a file and a dictionary of values say the same.
-"""
+is its section and key, `joint.kz_N_per_um`, so a file and a dictionary of values say the same."""
 
 from collections.abc import Iterator
 from importlib import resources
@@ -98,7 +97,7 @@ class ModelDocument(Strict):
 
 
 class ModelSpec(ModelDocument):
-    """A model file together with the bytes it was read from. `folder` is what `apa.file` is relative to."""
+    """A model file with its bytes. `apa.file` is relative to `folder`."""
 
     sha256: str
     text: str

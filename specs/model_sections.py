@@ -76,8 +76,7 @@ class ModelSection(Strict):
 
 
 def _axis_name(key: str, axis: str) -> str:
-    """Return the flat name of one entry of a list: `com_mm` along x is `com_x_mm`, `latency_us` of Vs is
-    `latency_Vs_us`."""
+    """Return the flat name of a list's entry: `com_mm` along x is `com_x_mm`, `latency_us` of Vs `latency_Vs_us`."""
     head, _, unit = key.partition("_")
     return f"{head}_{axis}_{unit}"
 
@@ -204,11 +203,11 @@ class EncoderSection(ModelSection):
 
 
 class BenchSection(ModelSection):
-    """The bench: payload, guide and what it adds.
+    """The bench: payload, guide and its own effects.
 
-    mode: of the bench, which de and da see alike; support_mode: of a guide or support that gives way, which every
-    channel sees in its own part of its static response. latency_us: of each channel against Va; lowpass_Hz,
-    lowpass_order: Butterworth low-pass before the converter of each channel."""
+    mode: of the bench, which de and da see alike; support_mode: of a guide or support that gives way, with a share of
+    its own in the static response of every channel. latency_us: of each channel against Va; lowpass_Hz, lowpass_order:
+    Butterworth low-pass before the converter of each channel."""
 
     payload_kg: Number
     guide_damping_N_s_per_m: Number = _number(0.0)
@@ -340,8 +339,8 @@ class BenchOfChannel(Strict):
 
 
 class LearnedBenchRecord(Strict):
-    """The unexplained factor of the bench on every unit, learned from units. units: their serials; apart: those that
-    did not count; learned_on: the day, in ISO 8601."""
+    """The unexplained factor of the bench on every unit, learned from units. units: their serials; apart: those left
+    out; learned_on: the day, in ISO 8601."""
 
     f_Hz: Annotated[list[Positive], Field(min_length=2)]
     channels: dict[Literal["Vs", "de", "da"], BenchOfChannel]

@@ -1,7 +1,6 @@
 """Regular expressions that a file brings: only those that match any text in little time.
 
-A repeat inside a repeat, or alternatives inside one, can take time that doubles with every letter (`(a+)+x`).
-"""
+A repeat inside a repeat, or alternatives inside one, can take time that doubles with every letter (`(a+)+x`)."""
 
 import re
 from re import _constants as op  # type: ignore[attr-defined]
@@ -31,7 +30,7 @@ def pattern_problem(pattern: str) -> str | None:
 
 
 def _problem(tree: Any, repeated: bool, counts: list[int]) -> str | None:
-    """Return what is wrong with a part of a pattern; its repeats of variable length are added to `counts`."""
+    """Return the fault of a part of a pattern; its repeats of variable length are added to `counts`."""
     for code, argument in tree:
         if code in _REPEATS:
             least, most, inner = argument

@@ -1,9 +1,9 @@
 """Plug-ins: objects that other packages declare under an entry point group ([project.entry-points]).
 
 A plug-in that cannot be used is skipped and reported in one line; its name is then refused as unknown, so that no unit
-is judged by a part of it. It can add, never replace: a name that the program has stays the program's.
+is judged by a part of it. A plug-in adds and never replaces: names of the program stay its own.
 
-The installed products stand here too: the program's own and theirs."""
+The installed products are here too: the program's own and other packages'."""
 
 import os
 import re
@@ -44,7 +44,7 @@ PROBLEMS: list[str] = []  # a line for every plug-in that was left out, to be sh
 def plugins(group: str, problem: Callable[[Any], str], taken: Collection[str]) -> dict[str, Any]:
     """Return name -> object of every usable plug-in of a group, by its `name`.
 
-    problem: what is wrong with an object, "" for nothing; it may raise. taken: names that the program has itself."""
+    problem: returns an object's fault, "" without one; it may raise. taken: the program's own names."""
     found: dict[str, Any] = {}
     for entry in _entries(group):
         try:
@@ -66,8 +66,8 @@ def plugins(group: str, problem: Callable[[Any], str], taken: Collection[str]) -
 
 
 def listed(package: str) -> list[str]:
-    """Return the modules of a package and of the rooms in it by their full names, in alphabetical order. The program's
-    own objects are found by listing its folder, what other packages bring by their entry points."""
+    """Return the full names of the modules in a package and its folders, in alphabetical order. The program's own
+    objects are found so, those of other packages by entry points."""
     found = walk_packages(import_module(package).__path__, f"{package}.")
     return sorted(module.name for module in found if not module.ispkg)
 
@@ -76,7 +76,7 @@ def fill_by_names(
     table: dict[str, Any], package: str, attribute: str, group: str, problem: Callable[[Any], str]
 ) -> None:
     """Put into a table the objects called `attribute` of a package's modules, by each of their `names`, then those of
-    other packages, which can add but never replace."""
+    other packages, which never replace one."""
     for module in listed(package):
         if (own := getattr(import_module(module), attribute, None)) is not None:
             table.update(dict.fromkeys(own.names, own))
@@ -85,8 +85,8 @@ def fill_by_names(
 
 
 def packaged() -> list[tuple[str, bytes]]:
-    """Return name and content of every file of the packages with plug-ins, except compiled ones: of those that a
-    package lists, and of those that are imported, which the list of an editable install does not have."""
+    """Return name and content of every file of the packages with plug-ins, except compiled ones: listed files, and
+    imported ones, which an editable install does not list."""
     found: dict[Path, str] = {}
     for entry in _all_entries():
         listed_ones = entry.dist.files or () if entry.dist else ()
@@ -97,7 +97,7 @@ def packaged() -> list[tuple[str, bytes]]:
 
 
 def packages() -> list[str]:
-    """Return name and version of every package with plug-ins, as it states them, without what is no part of either."""
+    """Return name and version of every package with plug-ins, without characters that belong to neither."""
     told = {f"{e.dist.name} {e.dist.version}" if e.dist else e.module for e in _all_entries()}
     return sorted(re.sub(r"[^\w. -]", "_", one)[:60] for one in told)
 
@@ -121,7 +121,7 @@ def _sources(entry: EntryPoint) -> list[tuple[Path, str]]:
 
 
 def _entries(group: str) -> list[EntryPoint]:
-    """Return the plug-ins of a group by name, but for those that lie in the working folder, which data share, unless
+    """Return the plug-ins of a group by name, without those in the working folder, which may contain data, unless
     PYTHONPATH names it."""
     named = {Path(p).resolve() for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p}
     here = None if Path.cwd() in named else Path.cwd()
@@ -131,8 +131,7 @@ def _entries(group: str) -> list[EntryPoint]:
 
 @cache
 def _installed(path: tuple[str, ...]) -> dict[str, EntryPoints]:
-    """Return the entry points of all packages on the path, by group. Cached, since a search reads a file of every
-    package."""
+    """Return the entry points of all packages on the path, by group. Cached: a search reads a file of every package."""
     del path
     found = entry_points()
     return {group: found.select(group=group) for group in GROUPS}
@@ -143,7 +142,7 @@ def _origin(entry: EntryPoint) -> str:
     return f"'{entry.name}'{package} ({entry.group}: {entry.value})"
 
 
-PRODUCT_NAME = re.compile(r"[a-z][a-z0-9_-]{0,30}")  # stands in file names, tables and entry points
+PRODUCT_NAME = re.compile(r"[a-z][a-z0-9_-]{0,30}")  # is used in file names, tables and entry points
 _PRODUCTS: dict[str, Product] = {}
 _FILES = [import_module(name) for name in listed(own_products.__name__)]
 BUILT_IN: Mapping[str, Product] = {file.PRODUCT.name: file.PRODUCT for file in _FILES if hasattr(file, "PRODUCT")}
@@ -154,8 +153,8 @@ class ProductError(AcceptError, ValueError):
 
 
 def products() -> Mapping[str, Product]:
-    """Return the installed products by name: the program's own, then those of other packages, which can add but never
-    replace. Packages are asked once."""
+    """Return the installed products by name: the program's own, then those of other packages, which never replace one.
+    Packages are searched once."""
     if not _PRODUCTS:
         _PRODUCTS.update(BUILT_IN)
         _PRODUCTS.update(plugins(PRODUCTS, product_problem, BUILT_IN))
@@ -186,8 +185,8 @@ def remove_product(name: str) -> None:
 
 
 def product_problem(product: Any) -> str:
-    """Return what is wrong with a product of another package, "" if it is valid. Its spec and its model are read when
-    they are used."""
+    """Return the fault of a product of another package, "" if it is valid. Spec and model are read at their first
+    use."""
     if not isinstance(product, Product):
         return f"is a {type(product).__name__}, expected a Product"
     if not PRODUCT_NAME.fullmatch(product.name):

@@ -13,7 +13,7 @@ from specs.plugins import product_named
 from specs.strict import Finite, Positive, SpecError, Strict, Words, file_bytes, parse_as
 from specs.units import unit_of
 
-# As strict as a serial: it stands in the first line of a verification, on pages and in the names of files.
+# As strict as a serial: it is in the first line of a verification, on pages and in the names of files.
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
@@ -127,9 +127,9 @@ class LearnedBenchLimits(Strict):
 
 
 class SpecDocument(Strict):
-    """The TOML document of a spec. gap: with it, `accept batch` and `accept report` look for what is missing from the
-    model if a unit's responses do not fit it. learned_bench: with it, a finding by a model whose learned bench is too
-    old, or that has none, is conditional at best."""
+    """The TOML document of a spec. gap: `accept batch` and `accept report` search the missing effect if a unit's
+    responses do not fit the model. learned_bench: a finding is conditional at best by a model without learned bench, or
+    with too old a one."""
 
     name: Words
     kind: Words

@@ -24,7 +24,7 @@ Full = TypeVar("Full", bound="Strict")
 
 
 class SpecError(AcceptError, ValueError):
-    """Every problem of a file, a line each: file, key path, what is wrong."""
+    """Every problem of a file, a line each: file, key path, fault."""
 
     def __init__(self, path: str, problems: list[str]) -> None:
         self.path, self.problems = path, problems
@@ -48,8 +48,7 @@ def file_bytes(path: Path) -> bytes:
 def parse_as(full: type[Full], document: type[Strict], raw: bytes, name: str, **origin: str) -> Full:
     """Parse the bytes of a TOML file into a `full`: the keys of `document`, the bytes' sha256 and text, and `origin`.
 
-    name: of the file, for messages. Raises SpecError listing every problem with its key path.
-    """
+    name: of the file, for messages. Raises SpecError listing every problem with its key path."""
     try:
         data = toml_of(raw)
         text = raw.decode("utf-8")
@@ -77,8 +76,8 @@ def toml_of(raw: bytes) -> dict[str, Any]:
 
 
 def check_toml_bounds(raw: bytes) -> None:
-    """Raise ValueError for bytes that would take a parser of TOML long: very many, or with a key of very many parts,
-    whose time grows with the square of their number."""
+    """Raise ValueError for bytes that a TOML parser would take long for: too many, or a key of too many parts
+    (quadratic time)."""
     if len(raw) > MAX_TOML_BYTES:
         raise ValueError(f"is larger than {MAX_TOML_BYTES} bytes")
     if any(part.count(b".") > MAX_KEY_PARTS for part in _BETWEEN_DOTTED.split(raw)):

@@ -1,7 +1,6 @@
 """Names and units of quantities as people read them: units by the name, labels of channels and of a model's values.
 
-The unit of a quantity is the suffix of its name; without a suffix it is SI or dimensionless.
-"""
+The unit of a quantity is the suffix of its name; without a suffix it is SI or dimensionless."""
 
 import math
 import re
@@ -123,8 +122,8 @@ _LOOSE_HEADER = re.compile(r"^(?P<name>\w[\w .-]*?)\s*(?:/|\bin\b|,)\s*(?P<unit>
 
 
 def parse_column(text: str) -> tuple[str, str]:
-    """Return name and unit of a column as `parse_header`, and of `de/nm`, `de in nm` and `de, nm` too, if only the
-    last part is a unit."""
+    """Return name and unit of a column as `parse_header`, also of `de/nm`, `de in nm` and `de, nm` if the last part is
+    a unit."""
     name, unit = parse_header(text)
     found = None if unit else _LOOSE_HEADER.match(name)
     if found is None or not is_unit(found["unit"]) or is_unit(found["name"]):
@@ -133,14 +132,13 @@ def parse_column(text: str) -> tuple[str, str]:
 
 
 class UnitMismatch(ValueError):
-    """A unit that is not of the kind that is asked for."""
+    """A unit of another kind than expected."""
 
 
 def factor(given: str, wanted: str) -> float:
     """Return the factor that converts a number in `given` to `wanted`, both as written: `factor("nF", "uF")` is 1e-3.
 
-    Raises UnitMismatch naming both.
-    """
+    Raises UnitMismatch naming both."""
     given, wanted = (SAME.get(unit, unit) for unit in (given.strip(), wanted))
     if given.lower().replace("µ", "u").replace("μ", "u") == wanted.lower():
         return 1.0
@@ -151,8 +149,8 @@ def factor(given: str, wanted: str) -> float:
 
 
 def to_si(unit: str) -> tuple[float, str] | None:
-    """Return the factor to SI and the SI unit: "nm" is (1e-9, "m"). None for a unit that is not known, and for one of
-    grams, which may be an acceleration."""
+    """Return the factor to SI and the SI unit: "nm" is (1e-9, "m"). None for an unknown unit, and for grams, which may
+    be an acceleration."""
     parts = _parts(unit.strip())
     return None if parts is None or "g" in parts[1] else (parts[0], "/".join(parts[1]))
 
@@ -163,7 +161,7 @@ def is_unit(text: str) -> bool:
 
 
 def _parts(unit: str) -> tuple[float, tuple[str, ...]] | None:
-    """Return the scale to the base units, and those in order: `N/um` is (1e6, ("N", "m"))."""
+    """Return the factor to the base units, and those in order: `N/um` is (1e6, ("N", "m"))."""
     scale, bases = 1.0, []
     for place, word in enumerate(unit.split("/")):
         found = _simple(word.strip())

@@ -1,1 +1,1 @@
-"""What `import accept` and the commands share: responses of records, models fitted, misalignments estimated."""
+"""Functions behind `import accept` and the commands: responses of records, fitted models, misalignments."""

@@ -1,6 +1,5 @@
 """The names that `import accept` offers in a script or a notebook; stable, typed, each a few lines over the same code
-that the commands use. Nothing here is imported before it is asked for: `import accept` itself stays light.
-"""
+that the commands use. Nothing here is imported before it is asked for: `import accept` itself stays light."""
 
 from __future__ import annotations
 
@@ -91,8 +90,7 @@ def read_unit(folder: str | Path) -> LoadedUnit:
 
     Returns:
         The unit, for `judge`, `responses`, `fit_model`, `estimate_misalignment` and `analyse_gap`. Raises UnitError for
-        a folder that holds no usable unit.
-    """
+        a folder that holds no usable unit."""
     return loaded(_file(folder))
 
 
@@ -110,8 +108,7 @@ def judge(unit: UnitLike, spec: str | None = None) -> UnitResult:
         the reason. Raises UnitError, SpecError.
 
     Examples:
-        >>> [(f.quantity, f.value, f.U, f.verdict) for f in accept.judge("units/S-02").findings]  # doctest: +SKIP
-    """
+        >>> [(f.quantity, f.value, f.U, f.verdict) for f in accept.judge("units/S-02").findings]  # doctest: +SKIP"""
     held = _loaded_unit(unit)
     return judge_unit(held, load_spec(spec) if spec else default_spec(held.folder.kind))
 
@@ -130,8 +127,7 @@ def read_record(
 
     Returns:
         `record["Va"]` (N,), `record.t` (N,) [s], `record.fs` [Hz], `record.units`. Raises RecordError, which says what
-        the file holds.
-    """
+        the file holds."""
     return read_any(_file(file), input, channels or {}, step_s)
 
 
@@ -163,8 +159,7 @@ def frequency_response(
         `save` hand it on. Raises RecordError; hits of a hammer are refused: `hammer_response` is for them.
 
     Examples:
-        >>> response = accept.frequency_response("low.mat", estimator="lpm", f_lo=10, f_hi=400)  # doctest: +SKIP
-    """
+        >>> response = accept.frequency_response("low.mat", estimator="lpm", f_lo=10, f_hi=400)  # doctest: +SKIP"""
     if len(records) > 1 and merge_Hz is None:
         raise ArgumentError(
             f"frequency_response: {len(records)} records and no merge_Hz, so all but one would be left out; merge_Hz "
@@ -218,8 +213,7 @@ def hammer_response(
 
     Examples:
         >>> struck = accept.hammer_response("hits_1.mat", "hits_2.mat", input="force")  # doctest: +SKIP
-        >>> accept.plot(struck).save("hits.pdf")  # doctest: +SKIP
-    """
+        >>> accept.plot(struck).save("hits.pdf")  # doctest: +SKIP"""
     if not records:
         raise ArgumentError("hammer_response: name one record, or several of the same test")
     read = [r if isinstance(r, Record) else read_record(r, input) for r in records]
@@ -264,8 +258,7 @@ def read_response(
         with. Raises RecordError, which says what the file holds.
 
     Examples:
-        >>> theirs = accept.read_response("analyser.uff", averages=20)  # doctest: +SKIP
-    """
+        >>> theirs = accept.read_response("analyser.uff", averages=20)  # doctest: +SKIP"""
     return import_response(_file(file), input, channels, averages, noise)
 
 
@@ -281,8 +274,7 @@ def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Respons
     Returns:
         `found.first` and `found.second` (another realisation, or None), each with `.f` (F,) [Hz], `.H` (F, C) over Va
         at the DAC, `.cov` (F, C, C), `.channels`. Records that judging refuses are refused. Raises UnitError,
-        RecordError.
-    """
+        RecordError."""
     return unit_responses.responses(_loaded_unit(unit), f_lo=f_lo, f_hi=f_hi)
 
 
@@ -299,8 +291,7 @@ def open_model(name: str | Path = "strut") -> Model:
         `model.with_values({...})`. Raises SpecError, ModelError.
 
     Examples:
-        >>> accept.open_model("strut").with_values({"misalignment.dy_um": 100.0}).frf([95.0])  # doctest: +SKIP
-    """
+        >>> accept.open_model("strut").with_values({"misalignment.dy_um": 100.0}).frf([95.0])  # doctest: +SKIP"""
     return _open_model(name)
 
 
@@ -315,8 +306,7 @@ def to_ss(model: Model | str | Path) -> StateSpace:
         no matrix holds; `found.frf(f)` is the model's response. What a learned bench adds is left out. Raises
         ModelError.
 
-    `accept.to_control(found)` makes an object of python-control, `accept.save_ss(found, "F.mat")` a MATLAB struct.
-    """
+    `accept.to_control(found)` makes an object of python-control, `accept.save_ss(found, "F.mat")` a MATLAB struct."""
     return state_space(model if isinstance(model, Model) else open_model(model))
 
 
@@ -356,8 +346,7 @@ def fit_model(
     Returns:
         `fitted.fit.at` (name -> value), `.fit.sds` (name -> standard uncertainty), `.fit.cov`; `.before`, `.after` and,
         if there is a second realisation, `.held_out`: G by channel, 1 or less is agreement. `fitted.explains` says
-        whether the values may be used, `fitted.doubt` why not. Raises UnitError, RecordError, SpecError, ModelError.
-    """
+        whether the values may be used, `fitted.doubt` why not. Raises UnitError, RecordError, SpecError, ModelError."""
     return fit_unit(unit if isinstance(unit, Given) else _loaded_unit(unit), model, f_lo, f_hi, starts)
 
 
@@ -371,8 +360,7 @@ def estimate_misalignment(unit: UnitLike | Given, model: str | None = None) -> M
 
     Returns:
         `found.dx`, `found.dy` with `.value` and `.U` [um], k = 2; `accept.plot(found)` draws the map. Raises NoResult
-        if the data cannot tell, UnitError, RecordError, ModelError.
-    """
+        if the data cannot tell, UnitError, RecordError, ModelError."""
     return estimate_unit(unit if isinstance(unit, Given) else _loaded_unit(unit).folder, model)
 
 
@@ -390,8 +378,7 @@ def analyse_gap(
 
     Returns:
         `found.result.verdict`, `.named`, `.gap_before`, `.gap_after`; `found.document` is the content of gap.json.
-        Raises UnitError, RecordError, SpecError, GapRefused, and ModelError also for an unknown effect in `without`.
-    """
+        Raises UnitError, RecordError, SpecError, GapRefused, and ModelError also for an unknown effect in `without`."""
     if isinstance(unit, Given):
         raise ArgumentError(
             "analyse_gap needs the records of a unit: it compares with a second realisation that was not fitted, and "
@@ -414,8 +401,7 @@ def simulate_unit(
         values: of the model, {"misalignment.dy_um": -120}.
 
     Returns:
-        The unit, as of `read_unit`. Raises ModelError, and UnitRequestError also for a folder that is there already.
-    """
+        The unit, as of `read_unit`. Raises ModelError, and UnitRequestError also for a folder that is there already."""
     place = _file(folder)
     if kind not in SIMULATED_MODEL:
         raise UnitRequestError(f"kind = '{kind}': expected one of {', '.join(SIMULATED_MODEL)}")
@@ -478,8 +464,7 @@ def plot(what: Drawable, ax: Any = None, panels: Sequence[str] | None = None) ->
         A `Plot`: a notebook shows it, `save("x.pdf")` writes it. Raises PictureError if there is no such picture.
 
     Examples:
-        >>> accept.plot(response, ax=plt.subplot(), panels=["de magnitude"])  # doctest: +SKIP
-    """
+        >>> accept.plot(response, ax=plt.subplot(), panels=["de magnitude"])  # doctest: +SKIP"""
     drawn = _picture_of(what)
     if panels is not None:
         if missing := [name for name in panels if name not in drawn.panels]:

@@ -26,7 +26,7 @@ WORDS: dict[Any, str] = {
 
 
 class ArgumentError(AcceptError, TypeError):
-    """An argument that a function cannot use; the text states what it takes."""
+    """An unusable argument; the text states the accepted ones."""
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
@@ -48,7 +48,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def check_argument(function: str, name: str, value: Any, hint: Any) -> None:
-    """Raise ArgumentError if a value is of none of the plain kinds of a hint; other kinds are checked where they are
+    """Raise ArgumentError if a value has none of the plain types of a hint. Other types are checked where they are
     used."""
     kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
     words = [WORDS[get_origin(k) or k] for k in kinds if (get_origin(k) or k) in WORDS]

@@ -59,8 +59,8 @@ def dataset(
 def responses_given(
     given: Given, tolerance: float, f_lo: float, f_hi: float, channels: Sequence[str] = CHANNELS
 ) -> Responses:
-    """Return responses as those of a unit, over f_lo..f_hi [Hz]. tolerance: of the model they will be compared with;
-    channels: those that it has. Raises RecordError if none remains."""
+    """Return responses as those of a unit, over f_lo..f_hi [Hz]. tolerance, channels: of the model to compare with.
+    Raises RecordError if no channel remains."""
     if isinstance(given, Responses):
         second = None if given.second is None else _part(given.second, tolerance, f_lo, f_hi, channels)
         return replace(given, first=_part(given.first, tolerance, f_lo, f_hi, channels), second=second)

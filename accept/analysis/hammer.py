@@ -70,8 +70,8 @@ def hammer_responses(
     f_hi: float | None = None,
     rules: ImpactRules | None = None,
 ) -> ImpactResponse:
-    """Return the response over the good hits of all records. input: the force; f_lo, f_hi: band kept [Hz], to 1/2.56 of
-    the sampling frequency without f_hi, where an analyser's filter cuts.
+    """Return the response over the good hits of all records. input: the force; f_lo, f_hi: band kept [Hz]; by default
+    up to 1/2.56 of the sampling frequency, the cut-off of an analyser's filter.
 
     Raises RecordError if records differ in rate or channels, or fewer than two hits are good."""
     if estimator not in ESTIMATORS:
@@ -123,8 +123,8 @@ def hammer_responses(
 
 
 def U_of(mode: Mode) -> tuple[float, float]:
-    """Return U of a mode's frequency [Hz] and damping ratio (k = 2): scatter between hits, model, and of the frequency
-    the clock."""
+    """Return U (k = 2) of a mode's frequency [Hz] and damping ratio: scatter between hits, model, and clock (frequency
+    only)."""
     scatter = 2.0 * math.hypot(mode.u_f_Hz, mode.u_f_model_Hz)
     return math.hypot(scatter, U_CLOCK * mode.f_Hz), 2.0 * math.hypot(mode.u_damping, mode.u_damping_model)
 

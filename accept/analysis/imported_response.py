@@ -20,8 +20,8 @@ DIGITS = 1e-6  # relative: universal files state frequencies with seven digits
 
 @dataclass(frozen=True, eq=False)
 class ImportedResponse(MeasuredResponse):
-    """Response of a file that holds no record. Variance and coherence are NaN if the file states none; no second
-    realisation, no resonances."""
+    """Response of a file without record. Variance and coherence are NaN if the file states none; there are no second
+    realisation and no resonances."""
 
     file: str
     sha256: str

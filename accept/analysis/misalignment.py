@@ -31,8 +31,8 @@ def estimate_unit(folder: UnitFolder | Given, model: str | None = None) -> Misal
 def estimate_or_reason(
     folder: UnitFolder | Given, model: str | None = None, workers: int | None = None
 ) -> MisalignmentEstimate | Reason:
-    """Estimate the misalignment of a strut, or return why the data cannot tell. workers: processes that build the table
-    of a model that has none yet, as many as there are cores if None. Raises UnitError, RecordError, ModelError."""
+    """Estimate the misalignment of a strut, or return why it is undetermined. workers: processes that build a missing
+    table; None: one for each core. Raises UnitError, RecordError, ModelError."""
     given, measured = (
         open_model_file(model or AS_BUILT),
         _responses_of(folder),
@@ -48,7 +48,7 @@ def estimate_or_reason(
 
 
 def _responses_of(unit: UnitFolder | Given) -> Responses:
-    """Return the responses, with those of the sensor stack if it was recorded, because it helps."""
+    """Return the responses, with the sensor stack's if recorded: they help the fit."""
     if isinstance(unit, Given):
         found = responses_given(unit, 0.0, F_LO, F_HI, WITH_SENSOR)
         if missing := [c for c in RATIO if c not in found.first.channels]:

@@ -11,8 +11,8 @@ from hw.records import ss_mat
 
 
 def to_control(found: StateSpace, pade: int | None = None) -> Any:
-    """Return a `control.StateSpace` with names. pade: order of the approximation of the delays, which a state space has
-    not; 0 leaves them out. Raises ModelError for delays without it, RecordError if python-control is not installed."""
+    """Return a `control.StateSpace` with names. pade: order of the approximation of the delays; 0 leaves them out.
+    Raises ModelError for delays without it, RecordError if python-control is not installed."""
     control = control_package()
     names = {"inputs": [found.input], "outputs": list(found.outputs)}
     if pade is None and found.delay_s.any():

@@ -142,14 +142,14 @@ def fit_unit(
 
 
 def _outside(found: Fit) -> str | None:
-    """Return which of these values the model's file does not allow, and why."""
+    """Return the values outside the model file's bounds, with the reason."""
     reason = next(chain(outside_priors(found), all_priors(found)), None)
     return None if reason is None else str(reason)
 
 
 def _scale_of(model: Model, data: Dataset) -> str | None:
-    """Return which channel is a power of 1000 larger than the model's, or of opposite sign, over most of the band: no
-    value of a strut does that, another unit or a plug does."""
+    """Return the channel that is a power of 1000 larger than the model's, or of opposite sign, over most of the band.
+    No value of a strut explains that; another unit or a plug does."""
     ratios = data.H / model.frf(data.f, channels=data.channels)
     for channel, size, turned in zip(
         data.channels, np.median(np.abs(ratios), axis=0), np.median(ratios.real / np.abs(ratios), axis=0), strict=True

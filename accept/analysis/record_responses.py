@@ -70,8 +70,8 @@ class MeasuredResponse:
     """A response and the records behind it; units of its channels, and the input's under its name.
 
     frf: f (F,) [Hz], H (F, C) complex, coherence (F, C), var (F, C); resonances: the largest of each channel, with
-    f_Hz, damping_ratio and their standard uncertainties; faults: what judging refuses in the records. `accept.plot`
-    draws it; `to_pandas`, `to_xarray`, `to_control` hand it on; `save` writes .csv, .mat, .uff or .json."""
+    f_Hz, damping_ratio and their standard uncertainties; faults: of the records, that judging refuses. `accept.plot`
+    draws it; `to_pandas`, `to_xarray`, `to_control` convert it; `save` writes .csv, .mat, .uff or .json."""
 
     records: tuple[Record, ...]
     frf: Frf
@@ -107,8 +107,8 @@ class MeasuredResponse:
         return pd.DataFrame(columns, index=pd.Index(frf.f, name="f_Hz"))
 
     def to_xarray(self) -> Any:
-        """Return a Dataset over f_Hz and channel with H, coherence and var, its units as coordinates. Raises
-        RecordError if xarray is not installed."""
+        """Return a Dataset over f_Hz and channel: H, coherence, var; units as coordinates. Raises RecordError without
+        xarray."""
         try:
             import xarray as xr
         except ImportError as e:
@@ -163,8 +163,8 @@ def read_any(
     step_s: float | None,
     mapped_only: bool = False,
 ) -> Record:
-    """Read a record, and report how its columns were mapped and converted. mapped_only: leave out what `channels` does
-    not name. Raises RecordError."""
+    """Read a record, and report the mapping and conversion of its columns. mapped_only: read the channels of `channels`
+    only. Raises RecordError."""
     if not path.is_file():
         raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
     record = record_by_input(load_bytes(path), input, channel_map(channels), step_s, UNITS, mapped_only, STEP)
@@ -192,8 +192,8 @@ def responses_of(records: Sequence[Record], wanted: EstimatorSettings) -> list[M
 
 
 def vet_sizes(record: Record) -> None:
-    """Raise RecordError if channels have sizes that judging refuses: a motion that can only be in nm, um or mm, a drive
-    that no converter puts out."""
+    """Raise RecordError for implausible sizes: a motion that can only be in nm, um or mm, a drive beyond any
+    converter."""
     if wrong := unusable_sizes(record):
         raise RecordError(together(wrong).within("", record.name))
 
@@ -223,8 +223,7 @@ def _estimate(record: Record, wanted: EstimatorSettings) -> Frf:
 
 
 def cut(frf: Frf, f_lo: float, f_hi: float | None, notes: tuple[str, ...] | None = None) -> Frf:
-    """Return the bins from f_lo to f_hi [Hz], with other notes if they are given. Raises RecordError if fewer than two
-    are left."""
+    """Return the bins from f_lo to f_hi [Hz], with other notes if given. Raises RecordError for fewer than two."""
     part = frf.band(f_lo, math.inf if f_hi is None else f_hi)
     if part.f.size < 2:
         raise RecordError(f"no two frequencies lie in {f_lo:g}..{f_hi or frf.f[-1]:g} Hz")

@@ -55,7 +55,7 @@ def check_places(*paths: Path | None, **kinds: Path | None) -> None:
 
 
 def _check_replaced(path: Path, kind: str) -> None:
-    """Raise ReplaceError if a file is evidence of a unit, or no earlier output of this kind."""
+    """Raise ReplaceError if a file is evidence of a unit, or not an earlier output of this kind."""
     place = path.absolute()
     for folder in place.parents:
         unit = folder / UNIT_FILE
@@ -65,14 +65,14 @@ def _check_replaced(path: Path, kind: str) -> None:
         with path.open("rb") as file:
             head = file.read(16).lstrip(b"\xef\xbb\xbf \r\n\t")
         ours = not head or head.startswith(HEADS[kind])
-    else:  # nothing in such a file tells an output from a recording
+    else:  # its content does not distinguish an output from a recording
         ours = path.suffix.lower() == kind and not path.with_name(UNIT_FILE).exists()
     if not ours:
         raise ReplaceError(_OTHER.format(path, kind))
 
 
 def _named_files(unit: Path) -> list[Path]:
-    """Return the files that any text in quotes of a unit.toml names, one that cannot be parsed included."""
+    """Return the files named by quoted text in a unit.toml, also in one that cannot be parsed."""
     quoted = re.split("[\"']", unit.read_text(encoding="utf-8", errors="replace"))
     return [unit.parent / name for name in quoted if name and os.path.isfile(unit.parent / name)]
 
@@ -97,8 +97,7 @@ def write_new(path: Path, content: bytes) -> None:
 
 @contextmanager
 def writing_atomic(path: Path, mode: int = 0o666, put: Callable[[str, Path], None] = os.replace) -> Iterator[IO[bytes]]:
-    """Yield a file to be written piece by piece, which `put` moves to `path` at the end, but not if an error is
-    raised."""
+    """Yield a file to write piece by piece; `put` moves it to `path` at the end unless an error is raised."""
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=PART)
@@ -121,8 +120,8 @@ def writing_atomic(path: Path, mode: int = 0o666, put: Callable[[str, Path], Non
 
 
 def remove_leftovers(*folders: Path, older_s: float = LEFTOVER_S) -> None:
-    """Remove the temporary files that programs which were killed left in these folders. A younger one may still be
-    written by another program, on this machine or another."""
+    """Remove old temporary files of killed programs from these folders. Another program, on any machine, may still be
+    writing a young one."""
     for folder in folders:
         for path in folder.glob(f".*{PART}"):
             with suppress(OSError):  # of another user, or gone meanwhile

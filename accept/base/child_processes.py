@@ -1,8 +1,7 @@
 """Child processes: they import nothing from the folder that they are started in, and get no passphrase.
 
 A folder of a supplier may hold `pickle.py` or a folder `accept`: Python puts the working folder first on its path for
-`-m` and `-c` unless it is told not to (PYTHONSAFEPATH, Python 3.11).
-"""
+`-m` and `-c` unless it is told not to (PYTHONSAFEPATH, Python 3.11)."""
 
 import multiprocessing
 import os
@@ -75,11 +74,10 @@ class Exhausted(AcceptError, RuntimeError):
 
 
 def bounded(work: Callable[..., T], *given: Any, seconds: float, gigabytes: float) -> T:
-    """Return what a function of a module returns, or raise what it raises: in a process of its own, which is ended
-    after so many seconds of computing (Windows: of waiting), in the midst of any call, and on Linux gets no more memory
-    than that.
+    """Return the result of a module's function, or raise its error, from a process of its own. The process is ended
+    after so many seconds of computing (Windows: of waiting), and on Linux gets no more memory than given.
 
-    Linux makes the process as a copy of this one, in some milliseconds; elsewhere it starts anew. Raises Exhausted."""
+    Linux forks this process, in some milliseconds; elsewhere a new one starts. Raises Exhausted."""
     context = multiprocessing.get_context("fork") if sys.platform == "linux" else _Spawn()
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_answer, args=(sender, seconds, gigabytes, work, given))

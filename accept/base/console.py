@@ -23,8 +23,8 @@ P = ParamSpec("P")
 
 
 class PlainConsole(Console):
-    """Shows no control character of what it is given, in no cell of a table, and each on a line of its own, so that no
-    name can write a line that looks like an answer; its own colours stay."""
+    """Escapes control characters, in cells of tables too, and keeps each value on its own line, so that no name can
+    imitate an answer; its own colours stay."""
 
     def print(self, *objects: Any, **options: Any) -> None:
         """Print as rich does."""
@@ -37,14 +37,14 @@ class PlainConsole(Console):
 
 KNOWN_ERRORS = (AcceptError, OSError)
 
-# A file or a pipe has no width: a table cut to 80 columns would lose what a script looks for. Without markup: it would
+# A file or a pipe has no width: a table cut to 80 columns would lose a script's values. Without markup: it would
 # take "[percent]" or "[a]" in a file's name for a style and drop it.
 stdout = PlainConsole(highlight=False, markup=False, soft_wrap=False, width=None if sys.stdout.isatty() else 240)
 
 
 def say(words: str) -> None:
-    """Write a message to stderr, so that stdout stays data. Further lines are indented: a line break in a name begins
-    no line that looks like the program's."""
+    """Write a message to stderr, so that stdout stays data. Further lines are indented: a line break in a name cannot
+    imitate a line of the program."""
     print(lines(words).replace("\n", "\n    "), file=sys.stderr, flush=True)
 
 
@@ -83,8 +83,7 @@ def _unless_dots(overflow: OverflowMethod) -> OverflowMethod:
 
 
 def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
-    """Return a command that ends in a message and exit 6, without a traceback, if its input is bad, its folder not
-    writable or its store unusable."""
+    """Return a command that turns bad input, an unwritable folder and an unusable store into a message and exit 6."""
 
     @wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> Exit:
@@ -110,7 +109,7 @@ def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
 
 
 def _say_problems(known: int) -> int:
-    """Print what plug-ins are left out, but for those that are known; return how many there are."""
+    """Print which plug-ins are left out, without known ones; return their number."""
     for words in plugins.PROBLEMS[known:]:
         say(f"accept: {words}")
     return len(plugins.PROBLEMS)

@@ -16,7 +16,7 @@ class Exit(IntEnum):
 
 
 def of_verdicts(verdicts: Iterable[str], refused: int = 0) -> Exit:
-    """Return the worst of the units' verdicts; a refused unit was not accepted either; nothing judged is bad input."""
+    """Return the exit code of the worst verdict. A refused unit counts as not accepted, no unit at all as bad input."""
     found = set(verdicts)
     if not found:
         return Exit.BAD_INPUT

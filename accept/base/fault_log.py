@@ -1,4 +1,4 @@
-"""The log of faults: ACCEPT_HOME/log/accept.log, which rotates. Errors that a user can mend are said, not logged."""
+"""The log of faults: ACCEPT_HOME/log/accept.log, which rotates. Errors that a user can mend are printed, not logged."""
 
 import logging
 import sys
@@ -65,5 +65,5 @@ class _Plain(logging.Formatter):
 
 class _RotatingFile(RotatingFileHandler):
     def handleError(self, _: logging.LogRecord) -> None:
-        """Raise a full disk to `log_fault`, which has another place."""
+        """Raise errors of writing, such as a full disk: `log_fault` then uses stderr."""
         raise

@@ -9,7 +9,7 @@ from specs.errors import AcceptError
 
 
 class HomeError(AcceptError, RuntimeError):
-    """The bench's own folder cannot be used; the text says why and what to do."""
+    """The bench's folder cannot be used; the text states the reason and the remedy."""
 
 
 def home() -> Path:

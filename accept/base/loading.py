@@ -1,5 +1,5 @@
-"""The garbage collector while a command loads: what is loaded stays to the end, and to look through it again and again
-takes a sixth of the time of a short command."""
+"""Garbage collection while a command loads. Loaded objects stay to the end; walking them again and again takes a sixth
+of the time of a short command."""
 
 import gc
 
@@ -8,13 +8,12 @@ _LOADING = (500_000, *_USUAL[1:])  # objects made until it looks: more than any 
 
 
 def begin() -> None:
-    """Hold the garbage collector while the program loads: hardly anything of it is garbage."""
+    """Stop garbage collection while the program loads: hardly anything is garbage."""
     gc.set_threshold(*_LOADING)
 
 
 def done() -> None:
-    """Let the garbage collector run again, without what was loaded. Do nothing if `begin` was not
-    called, in a program that only borrows a command."""
+    """Resume garbage collection, without the loaded objects. Does nothing without `begin`."""
     if gc.get_threshold() == _LOADING:
         gc.freeze()
         gc.set_threshold(*_USUAL)

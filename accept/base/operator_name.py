@@ -8,8 +8,7 @@ _NOBODY = 65534
 
 
 def operator_name(given: str | None) -> str:
-    """Return the operator named, else the login name; a machine without one is `unknown`, which the certificate then
-    shows."""
+    """Return the given operator, else the login name, else `unknown`, which the certificate then shows."""
     if given:
         return given
     try:
@@ -19,7 +18,7 @@ def operator_name(given: str | None) -> str:
 
 
 def is_system_account(name: str) -> bool:
-    """Return whether a name is that of an account of the system, such as root, with which no person signs."""
+    """Return whether a name is a system account, such as root: a person does not sign with it."""
     try:
         import pwd  # not on every system
 

@@ -8,14 +8,13 @@ _STATED = re.compile(r"(?i)\b(\w*(?:passw(?:or)?d|passphrase|secret|token|signat
 
 
 def one_line(text: str) -> str:
-    """Return text on one line, without anything that moves the cursor or writes from right to left; what cannot be
-    shown is escaped."""
+    """Return text on one line. Control characters and right-to-left marks are escaped."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
 def as_utf8(text: str) -> str:
-    """Return text that every document and store can hold: each byte of a file's name that is no UTF-8, for which Python
-    writes half of a surrogate pair, is escaped."""
+    """Return text that every document and store accepts. Bytes of a file name that are not UTF-8 (half surrogates in
+    Python) are escaped."""
     return text.encode("utf-8", "backslashreplace").decode()
 
 
@@ -25,7 +24,7 @@ def lines(text: str) -> str:
 
 
 def without_secrets(text: str) -> str:
-    """Return text whose addresses name no user, password, query or fragment: also a presigned address is a key."""
+    """Return text with addresses stripped of user, password, query and fragment: a presigned address is a key too."""
     return _STATED.sub(r"\1***", _ADDRESS.sub(_bare, text))
 
 

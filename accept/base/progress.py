@@ -2,8 +2,7 @@
 
 It is drawn on stderr, and only on a terminal that can redraw a line: files, pipes and workers get only the messages.
 Bars can be nested (units, and the rows of a table that one of them needs); messages are printed above them, and the
-bars are erased at the end.
-"""
+bars are erased at the end."""
 
 from __future__ import annotations
 
@@ -22,8 +21,7 @@ _bars: Progress | None = None  # of this process; a terminal has one bottom
 
 
 def steps(items: Iterable[T], words: str, of: int | None = None) -> Iterator[T]:
-    """Yield the items as they come, beside a bar. of: how many there will be, if the iterable does not know its
-    length."""
+    """Yield the items beside a progress bar. of: their number, if the iterable has no length."""
     known = len(items) if of is None and hasattr(items, "__len__") else of  # type: ignore[arg-type]
     with _bar(words, known if known != 1 else None) as advance:
         for item in items:

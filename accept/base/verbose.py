@@ -1,5 +1,5 @@
-"""`accept -v`: what the program reads and opens, on stderr; `-vv`: every byte on the lines of instruments, and what
-libraries log."""
+"""`accept -v`: files and ports that the program opens, on stderr; `-vv`: also every byte on the lines and the
+libraries' logs."""
 
 import atexit
 import logging
@@ -20,8 +20,8 @@ log = logging.getLogger("accept")
 
 
 def begin(level: int, command: str | None) -> None:
-    """Log from now on: level 1 what is read and opened, 2 everything. On stderr; of a command that fills the screen in
-    a file beside the log of faults, which is begun anew."""
+    """Log from now on: level 1 opened files and ports, 2 everything. On stderr; for a command that fills the screen in
+    a new file next to the log of faults."""
     handler = logging.StreamHandler(sys.stderr) if command not in FULL_SCREEN else _file_handler()
     handler.setFormatter(_Plain("%(asctime)s.%(msecs)03d %(name)s: %(message)s", "%H:%M:%S"))
     root = logging.getLogger() if level > 1 else log

@@ -28,8 +28,7 @@ def program() -> str:
 def code_sha256() -> str:
     """Return the hash over every source file and built-in spec, by path and content, and over packages of plug-ins.
 
-    It changes when a verdict could.
-    """
+    It changes when a verdict could."""
     root = Path(__file__).resolve().parents[2]
     files = sorted(p for package in PACKAGES for p in (root / package).rglob("*") if p.suffix in {".py", ".toml"})
     digest = hashlib.sha256()

@@ -2,8 +2,7 @@
 is given so much memory.
 
 The end of the program is watched for by a thread, on every system alike. Linux could send a signal instead
-(PR_SET_PDEATHSIG), but when the *thread* ends that started the worker, and that may be long before the program does.
-"""
+(PR_SET_PDEATHSIG), but when the *thread* ends that started the worker, and that may be long before the program does."""
 
 import math
 import multiprocessing
@@ -16,12 +15,12 @@ from multiprocessing.connection import wait
 from pathlib import Path
 
 VARIABLE = "ACCEPT_WORKER_GB"
-MEMORY_GB = 4.0  # twenty times what a strut with its gap analysis takes
+MEMORY_GB = 4.0  # twenty times the need of a strut with its gap analysis
 _LOST = 1  # exit code of a worker whose program is gone
 
 
 def begin(gigabytes: float | None = None) -> None:
-    """Initialise a process of a pool, or of one work that may take less memory."""
+    """Initialise a process of a pool, or of a single function with less memory."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all that runs in a terminal; the program answers it
     threading.Thread(target=_end_with_parent, daemon=True).start()
     limit_memory(memory_GB() if gigabytes is None else gigabytes)
@@ -41,9 +40,9 @@ def too_large() -> str:
 
 
 def limit_memory(gigabytes: float) -> None:
-    """Let a demand for more memory fail with MemoryError, on Linux; a limit that is there already is never raised.
+    """Make a demand for more memory fail with MemoryError, on Linux. A present limit is never raised.
 
-    Windows has no such limit, macOS has its name and refuses it: what a file may hold is bounded before it is read."""
+    Windows has no such limit and macOS refuses it; there only the bounds on file sizes apply."""
     if sys.platform != "linux":
         return
     try:
@@ -69,7 +68,7 @@ def limit_time(seconds: float) -> None:
 
 
 def _mapped() -> int:
-    """Return bytes of address space in use, where Linux tells."""
+    """Return the address space in use [bytes]; only Linux reports it."""
     try:
         return int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError):

@@ -16,8 +16,8 @@ MAX_GAP_S = 0.15  # between two readings: the check looks at a tenth of a second
 
 
 def stiffness(setup: CaptureSetup) -> CaptureResult:
-    """Follow the displacement while a mass is put on and taken off, with the circuit closed and open ([STB] 3.1.7,
-    3.2.1); ask for the mass unless it is known."""
+    """Follow the displacement while a mass is added and removed, with closed and open circuit ([STB] 3.1.7, 3.2.1). Ask
+    for the mass unless it is known."""
     typed = {} if "mass_kg" in setup.known else {"mass_kg": Measured(_ask_mass(setup))}
     files, notes = {}, []
     for circuit, name in CIRCUITS.items():
@@ -30,7 +30,7 @@ def stiffness(setup: CaptureSetup) -> CaptureResult:
 
 
 def _ask_mass(setup: CaptureSetup) -> float:
-    """Return the mass [kg] that a person states. Raises Implausible if it is not a mass."""
+    """Return the mass [kg] that a person types. Raises Implausible."""
     typed = setup.actions.weigh()
     try:
         mass = float(typed)
@@ -42,8 +42,8 @@ def _ask_mass(setup: CaptureSetup) -> float:
 
 
 def _mass_record(setup: CaptureSetup, circuit: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return t (N,) [s] in even steps and de (N,) [m]. Raises Implausible if readings came too slowly, or do not hold
-    the steps that the check needs: the mass can then be put on once more."""
+    """Return t (N,) [s] in even steps and de (N,) [m]. Raises Implausible if readings were too slow or lack the steps
+    that the check needs; the mass can then be added again."""
     cues = [(ADD_S, "put the mass on now"), (REMOVE_S, "take the mass off now")]
 
     def cue(now: float) -> None:

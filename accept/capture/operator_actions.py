@@ -25,7 +25,7 @@ NO_MASS = "the simulated bench has no mass to put on"
 
 class OperatorActions(Protocol):
     """The operator's actions. Every call returns when it is done. Voltages in V on the stacks, points counted from 1.
-    sets_each_voltage: a person sets each of them by hand, so they should be few."""
+    sets_each_voltage: a person sets each by hand, so there should be few."""
 
     sets_each_voltage: bool
 
@@ -82,8 +82,7 @@ class Person:
 class Player(Person):
     """A person, but the voltage steps are played by the rig: `dwell_s` per step from when the person starts it.
 
-    Each step counts as reached `settle_s` after its beginning, which must cover the person's reaction and creep.
-    """
+    Each step counts as reached `settle_s` after its beginning, which must cover the person's reaction and creep."""
 
     sets_each_voltage = False
 

@@ -15,7 +15,7 @@ from hw.instruments import Instrument, Reading, Sampling
 
 Say = Callable[[str], None]
 PAUSES_S = (0.3, 2.0)  # before another attempt: a disturbed line is soon silent, a plug takes a moment to be found
-SYNC_S = 1.0  # what moves is on the disk within so long
+SYNC_S = 1.0  # a moving value is on the disk within this time
 FOLDER = "readings"
 
 
@@ -38,7 +38,7 @@ class Journal:
         self._file.close()
 
     def keep(self, what: str, reading: Reading, sync: bool = True) -> Reading:
-        """Write a reading down; when this returns it is on the disk, without `sync` at the next one with it. Raises
+        """Append a reading. On return it is on the disk; without `sync`, it is with the next synced one. Raises
         OSError."""
         line = {
             "what": what,
@@ -88,8 +88,8 @@ class ReadingLoop:
         self, what: str, until_s: float, most_gap_s: float, at: Callable[[float], None]
     ) -> list[tuple[float, float]]:
         """Return (time since the first [s], value in SI) of a moving value, as quickly as answers come; `at` is called
-        with the time before each. One error ends it, and so does the first gap that is too long: the readings before it
-        are not a record. Raises InstrumentError, OSError."""
+        with the time before each. One error or too long a gap ends it: the readings before are not a record. Raises
+        InstrumentError, OSError."""
         instrument, link = self._instrument, self._instrument.link
         if not isinstance(instrument, Sampling) or link is None:
             words = "cannot follow what moves; an ids3010 can, or the rig records it (accept hw pickup)"

@@ -62,7 +62,7 @@ def flatness(setup: CaptureSetup) -> CaptureResult:
 
 
 def stroke(setup: CaptureSetup) -> CaptureResult:
-    """Measure the displacement of one stack and of the two others while the voltage goes through its cycles."""
+    """Measure the displacement of one stack, then of the other two, over the cycles of the voltage."""
     files: dict[str, RecordFile] = {}
     steps = voltages_by_hand() if setup.actions.sets_each_voltage else voltages()
     for group, name in STROKES.items():
@@ -73,8 +73,8 @@ def stroke(setup: CaptureSetup) -> CaptureResult:
 
 
 def _stroke_record(setup: CaptureSetup, group: str, steps: Sequence[float]) -> bytes:
-    """Return a record of one reading per step. It is quasi-static, so `t` [s] runs in even steps, as a record must, of
-    the mean distance of the readings; when each reading came is in `t_read`."""
+    """Return a record of one reading per step. As a record needs even steps, `t` [s] has the mean spacing of the
+    readings; `t_read` has the true times."""
     d, t_read, before = [], [], None
     for V in steps:
         if V != before or not setup.actions.sets_each_voltage:

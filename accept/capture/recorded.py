@@ -40,7 +40,7 @@ STEMS = {
 
 @dataclass(frozen=True)
 class Recording:
-    """The means of a recipe. asked: the spec's section on the check; inputs: of the check, by name; stopped: whether
+    """The means of a recipe. asked: the spec's section of the check; inputs: of the check, by name; stopped: whether
     the technician ended the capture."""
 
     recorder: Recorder
@@ -69,7 +69,7 @@ class Recording:
 
 
 def responses(at: Recording) -> CaptureResult:
-    """Record low and high noise, each twice: the second realisation shows what repeats."""
+    """Record low and high noise, each twice: the second realisation shows the repeatability."""
     channels = _series_of(at, "low").channels
     at.actions.stand_by("Connect the amplifier to the two actuator stacks; from now on the unit is driven")
     files = {}
@@ -96,7 +96,7 @@ def hysteresis(at: Recording) -> CaptureResult:
 
 
 def stroke(at: Recording) -> CaptureResult:
-    """Record the displacement of one stack and of the two others over the whole range of their voltage."""
+    """Record the displacement of one stack, then of the other two, over the whole range of their voltage."""
     files = {}
     for key in ("one_stack", "two_stacks"):
         at.actions.connect(key)
@@ -107,8 +107,7 @@ def stroke(at: Recording) -> CaptureResult:
 
 
 def hammer(at: Recording) -> CaptureResult:
-    """Record the hits of the hammer at each place; every hit is judged while the hammer is in the hand, and a place is
-    done with enough good ones."""
+    """Record the hits of the hammer at each place, each judged at once. A place is done with enough good hits."""
     files = {}
     for key in spurious_modes.RECORDS:
         at.actions.hammer(key, record_label(key))

@@ -48,8 +48,8 @@ class ReferenceCheck:
 
 
 def compared(name: str, entry: InstrumentEntry, artefact: ReferenceEntry, readings: Sequence[float]) -> ReferenceCheck:
-    """Return the comparison of readings in the artefact's unit. Raises ValueError if the bench file states no accuracy:
-    an unknown accuracy is not zero."""
+    """Return the comparison of readings in the artefact's unit. Raises ValueError without a stated accuracy: an unknown
+    accuracy is not zero."""
     if entry.accuracy is None:
         raise ValueError(f"[instruments.{name}] states no accuracy: how far it may be off is unknown")
     value = statistics.fmean(readings)
@@ -60,14 +60,13 @@ def compared(name: str, entry: InstrumentEntry, artefact: ReferenceEntry, readin
 
 
 def keep(store: Store, check: ReferenceCheck, evidence: dict[str, Any], who: str) -> Event:
-    """Store a comparison with what went over the line. Raises StoreError."""
+    """Store a comparison with the bytes on the line. Raises StoreError."""
     event = InstrumentChecked(**asdict(check), E_n=check.E_n, passed=check.passed, evidence=evidence)
     return store.write(event, who=who)
 
 
 def history(events: Iterable[Event], name: str, serial: str | None) -> list[ReferenceCheck]:
-    """Return the comparisons of one instrument, in order; those of another instrument under the same name do not
-    count."""
+    """Return the comparisons of one instrument in order, without those of another instrument of the same name."""
     checks = (InstrumentChecked.of(event) for event in events if event.what == CHECKED)
     return [
         ReferenceCheck(**{field.name: getattr(check, field.name) for field in fields(ReferenceCheck)})

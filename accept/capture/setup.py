@@ -12,8 +12,8 @@ from specs.spec import StatedU
 
 @dataclass(frozen=True)
 class CaptureSetup:
-    """The inputs of a recipe. accuracy: of the instrument, as the bench file states it; known: values of the section
-    that need not be asked for."""
+    """The inputs of a recipe. accuracy: of the instrument, from the bench file; known: values of the section that are
+    not asked for."""
 
     read: ReadingLoop
     actions: OperatorActions
@@ -32,8 +32,7 @@ class RecordFile:
 
 @dataclass(frozen=True)
 class CaptureResult:
-    """The result of a recipe for the inputs of its check: values that were read, records, values that a person typed;
-    notes in words."""
+    """The result of a recipe by input of its check: values that were read, records, typed values; notes in words."""
 
     values: Mapping[str, Measured] = field(default_factory=dict)
     files: Mapping[str, RecordFile] = field(default_factory=dict)

@@ -75,9 +75,8 @@ def pick_up(
 ) -> str:
     """Copy a record into the unit folder, hash it, enter it as input `name` of `section`; return its name there.
 
-    rig: sources of the channels in the rig's records. They are written into the unit's [channels] if it has none, so
-    that the record is read alike wherever the unit is judged. Raises RecordError for a file that is not what the input
-    declares (an incomplete one does not read), UnitError."""
+    rig: sources of the channels in the rig's records, written into the unit's [channels] if it has none. Raises
+    RecordError for a file that is not as the input declares (an incomplete one is unreadable), UnitError."""
     declared = declared_file(folder, section, name)
     unit = unit_folder.read(folder)
     try:

@@ -1,4 +1,4 @@
-"""The program: every command by its name, in the order of the help, what most people come for first."""
+"""The program: every command, by who uses it, in the order of the help."""
 
 import os
 from typing import Annotated, Any
@@ -13,33 +13,48 @@ from accept.cli.lazy_group import Command, Group, LazyGroup
 
 ABOUT = "The acceptance bench for piezo struts: judge units against a written spec, certify them, verify them."
 
-COMMANDS: dict[str, Command | Group] = {
+BENCH: dict[str, Command | Group] = {
     "demo": Command("units.demo:run", "Run the whole job on built-in data."),
-    "batch": Command("units.batch:run", "Judge unit folders."),
-    "report": Command("units.report:run", "Judge one unit and write its signed certificate."),
-    "countersign": Command("trust.countersign:run", "Countersign a certificate as QA."),
-    "verify": Command("trust.verify:run", "Verify a certificate from its own bytes."),
     "run": Command("bench.run:run", "Measure a unit step by step, up to the signed certificate."),
-    "gap": Command("physics.gap:run", "Name what is missing from the model."),
-    "misalign": Command("physics.misalign:run", "Measure how far a strut's APA lies off its axis."),
-    "frf": Command("physics.frf:run", "Compute frequency responses of records."),
-    "compare": Command("units.compare:run", "Compare units and find which stand out."),
-    "list": Command("fleet.questions:units", "List the units in the store."),
-    "history": Command("fleet.questions:history", "Show every attempt of a unit.", ("serial",)),
-    "yield": Command("fleet.questions:first_pass", "Show the first-pass yield."),
-    "trend": Command("fleet.trend:trend", "Show a quantity over time.", ("quantity",)),
-    "rejudge": Command("fleet.selection:rejudge", "Judge the whole store by another spec."),
-    "recall": Command("trust.recall:run", "List the units measured with an instrument."),
-    "match": Command("fleet.selection:match", "Find units that fit together."),
-    "rr": Command("fleet.bench_health:gauge_study", "Evaluate a gauge study."),
-    "gauge": Group(
-        "Gauges against references: bias and linearity.",
+    "hw": Group(
+        "Instruments on the bench.",
         {
-            "bias": Command("fleet.bench_health:gauge_bias", "Evaluate repeated readings of one reference."),
-            "linearity": Command("fleet.bench_health:gauge_linearity", "Evaluate readings of several references."),
+            "list": Command("bench.hw:show_list", "List the instruments of the bench file."),
+            "scan": Command("bench.scan:scan", "Find ports and VISA instruments."),
+            "test": Command("bench.hw:ask", "Ask every instrument for one reading.", ("instrument",)),
+            "commission": Command("bench.commission:commission", "Commission a real instrument.", ("instrument",)),
+            "check": Command("bench.check:run", "Compare an instrument with its reference.", ("instrument",)),
+            "transcript": Command(
+                "bench.transcript:run", "Print the bytes that an instrument sent and received.", ("serial",)
+            ),
+            "measure": Command(
+                "bench.hw:measure", "Measure a section of a unit with its instrument.", ("file", "check")
+            ),
+            "pickup": Command(
+                "bench.hw:pickup", "Copy the rig's next record into a unit folder.", ("file", "file", "check", "file")
+            ),
         },
     ),
-    "site": Command("fleet.site:run", "Write a page of the fleet."),
+    "report": Command("units.report:run", "Judge one unit and write its signed certificate."),
+    "list": Command("fleet.questions:units", "List the units in the store."),
+    "history": Command("fleet.questions:history", "Show every attempt of a unit.", ("serial",)),
+    "match": Command("fleet.selection:match", "Find units that fit together."),
+    "golden": Group(
+        "Golden units: does the bench measure as before?",
+        {
+            "name": Command("fleet.bench_health:golden_name", "Make a judged unit a golden one.", ("serial",)),
+            "list": Command("fleet.bench_health:golden_list", "List the golden units with their references."),
+            "check": Command("fleet.bench_health:golden_check", "Compare golden units with their references."),
+            "resolve": Command("fleet.bench_health:golden_resolve", "Let a stopped bench judge again."),
+            "retire": Command("fleet.bench_health:golden_retire", "Make a golden unit an ordinary one.", ("serial",)),
+        },
+    ),
+}
+
+QUALITY: dict[str, Command | Group] = {
+    "batch": Command("units.batch:run", "Judge unit folders."),
+    "verify": Command("trust.verify:run", "Verify a certificate from its own bytes."),
+    "countersign": Command("trust.countersign:run", "Countersign a certificate as QA."),
     "spec": Group(
         "Acceptance specs: list, show, validate.",
         {
@@ -54,14 +69,71 @@ COMMANDS: dict[str, Command | Group] = {
             ),
         },
     ),
-    "product": Group(
-        "Products: what can be judged here.",
+    "rejudge": Command("fleet.selection:rejudge", "Judge the whole store by another spec."),
+    "recall": Command("trust.recall:run", "List the units measured with an instrument."),
+    "compare": Command("units.compare:run", "Compare units and find which stand out."),
+    "yield": Command("fleet.questions:first_pass", "Show the first-pass yield."),
+    "trend": Command("fleet.trend:trend", "Show a quantity over time.", ("quantity",)),
+    "rr": Command("fleet.bench_health:gauge_study", "Evaluate a gauge study."),
+    "gauge": Group(
+        "Gauges against references: bias and linearity.",
         {
-            "list": Command("units.product:show_list", "List the installed products."),
-            "new": Command("units.product:new", "Write the package of a new product, to be installed."),
-            "check": Command("units.product:check", "Check a product, installed or in its folder.", ("product",)),
+            "bias": Command("fleet.bench_health:gauge_bias", "Evaluate repeated readings of one reference."),
+            "linearity": Command("fleet.bench_health:gauge_linearity", "Evaluate readings of several references."),
         },
     ),
+    "site": Command("fleet.site:run", "Write a page of the fleet."),
+}
+
+ENGINEERING: dict[str, Command | Group] = {
+    "gap": Command("physics.gap:run", "Name what is missing from the model."),
+    "misalign": Command("physics.misalign:run", "Measure how far a strut's APA lies off its axis."),
+    "frf": Command("physics.frf:run", "Compute frequency responses of records."),
+    "model": Group(
+        "The simulated strut: modes, responses, fit.",
+        {
+            "list": Command("physics.model:show_list", "List the models that come with the program, and what each is."),
+            "effects": Command("physics.effects:run", "List the effects that `accept gap` can name as missing."),
+            "show": Command("physics.model:show", "Show every parameter with its value, unit and prior."),
+            "modes": Command(
+                "physics.model:modes", "Compute poles, and the zeros of Vs, de and da, with their damping."
+            ),
+            "frf": Command("physics.model:frf", "Compute responses of Vs, de and da to Va."),
+            "export": Command(
+                "physics.model:export", "Write the state space from Va to the channels as a MATLAB file."
+            ),
+            "fit": Command("physics.model_fit:run", "Fit uncertain parameters to a unit's responses."),
+            "learn": Command("physics.model_learn:run", "Learn a model from a batch."),
+            "sweep": Command("physics.model:run_sweep", "Compute poles and zeros over a row of values."),
+        },
+    ),
+    "lookup": Group(
+        "Precomputed tables of the misalignment.",
+        {
+            "build": Command("physics.lookup:run_build", "Tabulate the ratio de / da over dx, dy."),
+            "info": Command("physics.lookup:run_info", "Show the tables that are there, and whether they are whole."),
+        },
+    ),
+    "excite": Group(
+        "Excitation signals for the rig, as .mat or .csv.",
+        {
+            "sweep": Command("physics.excite:sweep", "Write a sine of rising frequency."),
+            "noise": Command("physics.excite:noise", "Write noise in a band."),
+            "sine": Command("physics.excite:sine", "Write slow sines of growing amplitude, for the hysteresis."),
+            "multisine": Command("physics.excite:multisine", "Write a random-phase multisine."),
+        },
+    ),
+    "simulate": Group(
+        "Simulated units and a simulated bench.",
+        {
+            "bench": Command("bench.simulate_bench:run", "Simulate instruments on pseudo-terminals."),
+            "unit": Command("bench.simulate:unit", "Simulate a whole unit folder from a model."),
+            "faults": Command("bench.simulate:faults", "List what can be wrong with a simulated unit."),
+        },
+    ),
+}
+
+ADMINISTRATION: dict[str, Command | Group] = {
     "keys": Group(
         "Keys of the authority, technicians and QA.",
         {
@@ -94,79 +166,24 @@ COMMANDS: dict[str, Command | Group] = {
             ),
         },
     ),
-    "excite": Group(
-        "Excitation signals for the rig, as .mat or .csv.",
+    "product": Group(
+        "Products: what can be judged here.",
         {
-            "sweep": Command("physics.excite:sweep", "Write a sine of rising frequency."),
-            "noise": Command("physics.excite:noise", "Write noise in a band."),
-            "sine": Command("physics.excite:sine", "Write slow sines of growing amplitude, for the hysteresis."),
-            "multisine": Command("physics.excite:multisine", "Write a random-phase multisine."),
-        },
-    ),
-    "model": Group(
-        "The simulated strut: modes, responses, fit.",
-        {
-            "list": Command("physics.model:show_list", "List the models that come with the program, and what each is."),
-            "effects": Command("physics.effects:run", "List the effects that `accept gap` can name as missing."),
-            "show": Command("physics.model:show", "Show every parameter with its value, unit and prior."),
-            "modes": Command(
-                "physics.model:modes", "Compute poles, and the zeros of Vs, de and da, with their damping."
-            ),
-            "frf": Command("physics.model:frf", "Compute responses of Vs, de and da to Va."),
-            "export": Command(
-                "physics.model:export", "Write the state space from Va to the channels as a MATLAB file."
-            ),
-            "fit": Command("physics.model_fit:run", "Fit uncertain parameters to a unit's responses."),
-            "learn": Command("physics.model_learn:run", "Learn a model from a batch."),
-            "sweep": Command("physics.model:run_sweep", "Compute poles and zeros over a row of values."),
-        },
-    ),
-    "lookup": Group(
-        "Precomputed tables of the misalignment.",
-        {
-            "build": Command("physics.lookup:run_build", "Tabulate the ratio de / da over dx, dy."),
-            "info": Command("physics.lookup:run_info", "Show the tables that are there, and whether they are whole."),
-        },
-    ),
-    "simulate": Group(
-        "Simulated units and a simulated bench.",
-        {
-            "bench": Command("bench.simulate_bench:run", "Simulate instruments on pseudo-terminals."),
-            "unit": Command("bench.simulate:unit", "Simulate a whole unit folder from a model."),
-            "faults": Command("bench.simulate:faults", "List what can be wrong with a simulated unit."),
-        },
-    ),
-    "hw": Group(
-        "Instruments on the bench.",
-        {
-            "list": Command("bench.hw:show_list", "List the instruments of the bench file."),
-            "scan": Command("bench.scan:scan", "Find ports and VISA instruments."),
-            "test": Command("bench.hw:ask", "Ask every instrument for one reading.", ("instrument",)),
-            "commission": Command("bench.commission:commission", "Commission a real instrument.", ("instrument",)),
-            "check": Command("bench.check:run", "Compare an instrument with its reference.", ("instrument",)),
-            "transcript": Command(
-                "bench.transcript:run", "Print the bytes that an instrument sent and received.", ("serial",)
-            ),
-            "measure": Command(
-                "bench.hw:measure", "Measure a section of a unit with its instrument.", ("file", "check")
-            ),
-            "pickup": Command(
-                "bench.hw:pickup", "Copy the rig's next record into a unit folder.", ("file", "file", "check", "file")
-            ),
+            "list": Command("units.product:show_list", "List the installed products."),
+            "new": Command("units.product:new", "Write the package of a new product, to be installed."),
+            "check": Command("units.product:check", "Check a product, installed or in its folder.", ("product",)),
         },
     ),
     "worker": Command("bench.worker:run", "Start workers of a cluster on this machine."),
-    "golden": Group(
-        "Golden units: does the bench measure as before?",
-        {
-            "name": Command("fleet.bench_health:golden_name", "Make a judged unit a golden one.", ("serial",)),
-            "list": Command("fleet.bench_health:golden_list", "List the golden units with their references."),
-            "check": Command("fleet.bench_health:golden_check", "Compare golden units with their references."),
-            "resolve": Command("fleet.bench_health:golden_resolve", "Let a stopped bench judge again."),
-            "retire": Command("fleet.bench_health:golden_retire", "Make a golden unit an ordinary one.", ("serial",)),
-        },
-    ),
 }
+
+USERS = {
+    "Technician, at the bench": BENCH,
+    "Quality assurance": QUALITY,
+    "Engineer": ENGINEERING,
+    "Administration": ADMINISTRATION,
+}
+COMMANDS = BENCH | QUALITY | ENGINEERING | ADMINISTRATION
 
 
 class Program(LazyGroup):
@@ -174,6 +191,13 @@ class Program(LazyGroup):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(table=COMMANDS, **settings)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002 - as typer calls it
+        """Write the commands by who uses them."""
+        width = max(map(len, COMMANDS))
+        for user, commands in USERS.items():
+            with formatter.section(user):
+                formatter.write_dl([(name.ljust(width), entry.about) for name, entry in commands.items()])
 
 
 app = typer.Typer(

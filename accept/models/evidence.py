@@ -27,10 +27,10 @@ ModelFiles = Mapping[str, bytes]  # of a model that is a file: its TOML first, t
 
 @dataclass
 class Models:
-    """Opens the models that a spec names, each once, and keeps the files of those that are no built-in.
+    """Opens the models of a spec, each once, and keeps the files of those that are not built in.
 
-    given : model files by the name that the spec uses, if they come from a certificate; then no other is opened. place
-    : folder in which they are unpacked, each into a folder of its own: its number in order of name."""
+    given : model files of a certificate by the spec's names; then no other is opened. place : folder to unpack them,
+    each in a folder of its own, numbered in order of name."""
 
     given: Mapping[str, ModelFiles] | None = None
     place: Path = Path()
@@ -47,7 +47,7 @@ class Models:
         return self._model_of(name).model
 
     def learned_bench(self, name: str) -> LearnedBenchRecord | None:
-        """Return the bench that a model learned; None if it learned none. Raise SpecError, ModelError, OSError."""
+        """Return the learned bench of a model; None if it has none. Raise SpecError, ModelError, OSError."""
         return self._model_of(name).spec.learned_bench
 
     def _model_of(self, name: str) -> "OpenedModel":
@@ -69,8 +69,7 @@ class Models:
 
 
 def named_models(spec: Spec) -> list[str]:
-    """Return the models that a spec asks for, by built-in name or file: its checks' and the one that explains
-    responses."""
+    """Return the models of a spec by built-in name or file: those of its checks and that of the responses."""
     names = [name for check, asked in spec.checks.items() if (name := model_of(check, asked)) is not None]
     if spec.gap is not None:
         names.append(spec.gap.model)
@@ -87,8 +86,8 @@ def model_of(check: str, asked: CheckSpec) -> str | None:
 
 
 def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
-    """Return by name the files of every model that is not built in. A model that cannot be read has no files: the check
-    that asks for it gives no result."""
+    """Return the files of every model that is not built in, by name. An unreadable model has none: its check gives no
+    result."""
     return {name: _read(name) for name in names if name not in builtin_models()}
 
 

@@ -56,9 +56,8 @@ class Plan:
 
     @classmethod
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
-        """Return the plan of a model's table. A model with uncertain modes has more modes, so it is tabulated with real
-        modes, which is close enough. Raises ModelError for a grid that is too small or a model without encoder or
-        joints."""
+        """Return the plan of a model's table. A model with uncertain modes is tabulated with real modes, which is close
+        enough. Raises ModelError for too small a grid and a model without encoder or joints."""
         check_tabulated(model)
         quick = with_damping(model, "modal") if model.scatters else None
         return cls(quick or model, *grid(model, nx, ny), table_frequencies())
@@ -87,7 +86,7 @@ class Plan:
         return ratios(self.model, float(self.dx[i]), self.dy, self.f)
 
     def agrees(self, i: int, row: Row) -> bool:
-        """Return whether a stored row is what this program computes, by its first entry."""
+        """Return whether the first entry of a stored row equals this program's."""
         if row.shape != (self.dy.size, self.f.size) or not np.isfinite(row).all():
             return False
         first = ratios(self.model, float(self.dx[i]), self.dy[:1], self.f)[0]
@@ -107,8 +106,8 @@ def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int 
 
 
 def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Cluster | None = None) -> MisalignmentTable:
-    """Compute the rows that are not there yet, on all cores or on a cluster, and store the table. Raises TableError if
-    a row from the cluster differs from the one that this machine computes."""
+    """Compute the missing rows, on all cores or on a cluster, and store the table. Raises TableError if a row from the
+    cluster differs from this machine's."""
     ready = dict(_stored_rows(plan))
     missing = [i for i in range(plan.dx.size) if i not in ready]
     if ready:
@@ -134,8 +133,8 @@ def write_table(path: Path, table: MisalignmentTable) -> None:
 
 
 def read_table(plan: Plan, path: Path | None = None) -> MisalignmentTable:
-    """Return the stored table of a plan. Raises FileNotFoundError, or TableError for one that is damaged, of another
-    model, or not what this program computes any more."""
+    """Return the stored table of a plan. Raises FileNotFoundError; TableError if it is damaged, of another model, or
+    differs from this program's."""
     path = path or plan.path
     table = open_table(path)
     if table.sha256 != plan.sha256:
@@ -227,7 +226,7 @@ _PLAN: list[Plan] = []
 
 
 def _hold(plan: Plan) -> None:
-    """Keep the plan in a worker, so that a task is a number."""
+    """Keep the plan in a worker process, so that a task is only a number."""
     worker_process.begin()
     _PLAN[:] = [plan]
 

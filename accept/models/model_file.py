@@ -27,7 +27,7 @@ from specs.plugins import product_named
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 AS_BUILT = "strut-as-built"  # its modes are as uncertain as they are from unit to unit
-# What simulated units are made of, by product.
+# The model of simulated units, by product.
 SIMULATED_MODEL = {"apa": "apa-frame", "strut": "strut", "strut-plates": "strut-plates"}
 KEPT_MODELS = 8  # a batch needs one or two for every kind of unit
 _NO_VALUES: Mapping[str, float] = {}
@@ -59,8 +59,8 @@ def open_model(name: str | Path) -> Model:
 
 
 def open_model_file(name: str | Path) -> OpenedModel:
-    """Return the same with its description. A model that its one file describes whole is built once for the same bytes,
-    however often it is asked for: for its hash, by checks, by the gap workflow, by the next unit."""
+    """Return the model of a file with its description. A model without further files is built once for the same bytes:
+    hashes, checks, the gap workflow and the next unit ask for it again."""
     spec = load_model(name)
     if spec.apa_file is not None:
         return model_of_spec(spec)
@@ -73,8 +73,8 @@ def open_model_file(name: str | Path) -> OpenedModel:
 
 
 def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement | None] = matrices_of) -> OpenedModel:
-    """Return the model of a description. matrices: reads the superelement that it names. Raises ModelError, also if it
-    was learned from units that are no batch."""
+    """Return the model of a description. matrices: reads its superelement. Raises ModelError, also for a model learned
+    from units that are not one batch."""
     if (batch := spec.population) is not None and not batch.holds_together:
         raise ModelError(
             f"{spec.name}: was learned from units that are no batch: of {len(batch.units) + len(batch.apart)}, "
@@ -90,15 +90,15 @@ def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement 
 
 
 def as_weighed(given: OpenedModel, serial: str, payload_kg: float | None) -> OpenedModel:
-    """Return the model with the payload that a unit's folder states; unchanged if the folder states none, or if the
-    model was fitted to this very unit and so knows it better."""
+    """Return the model with the payload of the unit's folder; unchanged without one, and if it was fitted to this very
+    unit."""
     fitted_to = given.spec.fit.serial if given.spec.fit else None
     return given if fitted_to == serial else replace(given, model=with_payload(given.model, payload_kg))
 
 
 def effects_of(spec: ModelSpec) -> list[tuple[str, dict[str, float]]]:
-    """Return the file's effects by name, in order, except for unidentified elements (`elements_of`). Raises ModelError
-    if a parameter is not a number."""
+    """Return the file's effects by name, in order, without unidentified elements (`elements_of`). Raises ModelError for
+    a parameter that is not a number."""
     out = []
     for entry in (e for e in spec.effects if e.name != UNIDENTIFIED):
         for key, value in entry.parameters.items():
@@ -133,13 +133,12 @@ def write_model(
     bench: LearnedBenchRecord | None = None,
     name: str | None = None,
 ) -> ModelSpec:
-    """Write a model file that is `spec` with other values, and what was read back from it.
+    """Write a model file, `spec` with other values, and return the file read back.
 
-    values, sds: by flat name, in the names' units; a value without an sd keeps the sd that it had. effects: added after
-    those that the file has. population: the batch that the values are of; an earlier unit's fit and an earlier batch
-    then go. bench: what its bench adds without a name. Comments stay. The superelement's path is made relative to the
-    new place. The file is read back before it replaces anything, so that an existing file stays readable. Raises
-    SpecError, ModelError, OSError."""
+    values, sds: by flat name, in the names' units; a value without an sd keeps its sd. effects: added after those of
+    the file. population: the batch of the values; an earlier unit's fit and an earlier batch are removed. bench: its
+    unnamed part. Comments stay. The superelement's path is made relative to the new place. The file is read back before
+    it replaces anything, so that an existing file stays readable. Raises SpecError, ModelError, OSError."""
     document = tomlkit.parse(spec.text)
     if name is not None:
         document["name"] = name
@@ -170,10 +169,9 @@ def write_model(
 
 
 def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: float | None) -> None:
-    """Write one number to the place that its flat name states; a number of a list of three becomes `{ value, sd }`
-    within it."""
+    """Write one number to the place of its flat name. A number in a list of three becomes `{ value, sd }`."""
     if flat not in spec.values and not math.isfinite(value):
-        return  # an effect that is off: the file says nothing about it
+        return  # an effect that is off: it is not in the file
     *sections, key = flat.split(".")
     quantity, channel, unit = [*key.split("_", 2), "", ""][:3]
     if channel in ByChannel.model_fields:

@@ -43,8 +43,7 @@ def draw(
     """Draw panels into a file or an open binary stream.
 
     format: "pdf", "png" or "svg", by default the file's ending. size_mm: width, height of the whole picture.
-    columns: panels side by side (default: up to 3 for wide pictures, all if fewer). Raises PictureError.
-    """
+    columns: panels side by side (default: up to 3 for wide pictures, all if fewer). Raises PictureError."""
     if isinstance(target, Path):
         content = picture(panels, format or format_of(target), size_mm, columns)
         target.write_bytes(content)
@@ -95,8 +94,7 @@ def _figure(panels: Sequence[Panel], size_mm: tuple[float, float] | None, column
 def _rectangle(
     panel: Panel, row: int, column: int, rows: int, columns: int, width: float, height: float
 ) -> tuple[float, float, float, float]:
-    """Return the place of one panel's axes in fractions of the figure; the margins are fixed so that rows and columns
-    line up."""
+    """Return the place of one panel's axes in fractions of the figure. Fixed margins line up rows and columns."""
     cell_w, cell_h = width / columns, height / rows
     left = column * cell_w + _MARGINS["left"]
     bottom = (rows - 1 - row) * cell_h + _MARGINS["bottom"]

@@ -46,8 +46,7 @@ class PageTable:
 
 
 def page(panels: Mapping[str, Panel], title: str, words: Sequence[str] = (), tables: Sequence[PageTable] = ()) -> bytes:
-    """Return one HTML page of all panels, below paragraphs of words; tables follow. Raises PictureError if plotly is
-    not installed or nothing is to be drawn."""
+    """Return one HTML page: paragraphs, all panels, tables. Raises PictureError without plotly or panels."""
     if find_spec("plotly") is None:
         raise PictureError(MISSING)
     if not panels:

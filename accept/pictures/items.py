@@ -30,7 +30,7 @@ _DASH = {"solid": "-", "dashed": (0, (4, 2)), "points": "none"}
 
 
 def draw_panel(axes: Axes, panel: Panel) -> None:
-    """Draw one panel: scales first (they decide what can be shown), items, then labels."""
+    """Draw one panel: scales first, because they decide what is visible, then items and labels."""
     if panel.x_log:
         axes.set_xscale("log")
     if panel.y_log:
@@ -180,7 +180,6 @@ def _image(axes: Axes, item: Image, _: _Series) -> None:
 
 
 def _colour_bar(axes: Axes, mapped: ScalarMappable, label: str) -> None:
-    """Draw the bar in the margin that the panel has at its right."""
     figure = axes.figure
     box = axes.get_position()
     mm = 1.0 / (25.4 * figure.get_figwidth())  # type: ignore[union-attr]
@@ -219,8 +218,7 @@ def _make_room(axes: Axes, legend: Legend) -> None:
 
 
 def _crosses(line: Line2D, box: Bbox) -> bool:
-    """Return whether a curve, or a point of a measurement, lies under a box (pixels). A straight mark across is no
-    curve."""
+    """Return whether a curve or a measured point lies under a box (pixels). Straight marks do not count."""
     path = line.get_transform().transform_path(line.get_path())
     points = np.asarray(path.vertices)
     if len(points) <= 2:

@@ -18,7 +18,7 @@ def panels_to_json(panels: Mapping[str, Panel]) -> list[dict[str, Any]]:
 
 
 def panels_from_json(data: Sequence[Mapping[str, Any]]) -> dict[str, Panel]:
-    """Read what `panels_to_json` wrote. Raises KeyError, TypeError or ValueError on anything else."""
+    """Read the output of `panels_to_json`. Raises KeyError, TypeError or ValueError on other input."""
     return {panel["name"]: _read_panel(panel) for panel in data}
 
 

@@ -50,7 +50,7 @@ class Scale:
         return list(zip(values, _words(values, step), strict=True))
 
     def _step(self, most: int) -> float:
-        """Return the smallest round step that gives no more than `most` ticks; quarters of a turn for half a turn or
+        """Return the smallest round step with at most `most` ticks; quarters of a turn for a range of half a turn or
         more."""
         span = self.hi - self.lo
         if self.degrees and span >= 180.0:
@@ -109,7 +109,7 @@ def _about(middle: float, span: float) -> tuple[float, float]:
 
 
 def _extent(items: Sequence[Item], axis: str, log: bool) -> tuple[float, float]:
-    """Return the limits that show every item along an axis, with a margin; maps fill theirs."""
+    """Return limits of an axis that show every item with a margin; maps fill theirs."""
     parts = [np.ravel(np.asarray(part, float)) for item in items for part in _parts(item, axis)]
     values = np.concatenate([np.empty(0), *parts])
     values = values[(np.abs(values) < LARGEST) & ((values > 1.0 / LARGEST) | (not log))]  # no NaN, no inf
@@ -129,7 +129,6 @@ def _extent(items: Sequence[Item], axis: str, log: bool) -> tuple[float, float]:
 
 
 def _parts(item: Item, axis: str) -> list[Array]:
-    """Return the values of an item along an axis."""
     match item:
         case Line():
             return [item.x if axis == "x" else item.y]

@@ -80,8 +80,8 @@ def marked(word: str, simulated: bool) -> str:
 
 
 def unit_word(verdict: str, nonconformances: Collection[str], dispositions: Collection[Mapping[str, Any]] = ()) -> str:
-    """Return the verdict of a unit as people read it, a key of `UNITS`: one that is held is called so everywhere, and
-    one that quality assurance uses as it is, too."""
+    """Return the verdict of a unit for people, a key of `UNITS`: a held unit is called held everywhere, and a unit used
+    as is, used as is."""
     called = {"conditional": "held", "incomplete": "held, incomplete"} if nonconformances else {}
     if any(given["disposition"]["choice"] == CONCESSION for given in dispositions):
         called["accepted"] = "accepted by concession"

@@ -8,8 +8,7 @@ _WORDS = re.compile(r"\[us\]|(?<![A-Za-z_])(?:um|uF|urad|ohm|percent)(?![A-Za-z_
 
 
 def pretty(text: str) -> str:
-    """Return the text with µm for um, µF for uF, Ω for ohm, and % for percent; names such as `flatness_um` stay as they
-    are."""
+    """Return the text with µm for um, µF for uF, Ω for ohm, % for percent. Names such as `flatness_um` stay."""
     return _WORDS.sub(lambda found: _UNITS[found.group()], text)
 
 

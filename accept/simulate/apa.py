@@ -37,7 +37,7 @@ GAIN = 3e-7  # rad/N at rest
 
 @dataclass(frozen=True)
 class Figures:
-    """The properties of one APA beside its model. heights_um: at the 8 probe points; loop: relative width of the loops
+    """The properties of one APA beyond its model. heights_um: at the 8 probe points; loop: relative width of the loops
     over the largest drive; creep: per decade; modes_Hz: x-bending, y-bending, axial, torsion, one end fixed, as
     measured ([STB] 2.4) and, the last two, by the frame's public matrices."""
 
@@ -88,7 +88,7 @@ def draw(rng: np.random.Generator) -> Figures:
 
 
 def heights(rng: np.random.Generator, flatness_um: float) -> tuple[float, ...]:
-    """Return probe heights [um] of two interfaces of this flatness on a part that lies askew; the first one is zero."""
+    """Return probe heights [um] of two interfaces of this flatness on a tilted part; the first is zero."""
     x, y = np.array(POSITIONS_MM).T
     rough = rng.uniform(-1.0, 1.0, x.size)
     rough *= flatness_um / minimum_zone(x, y, rough).half_width
@@ -113,7 +113,7 @@ def records(bench: DrivenUnit, figures: Figures, double: DoubleHits | None) -> d
 
 
 def _stroke(request: UnitRequest, figures: Figures, stroke_um: float, name: str) -> Columns:
-    """Return two slow rises from -20 V to 150 V and back, and what the gauge shows."""
+    """Return two slow rises from -20 V to 150 V and back, and the gauge's displacement."""
     t = np.arange(round(STROKE_FS * STROKE_PERIOD_S * STROKE_CYCLES)) / STROKE_FS
     span = TOP_V - START_V
     V = START_V + 0.5 * span * (1.0 - np.cos(2 * np.pi * t / STROKE_PERIOD_S))
@@ -151,8 +151,8 @@ def _hammer(request: UnitRequest, key: str, figures: Figures, double: DoubleHits
 
 
 def shell_modes(key: str, figures: Figures) -> list[ShellMode]:
-    """Return the modes that an impact shows ([STB] 2.4.3 to 2.4.5): both bendings with their overtones; from the left
-    and at the top the axial mode too, since no hit is quite across the axis; from the left alone torsion."""
+    """Return the modes in an impact ([STB] 2.4.3 to 2.4.5): both bendings with their overtones; from left and top also
+    the axial mode, since no hit is exactly across the axis; from the left torsion too."""
     x, y, axial, torsion = figures.modes_Hz
     shown = {
         "x_bending": [(x, 1.0), (3.0 * x, 0.02), (5.0 * x, 0.006)],

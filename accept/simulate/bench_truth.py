@@ -51,7 +51,7 @@ def _number(values: Mapping[str, Any], name: str) -> float:
 
 
 def _heights(values: Mapping[str, Any]) -> tuple[float, ...]:
-    """Return the heights at the probe points, in their order; of a table the point nearest to each."""
+    """Return the heights at the probe points in order; from a table, those of the nearest points."""
     if "points" in values:
         table = values["points"]
         away = [np.hypot(table["x_mm"] - x, table["y_mm"] - y) for x, y in POINTS_MM]
@@ -61,7 +61,8 @@ def _heights(values: Mapping[str, Any]) -> tuple[float, ...]:
 
 
 def _strokes(values: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the strokes [m] of one stack and of the two others; a typed stroke is one third and two thirds."""
+    """Return the strokes [m] of one stack and of the other two. A typed stroke is split into one third and two
+    thirds."""
     records = [values.get("one_stack"), values.get("two_stacks")]
     if all(isinstance(record, Record) for record in records):
         one, two = (float(r["d"].max() - r["d"][0]) for r in records if isinstance(r, Record))

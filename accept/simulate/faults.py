@@ -18,7 +18,7 @@ KINDS = (*WITH_ENCODER, "strut-plates")  # products that can be simulated
 
 @dataclass(frozen=True)
 class Remedy:
-    """What puts a bench error right. step: which is then measured again; stems: how the names of its records begin."""
+    """A remedy for a bench error. step: to be measured again; stems: beginnings of its record names."""
 
     words: str
     step: str = "frf"
@@ -27,11 +27,10 @@ class Remedy:
 
 @dataclass(frozen=True)
 class UnitFault:
-    """kinds: of unit that can have it; shows: (quantity, verdict) that a judgement by the spec of its kind must hold;
-    unexplained: that of a strut holds instead until the gap analysis has named the cause, none if it is the same;
-    figures: the APA with it; model: changes of the model's values, from its values; spoil: the record with it, by its
-    file stem; cut: file stems of records that end in the middle; double: hits that bounce; remedy: what puts it right
-    at the bench, None if the part itself is bad."""
+    """kinds: of unit that can have it; shows: (quantity, verdict) in a judgement by the spec of its kind; unexplained:
+    the same until the gap analysis has named the cause of a strut, none if equal; figures: the APA with it; model:
+    changes of the model's values, from its values; spoil: the record with it, by file stem; cut: file stems of records
+    that end in the middle; double: hits that bounce; remedy: at the bench, None if the part itself is bad."""
 
     words: str
     kinds: tuple[str, ...]
@@ -72,7 +71,7 @@ def _lossy(figures: Figures) -> Figures:
 
 
 def _of_responses(change: Callable[[Columns], Columns]) -> Callable[[str, Columns], Columns]:
-    """Return the same change of every record of frequency responses, none of the others."""
+    """Return the change for every record of frequency responses; other records stay."""
     return lambda stem, columns: columns | change(columns) if stem.startswith("frf_") else columns
 
 
@@ -185,6 +184,6 @@ FAULTS: Mapping[str, UnitFault] = {
 
 
 def remedies(kind: str) -> list[Remedy]:
-    """Return what can be put right at the bench of a unit of this kind, each once, by its words."""
+    """Return the distinct remedies at the bench for a unit of this kind, by their words."""
     found = {f.remedy for f in FAULTS.values() if kind in f.kinds and f.remedy is not None}
     return sorted(found, key=lambda remedy: remedy.words)

@@ -28,8 +28,8 @@ class ShellMode:
 
 @dataclass(frozen=True)
 class DoubleHits:
-    """Hits that bounce: the share of the first peak that the second has, and how much later it comes [s]. hits: which,
-    counted from 0; None: all but the middle one."""
+    """Hits that bounce: height of the second peak as a share of the first, and its delay [s]. hits: which, counted from
+    0; None: all but the middle one."""
 
     share: float = 0.45
     late_s: float = 0.012

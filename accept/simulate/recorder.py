@@ -33,9 +33,8 @@ END = 1e9  # of the channels that a counter or an analyser gives: they have no c
 
 
 class SimulatedSettings(Strict):
-    """kind, model, seed: of the unit, as `accept simulate unit` has them. stage: file that tells the simulated bench
-    which stacks are driven and where the hammer hits. bouncing: hits that bounce, counted from 0. pace: seconds that a
-    recorded second takes."""
+    """kind, model, seed: of the unit, as in `accept simulate unit`. stage: file of the simulated bench with the driven
+    stacks and the hammer's place. bouncing: hits that bounce, counted from 0. pace: seconds for a recorded second."""
 
     kind: Literal["apa", "strut", "strut-plates"] = "apa"
     model: Words | None = None
@@ -96,7 +95,7 @@ class SimulatedConverter:
         """Leave nothing open."""
 
     def _deliver(self, raw: Array, rate_Hz: float, heard: Heard) -> Array:
-        """Return the numbers (C, N) block by block, in the time that they take."""
+        """Deliver the numbers (C, N) block by block, at the pace of the recording."""
         block = max(round(BLOCK_s * rate_Hz), 1)
         for at in range(0, raw.shape[1], block):
             part = raw[:, at : at + block]

@@ -35,8 +35,8 @@ class SimulatedUnit:
 
 
 def simulate(request: UnitRequest) -> SimulatedUnit:
-    """Return all files of a unit; equal orders give equal bytes on one machine. Raises UnitRequestError, and ModelError
-    for an effect that the model cannot hold."""
+    """Return all files of a unit; equal requests give equal bytes on one machine. Raises UnitRequestError, and
+    ModelError for an effect that the model does not have."""
     fault = _fault(request)
     model = request.affected()
     if fault.model is not None:
@@ -88,8 +88,8 @@ def _responses(bench: DrivenUnit) -> tuple[dict[str, Columns], dict[str, Any]]:
 
 
 def _experiments(bench: DrivenUnit, sensor_F: float) -> tuple[dict[str, Columns], list[Any], list[Any]]:
-    """Return the records of the responses under every experiment, their entries of unit.toml, and the parameters that
-    it changed with their true values. The noise of each is its own."""
+    """Return the records of the responses under every experiment, their entries of unit.toml, and the true values of
+    the parameters that the experiments change. Each has its own noise."""
     request = bench.request
     records: dict[str, Columns] = {}
     listed: list[dict[str, Any]] = []

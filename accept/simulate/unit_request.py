@@ -22,12 +22,12 @@ from specs.plugins import product_named
 SHORTEST_S = 2.0
 LONGEST_S = 120.0
 SHORT_S = 10.5  # quick to simulate, and long enough: the specs ask for 10 s
-FIGURES = "figures"  # what the unit is, which every recording of it has
-APA_PAYLOAD_KG = 5.0  # [STB] 3.1.7; the models have what a strut carries
+FIGURES = "figures"  # properties of the unit, the same in every recording
+APA_PAYLOAD_KG = 5.0  # [STB] 3.1.7; the models have a strut's payload
 
 
 class UnitRequestError(AcceptError, ValueError):
-    """A request that cannot be carried out; the text names the value that is wrong and what is possible."""
+    """An impossible request; the text names the wrong value and the possible ones."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class ExperimentRequest:
 
     @classmethod
     def of(cls, name: str, values: Mapping[str, float]) -> "ExperimentRequest":
-        """Return an experiment. Raises UnitRequestError if its kind is unknown, or a number is missing, unknown or
-        implausible."""
+        """Return an experiment. Raises UnitRequestError for an unknown kind and a missing, unknown or implausible
+        number."""
         if name not in EXPERIMENT_KINDS:
             raise UnitRequestError(f"experiment '{name}': expected one of {', '.join(EXPERIMENT_KINDS)}")
         kind = EXPERIMENT_KINDS[name]
@@ -110,13 +110,12 @@ class UnitRequest:
         return product_named(self.kind).family
 
     def rng(self, of: str) -> np.random.Generator:
-        """Return a generator for one purpose: its numbers do not depend on what else is drawn."""
+        """Return a generator for one purpose, independent of all others."""
         again = [self.take] if self.take and of != FIGURES else []
         return np.random.default_rng([self.seed, zlib.crc32(of.encode()), *again])
 
     def bent(self, Va: Array, amplitude_V: float) -> Array:
-        """Return the drive (N,) [V] that effects make of another, if they are not linear, their size stated at this
-        amplitude."""
+        """Return a drive (N,) [V] as distorted by nonlinear effects. Their size is stated at this amplitude."""
         for name, values in self.effects:
             bends = effect_named(name).bends
             Va = Va if bends is None else bends(values, amplitude_V)(Va)
@@ -154,8 +153,8 @@ class UnitRequest:
 
 
 def drawn(model: Model, seed: int, most: float = 2.0) -> Model:
-    """Return the model with every uncertain parameter drawn from its prior, at most so many standard deviations away
-    and within its bounds."""
+    """Return the model with every uncertain parameter drawn from its prior, within so many standard deviations and its
+    bounds."""
     rng = np.random.default_rng([seed, zlib.crc32(b"parameters")])
     c = model.calibrated
     away = np.clip(rng.standard_normal(len(c.names)), -most, most)

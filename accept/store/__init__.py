@@ -1,4 +1,4 @@
-"""The append-only event store: what happened at the bench, when, by whom, against which spec and with which code."""
+"""The append-only event store: each event of the bench with its time, person, spec and code."""
 
 from accept.store.chain import ChainBreak, StoreHead
 from accept.store.errors import StoreError

@@ -10,7 +10,7 @@ from accept.store.chain import StoreHead
 from accept.store.errors import StoreError
 from specs.files import read_bounded
 
-OWNER_WRITES = 0o644  # whatever the umask: another user of the machine must not write what the store is checked against
+OWNER_WRITES = 0o644  # whatever the umask: another user of the machine must not write the reference of the check
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,7 @@ class Anchor:
             raise ValueError(f"{self.path.name} is damaged: {e}") from e
 
     def write(self, head: StoreHead) -> None:
-        """Replace the head. Raises StoreError if the file cannot be written: the event is stored then, but not its
-        anchor."""
+        """Replace the head. Raises StoreError if the file cannot be written; the event is stored all the same."""
         try:
             write_atomic(self.path, f"{head}\n".encode("ascii"), OWNER_WRITES)
         except OSError as e:

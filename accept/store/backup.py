@@ -44,11 +44,10 @@ def back_up(store: Store, file: Path) -> StoreHead:
 
 
 def restore(file: Path, target: Path) -> tuple[StoreHead, Path | None]:
-    """Make a backup the store of this bench; returns its head, and where the replaced store lies now. The backup is
-    only read, not changed.
+    """Make a backup the store of this bench; return its head and the new path of the replaced store. The backup itself
+    is only read.
 
-    Raises StoreError if the backup's integrity check fails; nothing was changed then.
-    """
+    Raises StoreError, with nothing changed, if the backup's integrity check fails."""
     if not file.is_file():
         raise StoreError(f"{file}: there is no such backup")
     kept = _kept_head(file)
@@ -105,7 +104,7 @@ def _kept_head(file: Path) -> StoreHead | None:
 
 
 def _set_aside(target: Path) -> Path | None:
-    """Rename the present store, which is never deleted, and return its new path, None if there was no store."""
+    """Rename the present store and return its new path, None if there was no store. It is never deleted."""
     if not target.exists():
         return None
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")

@@ -4,8 +4,7 @@ It finds any change of any stored field, a missing event anywhere, an inserted o
 has no event after it, so it is anchored three times: in the table `head`, in the file beside the database
 (`store.head`), and in every copy of `Store.head()` that was written down. An intruder who rewrites every event from
 some point on, and the table and the file too, is found only by comparison with a head that was kept elsewhere. Each
-certificate carries the hash of its result, which is a second such record.
-"""
+certificate carries the hash of its result, which is a second such record."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from accept.store.event import GENESIS, Event
 
 @dataclass(frozen=True)
 class StoreHead:
-    """The last event: its number and its hash. A copy of it proves later what the store held up to it."""
+    """The last event: number and hash. A copy of it proves the content of the store up to that event."""
 
     seq: int
     hash: str
@@ -51,9 +50,8 @@ class ChainBreak:
 def first_problem(events: Iterable[Event], head: StoreHead, anchors: Mapping[str, StoreHead]) -> ChainBreak | None:
     """Return the first break of the chain, None if it is unbroken.
 
-    events : all of the store by increasing number, as read, whatever they hold. head : what the table `head` names as
-    the last event. anchors : heads that were kept elsewhere, by who holds them; each was the last event once.
-    """
+    events : of the whole store, as read, by increasing number. head : the last event by the table `head`. anchors :
+    holder -> head that was kept elsewhere; each was the last event once."""
     anchors = {"table head": head, **anchors}
     last, seen = START, {0: GENESIS}
     wanted = {anchor.seq for anchor in anchors.values()}

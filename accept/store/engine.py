@@ -35,8 +35,8 @@ def make_engine(url: URL, timeout_s: float) -> Engine:
 
 
 def _server_options(url: URL) -> dict[str, Any]:
-    """Return the options of a connection to PostgreSQL. A bench that is cut off while it appends holds the lock of
-    appends no longer than the others wait for it."""
+    """Return the options of a connection to PostgreSQL. The lock of an append ends when the other programs stop
+    waiting, also if the bench that holds it was cut off."""
     if url.get_backend_name() != "postgresql" or "options" in url.query:
         return {}
     limits = f"-c idle_in_transaction_session_timeout={SILENT_S}s -c lock_timeout={RECONNECT_S:.0f}s"
@@ -55,13 +55,13 @@ def _prepare(timeout_s: float) -> Callable[[sqlite3.Connection, Any], None]:
 
 
 def _text(raw: bytes) -> str:
-    """Return text from bytes, also if they were damaged and are not UTF-8, so that the check can name the event."""
+    """Return text from bytes. Damaged bytes that are not UTF-8 are kept, so that the check can name the event."""
     return raw.decode("utf-8", "surrogateescape")
 
 
 def _to_wal(connection: sqlite3.Connection, deadline: float) -> None:
-    """Switch to WAL, and repeat until the deadline: SQLite does not wait for its busy timeout if two programs switch a
-    new file at once."""
+    """Switch to WAL, repeatedly until the deadline: SQLite waits no busy timeout if two programs switch a new file at
+    once."""
     while True:
         try:
             connection.execute("PRAGMA journal_mode=WAL")
@@ -88,9 +88,9 @@ def has_index(connection: Connection, name: str) -> bool:
 
 
 def reconnecting(work: Callable[[], T]) -> T:
-    """Return the result of `work`, which is repeated for up to RECONNECT_S if the connection to a server is lost.
+    """Return the result of `work`, repeated for up to RECONNECT_S if the connection to a server is lost.
 
-    work: one transaction, which must itself find out whether an earlier try was committed after all."""
+    work: one transaction, which must check whether an earlier try was committed after all."""
     deadline = time.monotonic() + RECONNECT_S
     while True:
         try:

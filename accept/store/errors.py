@@ -25,7 +25,7 @@ _CAUSES = {
 
 
 class StoreError(AcceptError, RuntimeError):
-    """The store cannot be used; the text names it, says why and what to do."""
+    """The store cannot be used; the text states its name, the reason and the remedy."""
 
 
 class Overtaken(StoreError):

@@ -1,4 +1,4 @@
-"""One event: what it holds, and the hash that ties it to the event before."""
+"""One event: its fields, and the hash that ties it to the event before."""
 
 import hashlib
 import json
@@ -17,7 +17,7 @@ class KeyHolder(str):
 
 
 def shown_name(who: str, typed: bool) -> str:
-    """Return a name as it is shown beside what was done under it."""
+    """Return the name of a person as printed beside a decision."""
     return f"{who} (typed)" if typed else str(who)
 
 
@@ -27,8 +27,7 @@ class Event:
 
     seq : 1, 2, 3 ...; time : UTC, ISO 8601 with microseconds; who : the operator; what : the kind of event;
     subject : a unit's serial or ""; spec : name@sha256 or ""; code : hash of the program; payload : canonical JSON;
-    prev : hash of the event before; hash : over all the fields above.
-    """
+    prev : hash of the event before; hash : over all the fields above."""
 
     seq: int
     time: str
@@ -60,8 +59,7 @@ class Event:
 
     @property
     def intact(self) -> bool:
-        """Whether the hash is that of the content. An event with a field of another type, e.g. bytes, is never
-        intact."""
+        """Whether the hash is that of the content; never if a field has another type, such as bytes."""
         fields = (
             self.seq, self.time, self.who, self.what, self.subject, self.spec, self.code, self.payload, self.prev,
             self.hash,
@@ -74,15 +72,14 @@ def digest(*fields: int | str) -> str:
     """Return the SHA-256 of the fields as one JSON list without spaces, all beyond ASCII escaped.
 
     JSON quotes every string, so no two different events have the same encoding, and anyone can recompute the hash:
-    `json.dumps([seq, time, who, what, subject, spec, code, payload, prev], separators=(",", ":"))`.
-    """
+    `json.dumps([seq, time, who, what, subject, spec, code, payload, prev], separators=(",", ":"))`."""
     return hashlib.sha256(json.dumps(fields, separators=(",", ":"), ensure_ascii=True).encode("ascii")).hexdigest()
 
 
 @dataclass(frozen=True)
 class NewEvent:
-    """An event to be appended; the store adds number, time, operator, code and hashes. after: number of the last event
-    about its subject that it follows from; with a later one in the store it is not appended."""
+    """An event to append; the store adds number, time, operator, code and hashes. after: number of the previous event
+    about its subject; if the store has a later one, the event is not appended."""
 
     what: str
     subject: str = ""
@@ -99,8 +96,7 @@ class NewEvent:
 
 
 def sealed(seq: int, time: str, who: str, entry: NewEvent, code: str, prev: str) -> Event:
-    """Return the event of an entry, with its hash. Raises StoreError if a database would not store a field
-    unchanged."""
+    """Return an entry's event with its hash. Raises StoreError if a database would change a field."""
     if not who or not entry.what:
         raise StoreError(f"an event needs its operator and its kind (got who={who!r}, what={entry.what!r})")
     words = (time, who, entry.what, entry.subject, entry.spec, code, entry.text(), prev)

@@ -38,8 +38,8 @@ class Certificate:
 
 @dataclass(frozen=True)
 class HandedOut:
-    """A certificate as it was handed out: of which attempt, its hash, its number ("" without one), its spec, and its
-    result, None if another judgement came before it was signed."""
+    """A certificate as handed out: its attempt, hash, number ("" without one), spec and result (None if another
+    judgement came before the signature)."""
 
     attempt: int
     sha256: str
@@ -50,8 +50,8 @@ class HandedOut:
 
 @dataclass(frozen=True)
 class UnitState:
-    """State of one serial: its last judgement and the certificate of that, how each judgement ended, and the
-    certificate of the latest attempt that ever had one (`handed_out`)."""
+    """State of one serial: its last judgement with its certificate, how each judgement ended, and the certificate of
+    the latest attempt that ever had one (`handed_out`)."""
 
     serial: str
     path: str
@@ -79,8 +79,7 @@ class UnitState:
         return str(self.result.verdict)
 
     def unchanged(self, inputs: Mapping[str, str], spec_sha256: str, code_sha256: str) -> bool:
-        """Return whether judging again could only repeat the result: same inputs, same spec, same code. A judgement
-        that was declared void is no result."""
+        """Return whether inputs, spec and code are those of the last judgement, which was not declared void."""
         same = (dict(self.inputs), self.spec_sha256, self.code_sha256) == (dict(inputs), spec_sha256, code_sha256)
         return same and not self.voided
 
@@ -95,8 +94,8 @@ class BenchState:
 
 
 def fold(events: Iterable[Event], state: BenchState | None = None) -> BenchState:
-    """Return the state after these events, from `state` (default: an empty bench). Raises StoreError if a payload
-    cannot be used."""
+    """Return the state after these events, from `state` (default: an empty bench). Raises StoreError for a bad
+    payload."""
     state = state or BenchState()
     units, refused, seq = dict(state.units), dict(state.refused), state.seq
     for event in events:
@@ -141,8 +140,7 @@ def _voided(unit: UnitState, event: Event, void: AttemptVoided) -> UnitState:
 
 
 def _certified(unit: UnitState, event: Event, certified: CertificateWritten | CertificateSigned) -> UnitState:
-    """Return the unit with a certificate that was written or signed: of its last attempt, unless it is known to be of
-    an earlier one."""
+    """Return the unit with a new or newly signed certificate: of its last attempt, unless an earlier one is stated."""
     path, sha256 = certified.path, certified.sha256
     attempt = _attempt_of(unit, certified)
     known = {**unit.certificates, sha256: (attempt, path)}

@@ -73,7 +73,7 @@ def page() -> str:
 
 
 def _section(kind: Any, parts: dict[str, Any]) -> Iterator[str]:
-    """Yield the description of a model and the table of its keys; models that its keys hold are added to `parts`."""
+    """Yield the description of a model and the table of its keys. Models inside it are added to `parts`."""
     yield " ".join((kind.__doc__ or "").partition("\n\n")[0].split()) + "\n"
     yield "| key | type | meaning |\n|---|---|---|"
     hints = get_type_hints(kind, include_extras=True)
@@ -91,7 +91,6 @@ def _is_later(field: "Field[Any]") -> bool:
 
 
 def _type(hint: Any, parts: dict[str, Any]) -> str:
-    """Return a type in words."""
     arguments = get_args(hint)
     match get_origin(hint):
         case None if hint in _OPAQUE:

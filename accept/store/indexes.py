@@ -1,8 +1,7 @@
 """Indexes beside the events: which judgements hold a recording or name a part, so that neither search reads all events.
 
 They are made from the events and can be made again; `Store.check` compares them with the events. A key is a 63-bit hash
-of the search term, so every event that an index finds must be read.
-"""
+of the search term, so every event that an index finds must be read."""
 
 import hashlib
 import heapq
@@ -30,7 +29,7 @@ _Row = tuple[int, int, int]  # number of the event, which of the INDEXES, key
 class EventIndex:
     """An index of the judgements by a kind of key.
 
-    of: what it holds, in words. keys: of a judgement's result; it may raise any error on a result of another program.
+    of: its content, in words. keys: of a judgement's result; it may raise any error on a result of another program.
     mark: occurs in the canonical JSON of every judgement with keys."""
 
     table: Table
@@ -109,8 +108,8 @@ def build(connection: Connection) -> None:
 
 
 def problem(connection: Connection, events: Iterable[Event]) -> ChainBreak | None:
-    """Return the first event of the whole store for which an index is wrong, None if all are right. events: all of
-    them, as stored."""
+    """Return the first event for which an index is wrong, None if all are right. events: of the whole store, as
+    stored."""
     held = heapq.merge(*(_numbered(which, index.held(connection)) for which, index in enumerate(INDEXES)))
     for due, there in zip_longest(_rows(events), held):
         if due != there:
@@ -136,7 +135,6 @@ def _numbered(which: int, rows: Iterable[tuple[int, int]]) -> Iterator[_Row]:
 
 
 def _rows(events: Iterable[Event]) -> Iterator[_Row]:
-    """Yield the rows that the indexes should have for these events, in order."""
     for event in events:
         marked = [pair for pair in enumerate(INDEXES) if event.what == JUDGED and pair[1].mark in event.payload]
         result = _result(event) if marked else {}

@@ -37,8 +37,7 @@ def open_store(
     unbroken (`Store.verify`); False only to inspect a damaged store. make : make what is absent, indexes too; if False
     nothing is written, and only the events can be read. bench : folder of the bench whose key signs seal and heads,
     else the bench's own. Raises StoreError if the store cannot be opened or made, was written by a newer version, or
-    fails its integrity check.
-    """
+    fails its integrity check."""
     chosen = url or os.environ.get("ACCEPT_STORE_URL") or None
     parsed = _parsed(chosen) if chosen else URL.create("sqlite", database=str(_default_path()))
     where = _where(parsed)
@@ -75,8 +74,7 @@ def _warn_of_open_home(folder: Path) -> None:
 
 
 def _sealer(url: URL, file: Path | None, bench: Path | None) -> Sealer | None:
-    """Return the sealer: beside the file of SQLite, or in the bench's folder for a server; None for a database in
-    memory."""
+    """Return the sealer: of a file, beside it; of a server, in the bench's folder; None in memory."""
     if file is not None:
         return Sealer(file.with_suffix(".seal"), (bench or home()) / BENCH_KEY)
     if url.get_backend_name() == "sqlite":
@@ -94,7 +92,7 @@ def _default_path() -> Path:
 
 
 def _parsed(address: str) -> URL:
-    """Raise StoreError for what is no address of a database. Its words are not repeated: they may be a password."""
+    """Raise StoreError for an invalid address of a database. The text is not repeated: it may contain a password."""
     try:
         url = make_url(address)
         url.get_backend_name()
@@ -112,8 +110,7 @@ def _where(url: URL) -> str:
 
 
 def _prepare(engine: Engine, where: str, make: bool) -> bool:
-    """Make what is absent, also the indexes of a store of an earlier accept, in one transaction; return whether
-    anything was made."""
+    """Make absent tables and indexes in one transaction; return whether any was absent."""
     with snapshot(engine) as connection:
         if _is_whole(connection, where) or not make:
             return False

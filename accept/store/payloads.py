@@ -1,7 +1,6 @@
 """Every kind of event that a store holds, each with the typed payload that writes and reads it.
 
-A kind grows by keys with a default, so that stores of earlier versions are read. No key changes its name or meaning.
-"""
+A kind grows by keys with a default, so that stores of earlier versions are read. No key changes its name or meaning."""
 
 import re
 from collections.abc import Mapping
@@ -50,8 +49,7 @@ class Payload(Document):
 
 
 def payload_of(event: Event, *kinds: type[Payload]) -> Payload | None:
-    """Read an event of one of these kinds, by default of any; None for another, as for one of a later version. Raises
-    StoreError."""
+    """Read an event of one of these kinds, default any; None for another or later kind. Raises StoreError."""
     kind = KINDS.get(event.what)
     return kind.of(event) if kind is not None and (not kinds or kind in kinds) else None
 

@@ -7,7 +7,7 @@ from accept.store.store import END_NOT_KEPT, Store
 def check_lines(store: Store, exported: StoreHead | None = None) -> tuple[bool, list[str]]:
     """Return whether the store is unbroken, and the lines that state so or name the first broken place, and every place
     where the clock was set back. Raises StoreError."""
-    kept = store.end_is_kept or exported is not None  # asked first: a check seals what it saw
+    kept = store.end_is_kept or exported is not None  # asked first: a check seals the events it saw
     problem = store.check(exported)
     if problem is not None:
         return False, [f"store: {store.where}: broken", str(problem)]

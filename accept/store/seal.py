@@ -1,10 +1,9 @@
-"""The seal of what was checked: number and hash of the last checked event, signed with the bench's own key.
+"""The seal of the checked events: number and hash of the last one, signed with the bench's own key.
 
-The seal lets a long store be used without walking it whole every time. It also holds the state of the database at the
-check. For SQLite that is the file itself (its inode, size and times of change, of the log of writes too), which a
-program without the rights of an administrator cannot change unseen; for PostgreSQL it is the transactions that wrote
-the sealed rows. If they differ, the whole chain is walked again.
-"""
+The seal saves the walk along the whole chain of a long store. It contains the state of the database at the check. For
+SQLite that is the file itself with its log (inode, size and times of change), which a program without the rights of an
+administrator cannot change unseen; for PostgreSQL it is the transactions that wrote the sealed rows. If they differ,
+the whole chain is walked again."""
 
 import json
 import time
@@ -39,7 +38,7 @@ class Seal:
 
 @dataclass(frozen=True)
 class SignedHead:
-    """A head with the bench's signature, both hexadecimal: what certificates state and `accept store head` exports."""
+    """A head with the bench's signature, both hexadecimal; in certificates and exported by `accept store head`."""
 
     head: StoreHead
     bench: str  # its public key
@@ -51,15 +50,14 @@ class SignedHead:
 
 @dataclass(frozen=True)
 class Sealer:
-    """Reads and writes one seal. file: its path; key_file: the bench's own key, made if absent. It belongs to no person
-    and has no passphrase, so that a bench can work unattended: any user who can read it can seal."""
+    """Reads and writes one seal. file: its path; key_file: the bench's own key, made if absent. The key belongs to no
+    person and has no passphrase, so that a bench can work unattended: any user who can read it can seal."""
 
     file: Path
     key_file: Path
 
     def read(self, old_too: bool = False) -> Seal | None:
-        """Return the seal; None if it is absent, not signed by this bench, or, unless `old_too`, too old to be relied
-        on."""
+        """Return the seal; None if it is absent, not signed by this bench, or too old (unless `old_too`)."""
         try:
             inner = json.loads(self.text_of(read_bounded(self.file)) or "")
             seal = Seal(StoreHead.parse(inner["head"]), str(inner["looks"]), float(inner["made"]))
@@ -68,7 +66,7 @@ class Sealer:
         return seal if old_too or 0.0 <= time.time() - seal.made <= OLDEST_S else None
 
     def write(self, head: StoreHead, looks: str, made: float | None = None) -> None:
-        """Write the seal. A bench whose folder cannot be written goes without: the chain is then walked every time."""
+        """Write the seal. A bench with an unwritable folder has none: the chain is then walked every time."""
         seal = Seal(head, looks, time.time() if made is None else made).text()
         try:
             write_atomic(self.file, self.signed(seal), 0o600)
@@ -122,7 +120,7 @@ def _stored_key(key_file: Path) -> Ed25519PrivateKey:
 
 
 def bench_of(key_file: Path) -> str | None:
-    """Return the public key of the bench whose own key is in a file, as heads state it; None if it cannot be read."""
+    """Return the public key of the bench whose key is in a file, as stated in heads; None if it is unreadable."""
     try:
         key = _stored_key(key_file)
     except (OSError, ValueError):
@@ -131,7 +129,7 @@ def bench_of(key_file: Path) -> str | None:
 
 
 def head_problem(given: Mapping[str, Any]) -> str | None:
-    """Return why the signature of an exported head does not hold, None if it does. Raises KeyError, TypeError,
+    """Return why the signature of an exported head is invalid, None if it is valid. Raises KeyError, TypeError,
     ValueError."""
     head = StoreHead(int(given["seq"]), str(given["hash"]))
     try:

@@ -2,26 +2,24 @@
 
 Those that differ only in capitals are refused: on a file system that does not distinguish them, their certificates and
 folders would overwrite each other. Those that differ by letters and digits that look alike (A-10, A-1O) are asked
-about.
-"""
+about."""
 
 LOOKS = ("oilsb", "01158")  # letters, in lower case, and the digits that look like them
 
 
 def spelling_key(serial: str) -> str:
-    """Return the key that serials share that differ only in capitals. A serial is ASCII (`accept.units.unit_folder`):
-    no letter has two forms."""
+    """Return the key of all serials that differ only in capitals. A serial is ASCII: no letter has two forms."""
     return serial.casefold()
 
 
 def look_key(serial: str) -> str:
-    """Return the key that serials share that look alike. A store has an index of it (`accept.store.tables`)."""
+    """Return the key of all serials that look alike. The store has an index of it (`accept.store.tables`)."""
     return spelling_key(serial).translate(str.maketrans(*LOOKS))
 
 
 def look_alike(serial: str, other: str) -> bool:
-    """Return whether one serial may be taken for the other: not if a letter stands for a digit here and a digit for a
-    letter there, as in B-8 and 8-B."""
+    """Return whether two serials are easily confused. Not if a letter in one is a digit in the other and also the
+    reverse, as in B-8 and 8-B."""
     pairs = [(a, b) for a, b in zip(serial, other, strict=False) if a != b and a.isdigit() != b.isdigit()]
     return look_key(serial) == look_key(other) and len({a.isdigit() for a, _ in pairs}) < 2
 

@@ -39,8 +39,7 @@ class Store:
     def __init__(
         self, engine: Engine, where: str, anchor: Anchor | None, sealer: Sealer | None = None, file: Path | None = None
     ) -> None:
-        """Take an open engine; `open_store` makes one. sealer: of its seal, None for a store in memory. file: of the
-        database, None for a server."""
+        """Take an open engine; `open_store` makes one. sealer: None for a store in memory. file: None for a server."""
         self.where = where
         self._engine, self._anchor, self.sealer, self._file = engine, anchor, sealer, file
         self._checked: StoreHead | None = None  # end of the chain as this program walked or wrote it
@@ -57,7 +56,7 @@ class Store:
         self.close()
 
     def close(self) -> None:
-        """Close the database. What this program checked and wrote is sealed, if no other program wrote meanwhile."""
+        """Close the database. Seal the checked and written events if no other program wrote meanwhile."""
         head, file = self._checked, self._file
         undisturbed = head not in (None, START) and file is not None and self._looks == file_looks(file)
         self._engine.dispose()  # the log of writes goes into the file now
@@ -73,8 +72,7 @@ class Store:
     def verify(self, whole: bool = False) -> None:
         """Check the chain before it is used: whole, or from the last seal if the database is as it was sealed.
 
-        Raises StoreError if it is broken: the store is then not used, and nothing is appended.
-        """
+        Raises StoreError if it is broken: the store is then not used, and nothing is appended."""
         if not whole and self._unchanged_since_seal():
             return
         self._made = time.time()
@@ -108,7 +106,7 @@ class Store:
         return self._ask(unchanged)
 
     def _hold(self, connection: Connection, head: StoreHead, looks: str) -> None:
-        """Remember what was checked; a server's rows are sealed at once, in the transaction that saw them."""
+        """Remember a check. A server's rows are sealed at once, in the transaction of the check."""
         self._checked, self._looks = head, looks
         if self.sealer and self._file is None:
             self.sealer.write(head, rows_look(connection, head.seq), self._made)
@@ -130,7 +128,7 @@ class Store:
                 continue
             if problem := misfit(event, last):
                 return problem
-            if indexes.lacking(connection, event):  # appended by an accept that knew no such index
+            if indexes.lacking(connection, event):  # appended by an accept without this index
                 return ChainBreak(event.seq, f"an index lacks event {event.seq}")
             last = _head_of(event)
         ends = [a for a in anchors.values() if a.seq >= last.seq and a != last]
@@ -157,8 +155,7 @@ class Store:
         """Append one event. When this returns, the event is on the disk: it survives a kill and a power cut.
 
         Raises StoreError if it cannot be stored (nothing is then half-stored), or if the end of the chain is damaged:
-        nothing is built on a broken chain.
-        """
+        nothing is built on a broken chain."""
         return self.append_many([NewEvent(what, subject, payload, spec)], who=who)[0]
 
     def write(
@@ -183,7 +180,7 @@ class Store:
         if not entries:
             return []
         tried: list[Event] = []
-        ours = False  # no other program wrote: only what this one checked and wrote is sealed
+        ours = False  # no other program wrote: only events that this one checked and wrote are sealed
 
         def once() -> list[Event]:
             nonlocal ours
@@ -216,7 +213,7 @@ class Store:
             )
 
     def _put(self, connection: Connection, entries: Sequence[NewEvent], who: str, end: StoreHead) -> list[Event]:
-        """Write entries after the last event; not yet committed."""
+        """Write entries after the last event, without a commit."""
         new = _chained(entries, who, end)
         if self._anchor and end == START:
             self._anchor.write(START)  # before the first event is there: from then on a missing file is a fault
@@ -231,17 +228,16 @@ class Store:
         return bool(connection.scalar(there) == event.hash)
 
     def events(self, subject: str | None = None, what: str | None = None, after: int = 0) -> Iterator[Event]:
-        """Yield the events numbered above `after`, in order, of one subject or kind if given.
+        """Yield the events above number `after`, in order, of one subject or kind if given.
 
-        Raises StoreError at an event whose content does not give its hash.
-        """
+        Raises StoreError at an event whose hash is wrong."""
         wanted = _wanted(subject, what).order_by(tables.events.c.seq).limit(_PAGE)
         while page := self._read(wanted.where(tables.events.c.seq > after)):
             yield from page
             after = page[-1].seq
 
     def latest(self, subject: str, what: str) -> Event | None:
-        """Return the last event of this kind about this subject, None if there is no such event. Raises as `events`."""
+        """Return the last event of a kind about a subject, or None. Raises as `events`."""
         found = self._read(_wanted(subject, what).order_by(tables.events.c.seq.desc()).limit(1))
         return found[0] if found else None
 
@@ -250,8 +246,8 @@ class Store:
         return self._read(_wanted(None, what).order_by(tables.events.c.seq.desc()).limit(count))
 
     def last_of_each(self, what: str) -> Iterator[Event]:
-        """Yield the last event of this kind about each subject, by subject, as the store stands now: events that are
-        appended meanwhile are left out. Raises as `events`."""
+        """Yield the last event of a kind about each subject, by subject, without events appended meanwhile. Raises as
+        `events`."""
         e, now = tables.events.c, self.head().seq
         last = select(func.max(e.seq)).where(e.what == what, e.seq <= now).group_by(e.subject).order_by(e.subject)
         wanted, next_page = select(tables.events).order_by(e.subject), last.limit(_PAGE)
@@ -260,7 +256,7 @@ class Store:
             next_page = last.where(e.subject > page[-1].subject).limit(_PAGE)
 
     def judgements_with(self, samples: Mapping[str, Mapping[str, str]], but: str = "") -> list[Event]:
-        """Return the judgements that may hold one of these samples, by the index, in order; none of the unit `but`.
+        """Return the judgements with one of these samples by the index, in order, except those of the unit `but`.
 
         Raises as `events`, ValueError if a sample is not a sketch."""
         keys = indexes.sample_keys(samples)
@@ -280,8 +276,8 @@ class Store:
         return self._ask(lambda connection: sorted(connection.scalars(asked.distinct())))
 
     def other_spelling(self, serial: str) -> str | None:
-        """Return the serial in the store that differs from this one only in capitals (`accept.store.spelling`); None if
-        the store knows this one. A unit that was taken off the list is not known. Raises StoreError."""
+        """Return the stored serial that differs from this one only in capitals; None if this one is stored or no other
+        is. Units taken off the list do not count. Raises StoreError."""
         known = self._alike(serial)
         same = [each for each in known if spelling_key(each) == spelling_key(serial)]
         return None if serial in known else min(same, default=None)
@@ -294,7 +290,7 @@ class Store:
         return [each for each in before if spelling_key(each) != spelling_key(serial)]
 
     def _alike(self, serial: str) -> list[str]:
-        """Return the known serials that may be taken for this one, itself among them, as they came into the store."""
+        """Return the known serials that look like this one, itself included, in order of their first event."""
         e = tables.events.c
         asked = select(e.subject).where(tables.LOOK == look_key(serial), e.what.in_(NAMING))
         asked = asked.group_by(e.subject).order_by(func.min(e.seq))
@@ -319,16 +315,14 @@ class Store:
             self._anchor.write(head)
 
     def head(self) -> StoreHead:
-        """Return number and hash of the last event. A copy kept elsewhere lets `check` prove that nothing before it
-        changed."""
+        """Return number and hash of the last event. With a copy kept elsewhere, `check` detects any earlier change."""
         found = self._read(select(tables.events).order_by(tables.events.c.seq.desc()).limit(1))
         return _head_of(found[0]) if found else START
 
     def check(self, exported: StoreHead | None = None) -> ChainBreak | None:
         """Return the first altered, missing, inserted or moved event of the whole store, None if the chain is unbroken.
 
-        exported : a head that was kept elsewhere. `accept.store.chain` says what can be found and what cannot.
-        """
+        exported : a head that was kept elsewhere. `accept.store.chain` lists which changes can be found."""
         try:
             anchors = self._anchors(exported)  # read before the events: they may only be ahead of it
         except ValueError as e:
@@ -339,7 +333,7 @@ class Store:
     def _first_problem(
         self, connection: Connection, anchors: Mapping[str, StoreHead], before: str
     ) -> ChainBreak | None:
-        """Walk the whole chain and return its first break; remember it if unbroken. before: state of the database's
+        """Walk the whole chain and return its first break; remember an unbroken one. before: state of the database's
         file."""
         if foreign := tables.foreign_columns(connection):
             return ChainBreak(0, f"the tables are not those of this store: {', '.join(foreign)}")
@@ -360,8 +354,8 @@ class Store:
         return problem
 
     def clock_set_back(self) -> list[tuple[str, float]]:
-        """Return the events whose time lies more than `CLOCK_BACK_S` before that of the event before them, by name, and
-        by how many seconds. Raises StoreError."""
+        """Return by name the events more than `CLOCK_BACK_S` earlier than their predecessor, and by how many seconds.
+        Raises StoreError."""
         e = tables.events.c
 
         def walked(connection: Connection) -> list[tuple[str, float]]:
@@ -411,8 +405,8 @@ class Store:
         return connection.scalar(there) == kept.hash
 
     def _ask(self, question: Callable[[Connection], T]) -> T:
-        """Query the database in a snapshot of its own, again if the connection to a server is lost: the only way to
-        read. Raises StoreError."""
+        """Query a snapshot of the database, again if the server's connection is lost. All reading goes through this.
+        Raises StoreError."""
 
         def once() -> T:
             with snapshot(self._engine) as connection:
@@ -437,7 +431,7 @@ def _wanted(subject: str | None, what: str | None) -> Select[Any]:
 
 
 def _check_followed(connection: Connection, entries: Sequence[NewEvent]) -> None:
-    """Raise Overtaken if an event about a subject was stored after the one that an entry follows from."""
+    """Raise Overtaken if an event about the subject was stored after the one that an entry follows."""
     e = tables.events.c
     for entry in entries:
         if entry.after is not None:

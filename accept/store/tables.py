@@ -99,7 +99,7 @@ for _statement in (
 
 
 def make_tables(connection: Connection) -> None:
-    """Make what is absent. The head's row is written only with a new store: a lost one must be found, not replaced."""
+    """Make absent tables. The head's row is written only with a new store: a lost one must be noticed, not replaced."""
     new = not present(connection) & {events.name, head.name}
     metadata.create_all(connection)
     for name in LATER.keys() - present(connection):

@@ -21,9 +21,8 @@ from specs.files import read_bounded
 def take_in(
     source: Path, declared: Series | CsvTable, folder: Path, channels: Channels = NO_CHANNELS
 ) -> tuple[str, str]:
-    """Copy a record into the folder; returns its name there and its sha256. A file of the same name and other content
-    stays, the new one gets a number. channels: our name -> where it stands in the file. Raises RecordError when it is
-    not what is declared, OSError."""
+    """Copy a record into the folder; return its name there and its sha256. If another file has that name, the new one
+    gets a number. channels: our name -> source in the file. Raises RecordError if it is not as declared, OSError."""
     if not source.is_file():
         raise RecordError(f"{source.name or source}: no such file")
     _readable(source, declared, channels)
@@ -56,10 +55,9 @@ def _readable(source: Path, declared: Series | CsvTable, channels: Channels) -> 
 
 
 def may_fit(source: Path, declared: Series | CsvTable, channels: Channels) -> bool:
-    """Return whether a file has every channel or column that is declared, by their names alone: no data are read.
+    """Return whether a file has every declared channel or column, by name only: no data are read.
 
-    A structure, whose channels stand inside it, may fit. channels: our name -> where it stands in the file.
-    """
+    A structure may fit, because its channels are inside it. channels: our name -> source in the file."""
     try:
         found = _channels_now(source)
     except (RecordError, OSError):
@@ -96,8 +94,7 @@ def _channels_now(source: Path) -> dict[str, tuple[int, ...]]:
 
 @lru_cache(maxsize=2000)
 def _channels_of(source: Path, _mtime_ns: int, _size: int) -> dict[str, tuple[int, ...]] | RecordError:
-    """Return the channels of a file, or why they cannot be read: it is looked into again only if it has changed. Raises
-    OSError."""
+    """Return the channels of a file, or why they cannot be read. Cached until the file changes. Raises OSError."""
     try:
         return dict(records.list_channels(source))
     except RecordError as e:

@@ -1,4 +1,4 @@
-"""Folders of the workflow's attempts: each holds the `unit.toml` of one, below the folder of its serial."""
+"""Folders of the workflow's attempts, below the folder of the serial, each with its `unit.toml`."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What stands in `unit.toml` beside the sections of the checks: text, sections of texts, days."""
+"""Entries of `unit.toml` outside the checks' sections: text, sections of texts, days."""
 
 import math
 from collections.abc import Callable, Collection, Mapping
@@ -31,7 +31,7 @@ def simulated(data: Mapping[str, Any], problems: list[str]) -> bool:
     found = data.get("simulated", False)
     if not isinstance(found, bool):
         problems.append(f"simulated = {found!r}: expected true or false")
-    return found is not False  # fail closed: what cannot be read is no measurement
+    return found is not False  # fail closed: an unreadable section is no measurement
 
 
 def strings(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str, str]:
@@ -43,7 +43,7 @@ def strings(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str,
 
 
 def _section(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str, Any]:
-    """Return a section, empty if the file does not have it or has something else in its place."""
+    """Return a section; an empty one if it is absent or not a table."""
     table = data.get(key, {})
     if not isinstance(table, dict):
         problems.append(f"{key} = {table!r}: expected a section [{key}]")
@@ -52,8 +52,7 @@ def _section(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str
 
 
 def channels(data: Mapping[str, Any], problems: list[str]) -> Channels:
-    """Return a section that says where the channels stand in the records: a name, or a table with name, gain and
-    unit."""
+    """Return `[channels]`: our name -> name in the records, or a table with name, gain and unit."""
     try:
         return channel_map(_section(data, "channels", problems))
     except ValueError as e:
@@ -72,7 +71,7 @@ def measured_by(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[
 
 
 def read_with(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
-    """Return `[read_with]`: check -> what its values came from, instruments by name or `typed`; absent: all typed."""
+    """Return `[read_with]`: check -> instruments, or `typed`, behind its values; absent: all typed."""
     return _by_check(data, "read_with", _are_texts, "a check and a list of instruments", problems)
 
 
@@ -84,7 +83,6 @@ def pictures(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str
 def _by_check(
     data: Mapping[str, Any], key: str, is_one: Callable[[Any], bool], expected: str, problems: list[str]
 ) -> dict[str, Any]:
-    """Return what a section holds of each check."""
     table = _section(data, key, problems)
     found = {name: given for name, given in table.items() if name in CHECKS and is_one(given)}
     wrong = {k: v for k, v in table.items() if k not in found}
@@ -117,7 +115,7 @@ def provided(data: Mapping[str, Any], problems: list[str]) -> dict[str, str]:
 
 
 def environment(data: Mapping[str, Any], problems: list[str]) -> dict[str, Measured]:
-    """Return `[environment]`: what the air was like, each a number or a value with its U."""
+    """Return `[environment]`: properties of the air, each a number or a value with its U."""
     given = {}
     for name, stated in _known(_section(data, "environment", problems), "environment", ENVIRONMENT, problems).items():
         value, U = (stated.get("value"), stated.get("U")) if isinstance(stated, dict) else (stated, None)

@@ -1,5 +1,5 @@
-"""A unit with the files it names, each read from the disk once: what is hashed, judged, explained and attached to the
-certificate are the same bytes, and what was estimated of a record is kept for the next caller."""
+"""A unit with its files, each read once: the same bytes are hashed, judged, explained and attached to the certificate,
+and estimates of a record are kept for the next caller."""
 
 import hashlib
 import re
@@ -27,14 +27,13 @@ from specs.plugins import product_named
 from specs.units import CHANNEL_LABELS, parse_column
 
 RESPONSES = "frf"  # the section that experiments repeat under other conditions
-HELD_BYTES = 256_000_000  # of one unit's files kept in memory: twenty times a strut's; what is beyond is read again
+HELD_BYTES = 256_000_000  # of one unit's files kept in memory: twenty times a strut's; the rest is read again
 
 
 class LoadedUnit:
     """A unit's folder and its files as they were when they were read; lives as long as the unit is worked on.
 
-    Beyond `HELD_BYTES` a file is hashed in passing, read again when it is needed, and refused if it changed.
-    """
+    Beyond `HELD_BYTES` a file is hashed in passing, read again when it is needed, and refused if it changed."""
 
     def __init__(self, folder: UnitFolder, held_bytes: int = HELD_BYTES) -> None:
         self.folder = folder
@@ -48,7 +47,7 @@ class LoadedUnit:
 
     @cached_property
     def hashes(self) -> dict[str, str]:
-        """Return file name -> sha256 of `unit.toml` and of every named file that is there to read."""
+        """Return file name -> sha256 of `unit.toml` and of every readable named file."""
         found = {name: self._taken(name) for name in self.folder.files}
         text = hashlib.sha256(self.folder.text).hexdigest()
         return {UNIT_FILE: text} | {name: sha256 for name, sha256 in found.items() if sha256 is not None}
@@ -59,8 +58,8 @@ class LoadedUnit:
         return {UNIT_FILE: self.folder.text} | {name: source.raw for name, source in self._sources.items()}
 
     def values(self, section: str) -> Values:
-        """Return values of a section, its files read. Raises RecordError, which makes every finding of it no result,
-        and KeyError for a section that the unit does not have."""
+        """Return the values of a section with its files. Raises RecordError, which leaves all its findings without
+        result, and KeyError for a section that the unit does not have."""
         return self._remembered(section, lambda: self._read(section))
 
     def experiment(self, name: str) -> Values:
@@ -68,8 +67,8 @@ class LoadedUnit:
         return self._remembered(f"{EXPERIMENTS} {name}", lambda: self._entries(self.folder.experiments[name]))
 
     def unexpected_channel(self, section: str) -> Reason | None:
-        """Return the question about a record with a signal in a channel that the unit's product does not have, None
-        without one. A channel that stands still was not connected."""
+        """Return the question about a signal in a channel that the product does not have, None without one. A constant
+        channel was not connected."""
         entries = self.folder.sections[section].entries.items() if section in self.folder.sections else ()
         files = [(name, e.name, e.declared) for name, e in entries if isinstance(e, FileEntry)]
         records = [(name, file, declared) for name, file, declared in files if isinstance(declared, Series)]
@@ -84,8 +83,7 @@ class LoadedUnit:
         return None
 
     def names_in_files(self, section: UnitSection[Any]) -> set[str]:
-        """Return the names of the channels in a section's records, without units and places, of those that can be
-        read."""
+        """Return the channel names in a section's readable records, without units and places."""
         found: set[str] = set()
         for name in section.files:
             with suppress(RecordError, OSError):
@@ -93,7 +91,7 @@ class LoadedUnit:
         return found
 
     def _remembered(self, key: str, read: Callable[[], Values]) -> Values:
-        """Return what was read, or why it could not be, the same whenever it is asked for again."""
+        """Return the read content, or raise the same error again. Cached by key."""
         if key not in self._values:
             try:
                 self._values[key] = read()
@@ -123,8 +121,8 @@ class LoadedUnit:
         return values
 
     def _vet_experiments(self, values: Values) -> None:
-        """Raise RecordError if responses and an experiment, or two experiments, hold the same recording: one of
-        them was not measured, and it is not known which."""
+        """Raise RecordError if responses and an experiment, or two experiments, contain the same recording: one of them
+        was not measured."""
         every = dict(values)
         for name in self.folder.experiments:
             with suppress(RecordError):  # said where the experiment itself is asked for
@@ -156,7 +154,7 @@ class LoadedUnit:
             raise pointed_to_variant(e, self.folder.kind, declared, read) from e
 
     def _taken(self, name: str) -> str | None:
-        """Return the hash of a file, which is kept from then on if there is room; None if it cannot be read."""
+        """Return the hash of a file, None if it is unreadable. The bytes are kept if there is room."""
         try:
             path = inside(self.folder.path, name)
             if not path.is_file():  # opening a pipe would wait for ever
@@ -172,13 +170,13 @@ class LoadedUnit:
 
 
 def bare_name(channel: str) -> str:
-    """Return the name of a channel in a file without its unit and without the structure that it stands in."""
+    """Return the name of a channel in a file without its unit and its structure."""
     return re.split(r"[./]", parse_column(channel)[0])[-1]
 
 
 def loaded(unit: Path | UnitFolder | LoadedUnit) -> LoadedUnit:
-    """Return the unit as it is, or one loaded for this alone. Raises UnitError for a path that holds none, and for a
-    folder that another machine sees otherwise."""
+    """Return the unit, loaded if it is a path. Raises UnitError without a unit there, or if another machine sees the
+    folder otherwise."""
     if isinstance(unit, LoadedUnit):
         return unit
     folder = unit_folder.read(unit) if isinstance(unit, Path) else unit
@@ -187,14 +185,14 @@ def loaded(unit: Path | UnitFolder | LoadedUnit) -> LoadedUnit:
 
 
 def contents_of(unit: Path | LoadedUnit) -> Mapping[str, bytes]:
-    """Return what is held of a unit; nothing of a mere path."""
+    """Return the contents of a loaded unit; nothing for a path."""
     return unit.contents if isinstance(unit, LoadedUnit) else {}
 
 
 def vet_twins(values: Mapping[str, Any]) -> None:
-    """Raise RecordError if two inputs of a section hold the same recording, also under another name or format.
+    """Raise RecordError if two inputs of a section contain the same recording, also under another name or format.
 
-    Noise makes two recordings of one thing differ in their last digits, so equal samples are a copy."""
+    Noise makes the last digits of two recordings differ, so equal samples are a copy."""
     records = {name: value for name, value in values.items() if isinstance(value, Record)}
     for (a, one), (b, other) in combinations(records.items(), 2):
         if one.sha256 == other.sha256 or _same_samples(one, other):

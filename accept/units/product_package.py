@@ -1,4 +1,4 @@
-"""The package of a product: a skeleton that a stranger can install, and a check of what one has made of it."""
+"""The package of a product: a skeleton to install, and the check of a finished package."""
 
 import sys
 import tomllib
@@ -117,8 +117,7 @@ README = """\
 
 
 def skeleton(name: str) -> dict[str, str]:
-    """Return file -> text of the package of a new product. Raises ProductError for a name that cannot be or is
-    installed."""
+    """Return file -> text of the package of a new product. Raises ProductError for an invalid or installed name."""
     if name in products():
         raise ProductError(f"the name '{name}' is taken (installed: {', '.join(products())})")
     key = name.replace("-", "_")
@@ -186,7 +185,7 @@ def _entry_points(path: Path) -> Mapping[str, Mapping[str, str]]:
 
 
 def _loaded(path: Path, entry: str) -> Any:
-    """Return what an entry point names. Raises ProductError whatever a stranger's code does."""
+    """Return the object of an entry point. Raises ProductError for any error of foreign code."""
     module, _, name = str(entry).partition(":")
     try:
         return getattr(import_module(module), name)

@@ -1,10 +1,8 @@
-"""Unit folders at an address: in an object store, an archive, on a web server. They are fetched before they are
-judged, so that what is judged, hashed and attached are files of this machine, under the same rules as any other.
+"""Unit folders at an address: in an object store, an archive, on a web server. They are fetched first, so that judging,
+hashes and attachments use files of this machine, under the same rules as local ones.
 
-Of a folder come `unit.toml` and the files it names, each no larger than what is read of a local one. What cannot be
-fetched whole is refused: a unit without a file would only seem incomplete. The names that a foreign server gives are
-not trusted.
-"""
+Only `unit.toml` and the files it names are fetched, with the size limits of local ones. A unit that cannot be fetched
+whole is refused: without a file it would only seem incomplete. File names from a foreign server are not trusted."""
 
 import csv
 import hashlib
@@ -35,7 +33,7 @@ Refused = tuple[str, str]  # where, and why
 
 
 class RemoteError(AcceptError, RuntimeError):
-    """Nothing can be fetched from there; the text says why and what to do."""
+    """An address cannot be fetched; the text states the reason and the remedy."""
 
 
 class _NotWhole(Exception):
@@ -48,10 +46,10 @@ def is_remote(where: str) -> bool:
 
 
 def fetched(wheres: Sequence[str], out: Path, say: Say) -> tuple[list[Path], list[Refused]]:
-    """Return what is named, on this machine: paths (and `file://`) as they are, other places fetched into a folder of
-    `out`; and what could not be fetched whole.
+    """Return the named folders on this machine, and the addresses that could not be fetched whole. Paths (and
+    `file://`) are returned unchanged; others are fetched into a folder of `out`.
 
-    Raises RemoteError where a place cannot be listed or holds no unit, OSError where `out` cannot be written."""
+    Raises RemoteError if an address cannot be listed or has no unit, OSError if `out` cannot be written."""
     paths: list[Path] = []
     refused: list[Refused] = []
     for where in wheres:
@@ -110,16 +108,14 @@ def _unit_folders(where: str) -> Iterator[tuple[Any, str, str]]:
 
 
 def _below(where: str, relative: str) -> str:
-    """Return the address of a folder below another one; in a chain (`zip://...::...`) the first link is the
-    innermost."""
+    """Return the address of a folder below another. In a chain (`zip://...::...`) the first link is the innermost."""
     first, chain, rest = where.partition("::")
     return f"{first.rstrip('/') if relative else first}{'/' if relative else ''}{relative}{chain}{rest}"
 
 
 def _fetch(fs: Any, folder: str, target: Path) -> Iterator[tuple[str, int, str]]:
-    """Yield (name, size, sha256) of `unit.toml` and of the files it names, as they come. A name that leads elsewhere is
-    not followed: judging refuses it, as of any folder. What is not there now is not there, whatever an earlier time has
-    left."""
+    """Yield (name, size, sha256) of `unit.toml` and of the files it names. A name that leads outside is not followed;
+    judging refuses it. A file that is absent there is removed here."""
     yield _copy(fs, folder, target, UNIT_FILE, MAX_UNIT_TOML_BYTES)
     try:
         names = unit_folder.read(target).files
@@ -150,8 +146,7 @@ def _copy(fs: Any, folder: str, target: Path, name: str, limit: int) -> tuple[st
 
 
 def _read(source: Any, name: str) -> bytes:
-    """Return the next bytes; what goes wrong there is not taken for what goes wrong here, with the file that is
-    written."""
+    """Return the next bytes. An error of the source is kept apart from one of the written file."""
     try:
         content: bytes = source.read(CHUNK_BYTES)
     except OSError as e:
@@ -161,7 +156,7 @@ def _read(source: Any, name: str) -> bytes:
 
 @contextmanager
 def _listed(path: Path) -> Iterator[Any]:
-    """Open the list of what was fetched: from where, which file, into which folder, its size and hash."""
+    """Open the list of fetched files: address, file, target folder, size and hash."""
     with writing_atomic(path) as file:
         text = TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
         listed = csv.writer(text)
@@ -172,7 +167,7 @@ def _listed(path: Path) -> Iterator[Any]:
 
 
 def _recognised(where: str) -> str:
-    """Return the end of an address as a name of a folder here; `_short` beside it tells two apart."""
+    """Return a folder name from the end of an address; `_short` makes it unique."""
     return re.sub(r"[^A-Za-z0-9]+", "-", where).strip("-")[-40:].strip("-") or "units"
 
 

@@ -1,5 +1,5 @@
-"""What a unit's records hold, in a few hundred bytes each, and a hash of what was typed: by it a recording or a set of
-readings that was given twice is recognised."""
+"""Sketches of a unit's records, a few hundred bytes each, and hashes of typed readings. They reveal recordings and sets
+of readings that were given twice."""
 
 import hashlib
 from collections.abc import Iterable, Mapping
@@ -15,7 +15,7 @@ from checks.errors import RecordError
 from checks.record import Record
 from checks.signals.sketch import sketch
 
-DRIVES = frozenset({"t", "Va", "V"})  # one excitation serves every unit: no evidence of what was measured
+DRIVES = frozenset({"t", "Va", "V"})  # one excitation serves every unit: no evidence of a measurement
 FEW_NUMBERS = 16  # different numbers in a table, below which two honest ones may be equal
 TYPED = "typed values"  # stands for the input of a section that holds no record
 FEW_READINGS = 6  # different readings of two digits or more, below which those of two honest units may be equal
@@ -46,12 +46,11 @@ def is_typed(sample: str) -> bool:
 
 
 def _typed(unit: UnitFolder, sections: Iterable[str]) -> dict[str, dict[str, str]]:
-    """Return the sketches of the sections that hold readings alone: equal to those of another unit only where every
-    reading of all is.
+    """Return the sketches of sections with readings only; two units share one only if every reading is equal.
 
     Two readings that scatter by five steps of their last digit or more agree by chance in at most 0.28/5 of pairs, six
-    in 3e-8: among a thousand honest units (5e5 pairs) with a probability of 1.5 percent at most, less by what every
-    further reading takes off, as the heights of one digit. APA-02 of [STB] has six such readings."""
+    in 3e-8: among a thousand honest units (5e5 pairs) with a probability of 1.5 percent at most, less with every
+    further reading, such as the heights of one digit. APA-02 of [STB] has six of that kind."""
     typed = {name: _readings(unit.sections[name]) for name in sections if name in unit.sections}
     told = repr(sorted((name, readings) for name, readings in typed.items() if readings))
     different = {n for readings in typed.values() for _, numbers in readings for n in numbers if _digits(n) > 1}
@@ -61,8 +60,7 @@ def _typed(unit: UnitFolder, sections: Iterable[str]) -> dict[str, dict[str, str
 
 
 def _readings(section: UnitSection[Check]) -> list[tuple[str, list[float]]]:
-    """Return typed numbers by input; none beside records, where they say how was measured, and none of an unusable
-    section."""
+    """Return typed numbers by input. None beside records, where they are settings, and none of an unusable section."""
     if section.files or section.problem:
         return []
     entries = [(name, entry) for name, entry in sorted(section.entries.items()) if not isinstance(entry, FileEntry)]
@@ -70,7 +68,7 @@ def _readings(section: UnitSection[Check]) -> list[tuple[str, list[float]]]:
 
 
 def _digits(number: float) -> int:
-    """Return the significant digits, without zeros at the end, which may have been typed without a meaning."""
+    """Return the significant digits without zeros at the end, which a person may add."""
     return len(Decimal(repr(number)).normalize().as_tuple().digits)
 
 

@@ -13,7 +13,6 @@ def anywhere(unit: UnitFolder) -> UnitFolder:
 
 
 def _sizes(unit: UnitFolder) -> dict[str, int]:
-    """Return the size [bytes] of every file of a unit that is there."""
     files = {name: unit.path / name for name in (UNIT_FILE, *unit.files)}
     return {name: path.stat().st_size for name, path in files.items() if path.is_file()}
 

@@ -29,11 +29,10 @@ def begin(folder: Path, serial: str, kind: str) -> None:
 
 
 def enter(folder: Path, section: str, entries: Mapping[str, Any], simulated: bool = False) -> None:
-    """Put entries into a section, and today (UTC) as the day on which it was measured. Entries there of another way of
-    giving the data go; the file they name stays. simulated: of simulated instruments, as the unit then is too.
+    """Put entries into a section, with today (UTC) as day of measurement. Entries for another form of the data are
+    removed; their files stay. simulated: of simulated instruments; the unit then counts as simulated.
 
-    Raises UnitError when the result would not be a unit.
-    """
+    Raises UnitError if the result would not be a unit."""
     document = _document(folder)
     table = document.setdefault(section, tomlkit.table())
     for other in _other_forms(section, set(entries)) & set(table):
@@ -47,8 +46,7 @@ def enter(folder: Path, section: str, entries: Mapping[str, Any], simulated: boo
 
 
 def state_channels(folder: Path, channels: Channels) -> None:
-    """Put where the channels stand in the records into [channels]. Raises UnitError when the result would not be a
-    unit."""
+    """Write the channels' sources into [channels]. Raises UnitError if the result would not be a unit."""
     document = _document(folder)
     table = tomlkit.table()
     for name, source in channels.items():
@@ -68,7 +66,7 @@ def _document(folder: Path) -> tomlkit.TOMLDocument:
 
 
 def _other_forms(section: str, names: set[str]) -> set[str]:
-    """Return inputs of a check that do not go with these."""
+    """Return the inputs that exclude these: other forms of the same check."""
     forms = [{i.name for i in form.inputs} for form in CHECKS[section].forms]
     fitting = set().union(*(form for form in forms if names <= form))
     return set(CHECKS[section].inputs) - fitting

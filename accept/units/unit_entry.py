@@ -1,4 +1,4 @@
-"""A section of `unit.toml` and its entries, by what declares them: numbers, lists of numbers, names of files."""
+"""A section of `unit.toml` and its entries as declared: numbers, lists of numbers, file names."""
 
 import math
 import posixpath
@@ -55,7 +55,7 @@ class UnitSection(Generic[Declared]):
 def section_of(
     declared: Declared, where: str, inputs: Mapping[str, Input], content: Mapping[str, Any], problems: list[str]
 ) -> UnitSection[Declared]:
-    """Return section of the content of one, every key of which is an input; called as it stands in the file."""
+    """Return the section from its content. Each key must be an input. called: its name in the file."""
     entries: dict[str, Entry] = {}
     unusable: list[str] = []
     for key, value in content.items():
@@ -66,8 +66,8 @@ def section_of(
 
 
 def entry_of(section: str, declared: Input, value: Any, problems: list[str], unusable: list[str]) -> Entry | None:
-    """Return entry of one key of a section, called as it stands in the file. A wrong type is a problem of the file; a
-    number that cannot be is a problem of the section."""
+    """Return the entry of one key. A wrong type is a problem of the file, an impossible number one of the section.
+    called: the section's name in the file."""
     where = f"{section} {declared.name}"
     match declared:
         case Scalar():
@@ -127,7 +127,7 @@ def _other_unit(declared: Scalar, number: float) -> str:
 
 
 def _float(number: float) -> float:
-    """Return float of a TOML number; an integer too long for one is infinite, so that no later step sees it as a
+    """Return the float of a TOML number. An integer too long for one is infinite, so that it is never taken for a
     value."""
     try:
         return float(number)
@@ -151,7 +151,6 @@ def _vector(
 
 
 def is_reserved(name: str) -> bool:
-    """Return whether a certificate keeps this file name for itself, in whatever case a file system takes for the
-    same."""
+    """Return whether the certificate uses this file name itself, in any case of its letters."""
     folded = name.replace("\\", "/").casefold()
     return posixpath.normpath(folded) in RESERVED or folded.split("/")[0] == MODEL_FOLDER

@@ -14,7 +14,7 @@ Experiments = Mapping[str, UnitSection[ExperimentKind]]  # by kind, the second a
 
 
 def experiments_of(data: Mapping[str, Any], product: str, problems: list[str]) -> Experiments:
-    """Return the list, in order; what is wrong with it goes into `problems`."""
+    """Return the experiments in order; faults are added to `problems`."""
     listed = data.get(EXPERIMENTS, [])
     if not isinstance(listed, list) or not all(isinstance(each, dict) for each in listed):
         problems.append(f"{EXPERIMENTS} = {listed!r}: expected sections [[{EXPERIMENTS}]]")

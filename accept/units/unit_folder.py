@@ -1,4 +1,4 @@
-"""Reads a unit folder: `unit.toml`, strictly, by what the checks declare. `LoadedUnit` reads the files it names."""
+"""Reads `unit.toml` of a unit folder, strictly, as the checks declare. `LoadedUnit` reads the files it names."""
 
 import difflib
 import hashlib
@@ -28,14 +28,14 @@ from specs.plugins import products
 from specs.strict import toml_of
 
 EARLIEST = date(2000, 1, 1)  # of a measurement; clocks that lost power count from 1970 or 1980
-MAX_UNIT_TOML_BYTES = 1_000_000  # what a person or a rig writes is a thousandth of it
+MAX_UNIT_TOML_BYTES = 1_000_000  # files of a person or a rig are a thousandth of it
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
 SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 _DEVICES = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
 
 
 class UnitError(AcceptError, ValueError):
-    """An unusable `unit.toml`: every problem, a line each, with file, key and what was expected."""
+    """An unusable `unit.toml`: a line for each problem, with file, key and expected value."""
 
     def __init__(self, path: Path, problems: list[str]) -> None:
         self.path, self.problems = path, problems
@@ -44,12 +44,11 @@ class UnitError(AcceptError, ValueError):
 
 @dataclass(frozen=True, eq=False)
 class UnitFolder:
-    """A unit as its folder states it. channels: our channel name -> where it stands in the lab's record files;
-    measured: section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it;
-    experiments: its responses under other conditions; sizes: of its files [bytes] as the machine sees them that hands
-    it to another one (`accept.units.shared_folder`); origin, environment: `folder_header.ORIGIN`, `.ENVIRONMENT`;
-    provided: section -> who provided its values, if not the laboratory; pictures: check -> files printed on the
-    certificate; simulated: no instrument measured it."""
+    """A unit as its folder states it. channels: our channel name -> source in the lab's record files; measured: section
+    -> day of the measurement, if stated; notes: check -> its notes; experiments: responses under other conditions;
+    sizes: of its files [bytes] on the machine that hands it to another one (`accept.units.shared_folder`); origin,
+    environment: `folder_header.ORIGIN`, `.ENVIRONMENT`; provided: section -> provider of its values, if not the
+    laboratory; pictures: check -> files printed on the certificate; simulated: no instrument measured it."""
 
     path: Path
     serial: str
@@ -76,7 +75,7 @@ class UnitFolder:
         return sorted({name for section in sections for name in section.files} | set(pictures))
 
     def input_hashes(self) -> dict[str, str]:
-        """Return file name -> sha256 of `unit.toml` and of every named file that is there to read."""
+        """Return file name -> sha256 of `unit.toml` and of every readable named file."""
         found = {name: _hash(self.path, name) for name in self.files}
         return {UNIT_FILE: hashlib.sha256(self.text).hexdigest()} | {n: h for n, h in found.items() if h is not None}
 
@@ -94,8 +93,8 @@ def find(path: Path) -> list[Path]:
 
 
 def read(folder: Path, latest: date | None = None) -> UnitFolder:
-    """Return unit of a folder. latest: the last day that a measurement may state; None: tomorrow, for a laboratory east
-    of this clock. Raises UnitError listing every problem of its `unit.toml` and of the files' sizes; none is opened."""
+    """Return the unit of a folder. latest: the last day that a measurement may state; None: tomorrow, for a laboratory
+    east of this clock. Raises UnitError with every problem of `unit.toml` and of the file sizes; no file is opened."""
     path = folder / UNIT_FILE
     whole = str(folder.resolve())
     if (shown := as_utf8(whole)) != whole:
@@ -124,7 +123,7 @@ def read(folder: Path, latest: date | None = None) -> UnitFolder:
 
 
 def _too_large(unit: UnitFolder) -> list[str]:
-    """Return the problems of files that are larger than any record may be: already their hash would take hours."""
+    """Return the problems of files larger than any record: hashing them would take hours."""
     found = []
     for name in unit.files:
         with suppress(OSError, ValueError):
@@ -191,7 +190,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
 
 
 def serial_problem(serial: str) -> str | None:
-    """Return why this cannot be the serial of any unit, None where it can."""
+    """Return why a text cannot be a serial, None if it can."""
     if not SERIAL.fullmatch(serial):
         return "expected 1 to 64 letters, digits, '.', '_' or '-', the first a letter or digit"
     if serial.split(".")[0].upper() in _DEVICES or serial.endswith("."):
@@ -208,7 +207,7 @@ def record_channels() -> list[str]:
 
 
 def _meant(name: str, known: Iterable[str]) -> str:
-    """Return `; did you mean 'stroke'?` where one of the known names is near."""
+    """Return `; did you mean 'stroke'?` if a known name is similar."""
     folded = {one.casefold(): one for one in known}
     near = difflib.get_close_matches(name.casefold(), list(folded), 1)
     return f"; did you mean '{folded[near[0]]}'?" if near else ""
@@ -250,7 +249,7 @@ def inside(folder: Path, name: str) -> Path:
 
 
 def _as_stored(folder: Path, name: str) -> Path:
-    """Return the path of a file whose name may be stored in another form of Unicode: macOS takes umlauts apart."""
+    """Return the path of a file under its name in another form of Unicode: macOS decomposes umlauts."""
     path = folder / name
     with suppress(OSError, ValueError):
         if not path.exists():

@@ -1,4 +1,4 @@
-"""Records that do not fit their unit's product and fit a variant of it, as those of a strut without encoder."""
+"""Records that fit not their unit's product but a variant of it, such as a strut without encoder."""
 
 from collections.abc import Callable
 

@@ -43,8 +43,8 @@ class GuardedMeasurement:
 
 
 class Checks(Mapping[str, Check]):
-    """Checks by name. The program's own are loaded one by one, on first use: judging by a spec of two checks loads two.
-    Names are known from the start."""
+    """Checks by name. The program's own are loaded one by one at their first use; their names are known from the
+    start."""
 
     def __init__(self) -> None:
         self._loaded: dict[str, Check] = {}
@@ -88,8 +88,7 @@ CHECKS = Checks()
 
 
 def check_for(name: str, kind: str) -> Check:
-    """Return a check as units of a product are measured by it: without the channels that the product does not have.
-    Raises KeyError."""
+    """Return a check for units of a product, without the channels that it does not have. Raises KeyError."""
     product = products().get(kind)
     return CHECKS[name].without(product.absent) if product is not None and product.absent else CHECKS[name]
 
@@ -106,7 +105,7 @@ def label_of(quantity: str) -> str:
 
 
 def check_problem(check: Any) -> str:
-    """Return what is wrong with a check of another package, "" if nothing is."""
+    """Return the fault of a check of another package, "" without one."""
     if not isinstance(check, Check):
         return f"is a {type(check).__name__}, expected a Check"
     if not check.name.isidentifier() or check.name in RESERVED:

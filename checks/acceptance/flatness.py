@@ -26,8 +26,7 @@ class Zone:
     """Minimum zone of points: two parallel planes z = slope . (x, y) + offset, at `half_width` to either side.
 
     slope (2,), offset and half_width in the units of the points; weights (N,): d(half_width)/dz, the multipliers of the
-    linear programme, zero at every point that does not touch the zone.
-    """
+    linear programme, zero at every point that does not touch the zone."""
 
     half_width: float
     slope: Array
@@ -64,7 +63,7 @@ def minimum_zone(x: Array, y: Array, z: Array) -> Zone:
 
 
 def least_squares_plane(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
-    """Return the slope (2,) of the least-squares plane and its (2, 2) cofactor: times var(z), it is the slope's
+    """Return the slope (2,) of the least-squares plane and its cofactor (2, 2): times var(z), the slope's
     covariance."""
     design = np.column_stack([x - x.mean(), y - y.mean()])
     cofactor = np.linalg.inv(design.T @ design)
@@ -72,7 +71,7 @@ def least_squares_plane(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Return the half-width of the minimum zone, its peak-to-valley and the least-squares one [um], tilt between
+    """Return half-width of the minimum zone, peak-to-valley by it and by least squares [um], tilt between
     interfaces."""
     x, y, z = _points(values, spec)
     reading = spec.uncertainty.get("z_um")
@@ -97,8 +96,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 
 
 def _vet_points(x: Array, y: Array, z: Array, reading: StatedU | None) -> None:
-    """Raise NoResult if a position occurs twice, or if the spread of the heights is below the resolution of the probe
-    or above `MOST_SPREAD_UM`: no part lies so level or so askew, so they were not measured, or are not in um."""
+    """Raise NoResult if a position occurs twice, or if the heights' spread is below the resolution of the probe or
+    above `MOST_SPREAD_UM`: no part is so level or so tilted; they were not measured, or are not in um."""
     distance = np.hypot(x[:, None] - x, y[:, None] - y) + np.diag(np.full(x.size, np.inf))
     first, second = np.unravel_index(int(np.argmin(distance)), distance.shape)
     if distance[first, second] < APART_MM * MM:

@@ -164,8 +164,8 @@ def _merge(low: Frf, high: Frf, merge_Hz: float) -> Frf:
 
 
 def _vet_curves(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> Sequence[ChannelDelay]:
-    """Return the delays of the channels behind the drive. Raises NoResult if a channel is dead, reversed, late or of
-    another scale."""
+    """Return the delays of the channels behind the drive. Raises NoResult for a dead, reversed, late or scaled
+    channel."""
     low, high, merge_Hz = records["low"], records["high"], curves.merge_Hz
     vet_responses("low", low.name, curves.low.band(1.0, merge_Hz))
     vet_responses("high", high.name, curves.high.band(merge_Hz, 0.4 * high.fs))
@@ -208,8 +208,8 @@ def dip_Hz(frf: Frf, rules: ResponseSettings) -> float:
 
 
 def _repeat(records: Mapping[str, Record], outputs: tuple[str, ...], near_Hz: float) -> Resonance | None:
-    """Return the axial resonance of the second realisation, or None if no second one was recorded. Raises NoResult if
-    it shows no resonance: two records of one unit that contradict each other determine nothing."""
+    """Return the axial resonance of the second realisation, None without one. Raises NoResult if it shows no resonance:
+    two records of one unit that contradict each other determine nothing."""
     if "low_repeat" not in records:
         return None
     try:
@@ -219,8 +219,7 @@ def _repeat(records: Mapping[str, Record], outputs: tuple[str, ...], near_Hz: fl
 
 
 def _refuse_exchanged(modes: Mapping[str, Resonance | Reason], outputs: Sequence[str]) -> None:
-    """Raise NoResult if da shows the bending modes more than de: they turn the encoder, not the payload, so the names
-    are exchanged."""
+    """Raise NoResult if da shows the bending modes more than de: they turn the encoder, not the payload."""
     resonances = [m for m in modes.values() if isinstance(m, Resonance)]
     if not set(MOTIONS) <= set(outputs):
         return
@@ -246,8 +245,7 @@ def _modal_quantities(found: ResponseFits, spec: CheckSpec) -> list[Quantity]:
 
 
 def _without_encoder(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> Frf | str | None:
-    """Return Vs and da without the encoder, merged in the same way; or why they are not used; None if they were not
-    recorded."""
+    """Return Vs and da without the encoder, merged likewise, or why they are not used; None if not recorded."""
     keys = [f"without_encoder_{band}" for band in ("low", "high")]
     given = [key for key in keys if key in records]
     if len(given) < 2:

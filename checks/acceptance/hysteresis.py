@@ -96,8 +96,8 @@ def _cycles(record: Record, at_least: float) -> list[Cycle]:
 
 
 def _check_loop(loop: Loop, motion: str, spec: CheckSpec) -> None:
-    """Raise NoResult if the loop is one that no piezo actuator makes: too exact, too narrow, or the motion ahead of Va
-    by more than the sample by which the two may have been stored apart."""
+    """Raise NoResult for a loop that no piezo actuator makes: too exact, too narrow, or the motion ahead of Va by more
+    than the one sample of a shift in storing."""
     ahead = -loop.width.value
     if ahead > loop.one_sample + 3 * loop.width.u:
         raise NoResult(Cause.RESPONSE_LEADS, channel=motion, percent=100 * ahead, amplitude=loop.amplitude)
@@ -109,9 +109,8 @@ def _check_loop(loop: Loop, motion: str, spec: CheckSpec) -> None:
 
 
 def _check_gain(width: Quantity, loop: Loop, motion: str, spec: CheckSpec) -> Quantity:
-    """Return the width, of unknown uncertainty if it moves by another amount per volt than an actuator does, so that it
-    cannot pass: a width is a ratio, whatever its scale. A width above its limit fails as before: a wide loop moves
-    more."""
+    """Return the width. Its uncertainty is unknown, so that it cannot pass, if the motion per volt is not an
+    actuator's: a width is a ratio, whatever its scale. A width above its limit still fails."""
     lo, hi = (float(g) for g in spec.settings.get("gain_um_per_V", GAIN_UM_PER_V))
     gain = float(np.ptp(loop.response)) / (2 * loop.amplitude) / UM
     return width if lo <= gain <= hi else width.doubted(Cause.WRONG_GAIN, channel=motion, gain=gain, lo=lo, hi=hi)

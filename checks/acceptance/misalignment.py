@@ -29,8 +29,8 @@ DIGITS = 2  # of um: far below U, far above what another processor's rounding do
 
 
 def measure(values: Values, _: CheckSpec) -> Outcome:
-    """Return the dx_um and dy_um with U. Raises NoResult if a record or the model is missing, or if no model can be
-    compared with the records."""
+    """Return dx_um and dy_um with U. Raises NoResult without records or model, or if no model can be compared with
+    them."""
     model = values.get("model")
     if not isinstance(model, Model):
         raise NoResult(Cause.MODEL_NOT_SET)
@@ -67,7 +67,7 @@ def _with_payload(model: Model, values: Values) -> Model:
 
 
 def _dataset(values: Values, low: str, high: str) -> Dataset | None:
-    """Return the responses of one realisation, or None if a band of it was not recorded. Raises RecordError."""
+    """Return the responses of one realisation, None if a band was not recorded. Raises RecordError."""
     below, above = values.get(low), values.get(high)
     if not (isinstance(below, Record) and isinstance(above, Record)):
         return None
@@ -80,8 +80,7 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
 
 
 def _coarse_table(model: Model) -> MisalignmentTable:
-    """Return a small table of the model, with real modes if it has them: this takes a third of the time and is close
-    enough for a start."""
+    """Return a small table of the model, with real modes: a third of the time, and close enough for a start."""
     quick = with_damping(model, "modal") or model
     f, (dx, dy) = table_frequencies(), grid(model, *PLACES)
     return MisalignmentTable(dx, dy, f, np.array([ratios(quick, float(x), dy, f) for x in dx]), model.name)

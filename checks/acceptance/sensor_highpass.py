@@ -76,8 +76,8 @@ def _corner(fitted: HighPass, spec: CheckSpec) -> Quantity:
 
 
 def _corner_without(values: Values, top_Hz: float) -> Quantity:
-    """Return the corner without the resistor: the input's own resistance. It is mostly below the lowest frequency of
-    the record."""
+    """Return the corner without the resistor, of the input's own resistance; mostly below the record's lowest
+    frequency."""
     name = "sensor_highpass_without_Hz"
     if "without_resistor" not in values:
         return Quantity.missing(name, because(Cause.NOT_MEASURED, record="without_resistor"))
@@ -114,9 +114,9 @@ def _capacitance(corner: Quantity, without: Quantity, values: Values, spec: Chec
 
 
 def _check_resistor(corner: Quantity, values: Values, spec: CheckSpec) -> Quantity:
-    """Return the corner, of unknown uncertainty if the resistor is not that of the limits, so that it cannot pass: a
-    corner inside them then shows another capacitance. A corner outside them fails as before. If the unit does not state
-    its resistor, the spec's is used, and the finding notes it."""
+    """Return the corner. Its uncertainty is unknown, so that it cannot pass, if the resistor is not the limits': a
+    corner inside them then means another capacitance. A corner outside them still fails. Without a resistor of the unit
+    the spec's is used, with a note."""
     lo, hi = _expected_corner(values, spec)
     ohm, stated_ohm = _resistor(values, spec)
     if not lo <= corner.value <= hi:

@@ -87,8 +87,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 
 
 def progress(record: Record, spec: CheckSpec, wanted: int = IMPACTS_MIN) -> HitsSoFar:
-    """Return the hits of a record that is still running, judged by the same rules. wanted: good hits, at least as many
-    as the spec needs."""
+    """Return the hits of a running record, judged by the same rules. wanted: good hits, at least the spec's number."""
     rules = _rules(spec)
     needed, band = max(wanted, rules.impacts_min), _band(record, rules)
     return hits_so_far(record["Track1"], record["Track2"], record.fs, rules.impacts, needed, band)
@@ -185,7 +184,8 @@ def _quantities(name: str, mode: Mode | Reason, spec: CheckSpec) -> tuple[Quanti
 
 
 def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec, like: str = "") -> Quantity:
-    """Return a quantity with its budget; like: the quantity whose stated uncertainty holds if its own is not stated."""
+    """Return a quantity with its budget; like: the quantity whose stated uncertainty is used if its own is not
+    stated."""
     budget = [Contribution("scatter between impacts (half the 95 % t-interval)", u, "A")]
     if u_model > 0:
         budget.append(Contribution("neighbouring modes in the local fit", u_model))

@@ -128,8 +128,8 @@ def _two_steps(t: Array, steps: list[SignalStep]) -> tuple[SignalStep, SignalSte
 
 
 def _windowed_deflection(t: Array, de: Array, steps: tuple[SignalStep, SignalStep]) -> ScalarEstimate | Reason:
-    """Return the deflection as in [STB] 3.1.7: the difference between the means over half a second before the first
-    step and over half a second under load."""
+    """Return the deflection as in [STB] 3.1.7: the difference between means over half a second, before the first step
+    and under load."""
     origin = steps[0].t
     if origin + LOADED_S[1] > steps[1].quiet_to or origin + BEFORE_S[0] < t[0]:
         return because(Cause.STEP_WINDOWS, before=_span(BEFORE_S), loaded=_span(LOADED_S))
@@ -178,8 +178,7 @@ def _load_over(
 
 
 def _systematic(k: float, deflection: float, mass: Measured, spec: CheckSpec) -> list[Contribution]:
-    """Return the contributions of mass and encoder, each as stated; else the one figure that the spec states for both;
-    else nothing."""
+    """Return the contributions of mass and encoder as stated, else the spec's one figure for both, else nothing."""
     if mass.U is not None:
         weight: Contribution | None = Contribution("added mass, stated with it", mass.U / COVERAGE_FACTOR)
     else:

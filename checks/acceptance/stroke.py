@@ -164,7 +164,7 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
 
 
 def _check_range(V: Array, wanted: Range) -> float:
-    """Return the sum of the distances of the ends of V from the wanted ones [V]. Raises NoResult if one is above the
+    """Return the sum of the distances of the ends of V from the wanted ones [V]. Raises NoResult beyond the
     tolerance."""
     first, highest = float(V[0]), float(V.max())
     if not abs(first - wanted.start) <= wanted.tolerance:
@@ -175,7 +175,7 @@ def _check_range(V: Array, wanted: Range) -> float:
 
 
 def _check_moving(V: Array, d: Array, wanted: Range) -> None:
-    """Raise NoResult if d repeats one value while V runs on: the probe sticks, or the reading was held."""
+    """Raise NoResult if d repeats one value while V moves: the probe sticks, or the reading was held."""
     at, passed = loops.longest_stand(V, d)
     if passed > STUCK * wanted.span:
         raise NoResult(Cause.CHANNEL_STUCK, channel="d", reference="V", sample=at, span=passed)
@@ -204,8 +204,7 @@ def _stroke_quantity(name: str, found: Stroke | Reason, spec: CheckSpec) -> Quan
 
 
 def _sum(parts: list[Quantity]) -> Quantity:
-    """Return the stroke of three stacks: scatter adds in square, contributions of one stated source in both budgets add
-    linearly."""
+    """Return the stroke of three stacks. Scatter adds in square, contributions of one stated source linearly."""
     reasons = [q.reason for q in parts if q.reason]
     if reasons:
         return Quantity.missing("stroke_um", together(reasons))
@@ -220,8 +219,8 @@ def _sum(parts: list[Quantity]) -> Quantity:
 
 
 def _check_stacks(total: Quantity, parts: list[Quantity], within: float) -> Quantity:
-    """Return the sum, of unknown uncertainty if one of the three equal stacks does not move half of what two do, so
-    that it cannot pass: one is weak or another was driven. A sum outside the limits fails as before."""
+    """Return the sum. Its uncertainty is unknown, so that it cannot pass, if one of the three equal stacks does not
+    move half as far as two: one is weak or another was driven. A sum outside the limits still fails."""
     one, two = (q.value for q in parts)
     if total.reason is not None or abs(two / 2 / one - 1) <= within:
         return total
@@ -229,14 +228,13 @@ def _check_stacks(total: Quantity, parts: list[Quantity], within: float) -> Quan
 
 
 def _sum_of_shares(shares: list[Contribution]) -> float:
-    """Return the sum of contributions of one source: of scatter in square, of a stated error linearly."""
     return math.hypot(*(c.u for c in shares)) if shares[0].kind == "A" else sum(c.u for c in shares)
 
 
 def _width_quantity(name: str, found: list[Stroke | Reason]) -> Quantity:
     """Return the loop width at mid-voltage [percent of the stroke] of one record, or of both added: the loop of three
     stacks. The gauge's scale error cancels in the ratio, its drift between the branches does not. By Rayleigh's law the
-    width, a ratio, grows with the voltage, so a smaller range gives a smaller width."""
+    width grows with the voltage, so a smaller range gives a smaller width."""
     stroke = width = variance = short = drift = 0.0
     for f in found:
         if isinstance(f, Reason):

@@ -31,9 +31,8 @@ class Contradiction:
 
 
 def contradiction(response: Response, found: Fit, unseen: Dataset | None = None) -> Contradiction | None:
-    """Return the band and channel that noise, tolerance and the uncertainty of the fit explain least, if chance does
-    not explain it either. unseen: data that were not fitted, judged instead of the fitted ones, at the fit's
-    tolerance."""
+    """Return the band and channel that noise, tolerance and the uncertainty of the fit explain least, unless chance
+    explains them. unseen: data that were not fitted, judged instead, at the fit's tolerance."""
     if unseen is None:
         return _worst(found.datasets, found.residuals, found.effective_parameters)
     data = replace(unseen, tolerance=found.datasets[0].tolerance)
@@ -52,7 +51,7 @@ def predict(response: Response, found: Fit, data: Dataset) -> Complex:
 
 
 def outside_priors(found: Fit) -> Iterator[Reason]:
-    """Yield the contradiction that a parameter lies outside its prior, with the chance corrected for the number of
+    """Yield the contradiction that a parameter is outside its prior, its chance corrected for the number of
     parameters."""
     with_prior = [(p, found.at[p.name]) for p in found.free if np.isfinite(p.sd)]
     if not with_prior:
@@ -72,8 +71,8 @@ def outside_priors(found: Fit) -> Iterator[Reason]:
 
 
 def all_priors(found: Fit) -> Iterator[Reason]:
-    """Yield the contradiction that all parameters together lie further from their priors than is likely for the number
-    that the data determine."""
+    """Yield the contradiction that all parameters together are too far from their priors for the number that the data
+    determine."""
     chi2 = 2.0 * found.prior_cost
     if stats.chi2.sf(chi2, max(found.effective_parameters, 1.0)) < FALSE_ALARM:
         yield because(Cause.PRIORS_EXCEEDED, chi2=chi2, told=found.effective_parameters)

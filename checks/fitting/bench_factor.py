@@ -5,8 +5,7 @@ bench; it is smoothed as far as the records allow, scale by scale, by how far it
 each unit is its own, and its size gives the tolerance for one more unit. A unit that differs from the others in some
 band and channel is weighted less there, so that its own effect does not become the bench's.
 
-Discrepancy of a model: [KENNEDY01]; shrinkage of details scale by scale: [DONOHO95]; weights: [LLT89].
-"""
+Discrepancy of a model: [KENNEDY01]; shrinkage of details scale by scale: [DONOHO95]; weights: [LLT89]."""
 
 from dataclasses import dataclass
 
@@ -16,7 +15,7 @@ from checks.arrays import Array, Complex
 from checks.fitting.whitener import fill_dips
 from checks.model.learned_bench import LearnedBench
 
-SCALES_OCTAVES = (2.0, 0.5, 0.12, 0.03, 0.008)  # half-widths of what is averaged, from the widest on
+SCALES_OCTAVES = (2.0, 0.5, 0.12, 0.03, 0.008)  # half-widths of the averages, from the widest on
 BLOCK = 0.5  # octaves over which a unit is compared with the others
 NU = 4.0  # of the t distribution of units about their middle: one ten times off counts for a twentieth
 LEFT_OUT = 3  # of so many units the one farthest off says nothing about how far off units are, nor of fewer
@@ -27,7 +26,7 @@ TURNS = 20
 BESIDE_ZEROS = 3e-3  # of the response around a zero: what is left in it says nothing about a factor
 WORTH = 1.5  # times its noise that the energy of details has to be, on average around, to count at all
 AROUND = 3.0  # times the scale: over less, noise alone is often as large
-RESONANCE_OCTAVES = 0.5  # what changes within that is a resonance
+RESONANCE_OCTAVES = 0.5  # a change within that is a resonance
 RESONANCE = 0.004  # relative, from which on it counts as one
 COUPLED = 1.5  # times its size
 NARROW = 0.02  # of f, over which the scatter from unit to unit is averaged
@@ -42,10 +41,10 @@ class BenchFactor:
 
 
 def learn_factor(f: Array, ratios: Complex, noise: Array, sizes: Array, channels: tuple[str, ...]) -> BenchFactor:
-    """Return the factor that n units have in common at f (F,) [Hz].
+    """Return the common factor of n units at f (F,) [Hz].
 
     ratios (n, F, C): H / H_model - 1 of each unit; noise (n, F, C): their variance from noise; sizes (n, F, C): the
-    model's |H|. Three units or more: of two that differ neither is the one that is right."""
+    model's |H|. At least three units: of two that differ, neither can be preferred."""
     filled = np.array([fill_dips(f, s) for s in sizes])
     dip = filled / sizes
     variance = noise + np.where(dip > 1.0, (BESIDE_ZEROS * dip) ** 2, 0.0)
@@ -69,9 +68,8 @@ def learn_factor(f: Array, ratios: Complex, noise: Array, sizes: Array, channels
 
 
 def resonant(f: Array, d: Complex, variance: Array) -> Array:
-    """Return the possible deviation (F, C) of one more unit where the bench resonates. How much of a resonance a unit
-    shows depends on its coupling, and a unit that is mounted askew, unlike those that were learned from, may show three
-    times as much."""
+    """Return the possible deviation (F, C) of one more unit where the bench resonates. Its share of a resonance depends
+    on its coupling: a misaligned unit may show three times as much as the units that were learned from."""
     wide = kernel(f, RESONANCE_OCTAVES)
     sharp = np.abs(d - (wide / wide.sum(axis=1, keepdims=True)) @ d)
     sharp = np.where(sharp**2 > 9.0 * variance, sharp, 0.0)
@@ -80,8 +78,8 @@ def resonant(f: Array, d: Complex, variance: Array) -> Array:
 
 
 def latency(f: Array, mean: Complex, variance: Array) -> Array:
-    """Return the latency [s] (C,) of each channel in a mean (F, C): the bench has it by name, so it is not part of the
-    unexplained factor. Frequencies at which a resonance turns the phase count little."""
+    """Return the latency [s] (C,) of each channel in a mean (F, C), which has a name and is not part of the unexplained
+    factor. Frequencies at which a resonance turns the phase count little."""
     tau = np.zeros(mean.shape[1])
     for _ in range(TURNS):
         left = mean - np.outer(f, tau) * LATE
@@ -92,8 +90,7 @@ def latency(f: Array, mean: Complex, variance: Array) -> Array:
 
 
 def unit_weights(f: Array, ratios: Complex, variance: Array) -> Array:
-    """Return the weight of each unit (n, F, C): about 1 if it is as close to the median of all as most units are
-    ([LLT89])."""
+    """Return the weight of each unit (n, F, C): about 1 at a usual distance from the median of all ([LLT89])."""
     middle = np.median(ratios.real, axis=0) + 1j * np.median(ratios.imag, axis=0)
     place = np.log2(f / f[0]) / BLOCK
     _, blocks = np.unique(np.floor(place), return_inverse=True)

@@ -31,8 +31,8 @@ Wrap = Callable[[Model], Response]
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """model: with the form of damping that the data ask for; response: the part of the model that was fitted; fit: of
-    its free parameters, at the finest tolerance that the data bear."""
+    """model: with the form of damping that the data require; response: the fitted part of the model; fit: of its free
+    parameters, at the finest tolerance that the data bear."""
 
     model: Model
     response: Response
@@ -103,8 +103,8 @@ def with_likelier_damping(found: Calibration, wrap: Wrap = itself) -> Calibratio
 
 
 def _steps_for_damping(found: Calibration, other: Response) -> tuple[Array, float]:
-    """Return values (p,) and cost of the best of some Gauss-Newton steps for the other form of damping, taken with the
-    derivatives of this form, which differ by little: a cheap test of whether the other form is worth a fit."""
+    """Return values (p,) and cost of the best of some Gauss-Newton steps for the other form of damping, with the
+    derivatives of this form, which are nearly the same: a cheap test whether the other form is worth a fit."""
     now, x = found.fit, found.fit.values
     unit, W = np.array([p.unit for p in now.free]), prior_rows(now.free, now.joint)
     lo, hi, prior = (np.array([getattr(p, k) for p in now.free]) for k in ("lo", "hi", "prior"))
@@ -126,8 +126,8 @@ def _steps_for_damping(found: Calibration, other: Response) -> tuple[Array, floa
 
 @lru_cache(maxsize=8)
 def with_damping(model: Model, damping: str) -> Model | None:
-    """Return the model with another form of damping, or None if it cannot have it. Cached, because the solutions of a
-    model are cached with it."""
+    """Return the model with another form of damping, None if it has only one. Cached with the solutions of the
+    model."""
     other = model if model.damping == damping else replace(model, damping=damping)
     try:
         other.modal()

@@ -1,8 +1,7 @@
-"""A model behind an actuator of unknown gain, delay and slow fall of gain: what drops out of the ratio of two channels.
+"""A model behind an actuator of unknown gain, delay and slow fall of gain, which cancel in the ratio of two channels.
 
-All outputs share the factor exp(g - q (f / 1 kHz)^2 - 2 pi i f tau). Fitted without priors, the three take what any
-amplifier far above the band does, a delay, and the actuator's constant; what remains is the ratio of the outputs.
-"""
+All outputs share the factor exp(g - q (f / 1 kHz)^2 - 2 pi i f tau). Fitted without priors, the three absorb any
+amplifier far above the band, a delay, and the actuator's constant; the ratio of the outputs remains."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

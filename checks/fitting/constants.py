@@ -21,7 +21,7 @@ NOTHING: Values = {}
 @dataclass(frozen=True)
 class Constant:
     """An estimate with its standard uncertainty u and its 95 % interval, in the unit of its name. u_model: standard
-    uncertainty by what the model states as uncertain, its modes above all; not in u and the interval."""
+    uncertainty from the model's uncertain values, mainly its modes; not part of u and interval."""
 
     name: str
     value: float
@@ -110,8 +110,7 @@ def _band(f: Array, band: tuple[float, float]) -> np.ndarray:
 def _real_gain(
     f: Array, H: Complex, variance: Array, unit: Model, channel: str, band: tuple[float, float]
 ) -> tuple[float, float, int]:
-    """Return the real factor between measured and unit response, its standard uncertainty and the number of
-    frequencies."""
+    """Return the real factor between measured and unit response, its standard uncertainty and the number of bins."""
     inside = _band(f, band)
     y, x = H[inside], unit.frf(f[inside], channels=(channel,))[:, 0]
     if not (np.isfinite(y).all() and np.isfinite(variance[inside]).all() and (variance[inside] > 0).all()):

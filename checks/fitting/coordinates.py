@@ -1,8 +1,7 @@
 """Coordinates in which a search is short: logarithms for parameters of fixed sign, units of the prior for the others.
 
 Mass, stiffness and force can grow together and leave every response as it is. In logarithms that valley is straight and
-a Gauss-Newton step runs along it; in the values themselves it bends, and hundreds of small steps follow the bend.
-"""
+a Gauss-Newton step runs along it; in the values themselves it bends, and hundreds of small steps follow the bend."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -42,8 +41,7 @@ class Free:
 
     @property
     def logarithmic(self) -> bool:
-        """Return whether the search is along its logarithm: not from almost nothing, where an earlier search may have
-        ended, because there it has no slope."""
+        """Return whether the search uses its logarithm: not from almost zero, where the logarithm has no slope."""
         far = np.isfinite(self.sd) and abs(self.prior) > FAR_FROM_ZERO * self.sd
         return bool(far and self.begin * np.sign(self.prior) > self.sd)
 
@@ -81,8 +79,8 @@ class Coordinates:
         return np.where(self.log, self.values(x) / self._origin, 1.0) * self.unit
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the bounds (p,) of the search: the physical ones, narrowed for parameters with a prior to values that
-        are likely at all."""
+        """Return the bounds (p,) of the search: the physical ones, narrowed to likely values for parameters with a
+        prior."""
         return np.maximum(self.x(self.lo), -self.reach), np.minimum(self.x(self.hi), self.reach)
 
     @property

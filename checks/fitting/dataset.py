@@ -2,8 +2,7 @@
 
 Every bin comes from a local polynomial over 17 bins of the record (leakage and transient removed), the next from the
 next 17: errors of different bins are independent. All bins would give half the uncertainty where noise dominates, which
-it hardly does: on recorded struts it is 1e-4 to 1e-2 of |H|, beside a tolerance of 1e-2.
-"""
+it hardly does: on recorded struts it is 1e-4 to 1e-2 of |H|, beside a tolerance of 1e-2."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -37,8 +36,7 @@ class Dataset:
     both are fractions of, the measured one before a model is known; taken_out: errors of the encoder's interpolation
     that were removed from H.
 
-    Errors of different bins are independent. `dataset_from_records`, `dataset_of` and `simulated` make it.
-    """
+    Errors of different bins are independent. `dataset_from_records`, `dataset_of` and `simulated` make it."""
 
     f: Array
     H: Complex
@@ -77,7 +75,7 @@ class Dataset:
 
     @property
     def variance(self) -> Array:
-        """Return the noise variance (F, C) plus squared tolerance: what G divides the squared residual by."""
+        """Return the noise variance (F, C) plus squared tolerance, the denominator of G."""
         return self.noise + (self.relative * np.abs(self.reference)) ** 2
 
     @property
@@ -91,11 +89,11 @@ class Dataset:
         return whitener(self.f, self.reference, self.cov, self.nu, self.relative)
 
     def on_bench(self, learned: LearnedBench | None) -> "Dataset":
-        """Return the same with the learned bench's scatter between units, if the model has a learned bench."""
+        """Return the dataset with the scatter of a learned bench between units, if the model has one."""
         return self if learned is None else replace(self, by_frequency=learned.tolerance_at(self.f, self.channels))
 
     def select(self, channels: Iterable[str]) -> "Dataset":
-        """Return some channels, in the order asked for. Raises RecordError naming one that the data lack."""
+        """Return some channels, in the order asked for. Raises RecordError naming a missing one."""
         wanted = tuple(channels)
         for c in wanted:
             if c not in self.channels:
@@ -146,10 +144,10 @@ def dataset_from_records(
     f_hi: float = F_HI,
     name: str | None = None,
 ) -> Dataset:
-    """Return the responses of one realisation: low up to merge_Hz [Hz] and high above it; without high, low alone. An
-    error of the encoder's interpolation that low shows is taken out of both.
+    """Return the responses of one realisation: low up to merge_Hz [Hz] and high above it; low alone without high. The
+    encoder's interpolation error seen in low is removed from both.
 
-    Raises RecordError for a channel that is missing, no merge frequency, or a band without drive."""
+    Raises RecordError for a missing channel or merge frequency, and a band without drive."""
     called = name or low.name
     errors = interpolation_errors(low, drive=input) if "de" in channels else ()
     low = remove_errors(low, errors)

@@ -18,13 +18,13 @@ FIRST = 1e-3  # damping, beside priors of one
 ROUNDING = 1e-13
 MOST = 1e8  # no step is as short
 LONGEST = 10.0  # of a step, if the last one showed that it was too short
-STRAIGHT = 0.25  # of the expected fall: less is a valley that bends, along which the cost tells nothing any more
+STRAIGHT = 0.25  # of the expected fall: less is a valley that bends, along which the cost has no information
 
 
 @dataclass(frozen=True)
 class Precision:
     """How far down a search goes, in half a squared standard deviation. near: it has settled if no step promises more;
-    end: it ends there, if it gets that far without a detour."""
+    end: it ends there if it arrives without a detour."""
 
     near: float
     end: float
@@ -49,7 +49,7 @@ class Residuals(Protocol):
 @dataclass(frozen=True, eq=False)
 class Descent:
     """x (p,), cost (half the sum of squares). settled: no step leads further down. known: the normal matrix at x, if
-    the search has computed it."""
+    computed."""
 
     problem: Residuals
     x: Array
@@ -105,8 +105,8 @@ def _stretch(slope: float, taken: float, fall: float) -> float:
 
 
 def _step(A: Array, g: Array, x: Array, damping: float, lo: Array, hi: Array) -> tuple[Array, float]:
-    """Return the next x, inside the bounds, and the predicted fall of the cost. A parameter on a bound that would leave
-    it stays there."""
+    """Return the next x, inside the bounds, and the predicted fall of the cost. A parameter stays on a bound that it
+    would leave."""
     free = ~(((x <= lo) & (g > 0.0)) | ((x >= hi) & (g < 0.0)))
     part = A[np.ix_(free, free)]
     held = part + np.diag(damping + ROUNDING * np.diag(part))

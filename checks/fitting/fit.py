@@ -30,7 +30,7 @@ BEYOND_DOUBT = 4.6  # of log likelihood: a ratio of 100
 SPREAD = 1.0  # of further starts, in prior standard deviations
 HELD = 1e-4  # of its standard deviation: the prior of a parameter that is held
 AT_BOUND = 1e-3  # of the standard deviation
-BESIDE = 30  # parameters: what a step costs beside derivatives, the modes of a strut above all
+BESIDE = 30  # parameters: the cost of a step besides derivatives, mainly the modes of a strut
 CONTRADICTION = (
     "no values of the model come near these responses; check that the time base of every record is right (was one "
     "resampled?), that low and high were taken from the same unit, and that no channels are exchanged"
@@ -44,7 +44,7 @@ SHOWN = 4  # values of a fit in its short form
 class Fit:
     """names (p,), values (p,), cov (p, p) of the posterior, in the names' units, never rescaled by the residual.
 
-    response: what was fitted, with all that it held beside the model. cost: half the sum of squared whitened residuals
+    response: the fitted one, with its fixed parts besides the model. cost: half the sum of squared whitened residuals
     plus prior_cost, half that of the priors. residuals: (F, C) of every dataset, data minus model. starts: cost of
     every start. at_bound: names whose value lies on a bound."""
 
@@ -95,8 +95,7 @@ class Fit:
 
     @property
     def effective_parameters(self) -> float:
-        """Return the number of parameters that the data determined; one with a prior counts by the share that the data
-        contribute."""
+        """Return the number of parameters that the data determined; one with a prior counts by the data's share."""
         W = prior_rows(self.free, self.joint)
         return len(self.names) - float(np.einsum("rp,pq,rq->", W, self.cov, W))
 
@@ -129,10 +128,10 @@ def fit(
     """Return the maximum a posteriori by damped Gauss-Newton steps on whitened complex residuals and priors; joint:
     prior of several parameters together.
 
-    If the search reaches values at which the strut is not held, the ModelError names what to look for in the records.
+    If the search reaches values at which the strut is not held, the ModelError names the likely fault of the records.
 
-    starts: how many, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
-    best goes on with all. Raises ModelError if nothing is free or no start can be evaluated."""
+    starts: their number, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
+    best continues with all. Raises ModelError if nothing is free or no start can be evaluated."""
     points = coarse_fits(response, datasets, free, joint=joint, starts=starts, seed=seed, coarse_bins=coarse_bins)
     return finish(response, datasets, points[0], joint=joint, tried=points)
 
@@ -207,7 +206,7 @@ def finish(
 
 @contextmanager
 def _explaining_not_held(response: Response, sets: Sequence[Dataset], free: Sequence[Free]) -> Iterator[None]:
-    """Raise ModelError naming what to look for in the records if a search reaches values at which the strut is not
+    """Raise ModelError naming the likely fault of the records if a search reaches values at which the strut is not
     held."""
     try:
         yield
@@ -228,7 +227,6 @@ def _at_wider_tolerances(sets: tuple[Dataset, ...]) -> list[tuple[Dataset, ...]]
 
 
 def _descend_through(ways: "Sequence[_FitProblem]", x: Array) -> Descent:
-    """Descend from x through one problem after the other."""
     end, steps = descend(ways[0], x, FEW_STEPS, LOOSE), 0
     for problem in ways[1:]:
         steps += end.steps
@@ -271,8 +269,8 @@ def start_as_fit(response: Response, datasets: Dataset | Sequence[Dataset], foun
 
 
 def own_cost(found: Fit) -> float:
-    """Return the cost of a fit with the tolerance as a fraction of its own response, by which two ends of a search are
-    compared: with a fraction of another response it may be of any size."""
+    """Return the cost of a fit with the tolerance as a fraction of its own response, to compare ends of searches: as a
+    fraction of another response the tolerance may have any size."""
     sets = tuple(s.around(s.H - r) for s, r in zip(found.datasets, found.residuals, strict=True))
     white = [s.whitener(r) for s, r in zip(sets, found.residuals, strict=True)]
     return found.prior_cost + 0.5 * sum(float(w @ w) for w in white)
@@ -334,8 +332,8 @@ class _FitProblem:
 
 
 class _LogRatioProblem(_FitProblem):
-    """A fit problem on ratios instead of differences: a misplaced peak then attracts from far away, and counts by its
-    height in decades."""
+    """A fit problem on ratios instead of differences: a misplaced peak attracts from far away, by its height in
+    decades."""
 
     def residual(self, x: Array) -> Array:
         parts = []

@@ -10,7 +10,7 @@ from checks.picture import Band, Line, Panel, PanelKind
 from specs.units import RESPONSE_UNITS
 
 BEFORE, AFTER = "model before the fit", "model fitted"
-LEAST_RESIDUAL = 1e-4  # below, a picture tells nothing: no tolerance and no noise is as small
+LEAST_RESIDUAL = 1e-4  # below, a picture shows nothing: no tolerance and no noise is as small
 
 
 def fit_panels(data: Dataset, before: Complex, after: Complex) -> dict[str, Panel]:

@@ -1,4 +1,4 @@
-"""How far data and model are apart, against what noise and the model's tolerance allow."""
+"""Distance of data and model, relative to noise and the model's tolerance."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -44,8 +44,8 @@ def overall(found: Mapping[str, Gap]) -> Gap:
 
 
 def _parts(data: Dataset, residual: Complex) -> dict[str, Array]:
-    """Return by channel (3, F): the squared residual over variance, and its mean and its variance if the residual is
-    noise only."""
+    """Return by channel (3, F): squared residual over variance, and its mean and variance if the residual is only
+    noise."""
     nu = np.clip(data.nu, 3.0, 1e9)
     # |e|^2 over an estimated variance is F(2, 2 nu): its mean is above 1 and its tail heavier than chi-square's
     mean, spread = nu / (nu - 1.0), nu**3 / ((nu - 1.0) ** 2 * (nu - 2.0))
@@ -69,8 +69,8 @@ def misfit(data: Dataset, H: Complex) -> Array:
     """Return the relative misfit (F, C) of a modelled response H (F, C) in each band, beyond noise; values below
     `LEAST` are set to zero.
 
-    Tolerated in the next fit, it keeps what a model lacks in some band of a channel from biasing the values that the
-    other bands determine."""
+    As a tolerance of the next fit it keeps a fault of the model in one band from biasing the values that other bands
+    determine."""
     energy, noise = np.abs(data.H / H - 1.0) ** 2, data.noise / np.abs(H) ** 2
     block = np.floor(np.log2(data.f / data.f[0]) * BLOCKS_PER_OCTAVE).astype(int)
     out = np.zeros(energy.shape)

@@ -7,8 +7,7 @@ units are jointly normal, in closed form; scatter and weights come by expectatio
 The scatters of different parameters are taken as independent: five to ten units cannot determine the covariance of a
 hundred parameters. The estimate of the mean keeps all its correlations.
 
-Hierarchical updating: [BEHMANESH15]; weights of t tails: [LLT89]; prior of a variance: [GELMAN06].
-"""
+Hierarchical updating: [BEHMANESH15]; weights of t tails: [LLT89]; prior of a variance: [GELMAN06]."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +21,7 @@ from checks import distributions as stats
 from checks.arrays import Array
 
 STRENGTH = 3.0  # values
-FEW = 3  # parameters of a kind, from which on they tell how far a model is off
+FEW = 3  # parameters of a kind that suffice to show how far a model is off
 NU = 4.0  # of the tails: a unit ten scatters off moves the mean as one 0.5 off does
 STEPS = 500
 SETTLED = 1e-3  # of a scatter, relative, over one step: few units know theirs to a third
@@ -61,8 +60,7 @@ class Batch:
 
     @property
     def of_one_more(self) -> Array:
-        """Return the covariance (p, p) of a unit of the same batch that was not seen: its scatter plus the uncertainty
-        of the mean."""
+        """Return the covariance (p, p) of another unit of the batch: its scatter plus the uncertainty of the mean."""
         return np.asarray(self.mean_cov + np.diag(self.scatter**2))
 
 
@@ -193,7 +191,7 @@ class _Likelihoods:
 
 
 def _inverses(stack: Array) -> Array:
-    """Return the inverses (n, p, p) of symmetric positive definite matrices, scaled to a diagonal of one first."""
+    """Return the inverses (n, p, p) of symmetric positive definite matrices, scaled to a unit diagonal first."""
     size = 1.0 / np.sqrt(np.diagonal(stack, axis1=1, axis2=2))
     both = size[:, :, None] * size[:, None, :]
     inverse = np.linalg.inv(stack * both) * both
@@ -207,8 +205,7 @@ def _weights(square: Array, nu: float) -> Array:
 
 @cache
 def _core(nu: float) -> float:
-    """Return the scale of the t that fits a normal of sd 1 best, so that the scatter of ordinary units comes out as
-    their sd."""
+    """Return the scale of the t that fits a normal of sd 1 best, so that ordinary units keep their sd."""
     if np.isinf(nu):
         return 1.0
 
@@ -238,10 +235,10 @@ def learn_without_each(precision: Array, pull: Array, prior: Prior) -> list[Batc
 
 
 def compare(precision: Array, pull: Array, batch: Batch) -> Belonging:
-    """Compare one unit's likelihood, precision (p, p) and pull (p,), with a batch that it is not in.
+    """Compare one unit's likelihood, precision (p, p) and pull (p,), with a batch of other units.
 
-    What the unit's data move the expected values by has the covariance Q - V under the batch: Q before them, V after.
-    """
+    The unit's data move the expected values. Under the batch these moves have the covariance Q - V: Q the covariance
+    before the data, V after."""
     scale = np.sqrt(np.diag(batch.of_one_more))
     both = np.outer(scale, scale)
     Q = batch.of_one_more / both
@@ -260,8 +257,7 @@ def compare(precision: Array, pull: Array, batch: Batch) -> Belonging:
 
 
 def count_covered(belongings: Sequence[Belonging], level: float = 0.95) -> tuple[int, int]:
-    """Return how many parameters of all units lie within the prediction from the other units, and how many were
-    compared."""
+    """Return how many parameters of all units lie within the prediction from the others, and how many were compared."""
     z = np.concatenate([np.zeros(0), *(b.z[np.isfinite(b.z)] for b in belongings)])
     return int(np.sum(np.abs(z) <= stats.norm.ppf(0.5 + level / 2))), int(z.size)
 

@@ -26,8 +26,8 @@ class Identifiability:
 
     @property
     def inflation(self) -> float:
-        """Return by how much the other parameters widen the uncertainty: 1 if the value is determined by itself; a
-        large number if others can take its place."""
+        """Return the factor by which other parameters widen the uncertainty: 1 if the value is determined alone, large
+        if others can take its place."""
         return self.sd / self.sd_alone
 
 

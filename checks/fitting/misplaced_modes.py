@@ -54,8 +54,7 @@ def misplaced_modes(
 
 
 def peaks(f: Array, energy: Array) -> list[float]:
-    """Return the frequencies on f (F,) [Hz] where an energy (F,) is largest, the largest first, each apart from the
-    others."""
+    """Return the frequencies on f (F,) [Hz] of the largest separate peaks of an energy (F,), the largest first."""
     left, out = energy.copy(), []
     for _ in range(PEAKS):
         k = int(np.argmax(left))
@@ -80,8 +79,8 @@ class _Modes:
         return np.sqrt(w2[:n]) / (2.0 * np.pi), slopes[:, :n].T / w2[:n, None]
 
     def move_mode(self, at: Values, mode: int, to_Hz: float, strides: int) -> dict[str, float] | None:
-        """Return the values that move one mode to a frequency and leave the others in place as far as possible, reached
-        in several strides; None if such values are unlikely or the strut is not held."""
+        """Return values that move one mode to a frequency and others as little as possible, in several strides; None if
+        they are unlikely or the strut is not held."""
         back = np.linalg.inv(prior_rows(self.free, self.model.joint))
         values, far = dict(at), 0.0
         try:

@@ -15,10 +15,10 @@ def pool_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
     """Return the covariance cov (U, C, C) and the degrees of freedom nu (U,) of the usable bins of a local fit,
     averaged over neighbours.
 
-    frf: independent bins; input_power (F,): that of the input about each bin, in any unit. The noise on the outputs is
-    averaged, because it is smooth; cov is that noise over the power of the input that was left to determine H. A window
-    with far more noise than those about it (a line of the mains, a resonance too sharp for its polynomial) keeps its
-    own, which is not used for its neighbours."""
+    frf: independent bins; input_power (F,): of the input about each bin, in any unit. The noise on the outputs is
+    averaged, because it is smooth; cov is that noise over the input power that determines H. A window with far more
+    noise than its neighbours (a line of the mains, a resonance too sharp for its polynomial) keeps its own, which is
+    not used for them."""
     good = frf.usable
     own, power = frf.nu[good], (_power(frf) * input_power)[good]
     noise: Complex = frf.cov[good] * power[:, None, None]
@@ -33,8 +33,7 @@ def pool_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
 
 
 def _power(frf: Frf) -> Array:
-    """Return the part (F,) of the input's power that determines H: var is noise / power, coherence gives noise / input
-    power."""
+    """Return the input power (F,) that determines H: var is noise / power, coherence gives noise / input power."""
     c = np.argmin(np.abs(frf.coherence - 0.5), axis=1)  # there neither 1 - coherence nor coherence is round-off
     at = np.arange(frf.f.size)
     coherence, var = frf.coherence[at, c], frf.var[at, c]
@@ -44,8 +43,8 @@ def _power(frf: Frf) -> Array:
 
 
 def _is_outlier(noise: Array, nu: Array) -> NDArray[np.bool_]:
-    """Return whether each window (F,) is an outlier: its noise (F, C) in a channel exceeds the local median by more
-    than chance allows."""
+    """Return whether the noise (F, C) of each window (F,) exceeds the local median in a channel by more than chance
+    allows."""
     wide = 2 * NEIGHBOURS + 1
     padded = np.pad(noise, ((wide, wide), (0, 0)), mode="reflect" if len(noise) > wide else "edge")
     median = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * wide + 1, axis=0), axis=-1)

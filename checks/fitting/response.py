@@ -1,5 +1,4 @@
-"""The interface of what can be fitted: a model, or anything else with responses and their derivatives at named
-values."""
+"""The interface of a fit: a model, or any object with responses and their derivatives at named values."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol

@@ -11,8 +11,7 @@ so there are three scales, each with the variance t^2 / 2 of an error that lies 
 The first two are random smooth functions (cosine bumps on log f), marginalised exactly. The narrow one is as good as
 independent for parameters that act over a mode's width or more, when each bin's variance is raised by the number of
 bins that share one error. So the intervals hold for an error of any one scale that stays below t, and are wider than
-they had to be for a model that is exact.
-"""
+they had to be for a model that is exact."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -44,7 +43,8 @@ class Whitener:
         return white
 
     def independent(self, residual: Complex) -> Array:
-        """Whiten for what is independent from bin to bin only: without the smooth errors, in the order of a call."""
+        """Whiten by the noise and tolerance of each bin alone, without the smooth errors; residuals in the order of a
+        call."""
         return _real(self._lower(residual))
 
     def normal(self, slopes: Complex, white: Array) -> tuple[Array, Array]:
@@ -64,8 +64,8 @@ class Whitener:
         return white.view(complex).reshape(*white.shape[:-1], C, F).swapaxes(-1, -2)
 
     def _lower(self, r: Complex) -> Complex:
-        """Return the lower triangle times residuals, (..., C, F), of residuals (..., F, C), entry by entry: quicker
-        than many small products."""
+        """Return the lower triangle times residuals, (..., C, F), of residuals (..., F, C), entry by entry: faster than
+        many small products."""
         r = r.swapaxes(-1, -2)
         out = np.empty(r.shape, dtype=complex)
         for i, row in enumerate(self._rows):
@@ -99,8 +99,7 @@ def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float | A
 
 
 def _covariance_factor(nu: Array, C: int) -> Array:
-    """Return the factor on an estimated covariance whose inverse would otherwise be too large on average by nu / (nu -
-    C)."""
+    """Return the factor that unbiases the inverse of an estimated covariance, too large on average by nu / (nu - C)."""
     finite = np.where(np.isfinite(nu), nu, 1.0)
     return np.where(np.isfinite(nu), finite / np.maximum(finite - C, 1.0), 1.0)
 

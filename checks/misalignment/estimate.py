@@ -82,8 +82,8 @@ def estimate(
 
 @dataclass(frozen=True)
 class OffsetSearch:
-    """Settings of a search: the data up to f_hi [Hz] are used; own_paths: with the times by which channels were sampled
-    apart and the gain of de among the unknowns; thorough: from more starts than the table gives."""
+    """Settings of a search: data up to f_hi [Hz] are used; own_paths: channel delays and the gain of de are unknowns
+    too; thorough: use additional starts."""
 
     f_hi: float = F_HI
     own_paths: bool = False
@@ -116,9 +116,9 @@ def _prepare(data: Dataset, model: Model, channels: tuple[str, ...], f_hi: float
 def with_whole_scatter(model: Model) -> Model:
     """Return a learned model whose parts scatter from unit to unit as far as the file states.
 
-    Learning takes half of that variance for what the units of a batch have in common, the rest for the scatter within
-    it, and a few units show little of either. If the parts have nothing in common, all of it is scatter: the least that
-    an interval has to allow for. Modes and latencies are learned separately and are not changed."""
+    Learning takes half of that variance as common to the units of a batch, the rest as scatter within it, and a few
+    units show little of either. If the parts have nothing in common, all of it is scatter, the least that an interval
+    has to allow for. Modes and latencies are learned separately and stay."""
     joint = model.joint
     if joint is None:
         return model
@@ -140,7 +140,7 @@ def free_parameters(
     model: Model, dx: float, dy: float, channels: Sequence[str] = RATIO, own_paths: bool = False
 ) -> list[Free]:
     """Return the free parameters: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive, the
-    sensor's gain; own_paths: how far the channels were sampled apart, and the gain of de beside da."""
+    sensor's gain; own_paths: also channel delays, and the gain of de relative to da."""
     own = [n for n in model.sds if not n.startswith(("constants.", "delay.", "amplifier.", "sensor.", "misalignment."))]
     places = [
         replace(p, lo=-most, hi=most, start=at, scale=most / 4)
@@ -187,8 +187,8 @@ def _fits(
     model: Model, data: Dataset, starts: Sequence[tuple[float, float]], search: OffsetSearch
 ) -> list[Calibration]:
     """Return fits from the starts that lead to different places, the best first, each with the form of damping that the
-    data require. If no fit explains the strut's own modes, one mode may have been taken for another: the search is then
-    repeated with a mode in another place, and from random draws of the parameters."""
+    data require. If none explains the strut's own modes, one may have been taken for another: the search is repeated
+    with a mode moved, and from random draws of the parameters."""
     free = [free_parameters(model, dx, dy, data.channels, search.own_paths) for dx, dy in starts]
     found = _finish_all(model, data, _distinct_places(_coarse_fits(model, data, free)))
     if search.thorough and not any(_is_another_bench(c.fit) for c in found):
@@ -200,8 +200,7 @@ def _fits(
 
 
 def _fits_with_moved_modes(found: Sequence[Calibration], data: Dataset) -> list[FitPoint]:
-    """Return the best few ends of searches that begin with a mode of the best fit in another place, where the residual
-    is largest."""
+    """Return the best ends of searches that start with one mode of the best fit moved to the largest residual."""
     if not found:
         return []
     best = min(found, key=lambda c: c.fit.cost)
@@ -216,8 +215,7 @@ def _fits_with_moved_modes(found: Sequence[Calibration], data: Dataset) -> list[
 def _coarse_fits(
     model: Model, data: Dataset, free: Sequence[Sequence[Free]], draws: int = 0, close: bool = False
 ) -> list[FitPoint]:
-    """Return the ends of the searches, the best first, without searches that come to values that no strut has, or to
-    NaN."""
+    """Return the ends of the searches, the best first, without NaN and values that no strut has."""
     found: list[FitPoint] = []
     for each in free:
         try:
@@ -230,7 +228,7 @@ def _coarse_fits(
 
 
 def _finish_all(model: Model, data: Dataset, points: Sequence[FitPoint]) -> list[Calibration]:
-    """Return the fits that searches lead to, without those that come to values with which the assembly falls over."""
+    """Return the fits from these points, without those that reach values at which the assembly fails."""
     response, found = DrivenModel(model), []
     for point in points:
         try:
@@ -256,15 +254,13 @@ def _explains(found: Calibration) -> bool:
 
 
 def _is_another_bench(found: Fit) -> bool:
-    """Return whether a search that ended somewhere does not explain the payload's resonance: no other start helps
-    then."""
+    """Return whether a finished search does not explain the payload's resonance: no other start helps then."""
     low = found.datasets[0].f < PAYLOAD_HZ
     return found.converged and gaps([found.datasets[0].at(low)], [found.residuals[0][low]])["da"].G > LOST
 
 
 def _along(model: Model, found: Fit, name: str) -> AxisOffset:
-    """Return the misalignment along one axis. The APA's own asymmetry cannot be distinguished from its position, so its
-    variance adds."""
+    """Return the misalignment along one axis. The APA's own asymmetry looks the same, so its variance is added."""
     own = model.sds.get(LOPSIDED[(DX, DY).index(name)], 0.0)
     return AxisOffset(found.at[name], COVERAGE * float(np.hypot(found.sds[name], own)))
 

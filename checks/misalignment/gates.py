@@ -90,8 +90,7 @@ def _reversed_channels(data: Dataset, model: Model) -> Iterator[Reason]:
 
 
 def sensor_tells(data: Dataset, model: Model) -> bool:
-    """Return whether Vs was recorded, is alive and has the model's sign; otherwise a search with it is long and
-    useless."""
+    """Return whether Vs is recorded, alive and has the model's sign; a search with any other is long and useless."""
     if "Vs" not in data.channels:
         return False
     low = data.select(("Vs",)).band(*SENSOR_HZ)
@@ -137,8 +136,7 @@ def _stiffness_off_prior(found: MisalignmentEstimate) -> Iterator[Reason]:
 
 
 def _compliance_slope(apa: ModalApa, found: Fit, names: Sequence[str]) -> Array:
-    """Return (m,) relative change of the APA's compliance between its ends along z by the factors on its modes'
-    stiffness."""
+    """Return (m,) relative change of the APA's compliance along z by the factors on its modes' stiffness."""
     body = apa.body
     stretch = (body.top - body.bottom)[2, ELASTIC_FROM:] ** 2 / np.diag(body.K)[ELASTIC_FROM:]
     share = dict(zip(mode_names(apa.modes)[0], stretch / stretch.sum(), strict=True))
@@ -147,7 +145,7 @@ def _compliance_slope(apa: ModalApa, found: Fit, names: Sequence[str]) -> Array:
 
 def unobservable(found: MisalignmentEstimate) -> dict[str, Reason]:
     """Return the axis along which the data do not determine the misalignment, with the reason: its U is as wide as the
-    table. The other axis is known whatever the value along this one. Empty if they determine both, or neither."""
+    table. The other axis is then known whatever the value along this one. Empty if they determine both, or neither."""
     wide = {axis: reason for axis, reason in _edges(found) if getattr(found, axis).U > _limits(found)[axis]}
     inside = not {DX, DY} & set(found.fit.at_bound)
     return wide if len(wide) == 1 and inside else {}

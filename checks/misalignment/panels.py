@@ -14,8 +14,7 @@ IN_ELLIPSE = 2.4477  # radius that holds 95 % of a normal in two dimensions: sqr
 
 
 def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
-    """Return the magnitude and phase of the ratio, and the map. Without a result the panels show no number and there is
-    no map."""
+    """Return magnitude and phase of the ratio, and the map; without a result no number and no map."""
     data = found.data.select(("de", "da")).band(SHOWN_FROM, np.inf)
     precise = ratio_noise(data) < 1.0
     f, R = data.f[precise], data.H[precise, 0] / data.H[precise, 1]

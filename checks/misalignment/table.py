@@ -33,8 +33,8 @@ def table_frequencies() -> Array:
 
 
 def limits_um(model: Model) -> tuple[float, float]:
-    """Return the largest |dx| and |dy| [um] that are looked for in a strut of the model: those of the APA300ML, in
-    proportion to the actuator's height, which is the lever of a misalignment."""
+    """Return the largest |dx| and |dy| [um] of the search: those of the APA300ML in proportion to the actuator's
+    height, the lever of a misalignment."""
     height = model.apa(model.values).height or APA300ML_HEIGHT  # two springs may be stated without one
     scale = height / APA300ML_HEIGHT
     return DX_MAX_UM * scale, DY_MAX_UM * scale
@@ -101,8 +101,7 @@ class MisalignmentTable:
     sha256: str = ""
 
     def query(self, data: Dataset) -> Likelihood:
-        """Return the likelihood of each place for responses with channels de and da. Raises ModelError if none of their
-        bins is in the table."""
+        """Return the likelihood of each place for responses with de and da. Raises ModelError without a common bin."""
         low, high = self.f[0] * (1 + max(SHIFTS)), self.f[-1] * (1 + min(SHIFTS))
         bins = data.select(("de", "da")).band(low, high).thinned(BINS)
         if not bins.f.size:
@@ -113,7 +112,7 @@ class MisalignmentTable:
 
     @cached_property
     def _basis(self) -> Complex:
-        """Return (r, F) shapes of the ratio over its size at each frequency, orthonormal, from every fourth grid
+        """Return orthonormal shapes (r, F) of the ratio over its size at each frequency, from every fourth grid
         point."""
         some = self.R[::4, ::4].reshape(-1, self.f.size)
         _, size, shapes = np.linalg.svd(some / self._size, full_matrices=False)
@@ -136,8 +135,7 @@ class MisalignmentTable:
         return np.hstack([np.where(j <= k, pairs.real, pairs.imag), u.real, u.imag, np.ones((len(u), 1))])
 
     def _coefficients(self, bins: Dataset, shift: float) -> Array:
-        """Return the coefficients (r r + 2 r + 1,) by which the features make half the weighted squared misfit of the
-        bins."""
+        """Return coefficients (r r + 2 r + 1,) that turn features into half the weighted squared misfit of the bins."""
         de, da = bins.H.T
         weight = 1.0 / _variance(bins)
         A = self._shapes(bins.f * (1.0 + shift)) * da

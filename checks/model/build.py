@@ -32,8 +32,7 @@ DAMPED_HZ = 10e3
 
 @dataclass(frozen=True, eq=False)
 class FixedBody:
-    """An APA whose matrices depend on no parameter; a class, not a closure, so that a model can be sent to other
-    processes."""
+    """An APA whose matrices depend on no parameter; a class, not a closure, so that a model can be pickled."""
 
     body: ApaBody
 
@@ -52,7 +51,7 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
     apa, matrices = _apa(spec, superelement, reduced)
     sha256 = hashlib.sha256(spec.sha256.encode() + matrices).hexdigest()
     apa, more, sds = _with_mode_factors(spec, apa)
-    batch = spec.population  # what a unit's batch tells about the unit, if the file names one
+    batch = spec.population  # the batch's information on the unit, if the file names one
     joint = None if batch is None else JointPrior(tuple(batch.names), np.array(batch.mean), np.array(batch.full))
     values = {**values, **more, **({} if joint is None else joint.values)}
     known(() if joint is None else joint.names, {**spec.sds, **sds})
@@ -129,7 +128,7 @@ def file_nodes(spec: ModelSpec) -> Nodes:
 
 
 def _values(spec: ModelSpec) -> dict[str, float]:
-    """Return all parameters; those that a file may omit have the value at which they have no effect."""
+    """Return all parameters; omitted ones have the value at which they have no effect."""
     off = {"amplifier.f_Hz": math.inf, "amplifier.second_order_Hz": math.inf, **channel_path_off()}
     if spec.encoder is not None:
         off["encoder.bracket_Hz"] = math.inf

@@ -1,4 +1,4 @@
-"""What each channel passes on its own way to its converter: a low-pass against aliasing, and a latency."""
+"""The path of each channel to its converter: a low-pass against aliasing, and a latency."""
 
 from collections.abc import Mapping
 
@@ -32,8 +32,8 @@ def channel_path(f: Array, values: Mapping[str, float], channel: str) -> Complex
 def lowpass(f: Array, corner_Hz: float, order: float) -> Complex:
     """Return the response (F,) of a Butterworth low-pass ([OPPENHEIM10] 7.2).
 
-    The magnitude is defined for any order; the phase of an order that is no whole number lies between those of its two
-    neighbours, so that a fit can move from one order to the next."""
+    The magnitude is defined for any order. The phase of a fractional order lies between those of its neighbours, so
+    that a fit can move from one order to the next."""
     whole = int(np.floor(order))
     share = order - whole
     phase = _phase(f / corner_Hz, whole)

@@ -1,4 +1,4 @@
-"""The electrical side: volts into force, elongation into volts, and what amplifier, wires and converters do to them."""
+"""The electrical side: volts into force, elongation into volts; amplifier, wires and converters."""
 
 from dataclasses import dataclass
 
@@ -16,8 +16,7 @@ class Electrical:
     highpass_Hz: of the sensor stack and its resistor; crosstalk [V/V] of the amplifier's output into Vs, pickup [s] of
     its derivative, by a return wire that both share; tau [s] delay;
     second_order, charge_highpass: corner [Hz] and damping ratio of an amplifier and of a charge amplifier's high-pass
-    of second order, off at an infinite corner and at one of zero.
-    """
+    of second order, off at an infinite corner and at one of zero."""
 
     gain: float
     ga: float
@@ -31,8 +30,8 @@ class Electrical:
     charge_highpass: tuple[float, float] = (0.0, 0.7)
 
     def coupling(self, f: Array) -> Complex:
-        """Return the part (F,) of the amplifier's output that comes into Vs beside the stack: a constant one, and
-        its derivative, up to `PICKUP_TO_HZ`."""
+        """Return the share (F,) of the amplifier's output that couples into Vs: a constant, and its derivative up to
+        `PICKUP_TO_HZ`."""
         s = 2j * np.pi * f
         return np.asarray(self.crosstalk + self.pickup * s / (1.0 + 1j * f / PICKUP_TO_HZ))
 

@@ -19,8 +19,7 @@ from checks.model.structure.matrix_builder import System
 
 @lru_cache(maxsize=16)
 def mode_names(modes: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the flat names of the factors on stiffness and on damping, each by rising frequency of the nominal
-    modes."""
+    """Return the flat names of the factors on stiffness and on damping, by rising frequency of the nominal modes."""
     stiffness, damping = (tuple(f"{of}{k + 1}" for k in range(modes)) for of in (MODE_STIFFNESS, MODE_DAMPING))
     return stiffness, damping
 
@@ -28,8 +27,7 @@ def mode_names(modes: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
 @dataclass(frozen=True, eq=False)
 class ModalApa:
     """values -> body in the coordinates of its free modes: six rigid ones, then the elastic ones (m,), each with unit
-    modal mass, its stiffness and damping times its factors. A class, not a closure, so that a model can be sent to
-    other processes."""
+    modal mass, its stiffness and damping times its factors. A class, not a closure, so that a model can be pickled."""
 
     body: ApaBody
 
@@ -39,7 +37,7 @@ class ModalApa:
 
     @property
     def frequencies_Hz(self) -> dict[str, float]:
-        """Return the nominal frequency [Hz] of the mode that each factor is of, by the factor's flat name."""
+        """Return the nominal frequency [Hz] of each factor's mode, by the factor's flat name."""
         f = np.sqrt(np.diag(self.body.K)[ELASTIC_FROM:]) / (2.0 * np.pi)
         return {name: float(f_Hz) for names in mode_names(self.modes) for name, f_Hz in zip(names, f, strict=True)}
 

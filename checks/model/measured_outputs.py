@@ -49,8 +49,8 @@ class OutputGains:
 def output_gains(
     f: Array, v: Values, have: Channels, wanted: Channels, learned: LearnedBench | None = None
 ) -> OutputGains:
-    """Return the channels measured at f (F,) [Hz] from a motion of the channels `have`. Raises ModelError for a channel
-    that is not among them."""
+    """Return the channels measured at f (F,) [Hz] from a motion of the channels `have`. Raises ModelError for another
+    channel."""
     e = electrical_of(v)
     drive = e.drive(f)
     per_volt = drive * (e.gain * e.ga)

@@ -1,8 +1,7 @@
 """The model of a unit on its bench: parameters by flat name in, responses of Vs, de and da to Va out.
 
 model = build(load_model("strut-2dof"))
-H = model.frf(f, {"joint.kz_N_per_um": 80.0}, channels=("de", "da"))       # (F, 2) complex, per volt of Va
-"""
+H = model.frf(f, {"joint.kz_N_per_um": 80.0}, channels=("de", "da"))       # (F, 2) complex, per volt of Va"""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -104,7 +103,7 @@ class Model:
 
     @property
     def scatters(self) -> bool:
-        """Return whether the modes of its APA are uncertain parameters, which can be fitted to any strut."""
+        """Return whether the APA's modes are uncertain parameters, so that the model can be fitted to any strut."""
         return any(is_mode_factor(n) for n in self.sds)
 
     @property
@@ -165,9 +164,9 @@ class Model:
     def jacobian(
         self, f: ArrayLike, names: Iterable[str], changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
     ) -> Complex:
-        """Return the derivatives (P, F, C) of `frf` by each named parameter, per unit of its name: closed forms for
-        what is in the matrices (`checks.model.dynamics.derivatives`), central differences for the measurement chain. In
-        memory the channels come before the frequencies."""
+        """Return the derivatives (P, F, C) of `frf` by each named parameter, per unit of its name: closed forms for the
+        matrices (`checks.model.dynamics.derivatives`), central differences for the measurement chain. In memory the
+        channels come before the frequencies."""
         f, v, names = frequencies(f), self._at(changes), tuple(names)
         known(names, v)
         form = _solver(self, f, *self._solved(v))
@@ -195,7 +194,7 @@ class Model:
     def place_receptances(
         self, f: ArrayLike, changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
     ) -> PlaceReceptances:
-        """Return what an element at any named place sees and changes at f (F,) [Hz]."""
+        """Return the receptances between every named place, drive and channels at f (F,) [Hz]."""
         f, v = frequencies(f), self._at(changes)
         system = self._solved(v)[0]
         if system.motions is None:
@@ -256,12 +255,11 @@ class Model:
 
     @cached_property
     def _mechanical(self) -> Callable[[Values], tuple[float, ...]]:
-        """Return the values of the mechanical parameters among all values."""
         return itemgetter(*self.mechanical)
 
     def _smooth(self, name: str) -> bool:
-        """Return whether a parameter changes the matrices in fixed coordinates: rigid directions are eliminated, and if
-        those turn, so do the coordinates."""
+        """Return whether the matrices change in fixed coordinates. Rigid directions are eliminated; if they turn, the
+        coordinates do too."""
         return is_mechanical(name) and not (self._has_ties and last(name) in TURNS_TIES)
 
     @cached_property
@@ -280,8 +278,8 @@ class Model:
     def _matrix_changes(
         self, names: Sequence[str], changes: Values
     ) -> tuple[System, list[Change], Modes, tuple[str, ...]]:
-        """Return the system, its changes by some parameters, those by factors on the APA's modes apart, and the names
-        that these belong to."""
+        """Return the system, its changes by some parameters, the changes by factors on the APA's modes, and their
+        names."""
         system = self.system(changes)
         factors = any(is_mode_factor(n) for n in names)
         others = [n for n in names if not is_mode_factor(n)]
@@ -301,15 +299,14 @@ class Model:
 
 @lru_cache(maxsize=64)
 def _solved(model: Model, mechanical: tuple[float, ...]) -> tuple[System, Callable[[], Modal]]:
-    """Return the matrices at these mechanical values and a function that solves their modes. Cached, because a search
-    asks for the same ones again and again."""
+    """Return the matrices at these mechanical values and the solver of their modes. Cached: a search repeats values."""
     system = _assemble_at(model, dict(zip(model.mechanical, mechanical, strict=True)))
     return system, lru_cache(maxsize=1)(lambda: real_modal(system) if model.damping == "modal" else modal(system))
 
 
 def _solver(model: Model, f: Array, system: System, solved: Callable[[], Modal]) -> Modal | Receptances:
-    """Return the solver of the responses at f (F,) [Hz]: the parts if damping is of any form and they are known, else
-    the modes."""
+    """Return the solver of the responses at f (F,) [Hz]: by parts for damping of any form if they are known, else by
+    modes."""
     return (receptances(system, 2.0 * np.pi * f) if model.damping == "full" else None) or solved()
 
 
@@ -343,8 +340,8 @@ def _ends(values: Values, name: str) -> tuple[dict[str, float], dict[str, float]
 
 
 def _changes_measurement(name: str, values: Values) -> bool:
-    """Return whether a parameter of the mechanics also changes the measurement of its motion (the sensor of a 2-DoF APA
-    reads the force in one of its springs)."""
+    """Return whether a mechanical parameter also changes the measurement (the sensor of a 2-DoF APA reads a spring's
+    force)."""
     return name == FORCE_SENSOR and "constants.gs_V_per_N" in values
 
 

@@ -79,7 +79,7 @@ _RULES = {
 }
 RELATIVE_STEP = 1e-4  # truncation 1e-8 and round-off 1e-11 / 1e-4 of a central difference are both small
 
-# What stiffness, damping and mass matrices, or what is read of the motion, are proportional to.
+# Parameters to which the stiffness, damping and mass matrices, or the reading of the motion, are proportional.
 _IN_PROPORTION = frozenset(
     {
         *("kx_N_per_um", "ky_N_per_um", "kz_N_per_um", "kRx_Nm_per_rad", "kRy_Nm_per_rad", "kRz_Nm_per_rad"),
@@ -118,8 +118,7 @@ _TO_SI = {"um": 1e-6, "mm": 1e-3, "us": 1e-6, "N_per_um": 1e6}
 
 @lru_cache(maxsize=4096)
 def rule(name: str) -> Rule:
-    """Return the rule of a parameter by the last part of its flat name; parameters that are not listed must be
-    positive."""
+    """Return the rule of a parameter by the last part of its flat name; unlisted parameters must be positive."""
     return _RULES.get(last(name), POSITIVE)
 
 
@@ -130,8 +129,8 @@ def last(name: str) -> str:
 
 
 def matters(changes: Mapping[str, float]) -> dict[str, float]:
-    """Return those of the changed values, sorted by name, that derivatives of the matrices may depend on: a factor on a
-    mode of the APA changes one entry of its own, so of these only damping counts, for the damping of all."""
+    """Return the changed values, sorted by name, that derivatives of the matrices may depend on. A factor on a mode of
+    the APA changes one entry of its own, so of these only damping matters: for the damping of all."""
     found = [n for n in changes if is_mechanical(n) and not n.startswith(MODE_STIFFNESS)]
     return {n: changes[n] for n in sorted(found)}
 
@@ -152,20 +151,18 @@ def depends_on(name: str, mattering: Mapping[str, float], tied: bool) -> tuple[t
 
 @lru_cache(maxsize=4096)
 def is_of_body(name: str) -> bool:
-    """Return whether a mechanical parameter changes the matrices of the APA itself, and not only those of the parts
-    fastened to it."""
+    """Return whether a mechanical parameter changes the APA's own matrices, not only those of parts fastened to it."""
     return name.startswith("apa.") and last(name) not in _OFFSET and not last(name).endswith("_stiffening")
 
 
 @lru_cache(maxsize=4096)
 def is_mode_factor(name: str) -> bool:
-    """Return whether a parameter is a factor on one of the APA's free modes, which changes one entry of its matrices
-    and nothing else."""
+    """Return whether a parameter is a factor on a free mode of the APA: it changes one entry of the matrices."""
     return name.startswith((MODE_STIFFNESS, MODE_DAMPING))
 
 
 def si(values: Mapping[str, float], name: str) -> float:
-    """Return the value of a parameter in SI units; the end of its name is the unit that it is given in."""
+    """Return the value of a parameter in SI units, from the unit at the end of its name."""
     for suffix in ("N_per_um", "um", "mm", "us"):
         if name.endswith("_" + suffix):
             return values[name] * _TO_SI[suffix]
@@ -201,8 +198,7 @@ def in_range(values: Mapping[str, float]) -> None:
 
 
 def derivative_step(name: str, value: float) -> float:
-    """Return the step of a central difference in the parameter's own unit. Raises ModelError for an effect that is
-    off."""
+    """Return the step of a central difference in the parameter's unit. Raises ModelError for an effect that is off."""
     if not math.isfinite(value):
         raise ModelError(f"{name} is {value:g}: the effect is off and has no derivative; give it a value")
     r = rule(name)

@@ -16,7 +16,7 @@ Values = Mapping[str, float]
 
 
 def joints_of(values: Values) -> tuple[Joint, Joint] | None:
-    """Return the bottom and the top joint; both the same if the model names one; None without joints."""
+    """Return the bottom and the top joint, twice the same if the model names one; None without joints."""
     if "joint.kRx_Nm_per_rad" in values:
         both = _joint(values, "joint")
         return both, both
@@ -26,7 +26,7 @@ def joints_of(values: Values) -> tuple[Joint, Joint] | None:
 
 
 def _joint(values: Values, prefix: str) -> Joint:
-    """Return the joint whose parameters begin with the prefix; a stiffness that it does not name is rigid."""
+    """Return the joint whose parameters begin with the prefix; unnamed stiffnesses are rigid."""
     names = ("kx_N_per_um", "ky_N_per_um", "kz_N_per_um", "kRx_Nm_per_rad", "kRy_Nm_per_rad", "kRz_Nm_per_rad")
     full = (f"{prefix}.{name}" for name in names)
     k = np.array([si(values, name) if name in values else RIGID for name in full])
@@ -68,8 +68,8 @@ def bench_of(values: Values, held: bool) -> Bench:
 
 
 def offset_of(values: Values) -> Array:
-    """Return the offset (3,) [m] of the APA's line of force from the joints' axis: the APA's own offset, plus that of
-    the force from its middle."""
+    """Return the offset (3,) [m] of the line of force from the joints' axis: the APA's, plus the force's from its
+    middle."""
     lopsided = [si(values, f"apa.lopsided_{axis}_um") for axis in "xy"]
     offset: Array = _vector(values, "misalignment.d{}_um") + np.array([*lopsided, 0.0])
     return offset

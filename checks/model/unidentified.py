@@ -49,7 +49,7 @@ def _square(f: Array, pair: Pair) -> Complex:
 
 
 def element_of(values: Mapping[str, float], channel: str) -> Element | None:
-    """Return the unidentified element of a channel among a model's values; None if the channel has none."""
+    """Return a channel's unidentified element among a model's values; None without one."""
     head = f"{PREFIX}{channel}."
     if f"{head}gain" not in values:
         return None
@@ -69,8 +69,7 @@ def factor(values: Mapping[str, float], channel: str, f: Array) -> Complex | flo
 
 
 def element(given: Mapping[str, object], where: str) -> Element:
-    """Return the element that an entry of a model file describes. Raises ModelError naming the key, its value and what
-    was expected."""
+    """Return the element of an entry of a model file. Raises ModelError with key, value and expectation."""
     channel, gain = given.get("channel"), given.get("gain")
     if channel not in ("Vs", "de", "da"):
         raise ModelError(f"{where}: channel is {channel!r}; expected Vs, de or da")

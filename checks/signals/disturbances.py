@@ -19,12 +19,12 @@ LEAST_LINES = 20  # of a band: with fewer a line does not stand out of its neigh
 MAINS_WITHIN_HZ = 0.2  # about its frequency: the grid's ordinary band
 ALIKE = 0.1  # of the ratio of two channels: a motion shows in de and da as the payload's motion does
 BESIDE_HZ = 3.0  # half a band in which the response to the drive is a parabola
-STANDS_OUT = 8.0  # times the median of what the drive does not explain: chance makes it once in 1e18 lines
+STANDS_OUT = 8.0  # times the median of the unexplained part: by chance once in 1e18 lines
 
 SLOT = 256  # samples whose power is looked at together
 BAND, BURST_TO_HZ = 64, 2000.0  # blocks of the spectrum that are looked at together, and up to where
 BURST, CALM = 5.0, 3.0  # times the median over all slots: within a burst, and everywhere else; 2.5 on sound records
-SHORT = 0.05  # of the record: what lasts longer is no burst
+SHORT = 0.05  # of the record: a burst is shorter
 TIMES_CUT, MOST_CUT = 3, 0.3  # how often, and in what part of its samples, a drive is cut off
 LEAST_HELD = 2.5  # samples, on average: a sine that repeats exactly holds its crest for one or two
 
@@ -52,8 +52,8 @@ def is_motion(lines: Mapping[str, Hum]) -> bool:
 
 
 def hum(record: Record, channels: Sequence[str]) -> dict[str, Hum]:
-    """Return, by channel, the strongest line about the frequencies of the mains that the drive Va does not explain;
-    channels in which no line stands out are left out."""
+    """Return, by channel, the strongest line about the mains frequencies that the drive Va does not explain, if one
+    stands out."""
     window = hann(record.t.size)
     f: Array = np.fft.rfftfreq(record.t.size, 1.0 / record.fs).astype(float)
     near = (f >= MAINS_HZ[0] - BESIDE_HZ) & (f <= MAINS_HZ[1] + BESIDE_HZ)
@@ -67,8 +67,8 @@ def _lines(x: Array, window: Array) -> Complex:
 
 
 def _strongest(f: Array, U: Complex, Y: Complex) -> tuple[float, float, complex]:
-    """Return the frequency and size of the line in Y at f (F,) that U does not explain, and its ratio to the response
-    to U; size 0 if no line stands out."""
+    """Return frequency and size of the strongest line in Y at f (F,) that U does not explain, and its ratio to the
+    response to U; size 0 if no line stands out."""
     best = (0.0, 0.0, 0j)
     for centre in MAINS_HZ:
         band = np.flatnonzero(np.abs(f - centre) <= BESIDE_HZ)
@@ -114,8 +114,8 @@ class Burst:
 
 
 def bursts(record: Record, channels: Sequence[str]) -> tuple[Burst, ...]:
-    """Return the largest short disturbance of each channel, those at one time together: a part of the record in which
-    the remainder that the drive does not explain is far larger than everywhere else."""
+    """Return the largest short disturbance of each channel, simultaneous ones together: a part of the record with a far
+    larger unexplained remainder than everywhere else."""
     part = DrivePart.of(record["Va"]) if np.ptp(record["Va"]) > 0.0 else None
     if part is None:
         return ()
@@ -134,8 +134,8 @@ def bursts(record: Record, channels: Sequence[str]) -> tuple[Burst, ...]:
 
 def _burst_slots(part: DrivePart, y: Array, fs: float) -> tuple[int, int] | None:
     """Return the first slot of the largest burst and the one behind its last, or None. Each band of the spectrum is
-    looked at by itself, each of its blocks over its own power: a mode that the drive does not explain whole is not
-    short, and a burst of one band would drown in the noise of all others."""
+    examined alone, each block over its own power: a mode that the drive does not explain whole is not short, and a
+    burst in one band would drown in the noise of the others."""
     E = part.left(y)
     white = E / np.sqrt(power(E))[:, None]
     found, largest = None, BURST
@@ -152,8 +152,8 @@ def _burst_slots(part: DrivePart, y: Array, fs: float) -> tuple[int, int] | None
 
 
 def at_rail(drive: Array) -> tuple[int, float] | None:
-    """Return how many samples of a drive hold its largest or smallest value, and that value, if an output at its end
-    cut it off; None for a drive that rests there or has few values, as a binary sequence."""
+    """Return (number of samples, value) at the largest or smallest value of a drive, if an output cut it off there.
+    None for a drive that rests there, or that has few values, such as a binary sequence."""
     for reason in overload("Va", drive):
         count, value = int(reason.parameters["count"]), float(reason.parameters["value"])
         begins = np.flatnonzero(np.diff((drive == value).astype(np.int8)) == 1)

@@ -46,8 +46,8 @@ Errors = tuple[PeriodicError, ...]
 
 @dataclass(frozen=True, eq=False)
 class _Residual:
-    """Part of a reading that the drive does not explain. x (n,) reading [m]; drive: the part that it explains; E (B,
-    BINS) the residual of the reading."""
+    """Part of a reading that the drive does not explain. x (n,) reading [m]; drive: the explained part; E (B, BINS) the
+    residual of the reading."""
 
     x: Array
     drive: DrivePart
@@ -55,16 +55,14 @@ class _Residual:
 
     @classmethod
     def of(cls, record: Record, channel: str, drive: str) -> "_Residual | None":
-        """Return the part of a channel that the drive does not explain; None if the record has no such channel, is too
-        short, or moves as no strut does."""
+        """Return the unexplained part of a channel; None if it is absent, too short, or moves as no strut does."""
         if channel not in record.channels or drive not in record.channels:
             return None
         part = DrivePart.of(record[drive]) if np.ptp(record[channel]) < LONGEST_M else None
         return None if part is None else cls(record[channel][: part.n], part, part.left(record[channel]))
 
     def period(self, known: Errors) -> float | None:
-        """Return the period of the strongest line over position that is not among the known ones, or None if no line
-        stands out."""
+        """Return the period of the strongest line over position that is not yet known, None if no line stands out."""
         E = self._less(known)
         weighed = self.drive.in_time(E / power(E)[:, None])
         cells = np.rint(self.x / CELL_M).astype(np.intp)
@@ -97,8 +95,8 @@ class _Residual:
         return errors
 
     def _with_moved_periods(self, errors: Errors, away: Array) -> Errors:
-        """Return the errors with each inverse period raised by the given amount (L,) [1/m], at most by the resolution
-        of the motion."""
+        """Return the errors with each inverse period raised by `away` (L,) [1/m], at most by the resolution of the
+        motion."""
         most = 0.5 / np.ptp(self.x)
         steps = np.clip(away, -most, most).tolist()
         return tuple(replace(e, period_m=1.0 / (1.0 / e.period_m + d)) for e, d in zip(errors, steps, strict=True))
@@ -121,8 +119,8 @@ def _parabola_offset(size: Array, k: int) -> float:
 
 
 def interpolation_errors(record: Record, channel: str = "de", drive: str = "Va") -> Errors:
-    """Return the periodic errors of an encoder, the largest first; empty if nothing repeats over position, or if the
-    record is too short to determine them."""
+    """Return the periodic errors of an encoder, the largest first; none if nothing repeats over position or the record
+    is too short."""
     left = _Residual.of(record, channel, drive)
     found: Errors = ()
     while left is not None and len(found) < LINES:

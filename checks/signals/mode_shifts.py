@@ -1,4 +1,4 @@
-"""Modes that lie elsewhere in a second record of the same unit: what changes then is a frequency, and no gain."""
+"""Modes at other frequencies in a second record of the same unit: a change of frequency, not of gain."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from checks.signals.spectral.poles import Transforms
 from checks.signals.spectral.resonance import Resonance, find
 
 BANDS_Hz = ((60.0, 140.0), (140.0, 235.0), (235.0, 330.0))  # the axial mode, and the strut's own that the encoder sees
-LEAST, SURE = 5e-4, 6.0  # shift, and standard uncertainties, from which on it is said
+LEAST, SURE = 5e-4, 6.0  # shift, and standard uncertainties, from which on it is reported
 FARTHEST = 0.03  # more is another mode
 ALIKE = 1.5  # ratio of damping and of amplitude within which two resonances are one mode
 

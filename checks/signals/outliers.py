@@ -23,8 +23,8 @@ _SMALL = {2: 1.196, 3: 1.495, 4: 1.363, 5: 1.206, 6: 1.200, 7: 1.140, 8: 1.129, 
 @dataclass(frozen=True, eq=False)
 class Scores:
     """Scores of n values: median; scale, the robust standard deviation; score (n,) = (value - median) over scale and
-    the value's own uncertainty together; p (n,) the probability that chance puts a value so far out, for the whole
-    fleet (1: not among the farthest); outlier (n,)."""
+    the value's own uncertainty together; p (n,) the probability of so far a value by chance in the whole fleet (1: not
+    among the farthest); outlier (n,)."""
 
     median: float
     scale: float
@@ -34,8 +34,7 @@ class Scores:
 
 
 def robust_scale(x: Array) -> float:
-    """Return the standard deviation of x (n,) by the median deviation from the median, right on average for normal
-    samples."""
+    """Return the standard deviation of x (n,) by the median deviation from the median, unbiased for normal samples."""
     factor = _SMALL.get(x.size, x.size / (x.size - 0.8)) if x.size > 1 else 1.0
     return MAD_TO_SD * factor * float(np.median(np.abs(x - np.median(x))))
 
@@ -60,7 +59,7 @@ def scores(x: Array, u: Array | None = None, chance: float = CHANCE, only_high: 
 
 
 def _grid(x: Array) -> float:
-    """Return the smallest difference between unequal values: the finest resolution with which they were written."""
+    """Return the smallest difference between unequal values, the resolution with which they were written."""
     steps = np.diff(np.unique(x))
     return float(steps.min()) if steps.size else 0.0
 

@@ -27,8 +27,7 @@ class ChannelDelay:
     """Delay of a channel behind a reference. samples: positive if it comes later; sd: its standard deviation.
 
     polarity : +1, -1, or 0 if the sign changes within the band (a zero or a resonance of only one of the two).
-    seen : False if the band holds too little common signal; then samples and sd are NaN.
-    """
+    seen : False if the band holds too little common signal; then samples and sd are NaN."""
 
     channel: str
     reference: str
@@ -41,8 +40,8 @@ class ChannelDelay:
 
 @dataclass(frozen=True)
 class ExpectedSignal:
-    """Expected looks of a channel: largest departure from its median within lo..hi, finest step (None if unknown), in
-    its unit."""
+    """Expected looks of a channel: largest departure from its median within lo..hi, finest step (None: unknown), in its
+    unit."""
 
     lo: float
     hi: float
@@ -55,9 +54,9 @@ def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> Channe
 
     Between two points of a lightly damped structure the response is real but for the delay: its phase is 0 or 180
     degrees. So twice the phase is fitted by a line through 0, coarsely by the best of a grid of +-50 samples, then by
-    weighted least squares that give little weight to bins off the line (resonances). sd knows the noise and the spread
-    about the line; a fraction of a sample may still be physics (an amplifier's pole, damping of close modes), which
-    only a model can distinguish."""
+    weighted least squares that give little weight to bins off the line (resonances). sd includes the noise and the
+    spread about the line. A fraction of a sample may still be physics (an amplifier's pole, damping of close modes),
+    which only a model can distinguish."""
     part = frf.band(f_lo, f_hi).select(channel)
     part = part.independent()
     good = part.usable & _significant(part)[:, 0]
@@ -159,7 +158,7 @@ def finest_step(x: Array) -> float | None:
 
 
 def mismatches(columns: Mapping[str, Array], expected: Mapping[str, ExpectedSignal]) -> tuple[Reason, ...]:
-    """Return a reason for each channel that does not look like its name, and one for each pair that fits if
+    """Return a reason for each channel that does not look like its name, and one for each pair that fits when
     exchanged."""
     names = [n for n in expected if n in columns]
     looks = {n: (float(np.max(np.abs(x - np.median(x)))), finest_step(x)) for n in names for x in (columns[n],)}
@@ -192,8 +191,8 @@ PILED_SAMPLES = 50  # with fewer, equal values may be chance
 
 
 def overload(channel: str, x: NDArray[np.float64]) -> tuple[Reason, ...]:
-    """Return a reason if x (N,) is clipped: its largest or smallest value occurs far more often than the next one. Not
-    for a channel that may rest at its extreme, as a held triangle does."""
+    """Return a reason if x (N,) is clipped: its largest or smallest value is far more frequent than the next one. Not
+    for a channel that may rest at its extreme, such as a held triangle."""
     for end, ordered in (("largest", -x), ("smallest", x)):
         lowest = float(ordered.min())
         count = int(np.count_nonzero(ordered == lowest))

@@ -75,9 +75,9 @@ _KNOWN: WeakKeyDictionary[Record, dict[str, tuple[Reason, ...]]] = WeakKeyDictio
 
 def sampling_faults(record: Record, drive: str = "Va", outputs: Sequence[str] = OUTPUTS) -> tuple[Reason, ...]:
     """Return the reasons why a record must not be used for any comparison; empty if it is sound. Dead channels are not
-    examined, because standing still is not a fault of the sampling.
+    examined: a constant value is no fault of sampling.
 
-    Each record is examined once, since several checks use the same one."""
+    Cached by record, since several checks use the same one."""
     cached = _KNOWN.setdefault(record, {})
     there = tuple(c for c in outputs if c in record.channels and not _stands_still(c, record[c]))
     key = " ".join((drive, *there))
@@ -106,7 +106,7 @@ def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason,
 
 
 def _clock_faults(look: _Look) -> tuple[Reason, ...]:
-    """Return a reason for each channel whose clock runs apart from the drive's; one of the drive if all channels do so
+    """Return a reason for each channel whose clock drifts from the drive's; one for the drive if all channels drift
     alike."""
     u, seconds = look.record[look.drive], look.record.t.size / look.record.fs
     found = {c: d for c in look.left if (d := clock_drift(u, look.record[c])) is not None}
@@ -130,8 +130,7 @@ def _clock_faults(look: _Look) -> tuple[Reason, ...]:
 
 
 def _hold_faults(record: Record, channel: str, drive: str) -> tuple[Reason, ...]:
-    """Return a reason if a channel stays at one value while the drive moves: held, or clipped if the value is its
-    extreme."""
+    """Return a reason if a channel stays at one value while the drive moves: held, or clipped at its extreme."""
     x, u = record[channel], record[drive]
     i, n, usual = _longest_run(x)
     if n < max(HELD_SAMPLES, HELD_BY * usual) or not np.std(u[i : i + n]) > MOVING * np.std(u):
@@ -142,8 +141,8 @@ def _hold_faults(record: Record, channel: str, drive: str) -> tuple[Reason, ...]
 
 
 def _longest_run(x: Array) -> tuple[int, int, int]:
-    """Return the first sample and the length of the longest run of equal values of x (N,), and the length that 999 of
-    1000 runs do not exceed."""
+    """Return first sample and length of the longest run of equal values of x (N,), and the length that 999 of 1000 runs
+    do not exceed."""
     first = np.concatenate([[0], np.flatnonzero(np.diff(x)) + 1])
     lengths = np.diff(np.concatenate([first, [x.size]]))
     at = int(np.argmax(lengths))
@@ -184,8 +183,8 @@ def _loss_faults(look: _Look) -> tuple[Reason, ...]:
 
 
 def _common_loss(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
-    """Return a reason if a block is missing in every channel: drive and outputs jump at once. If the drive goes on, the
-    bench may have been hit."""
+    """Return a reason if a block is missing in every channel: drive and outputs jump at once. If the drive continues,
+    the bench may have been hit."""
     at = cut.get(look.drive)
     together = () if at is None else tuple(c for c, i in cut.items() if abs(i - at) <= TOGETHER)
     if len(together) < 2 or at is None:
@@ -222,7 +221,7 @@ def _disturbance_faults(look: _Look, cut: Mapping[str, int], near: slice) -> tup
 
 
 def _unexplained_share(look: _Look, channel: str) -> float:
-    """Return the share of a channel's power that the drive does not explain, over half of the blocks that hold any
+    """Return the share of a channel's power that the drive does not explain, over half of the blocks that have
     power."""
     size = power(blocks(look.record[channel][: look.part.n]))
     strong = size >= np.quantile(size, 0.8)
@@ -230,8 +229,8 @@ def _unexplained_share(look: _Look, channel: str) -> float:
 
 
 def _burst(part: DrivePart, E: Complex) -> int | None:
-    """Return the first sample of the slot with the largest unexplained part, each block over its own power, or None if
-    that part is even in time."""
+    """Return the first sample of the slot with the largest unexplained part, each block over its own power; None if it
+    is even in time."""
     left = part.in_time(E / np.sqrt(power(E))[:, None])
     whole = left.size // SLOT * SLOT
     size = np.sqrt(np.mean(left[:whole].reshape(-1, SLOT) ** 2, axis=1))
@@ -264,8 +263,8 @@ def _prediction_errors(x: Array) -> Array:
 
 
 def _shift(look: _Look, channel: str, at: int) -> int:
-    """Return the number of samples by which a channel comes earlier after a cut than before it; 0 if it does not, or if
-    the parts are short."""
+    """Return by how many samples a channel comes earlier after a cut than before; 0 if it does not, or if a part is
+    short."""
     u = look.record[look.drive]
     y = look.record[channel]
     if channel == look.drive:

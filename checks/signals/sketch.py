@@ -87,8 +87,7 @@ class Sketch:
         return cls(values, levels, swings, (even, odd))
 
     def keys(self) -> list[int]:
-        """Return its keys for an index, 63 bits each: two sketches of the same samples share one, others practically
-        never."""
+        """Return its index keys, 63 bits each: sketches of the same samples share one, others practically never."""
         found = [f"levels {self.levels}".encode()] if self.levels else []
         if self.values.size:
             steps = np.round(self.normal / KEY_STEP).astype("<i4").reshape(-1, KEY_SAMPLES)
@@ -99,7 +98,7 @@ class Sketch:
         return [key_of(one) for one in found]
 
     def same(self, other: "Sketch") -> bool:
-        """Return whether both are of the same samples, or one channel is a part of the other, or its every second
+        """Return whether both have the same samples, or one channel is a part of the other, or its every second
         sample."""
         pairs = [(self, (other.swing_set, *other.half_sets)), (other, self.half_sets)]
         same_swings = any(_share(one.swing_set, theirs) for one, sets in pairs for theirs in sets)
@@ -119,8 +118,7 @@ class Sketch:
         )
 
     def rounds_to(self, written: "Sketch") -> bool:
-        """Return whether the samples of `written` are these, rounded to five digits; single precision adds its own
-        rounding."""
+        """Return whether the samples of `written` are these rounded to five digits, also in single precision."""
         digit, on_grid = written.decimal_grid
         with np.errstate(invalid="ignore"):
             near = np.abs(self.values - written.values) <= 0.52 * digit
@@ -133,7 +131,7 @@ class Sketch:
 
     @cached_property
     def decimal_grid(self) -> tuple[Array, NDArray[np.bool_]]:
-        """Return the unit of the fifth digit of each value, and whether the value is a multiple of that unit."""
+        """Return the unit of the fifth digit of each value, and whether the value is a multiple of it."""
         with np.errstate(divide="ignore", invalid="ignore"):
             digit = 10.0 ** (np.floor(np.log10(np.abs(self.values))) - DIGITS + 1)
             return digit, np.abs(self.values / digit - np.round(self.values / digit)) <= 0.02
@@ -155,8 +153,7 @@ def key_of(content: bytes) -> int:
 
 
 def sketch(x: Array) -> Sketch | None:
-    """Return the sketch of a channel (N,), or None if the channel is not distinctive: a constant, or one of a few
-    levels."""
+    """Return the sketch of a channel (N,), None if it is not distinctive: a constant, or one of a few levels."""
     if x.size < SAMPLES or (np.unique(x[: 20 * SAMPLES]).size < 2 and np.unique(x).size < FEW):
         return None
     picked = x[np.linspace(0, x.size - 1, SAMPLES).astype(int)]
@@ -167,7 +164,7 @@ def sketch(x: Array) -> Sketch | None:
 
 
 def _share(one: frozenset[int], other: frozenset[int]) -> bool:
-    """Return whether two sets of the smallest hashes of swings are of one channel."""
+    """Return whether two sets of hashes of swings are of one channel."""
     both = one & other
     if min(len(one), len(other)) < LEAST_SWINGS or len(both) < SHARED:
         return False
@@ -176,11 +173,9 @@ def _share(one: frozenset[int], other: frozenset[int]) -> bool:
 
 
 def _swings(x: Array) -> NDArray[np.uint32]:
-    """Return the hashes of three successive ratios of swings between turning points of a channel, the smallest in
-    order.
+    """Return the smallest hashes of three successive ratios of swings between a channel's turning points.
 
-    The width of a turning point is the one that gives most hashes; it does not depend on the length, which a cut
-    changes."""
+    The turning points have the width that gives most hashes, whatever the length of the record."""
     if not np.isfinite(x).all():
         return np.zeros(0, dtype="<u4")
     wide = [width for width in WIDTHS if width * LEAST_SWINGS < x.size]
@@ -196,8 +191,8 @@ def _swings(x: Array) -> NDArray[np.uint32]:
 
 
 def _triples(x: Array, width: int) -> Array:
-    """Return three successive ratios (n, 3) of large swings, in steps, between points that are the highest or lowest of
-    `width` samples to either side."""
+    """Return ratios (n, 3) of successive large swings between points that are extreme within `width` samples to either
+    side."""
     turning = (x == _running(np.maximum, x, width)) | (x == _running(np.minimum, x, width))
     at = np.flatnonzero(turning[1:-1]) + 1
     swing = np.diff(_vertex(x[at - 1], x[at], x[at + 1]))
@@ -211,8 +206,8 @@ def _triples(x: Array, width: int) -> Array:
 
 
 def _running(extreme: np.ufunc, x: Array, width: int) -> Array:
-    """Return the highest or lowest of `width` samples to either side of each sample (N,), by windows that double: a
-    third of the time of a filter that walks along the samples."""
+    """Return the extreme of `width` samples to either side of each sample (N,), by windows that double: three times as
+    fast as a filter along the samples."""
     window, size = np.pad(x, width, mode="edge"), 1
     free = np.empty_like(window)
     while 2 * size <= 2 * width + 1:
@@ -224,8 +219,7 @@ def _running(extreme: np.ufunc, x: Array, width: int) -> Array:
 
 
 def _vertex(before: Array, at: Array, after: Array) -> Array:
-    """Return the height of the parabola through three samples about a turning point: it is the same under another
-    sampling."""
+    """Return the height of the parabola through three samples about a turning point, independent of the sampling."""
     curvature = before - 2.0 * at + after
     with np.errstate(divide="ignore", invalid="ignore"):
         height = at - (after - before) ** 2 / (8.0 * curvature)
@@ -233,8 +227,7 @@ def _vertex(before: Array, at: Array, after: Array) -> Array:
 
 
 def _levels(x: Array) -> str:
-    """Return the hash of the levels that a channel of coarse steps goes through, counted in its own steps, up or
-    down."""
+    """Return the hash of the sequence of levels of a channel of coarse steps, in its own steps, up or down."""
     rounding = 1e-6 * np.ptp(x)  # smaller gaps are rounding of one level
     if np.count_nonzero(np.diff(np.sort(x[:BEGINNING])) > rounding) > 1.5 * MOST_LEVELS:
         return ""
@@ -253,8 +246,8 @@ def _levels(x: Array) -> str:
 
 
 def _counts(x: Array, there: Array, counts: NDArray[np.int32], step: float) -> NDArray[np.int32]:
-    """Return the entry of `counts` for each of x, by its place among the values `there`: found by its number of steps
-    from the first, which is faster than a search, unless two levels lie within one step."""
+    """Return the entry of `counts` for each of x, whose level is found in `there` by its number of steps from the
+    first: faster than a search. If two levels lie within one step, it is searched."""
     slots, found = (np.rint((v - there[0]) / step).astype(np.intp) for v in (there, x))
     by_slot = np.zeros(slots[-1] + 1, dtype=counts.dtype)
     by_slot[slots] = counts

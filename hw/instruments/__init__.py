@@ -57,7 +57,7 @@ def find_drivers() -> None:
 
 
 def driver_problem(driver: Any) -> str:
-    """Return what is wrong with a driver of another package, "" if it is valid."""
+    """Return the fault of a driver of another package, "" if it is valid."""
     if not isinstance(driver, Driver):
         return f"is a {type(driver).__name__}, expected a Driver"
     if OFFLINE in driver.names or not all(driver.names):
@@ -66,8 +66,8 @@ def driver_problem(driver: Any) -> str:
 
 
 def open_instrument(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
-    """Return the driver of an entry; the port is opened by its first use. ask: how the manual driver asks a person.
-    Raises SettingsError."""
+    """Return the driver of an entry. Its first use opens the port. ask: asks a person, for the manual driver. Raises
+    SettingsError."""
     if entry.driver not in DRIVERS:
         words = f"'{OFFLINE}' has no wire to it" if entry.driver == OFFLINE else f"unknown driver {entry.driver!r}"
         raise SettingsError(f"{name}: {words} (known: {', '.join(DRIVERS)})")

@@ -41,8 +41,7 @@ class Sampling(Protocol):
     """An instrument that can also follow a moving value."""
 
     def sample(self) -> Reading:
-        """Return a single answer, since two answers of a moving value would not agree. A run of answers ends with
-        `confirm`."""
+        """Return a single answer: two answers of a moving value would not agree. A series ends with `confirm`."""
         ...
 
 
@@ -51,9 +50,9 @@ Opener = Callable[[str, InstrumentEntry, Ask], Instrument]
 
 @dataclass(frozen=True)
 class Trial:
-    """Something that a technician changes at the instrument when it is commissioned. asked: the driver asks for it, so
-    a reading must be refused; otherwise the value may also stay as it was, while the technician sees the change.
-    optional: not every instrument of the kind can do it."""
+    """A change at the instrument during commissioning. asked: the driver asks for this setting, so a reading must be
+    refused; otherwise the value may also stay while the technician sees the change. optional: not every instrument of
+    the kind has it."""
 
     do: str
     asked: bool = True

@@ -18,7 +18,7 @@ from hw.network_port import Address, open_tcp, visa_opener
 from hw.serial_port import LineSettings
 from specs.distribution import install
 
-LISTEN_S, ANSWER_S = 0.3, 1.0  # what sends by itself does so more often; for an answer to `*IDN?`
+LISTEN_S, ANSWER_S = 0.3, 1.0  # instruments that send by themselves do so more often; for an answer to `*IDN?`
 IDN = "*IDN?\n"
 HOST_NUMBER = re.compile(r"[\w.-]+:\d+")  # an address, and not a VISA name
 ASKED = ("TCPIP", "USB", "GPIB")  # VISA interfaces with an instrument at the other end
@@ -34,9 +34,10 @@ class Found(NamedTuple):
 
 
 def find_instruments(named: Sequence[str], library: str, note: Callable[[str], object]) -> Iterator[Found]:
-    """Yield what is at each serial port, named address and VISA name, in this order.
+    """Yield what each serial port, named address and VISA name has, in this order.
 
-    named: VISA names and `host:number` to be asked, too; library: of VISA; note: is told why VISA finds nothing."""
+    named: VISA names and `host:number` to ask too; library: of VISA; note: receives the reason why VISA finds
+    nothing."""
     for port in sorted(comports(), key=lambda p: p.device):
         yield _listen(port.device, port.description or "")
     on_network = [name for name in named if HOST_NUMBER.fullmatch(name)]
@@ -64,7 +65,7 @@ def _listen(port: str, description: str) -> Found:
 
 
 def _device(address: str) -> Found:
-    """Ask a device on the network for its name as an IDS3010 would be asked; this changes nothing."""
+    """Ask a device on the network for its name, as of an IDS3010; this changes nothing."""
     link = Link(Address(address), open_tcp)
     try:
         names = []
@@ -94,7 +95,7 @@ def _visa(named: Sequence[str], library: str, note: Callable[[str], object]) -> 
         note(f"VISA instruments are not looked for: {install('visa')}")
         return
     try:
-        with warnings.catch_warnings(record=True) as left_out:  # what could not be searched, and what it would take
+        with warnings.catch_warnings(record=True) as left_out:  # places that could not be searched, with the remedy
             warnings.simplefilter("always")
             warnings.simplefilter("ignore", ResourceWarning)  # sockets that the search leaves open
             found = pyvisa.ResourceManager(library).list_resources("?*")
@@ -110,7 +111,7 @@ def _visa(named: Sequence[str], library: str, note: Callable[[str], object]) -> 
 
 
 def _identify(resource: str, library: str) -> Found:
-    """Ask a VISA instrument for `*IDN?`, a question that all of them support and that changes nothing."""
+    """Ask a VISA instrument for `*IDN?`, which all support and which changes nothing."""
     link = Link(Address(resource), visa_opener(library, ANSWER_S))
     try:
         link.send(IDN.encode("ascii"))

@@ -34,8 +34,7 @@ SERIES = {"single": "A ", "X1": "1", "X2": "2"}  # status of an actual value; S,
 
 
 class HeidenhainSettings(LengthSettings):
-    """Settings of a readout. identification : words that its identification must hold; blanks and hyphens do not
-    count."""
+    """Settings of a readout. identification : required words in its identification, without blanks and hyphens."""
 
     identification: Annotated[str, Field(min_length=1)] | None = None
     axis: Literal["single"] = "single"
@@ -56,7 +55,7 @@ class Heidenhain(LengthInstrument[HeidenhainSettings]):
     """Position [m] of the probe. Nothing is set: the readout's own settings are the technician's."""
 
     def _identify(self, deadline: Deadline) -> Identity:
-        """Search the identification for words, since it has no fixed fields; the whole text must not change."""
+        """Search the identification for words, since it has no fixed fields. The whole text must not change."""
         words = self._identification(deadline)
         wanted = self.settings.identification
         if wanted is not None and (words is None or _letters(wanted) not in _letters(words)):
@@ -97,8 +96,7 @@ def _letters(words: str) -> str:
 
 
 def parse_frame(who: str, line: bytes, settings: HeidenhainSettings) -> tuple[float, str]:
-    """Return metres of a value's 15 characters, by the unit in them, and the series status. Raises Garbled, OverRange,
-    Implausible."""
+    """Return the value of 15 characters in metres, and the series status. Raises Garbled, OverRange, Implausible."""
     found = FRAME.fullmatch(line.decode("latin-1"))
     if not found or len(found["number"]) != NUMBER_LENGTH:
         text_of(who, line)

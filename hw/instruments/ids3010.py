@@ -6,8 +6,7 @@ Known from the maker's published client libraries: JSON-RPC 2.0 on TCP port 9090
 `displacement.getMeasurementEnabled`, `displacement.getSignalQuality` [axis] the contrast in permille while it measures,
 `displacement.getReferencePosition` [axis] where the axis was last reset, `axis.getPassMode` 0 for single and 1 for
 dual pass. Of `com.attocube.system`: `getSerialNumber`, `getDeviceName`.
-Assumed: that with `api` 2 every result begins with the error number.
-"""
+Assumed: that with `api` 2 every result begins with the error number."""
 
 import itertools
 import json
@@ -60,8 +59,8 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         return Identity(None, serial, None, name)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return pass mode, axis and where the axis was reset, if it measures with enough contrast. Raises
-        InstrumentRefused, Implausible."""
+        """Return pass mode, axis and the place of its last reset. Raises InstrumentRefused, Implausible for low
+        contrast."""
         stated: dict[str, str] = {}
         for question in (self._measuring, self._pass_mode, self._contrast, self._reference, self._averaging):
             stated |= question(deadline)
@@ -87,7 +86,7 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         return {}
 
     def _reference(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return the position at which the axis was last reset: a reset in the middle of a record looks like a step."""
+        """Return the position of the axis's last reset: a reset in the middle of a record looks like a step."""
         reference = self._optional_answer("getReferencePosition", deadline, self.settings.axis)
         return {"reference position": reference if reference == NOT_TOLD else f"{reference} pm"}
 
@@ -132,8 +131,8 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
             return replace(reading, settings=stated)
 
     def _call(self, method: str, deadline: Deadline, *params: object) -> Any:
-        """Return the first value of a method's result. Raises InstrumentRefused for its errors, Garbled if it is not an
-        answer to the call."""
+        """Return the first value of a method's result. Raises InstrumentRefused for its errors, Garbled for other
+        answers."""
         number = next(self._numbers)
         line = self._ask(request(method, number, *params), END, deadline)
         return first_value(self.name, line, method, number)
@@ -146,8 +145,7 @@ def request(method: str, number: int, *params: object) -> bytes:
 
 
 def first_value(who: str, line: bytes, method: str, number: int) -> Any:
-    """Return the first value of the result in an answer. Raises InstrumentRefused for the errors of the device, Garbled
-    if the line is not an answer to the call."""
+    """Return the first value of an answer's result. Raises InstrumentRefused for the device's errors, else Garbled."""
     line = line.strip()
     try:
         reply = json.loads(line)

@@ -9,8 +9,7 @@ Known from drivers (three that agree): `COMU?` -> `COMU:ON..`; every setting is 
 the serial number cannot be read.
 Assumed, so set in the bench file or on the list of the commissioning: five digits of C with at most four before the
 point and four of D; a question is answered by its header and the value; series circuit; a new session after a change of
-the voltage is not needed (`reopen_after_voltage`, one driver does it); how long a measurement takes (`result_s`).
-"""
+the voltage is not needed (`reopen_after_voltage`, one driver does it); how long a measurement takes (`result_s`)."""
 
 import re
 from collections.abc import Mapping
@@ -32,7 +31,7 @@ SECONDARY = re.compile(r"MAIN:SECO (?P<field> *-?\d*\.\d+)(?P<unit>[pnu]F)")
 RESULT = re.compile(rb"(MAIN:PRIM|MAIN:SECO|PRIM:OV01|PRIM:OVER|SECO:OVER)")
 PRIMARY_WIDTH, SECONDARY_WIDTH = 7, 6
 FREQUENCY_KHZ = 1.0  # of the measurement; the limits of a stack are for 1 kHz ([STB] 2.2)
-STREAMED = 20  # result lines that may stand before an echo while the meter triggers itself
+STREAMED = 20  # result lines that may precede an echo while the meter triggers itself
 REMINDER = (
     "The stack is electrically poled: discharge it before connecting, keep the meter's internal and external bias off, "
     "and never bias it against its poling."
@@ -44,8 +43,7 @@ class Lcr800Settings(SerialSettings):
 
     agreement_percent, agreement_D : how far two answers in a row may differ. range_uF : plausible capacitances. max_D :
     largest plausible dissipation of a piezo stack. bias : "refuse" stops when the meter's bias is on, "allow" does not
-    look.
-    """
+    look."""
 
     speed: Literal["SLOW", "MEDI", "FAST"] = "SLOW"
     circuit: Literal["SERI", "PARA"] = "SERI"
@@ -88,15 +86,14 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
         self._set("COMU:OVER", deadline, STREAMED)
 
     def _settings_found(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return the meter's settings; the trigger first, and stopped, because results would stand before the
-        answers."""
+        """Return the meter's settings, after stopping the trigger: results would come before the answers."""
         found = {"TRIG": self._setting_value("TRIG", deadline, STREAMED)}
         self._set("MAIN:TRIG:MANU", deadline, STREAMED)
         others = [header for header in (*self._choices, *self._numbers) if header != "TRIG"]
         return found | {header: self._setting_value(header, deadline) for header in others}
 
     def _give_back(self, found: Mapping[str, str], deadline: Deadline) -> None:
-        """Restore the settings that were found, the last that was changed first, and end the connection."""
+        """Restore the settings found at the start, in reverse order, and end the connection."""
         for header, value in reversed(list(found.items())):
             if header in self._numbers:
                 if not _is_number(value, self._numbers[header][0]):
@@ -115,7 +112,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
             self._open(deadline)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return everything that a value depends on and the keys can change. Raises InstrumentRefused with a bias on,
+        """Return every setting that affects a value and has a key. Raises InstrumentRefused with a bias on,
         Implausible."""
         found = {}
         for header, choice in self._choices.items():
@@ -175,8 +172,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
             raise InstrumentRefused(f"{self.name}: {message} was answered {reply!r}, expected its echo: not set")
 
     def _command(self, message: str, deadline: Deadline, streamed: int = 0) -> str:
-        """Return the reply to a message. streamed: how many results of a meter that triggers itself may stand before
-        it."""
+        """Return the reply to a message. streamed: how many results of a self-triggering meter may precede it."""
         if streamed:
             self.link.drop()
             self.link.send(message.encode("ascii") + b"\n\r")
@@ -208,8 +204,8 @@ def _is_number(text: str, value: float) -> bool:
 
 
 def parse_results(who: str, primary: bytes, secondary: bytes, settings: Lcr800Settings) -> tuple[float, float]:
-    """Return C [F] and D of the two result lines. Raises Garbled if widths, digits, point or unit are not as they must
-    be, Implausible outside the plausible range."""
+    """Return C [F] and D of the two result lines. Raises Garbled for a wrong width, digits, point or unit,
+    Implausible."""
     first = PRIMARY.fullmatch(text_of(who, primary))
     second = SECONDARY.fullmatch(text_of(who, secondary))
     if not first or not second:
@@ -226,8 +222,7 @@ def parse_results(who: str, primary: bytes, secondary: bytes, settings: Lcr800Se
 
 
 def _number(who: str, line: bytes, field: str, width: int, digits: int) -> float:
-    """Return the number in a field of fixed width; the manual prints examples without the blank of the sign, so one
-    less."""
+    """Return the number in a field of fixed width, or one less: the manual's examples lack the blank of the sign."""
     if len(field) not in (width, width - 1) or sum(c.isdigit() for c in field) != digits:
         words = f"{width} characters with {digits} digits"
         raise Garbled(f"{who}: {line!r} has the number field {field!r}, expected {words}")

@@ -57,8 +57,7 @@ class Manual:
         return Identity()
 
     def read(self) -> Reading:
-        """Return the typed reading. Raises Garbled if the text is not a number with unit, Implausible outside the
-        range."""
+        """Return the typed reading. Raises Garbled if it is not a number with unit, Implausible outside the range."""
         typed = self._ask(f"{self.name}: reading with its unit, such as 4.99 {self.settings.unit}: ")
         value = parse_typed(self.name, typed, self.settings, self.unit)
         return Reading(value, self.unit, time.time(), (typed.encode("utf-8"),))

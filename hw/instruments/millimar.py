@@ -62,7 +62,7 @@ def check_error(who: str, line: bytes) -> None:
 
 
 def parse_value(who: str, line: bytes, settings: MillimarSettings) -> tuple[float, int]:
-    """Return metres of `xxx.xxx<unit>` without its end, and its decimals. Raises OverRange, InstrumentRefused, Garbled,
+    """Return the metres of `xxx.xxx<unit>`, and its decimals. Raises OverRange, InstrumentRefused, Garbled,
     Implausible."""
     check_error(who, line)
     found = VALUE.fullmatch(line.decode("latin-1").rstrip(" "))
@@ -78,8 +78,7 @@ def parse_value(who: str, line: bytes, settings: MillimarSettings) -> tuple[floa
 
 
 def parse_bare(who: str, text: str, unit: str, settings: MillimarSettings) -> tuple[float, int]:
-    """Return metres of a number without unit, in the unit that was set, and its decimals. Raises Garbled,
-    Implausible."""
+    """Return the metres of a number in the set unit, and its decimals. Raises Garbled, Implausible."""
     line = text.encode("latin-1")
     found = BARE_VALUE.fullmatch(text)
     if not found:
@@ -107,7 +106,7 @@ class Millimar(LengthInstrument[M]):
     end: ClassVar[bytes]
 
     def _line(self, message: str, deadline: Deadline) -> bytes:
-        """Return the reply to a message, without its end. Raises InstrumentError; silence has a usual cause."""
+        """Return the reply to a message without its end. Raises InstrumentError with the usual cause of silence."""
         try:
             reply = self._ask(message.encode("ascii") + b"\r", self.end, deadline)
         except NoReply as e:

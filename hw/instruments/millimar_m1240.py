@@ -6,8 +6,7 @@ before CR; `P86,1` `P86,2` `P86,3` set mm, inch, micrometre; `M` -> `M1, xxx.xxx
 Known from a sibling (C1245): `I, MAHR GMBH` with blanks. Both forms are taken.
 Assumed: whether `P86` is answered (`acknowledged`: "cr", "echo" or "none"); that several features come as a line each
 (`features`). The unit cannot be read back, so every value is taken in two units: numbers that do not differ as the
-units do show a display that did not obey. Formula and factor cannot be asked at all: prefer OPTORSD.
-"""
+units do show a display that did not obey. Formula and factor cannot be asked at all: prefer OPTORSD."""
 
 import math
 import re

@@ -4,8 +4,7 @@ Known from [MILLIMAR] (pages 69, 70): messages end CR, replies CR LF; `?` -> val
 `CHA?`, printed with a blank (or `_`) before CR; settings `mm`, `in`, `um` and `CHA...` are acknowledged. OPTORSS knows
 `?` only: neither unit setting nor formula nor instrument can be asked there.
 Assumed: the text of the acknowledgement is not printed. Any one line but an error is taken for one, or none within the
-timeout (`acknowledged = false`: none is waited for); what was set is read back, so nothing rests on it.
-"""
+timeout (`acknowledged = false`: none is waited for); what was set is read back, so nothing rests on it."""
 
 import re
 from collections.abc import Mapping

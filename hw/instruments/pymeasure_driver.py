@@ -26,7 +26,7 @@ from specs.units import UnitMismatch, factor
 
 LIBRARY = "pymeasure.instruments."
 CLASS = re.compile(r"pymeasure\.instruments(\.[A-Za-z]\w*)+\.[A-Z]\w*")
-PATH = re.compile(r"[A-Za-z]\w*(\.[A-Za-z]\w*)*")  # no underscore at the beginning: what is private stays so
+PATH = re.compile(r"[A-Za-z]\w*(\.[A-Za-z]\w*)*")  # no underscore at the beginning: private names stay private
 VALUE = re.compile(rf"(?P<path>{PATH.pattern})(\[(?P<index>\d+)\])?")
 SI = ("m", "F", "V", "ohm", "N", "Hz", "s", "rad")
 READINGS, WITHIN = 2, 1e-6  # of one value; relative difference of a number that is expected
@@ -34,8 +34,9 @@ Plain = bool | float | str
 
 
 class PymeasureSettings(Strict):
-    """class: its full name; value: attribute, such as `impedance[0]`, in `unit`; expect: attribute -> what it must be
-    before and after each value. range: plausible values; agreement: how far two answers may differ, both in `unit`."""
+    """class: its full name; value: attribute, such as `impedance[0]`, in `unit`; expect: attribute -> required value
+    before and after each reading. range: plausible values; agreement: largest difference of two answers, both in
+    `unit`."""
 
     class_: Annotated[str, Field(alias="class")]
     value: Words
@@ -59,7 +60,7 @@ class Pymeasure:
         model: str | None = None,
         serial: str | None = None,
     ) -> None:
-        """Raise SettingsError for a value or a unit that cannot be."""
+        """Raise SettingsError for an invalid value or unit."""
         self.name, self.settings, self.model, self.serial, self._make = name, settings, model, serial, make
         for path in settings.expect:
             if not PATH.fullmatch(path):
@@ -88,8 +89,7 @@ class Pymeasure:
         return identity
 
     def read(self) -> Reading:
-        """Return the mean of two answers; the expected settings are checked before and after. Raises
-        InstrumentError."""
+        """Return the mean of two answers; expected settings are checked before and after. Raises InstrumentError."""
         before = self._expected()
         first, second = (self._answer() for _ in range(READINGS))
         self._errors()
@@ -137,7 +137,7 @@ class Pymeasure:
         return Reading(value * self._scale, self.unit, time.time(), (repr(raw).encode(),), settings=dict(self.asked))
 
     def _expected(self) -> dict[str, str]:
-        """Return the settings as the instrument states them. Raises Implausible if one differs from the bench file."""
+        """Return the instrument's settings. Raises Implausible if one differs from the bench file."""
         stated = {}
         for path, wanted in self.settings.expect.items():
             found = self._get(path)
@@ -192,7 +192,7 @@ def _si(name: str, unit: str) -> tuple[str, float]:
 
 
 def _make(name: str, settings: PymeasureSettings, resource: str) -> Any:
-    """Return the object of the class. Raises SettingsError if it is not there."""
+    """Return the object of the class. Raises SettingsError if there is no such class."""
     module, _, kind = settings.class_.rpartition(".")
     try:
         import_module("pymeasure")

@@ -26,15 +26,14 @@ DIGITS = 10  # as many as any instrument here sends
 
 
 def scaled(value: float, factor: float) -> float:
-    """Return a reading in another unit, in the digits that an instrument sends: 5.1e-06 F is 5.1 uF and not
-    5.1000000000000005."""
+    """Return a reading in another unit, in the instrument's digits: 5.1e-06 F is 5.1 uF, not 5.1000000000000005."""
     return float(f"{value * factor:.{DIGITS}g}")
 
 
 @dataclass(frozen=True)
 class Identity:
-    """The instrument's identity as it states it; None: its protocol does not tell, or it was not asked. identification:
-    words without fixed fields."""
+    """The instrument's identity by its own answer; None if it was not asked or the protocol has no such question.
+    identification: words without fixed fields."""
 
     model: str | None = None
     serial: str | None = None
@@ -63,11 +62,10 @@ def check_unchanged(who: str, before: Mapping[str, str], now: Mapping[str, str])
 
 
 def agreed(who: str, readings: Sequence[Reading], within: float, more_within: float = 0.0) -> Reading:
-    """Return the mean of readings, at the time of the last. Raises Implausible if two of them differ by more than
-    `within` [SI], if the values that came with them differ by more than `more_within`, or if they came under different
-    settings.
+    """Return the mean of readings, at the time of the last. Raises Implausible if two differ by more than `within`
+    [SI], their accompanying values by more than `more_within`, or their settings.
 
-    A serial line without checksum cannot tell 12.3 from a damaged 18.3; two answers to two questions can."""
+    A serial line without checksum cannot distinguish 12.3 from a damaged 18.3; two answers to two questions can."""
     last = readings[-1]
     columns = [(last.unit, [reading.value for reading in readings], within)]
     columns += [(key, [reading.more[key] for reading in readings], more_within) for key in last.more]

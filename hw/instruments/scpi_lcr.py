@@ -28,7 +28,7 @@ from specs.bench import InstrumentEntry
 from specs.strict import Positive
 
 END = b"\n"
-OVER = 9e37  # what SCPI writes for "no number"
+OVER = 9e37  # "no number" in SCPI
 REMINDER = "The stack is electrically poled: discharge it before connecting; never bias it against its poling."
 BLIND = "The profile {!r} was written without the meter's manual: compare its display with what is read here."
 NUMBER = re.compile(r"[+-]?\d+(\.\d*)?(E[+-]?\d+)?", re.IGNORECASE)
@@ -176,7 +176,7 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         super()._start(deadline)
 
     def _settings_found(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return the meter's settings, by header; without the bias, which is never switched on from here."""
+        """Return the meter's settings by header, without the bias, which the program never switches on."""
         return {
             setting.header: self._question(f"{setting.header}?", deadline)
             for name, setting in self._profile.settings.items()

@@ -22,8 +22,7 @@ class SerialSettings(Strict):
     """Settings of every serial driver. All times are assumptions: no manual page gives the instruments' own.
 
     timeout_s : for one reply. quiet_s : how long the line must be silent before a new session, so that no late reply
-    answers another question. deadline_s : for one whole reading, connecting included.
-    """
+    answers another question. deadline_s : for one whole reading, connecting included."""
 
     timeout_s: Seconds = 1.0
     quiet_s: Seconds = 0.3
@@ -49,14 +48,14 @@ class SerialInstrument(ABC, Generic[S]):
         self.name, self.link, self.settings, self.model, self.serial = name, link, settings, model, serial
         self.asked = {}
         self._session = 0  # value of link.opened when the session began; 0: none
-        self._found: Mapping[str, str] = {}  # what it was set to before anything was set
+        self._found: Mapping[str, str] = {}  # its settings before the first change
 
     @property
     def deadline_s(self) -> float:
         return self.settings.deadline_s
 
     def connect(self) -> Identity:
-        """Start a run and return the identity. All settings are made, and must hold from now on. Raises
+        """Start a run and return the identity. All settings are made and must hold from now on. Raises
         InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         self.asked = {}
@@ -80,8 +79,8 @@ class SerialInstrument(ABC, Generic[S]):
             return replace(reading, settings=settings)
 
     def confirm(self) -> Identity:
-        """End a run and return the identity: still the same instrument with the same settings, asked before anything is
-        set. Raises InstrumentError."""
+        """End a run and return the identity. Identity and settings must be the same before anything is set. Raises
+        InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         with self._session_ends_on_error():
             if not self._in_session:
@@ -92,8 +91,7 @@ class SerialInstrument(ABC, Generic[S]):
             return identity
 
     def close(self) -> None:
-        """Restore the instrument's settings, as far as it answers, and close the line. Its identity and settings are
-        forgotten."""
+        """Restore the instrument's settings if it answers, close the line, and forget identity and settings."""
         if self._found and self.link.is_open:
             deadline = self.link.deadline(self.deadline_s)
             try:
@@ -116,8 +114,7 @@ class SerialInstrument(ABC, Generic[S]):
         self._session = self.link.opened
 
     def _state(self, deadline: Deadline) -> tuple[Identity, dict[str, str]]:
-        """Return the instrument's identity and settings. Raises InstrumentError if it is not the one that the bench
-        file names."""
+        """Return the instrument's identity and settings. Raises InstrumentError if the bench file names another one."""
         identity = self._identify(deadline)
         check_identity(self.name, identity, self.model, self.serial)
         stated = {key: value for key, value in asdict(identity).items() if value is not None}
@@ -147,25 +144,25 @@ class SerialInstrument(ABC, Generic[S]):
         return 0.0
 
     def _open(self, deadline: Deadline) -> None:
-        """Make the instrument answer if it needs it; this sets nothing that a value depends on."""
+        """Make the instrument answer, without a setting that affects a value."""
 
     def _settings_found(self, _: Deadline) -> Mapping[str, str]:
         """Return the instrument's settings before `_set_up` changes them; nothing if it sets nothing."""
         return {}
 
     def _give_back(self, found: Mapping[str, str], deadline: Deadline) -> None:
-        """Set what `_settings_found` returned."""
+        """Restore the settings that `_settings_found` returned."""
 
     def _set_up(self, deadline: Deadline) -> None:
         """Set everything that a valid reading needs; the default sets nothing."""
 
     def _identify(self, _: Deadline) -> Identity:
-        """Ask for the identity, as far as the protocol has it."""
+        """Ask for the identity, as far as the protocol has a question for it."""
         return Identity()
 
     def _ask_settings(self, _: Deadline) -> Mapping[str, str]:
-        """Return the instrument's settings, if they are as the bench file requires; nothing if the protocol has no
-        question. Raises InstrumentError."""
+        """Return the settings if they are as the bench file requires; nothing without a question for them. Raises
+        InstrumentError."""
         return {}
 
     @abstractmethod
@@ -173,8 +170,8 @@ class SerialInstrument(ABC, Generic[S]):
         """Ask for one value."""
 
     def _ask(self, message: bytes, end: bytes, deadline: Deadline, harmless: bytes = b"\r\n") -> bytes:
-        """Send a message and return the reply with its end. Raises Garbled if bytes lay on the line before it: they
-        could be taken for the answer. harmless : bytes that an instrument may leave behind."""
+        """Send a message and return the reply with its end. Raises Garbled for bytes on the line before it, which could
+        be taken for the answer. harmless : bytes that an instrument may leave behind."""
         self._say(message, harmless)
         return self.link.read_until(end, deadline.within(self.settings.timeout_s))
 

@@ -29,13 +29,12 @@ RECORDERS: dict[str, RecorderDriver] = {}  # by each of its names in a bench fil
 
 
 def find_recorders() -> None:
-    """Put the back ends of this folder into `RECORDERS`, then those of other packages, which can add but never
-    replace."""
+    """Put the back ends of this folder into `RECORDERS`, then those of other packages, which never replace one."""
     plugins.fill_by_names(RECORDERS, __name__, "RECORDER", plugins.RECORDERS, recorder_problem)
 
 
 def recorder_problem(driver: Any) -> str:
-    """Return what is wrong with a recorder of another package, "" if it is valid."""
+    """Return the fault of a recorder of another package, "" if it is valid."""
     if not isinstance(driver, RecorderDriver):
         return f"is a {type(driver).__name__}, expected a RecorderDriver"
     return "" if driver.names and all(driver.names) else f"a recorder cannot be called {driver.names}"

@@ -23,15 +23,15 @@ from specs.distribution import install
 from specs.strict import Strict, Words
 
 RANGE_V = 10.0  # if the bench file gives no other
-BLOCK_s = 0.25  # of one look at what has come
+BLOCK_s = 0.25  # of one look for new samples
 PATIENCE_s = 10.0  # for a block beyond its own length
 RAMP_s = 1.0  # from where a drive was ended to zero: a step would hit the stacks
 TERMINALS = {"rse": "RSE", "nrse": "NRSE", "diff": "DIFF", "pseudo_diff": "PSEUDO_DIFF", "default": "DEFAULT"}
 
 
 class DaqmxSettings(Strict):
-    """device: its name in NI MAX. clock: terminal of the input's sample clock. terminal, coupling: of all inputs; left
-    as the device has them if not given."""
+    """device: its name in NI MAX. clock: terminal of the input's sample clock. terminal, coupling: of all inputs; None
+    leaves the device's own."""
 
     device: Words
     clock: Words | None = None
@@ -104,7 +104,7 @@ class Daqmx:
         return np.concatenate(blocks, axis=1)
 
     def close(self) -> None:
-        """Leave nothing open: every record frees its device."""
+        """Do nothing: every record frees its device."""
 
     def _library(self) -> ModuleType:
         try:

@@ -17,9 +17,9 @@ from hw.instruments.reading import Identity, check_identity
 from specs.bench import RecorderChannel, RecorderEntry
 from specs.units import UnitMismatch, factor
 
-DRIVE = "drive"  # as `physical` of a channel: what is played, if one clock plays and records
+DRIVE = "drive"  # `physical` of a channel with the played signal, if one clock plays and records
 NEAR_END = 0.999  # of a converter's range: a value beyond may have been cut
-RATE_WITHIN = 1e-4  # a clock may differ from what was asked by as much as a quartz does
+RATE_WITHIN = 1e-4  # a clock may differ from the wanted rate as a quartz does
 MOST_SAMPLES = 50_000_000  # of all channels together: 400 MB as doubles
 
 Heard = Callable[[Array], bool]
@@ -68,8 +68,8 @@ Opener = Callable[[str, RecorderEntry], Converter]
 
 @dataclass(frozen=True)
 class RecorderDriver:
-    """names: as `driver` of a recorder in a bench file. open: (name in the bench file, entry) -> back end, of which
-    nothing is opened before its first use; raises SettingsError."""
+    """names: as `driver` of a recorder in a bench file. open: (name in the bench file, entry) -> back end, which opens
+    nothing before its first use; raises SettingsError."""
 
     names: tuple[str, ...]
     open: Opener
@@ -83,7 +83,7 @@ class Recorder:
     """Takes records by name and unit of their channels."""
 
     def __init__(self, name: str, entry: RecorderEntry, converter: Converter) -> None:
-        """Raise SettingsError if the entry asks for what the back end cannot do."""
+        """Raise SettingsError if the back end cannot do what the entry requires."""
         self.name, self.entry, self._converter = name, entry, converter
         played = [c for c, at in entry.channels.items() if at.physical == DRIVE]
         if played and not (converter.one_clock and entry.drive is not None):
@@ -99,8 +99,8 @@ class Recorder:
         return self._converter.slow
 
     def connect(self) -> Identity:
-        """Return the identity that the device states. Raises InstrumentError, WrongInstrument if it is another one than
-        the bench file names."""
+        """Return the identity that the device states. Raises InstrumentError, WrongInstrument if the bench file names
+        another."""
         identity = self._converter.identify()
         check_identity(self.name, identity, self.entry.model, self.entry.serial)
         return identity
@@ -109,8 +109,8 @@ class Recorder:
         self._converter.close()
 
     def rate(self, channels: Mapping[str, str], wanted_Hz: float) -> float:
-        """Return the rate [Hz] at which it records these channels: the bench file's, else the one wanted, as the device
-        can. Raises InstrumentError."""
+        """Return the recording rate [Hz]: the bench file's, else the wanted one as near as the device can. Raises
+        InstrumentError."""
         inputs = [at for _, at in self._inputs(channels) if at.physical != DRIVE]
         return self._converter.actual_rate(inputs, self.entry.rate_Hz or wanted_Hz)
 
@@ -168,7 +168,7 @@ class Recorder:
             raise SettingsError(f"{self.name}: [recorders.{self.name}.channels] has {words}") from None
 
     def _inputs(self, channels: Mapping[str, str]) -> list[tuple[str, RecorderChannel]]:
-        """Return the inputs of channels. Raises SettingsError if one is not there, or has another kind of unit."""
+        """Return the inputs of channels. Raises SettingsError for a missing input or another kind of unit."""
         for name, unit in channels.items():
             self._factor(name, unit)
         return [(name, self._at(name)) for name in channels]
@@ -180,7 +180,7 @@ class Recorder:
             raise SettingsError(f"{self.name}: channel {channel}: {e}") from e
 
     def _output(self, drive: Array) -> Array:
-        """Return the numbers for the output. Raises SettingsError, Implausible for a drive beyond its range: it is
+        """Return the numbers for the output. Raises SettingsError, Implausible for a drive beyond its range, which is
         never cut."""
         at = self.entry.drive
         if at is None:

@@ -1,8 +1,8 @@
-"""What a file states of its channels in names and texts beside them (sampling time, start, unit), and the time base of
-a record: its channels start together or whole samples apart, or they are refused.
+"""Statements of a file on its channels, in names and texts (sampling time, start, unit), and the time base of a record:
+its channels start together or whole samples apart, or they are refused.
 
-A statement stands beside a channel: `Va_X_Resolution`, `log.Va.dt`, or in the structure that holds it: `log.Ts`, or
-around that: `Ts`. The nearest counts."""
+A statement is next to a channel (`Va_X_Resolution`, `log.Va.dt`), in the structure of the channel (`log.Ts`), or
+outside it (`Ts`). The nearest counts."""
 
 import math
 import re
@@ -51,7 +51,7 @@ def key_of(name: str) -> str:
 
 
 def is_time(name: str) -> bool:
-    """Return whether a vector of that name holds times, as other tools call them."""
+    """Return whether a vector's name is one that other programs use for times."""
     return _TIMES.fullmatch(plain(name)) is not None
 
 
@@ -70,9 +70,9 @@ def unit_of(v: Variable, found: Variables) -> str:
 def clocks_of(
     file: str, v: Variable, found: Variables, axes: dict[str, Clock], time: Variable | None = None
 ) -> list[Clock]:
-    """Return the statements of a file on the times of a channel, the first of which counts and which must agree. axes:
-    time vectors that were read already; time: the one that the user named, beside which others do not count. Raises
-    RecordError if one of them is no time, or if two differ."""
+    """Return a file's statements on the times of a channel. They must agree; the first counts. axes: time vectors that
+    were already read; time: the one that the user named, which excludes others. Raises RecordError for one that is no
+    time, or if two differ."""
     stated = [] if v.clock is None else [v.clock()]
     if time is None and stated and stated[0].axis is None:  # an increment, maybe with a vector of times beside it
         times = [at for at in found.values() if at.home == v.home and _is_axis_of(v, at)]
@@ -95,8 +95,8 @@ def _is_axis_of(v: Variable, at: Variable) -> bool:
 
 
 def _same_axis(file: str, v: Variable, times: list[Variable], axes: dict[str, Clock]) -> Clock:
-    """Return the time vector of a channel: those of its own group count, and no "T" beside others, a temperature.
-    Raises RecordError if several are left that run apart."""
+    """Return the time vector of a channel: that of its own group; no "T" among others, which is a temperature. Raises
+    RecordError if several remain that drift apart."""
     group = v.name.rpartition("/")[0]
     times = [at for at in times if at.name.rpartition("/")[0] == group] or times
     times = [at for at in times if plain(at.name) != "T"] or times
@@ -120,8 +120,7 @@ def tells(stated: Iterable[Clock]) -> bool:
 
 
 def only_axis(file: str, v: Variable, found: Variables, axes: dict[str, Clock]) -> list[Clock]:
-    """Return the time vector of another structure that has the length of a channel. Raises RecordError if there are
-    several that differ."""
+    """Return the time vector of another structure with the channel's length. Raises RecordError if several differ."""
     times = [at for at in found.values() if _is_axis_of(v, at)]
     clocks = [axes.setdefault(at.name, axis_of(at)) for at in times]
     if any(not np.array_equal(np.asarray(c.axis), np.asarray(clocks[0].axis)) for c in clocks[1:]):
@@ -144,8 +143,8 @@ def _beside(v: Variable, found: Variables) -> Iterator[tuple[str, Variable]]:
 
 
 def _clocks(level: Sequence[tuple[str, Variable]]) -> list[Clock]:
-    """Return what single numbers beside or around a channel state of its times. Raises RecordError if a sampling time
-    or a rate is not above 0."""
+    """Return the clocks that single numbers at or around a channel state. Raises RecordError for a sampling time or a
+    rate that is not above 0."""
     unit = next((text for key, at in level if key in _TIME_UNITS and (text := _text(at))), "")
     scale = seconds(unit or "s")
     starts = {key: at for key, at in level if key in _STARTS}
@@ -171,13 +170,13 @@ def _text(v: Variable) -> str:
 
 
 def agreed(file: str, channel: str, stated: list[Clock], min_samples: int) -> Clock:
-    """Return the clock of a channel with its step and start, from its statements, the first of which counts. Raises
-    RecordError if they contradict each other, or its times are no even grid."""
+    """Return the clock of a channel with step and start, from its statements; the first counts. Raises RecordError if
+    they contradict each other, or its times are not an even grid."""
     first = next(c for c in stated if c.axis is not None or c.step > 0)
     if first.axis is not None:
         vet_time(file, first.axis, min_samples)
         even = (first.axis[-1] - first.axis[0]) / (first.axis.size - 1)
-        own = [replace(first, axis=None)] if first.step > 0 else []  # the increment that stands beside the times
+        own = [replace(first, axis=None)] if first.step > 0 else []  # the increment next to the times
         stated = [*own, *(c for c in stated if c is not first)]
         first = replace(first, step=float(even), start=float(first.axis[0]))
     for other in stated:
@@ -189,7 +188,7 @@ def agreed(file: str, channel: str, stated: list[Clock], min_samples: int) -> Cl
                 f"{file}: channel '{channel}': its sampling time is {first.step:.6g} s by '{first.source}' and "
                 f"{other.step:.6g} s by '{other.source}'; one of them is wrong: correct the file"
             )
-    # A start beside times that begin elsewhere says from where they count.
+    # A start next to times that begin elsewhere is their origin.
     aside = [c for c in stated if c.start and c is not first and abs(c.start - first.start) > WHOLE * first.step]
     if first.axis is not None and aside and not first.origin:
         first = replace(first, origin=f"{aside[0].start:.9g} s")
@@ -201,9 +200,8 @@ def agreed(file: str, channel: str, stated: list[Clock], min_samples: int) -> Cl
 
 
 def common_part(file: str, clocks: Mapping[str, Clock], sizes: Mapping[str, int]) -> tuple[dict[str, int], int, str]:
-    """Return the first sample of each channel in the part that all have, its length, and a remark, "" if all start
-    together. Raises RecordError if steps differ, starts lie apart by no whole number of samples, or the channels end
-    apart."""
+    """Return the first sample of each channel in the common part, its length, and a remark ("" if all start together).
+    Raises RecordError if steps differ, starts are not whole samples apart, or the channels end apart."""
     names = list(clocks)
     step = clocks[names[0]].step
     latest = max(names, key=lambda n: clocks[n].start)

@@ -10,7 +10,7 @@ import numpy as np
 from checks.cause import Cause, because
 from checks.errors import RecordError
 
-# What numpy, zlib and HDF5 were seen to raise, or document, on files with flipped bytes, cut ends and absurd sizes.
+# Errors that numpy, zlib and HDF5 raised, or document, on files with flipped bytes, cut ends and absurd sizes.
 DAMAGE = (
     ArithmeticError,
     AssertionError,
@@ -36,8 +36,7 @@ def refused(file: str) -> Iterator[None]:
     """Turn every failure of a parser inside the block into a RecordError that names the file.
 
     Floating-point warnings are held back: a signalling NaN of a damaged file warns when it is cast, and the vetting of
-    the values refuses it in words anyway.
-    """
+    the values refuses it in words anyway."""
     try:
         with np.errstate(all="ignore"):
             yield

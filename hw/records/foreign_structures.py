@@ -113,7 +113,7 @@ def _structure(name: str, value: Mapping[str, Any], depth: int) -> Iterator[Vari
     for key, part in value.items():
         whole = (
             key == "Data" and isinstance(part, np.ndarray) and len(value) > 1
-        )  # beside it stand statements of the same vector
+        )  # next to it are statements on the same vector
         inner = f"{name}.{key}" if name and not whole else name or str(key)
         for v in _vectors(inner, part, name, named.get(key, ()), depth + 1):
             single = own and not v.unit and v.load is not None and key.lower() in ("data", "values", "value")

@@ -2,8 +2,7 @@
 
 Source: [MATFILE] chapter 1. scipy.io.loadmat believes the sizes that a file declares and
 allocates them; here every size is compared with the bytes that are there before anything is read, so that a small file
-cannot ask for gigabytes. The tests compare the result with scipy's.
-"""
+cannot ask for gigabytes. The tests compare the result with scipy's."""
 
 import math
 import struct
@@ -50,16 +49,15 @@ class MatElement:
 
 
 def open_mat5(file: str, raw: bytes) -> dict[str, Variable]:
-    """Return the variables of the bytes of a level 5 MAT-file. Raises RecordError and the errors that `damage.refused`
-    converts."""
+    """Return the variables of a level 5 MAT-file. Raises RecordError and the errors that `damage.refused` converts."""
     order = ">" if raw[126:128] == b"MI" else "<"
     found = [_variable(file, raw, e, order) for e in _elements(file, raw, order)]
     return unique(file, [v for v in found if v.name])  # unnamed: what MATLAB keeps behind its objects
 
 
 def vet_unpacked(file: str, raw: bytes, most: int) -> None:
-    """Raise RecordError if the compressed variables of a file unpack to more than `most` bytes, for readers that unpack
-    all of them. Nothing is kept in memory."""
+    """Raise RecordError if compressed variables unpack to more than `most` bytes, for readers that unpack all. No data
+    are kept."""
     left = most
     for element in _elements(file, raw, ">" if raw[126:128] == b"MI" else "<"):
         inflate, packed = zlib.decompressobj(), raw[element.start : element.start + element.size]
@@ -130,7 +128,7 @@ class ArrayHeader:
     data_at: int
 
     def variable(self, file: str, data: Callable[[], bytes], end: int, order: str) -> Variable:
-        """Return the variable; data: the bytes that hold it up to `end`, unpacked only if they are wanted."""
+        """Return the variable; data: its bytes up to `end`, unpacked only if they are wanted."""
 
         def inner() -> Any:
             most = 8 * DEFAULT_LIMITS.max_samples
@@ -174,8 +172,8 @@ def _text(data: bytes, element: MatElement) -> str:
 
 
 def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, depth: int = 0) -> Any:
-    """Return the content of an array: a structure as a dictionary, several structures and a cell as a list, words as
-    text, numbers in their shape. None for other kinds, such as complex numbers, objects and functions."""
+    """Return the content of an array: a dictionary for a structure, a list for several and for a cell, text, or numbers
+    in their shape. None for other kinds, such as complex numbers, objects and functions."""
     if head.kind in NUMBERS:
         return _numbers(file, data, head, end, order).reshape(head.shape, order="F")
     if head.kind == "char":

@@ -21,11 +21,9 @@ WORDS = ("char", "HDF5 object")
 
 
 def open_mat73(file: str, raw: bytes) -> dict[str, Variable]:
-    """Return the variables of the bytes of an HDF5 file. Raises RecordError and the errors that `damage.refused`
-    converts.
+    """Return the variables of an HDF5 file. Raises RecordError and the errors that `damage.refused` converts.
 
-    Soft and external links are left out: what they name is not in this file, so its hash would not cover it.
-    """
+    Soft and external links are left out: their targets are not in this file, so its hash would not cover them."""
     with h5py.File(io.BytesIO(raw), "r") as f:
         names = [n for n in f if n != "#refs#" and isinstance(f.get(n, getlink=True), h5py.HardLink)]
         return unique(file, [_variable(file, raw, f, name) for name in names])
@@ -47,8 +45,8 @@ def _variable(file: str, raw: bytes, f: h5py.File, name: str) -> Variable:
 
 
 def _content(file: str, file_bytes: int, node: h5py.Group | h5py.Dataset, left: list[int], depth: int = 0) -> Any:
-    """Return what a node holds, as `mat5` returns a variable; attributes of a data set as the fields of a structure
-    beside its numbers, "Data". left: [numbers that may still be read]. Raises RecordError if there are more."""
+    """Return the content of a node in the form of `mat5`; attributes of a data set become fields of a structure, its
+    numbers "Data". left: [numbers that may still be read]. Raises RecordError beyond them."""
     if depth > DEEPEST:
         return None
     if not isinstance(node, h5py.Dataset):
@@ -105,7 +103,7 @@ def _kind(found: h5py.Dataset) -> str:
     if isinstance(declared, bytes):
         declared = declared.decode("latin-1")
     if isinstance(declared, str) and declared:
-        return str(declared)  # text and logicals are stored as integers: only the class tells
+        return str(declared)  # text and logicals are stored as integers: only the class differs
     return {"float64": "double", "float32": "single"}.get(stored.name, str(stored.name))
 
 
@@ -117,8 +115,8 @@ def _numbers(file: str, raw: bytes, name: str) -> Array:
 
 
 def vet_stored(file: str, found: h5py.Dataset, file_bytes: int) -> None:
-    """Raise RecordError if numbers are not in the file: HDF5 reads a part that was never written as zeros, and follows
-    references into other files."""
+    """Raise RecordError if numbers are not in the file: HDF5 reads unwritten parts as zeros and follows references into
+    other files."""
     plan, where = found.id.get_create_plist(), f"{file}: variable '{found.name.lstrip('/')}'"
     if found.is_virtual or plan.get_external_count():
         raise RecordError(f"{where} lies in another file; only data inside the file are read")

@@ -1,5 +1,5 @@
-"""Record files to records: the channels that a check declared (unit folders), or those that are sampled with an input
-(`accept frf`, `--hammer`, the API). What a file states of time and unit is used, or the file is refused."""
+"""Record files to records: the channels that a check declares (unit folders), or those sampled with an input (`accept
+frf`, `--hammer`, the API). Stated times and units are used, or the file is refused."""
 
 import math
 from collections.abc import Mapping
@@ -42,11 +42,10 @@ FORCE = "N"  # unit by which the input of a hammer test is found, if one channel
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """What a record is made of: name here -> variable, its source as mapped, its unit here ("": SI of the file's own).
+    """The parts of a record: name here -> variable, its source as mapped, its unit here ("": SI of the file's own).
 
-    found : all that the file holds; time : a vector of times that was named; step : a sampling time of all channels;
-    remarks : on the selection.
-    """
+    found : the file's content; time : a named time vector; step : a sampling time of all channels; remarks : on the
+    selection."""
 
     channels: Mapping[str, Variable]
     sources: Channels
@@ -73,14 +72,13 @@ def record_of(
     rename: Mapping[str, str | ChannelSource] = NO_CHANNELS,
     limits: ReadLimits = DEFAULT_LIMITS,
 ) -> Record:
-    """Return the record of the bytes of a .mat (MATLAB 5 to 7.3), .csv, .uff or .tdms file; the content tells which.
+    """Return the record of the bytes of a .mat (MATLAB 5 to 7.3), .csv, .uff or .tdms file; the content shows which.
 
-    series : the channels to read and their units; the time is the vector "t" [s], what the file states in other words,
-    or starts at 0 and runs in steps of the scalar that `series.step` names [s]. rename : name of a channel here -> in
-    the file, with its gain and unit. What is not a variable of the file itself is looked for in its structures, as
-    Simulink, Speedgoat and dSPACE write them. The arrays of the record are read-only. Raises RecordError, naming the
-    file, the channel, what was found and what was expected, for everything that could make a verdict wrong; nothing is
-    repaired."""
+    series : the channels to read and their units; the time is the vector "t" [s], another statement of the file, or
+    starts at 0 in steps of the scalar `series.step` [s]. rename : channel here -> name in the file, with gain and unit.
+    Channels that are not variables of the file are searched in its structures, as of Simulink, Speedgoat and dSPACE.
+    The arrays are read-only. Raises RecordError with file, channel, found and expected value for anything that could
+    make a verdict wrong; nothing is repaired."""
     with refused(source.file):
         sources = {here: channel_source(there) if isinstance(there, str) else there for here, there in rename.items()}
         found = source.variables()
@@ -99,11 +97,11 @@ def record_by_input(
     step_name: str | None = None,
     limits: ReadLimits = DEFAULT_LIMITS,
 ) -> Record:
-    """Return the record of every vector that is sampled with an input; its remarks state the mapping.
+    """Return the record of every vector sampled with an input; its remarks state the mapping.
 
     channels : name here -> source in the file; units : of known names, others are in SI; step_s : sampling time of a
-    file without one; step_name : of the scalar that states it for all channels; mapped_only : leave out what `channels`
-    does not name. Raises RecordError, which lists what the file holds."""
+    file without one; step_name : scalar with the sampling time of all channels; mapped_only : read the channels of
+    `channels` only. Raises RecordError with the file's contents."""
     if step_s is not None and not (math.isfinite(step_s) and step_s > 0):
         raise RecordError(f"--ts {step_s:g}: expected a sampling time above 0 s")
     with refused(source.file):
@@ -129,7 +127,7 @@ def record_by_input(
 
 
 def _declared(file: str, found: Variables, series: Series, sources: Channels) -> Selection:
-    """Return what is declared and in the file. Raises RecordError if a channel that is required is missing."""
+    """Return the declared channels in the file. Raises RecordError if a required one is missing."""
 
     def theirs(name: str) -> str:
         there = (sources[name].name or name) if name in sources else name
@@ -171,8 +169,8 @@ def _declared(file: str, found: Variables, series: Series, sources: Channels) ->
 def _by_input(
     file: str, found: Variables, input: str, channels: Channels, units: Mapping[str, str], mapped_only: bool
 ) -> Selection:
-    """Return the input and what is sampled with it, by the names of `channels`, else by their own last part if that is
-    one vector's. Raises RecordError."""
+    """Return the input and the channels sampled with it, by the names of `channels`, else by the last part of their own
+    name if no other vector has it. Raises RecordError."""
     found = expand(file, found)
     vectors = {n: v for n, v in found.items() if v.load is not None and v.size > 1}
     theirs = {here: _single(file, at.name or here, vectors) for here, at in channels.items() if not at.sampling_time_s}
@@ -211,7 +209,7 @@ def _by_input(
 
 
 def _no_channel(file: str, input: str, found: Variables, vectors: Variables) -> str:
-    """Return why there is no input of that name, in words."""
+    """Return in words why the input is missing."""
     same = [n for n in vectors if plain(n) == input]
     if len(same) > 1:
         return (
@@ -225,8 +223,8 @@ def _no_channel(file: str, input: str, found: Variables, vectors: Variables) -> 
 
 
 def _sampled_apart(drive: Variable, v: Variable) -> str:
-    """Return why a vector cannot belong to the record of the drive; "" if it has its length, or another time of its own
-    with the same step that overlaps."""
+    """Return why a vector cannot belong to the drive's record; "" if it has the drive's length, or an own time of the
+    same step that overlaps."""
     a, b = (None, None) if v.clock is None or drive.clock is None else (drive.clock(), v.clock())
     if a is None or b is None or a.axis is not None or b.axis is not None:
         if v.size != drive.size:
@@ -246,7 +244,7 @@ def _step_of(file: str, v: Variable) -> Clock:
 
 
 def assemble(file: str, sha256: str, chosen: Selection, limits: ReadLimits) -> Record:
-    """Return the record of what was selected, in its units and on one time base. Raises RecordError."""
+    """Return the record of a selection, in its units and on one time base. Raises RecordError."""
     own = OWN_RECORD in chosen.found
     counted = {**chosen.channels, **({TIME: chosen.time} if chosen.time else {})}
     total = sum(v.size for v in counted.values())
@@ -289,8 +287,7 @@ def _times(
     file: str, chosen: Selection, axis: Clock | None, sizes: Mapping[str, int], limits: ReadLimits
 ) -> tuple[Array, dict[str, int] | None, list[str]]:
     """Return the times (N,) [s] of a record, the first sample of each channel if they do not start together, and
-    remarks. axis: a time vector that was named. Raises RecordError if the file states none, or several that contradict
-    each other."""
+    remarks. axis: a named time vector. Raises RecordError without stated times, or with contradicting ones."""
     axes: dict[str, Clock] = {}
     known: dict[tuple[int, ...], Clock] = {}
     clocks: dict[str, Clock] = {}
@@ -379,7 +376,7 @@ def _single(file: str, wanted: str, found: Variables) -> str:
 
 
 def _hits(wanted: str, found: Variables) -> list[str]:
-    """Return the vectors of that name: whole, else without its unit, else its last part."""
+    """Return the vectors of that name: as a whole, else without unit, else by the last part."""
     hits: list[str] = []
     for same in (
         lambda n: n == wanted,

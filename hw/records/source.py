@@ -44,7 +44,7 @@ class Source:
         return self.suffix in SUFFIXES and not other
 
     def variables(self) -> dict[str, Variable]:
-        """Return the variables by name, in the file's order. Raises RecordError and the errors that `damage.refused`
+        """Return the variables by name, in file order. Raises RecordError and the errors that `damage.refused`
         converts."""
         raw = self.raw
         if raw.startswith(SIGNATURE) or raw.startswith(SIGNATURE, USERBLOCK_BYTES):

@@ -21,9 +21,8 @@ def read_table(path: Path, table: CsvTable) -> Remarked[Array]:
 
 
 def table_of(source: Source, table: CsvTable) -> Remarked[Array]:
-    """Return column -> (N,) of the bytes of a text file with the declared columns, each in the unit of its name: `z_um`
-    is read as it is, or `z [nm]` converted. Raises RecordError if a column or a row is missing, or a field is not a
-    finite number."""
+    """Return column -> (N,) of a text file, each in the unit of its name: `z_um` is read as it is, `z [nm]` is
+    converted. Raises RecordError for a missing column or row and a field that is not a finite number."""
     file = source.file
     with refused(file):
         found = open_csv(file, source.raw)
@@ -55,7 +54,7 @@ def _vet(file: str, name: str, values: Array, min_rows: int) -> None:
 
 
 def list_channels(path: Path) -> dict[str, tuple[int, ...]]:
-    """Return name -> shape of everything in a record file, for messages and pickers; no data are read. Raises
+    """Return name -> shape of everything in a record file, for messages and pickers, without the data. Raises
     RecordError."""
     source = load_bytes(path)
     with refused(source.file):

@@ -1,8 +1,7 @@
 """TDMS files, as National Instruments' recorders write them: channels in groups, and their time as increments.
 
 Times are stated by the properties `wf_increment`, `wf_start_time` and `wf_start_offset` of each channel. A scale that
-cannot be applied is refused by its name, and so is a file whose last segment was cut off: nothing is repaired.
-"""
+cannot be applied is refused by its name, and so is a file whose last segment was cut off: nothing is repaired."""
 
 import io
 import logging
@@ -22,7 +21,7 @@ from hw.records.contents.variable import CLOCK, Clock, Variable, unique
 from specs.units import UnitMismatch, factor, is_unit, parse_header, spelled
 
 TIME = "t"
-log_manager.set_level(logging.ERROR)  # what it warns of is refused here, in one line
+log_manager.set_level(logging.ERROR)  # a warning of it is refused here, in one line
 # Scales that npTDMS applies (`nptdms.scaling`); raw counts stay as they are if a file states another one.
 SCALES = {
     "Linear",
@@ -88,7 +87,7 @@ def _variable(file: str, raw: bytes, found: Any, channel: Any, name: str, first:
 
 
 def _unit_problem(units: list[str]) -> str:
-    """Return that a channel states two units, one of which at least is known here; "" if it does not."""
+    """Return the contradiction if a channel states two units, of which one at least is known; "" otherwise."""
     for other in units[1:]:
         known = [is_unit(spelled(unit)) for unit in (units[0], other)]
         if spelled(units[0]) != spelled(other) and any(known) and not (all(known) and _is_same(units[0], other)):
@@ -140,15 +139,14 @@ def _dates(raw: bytes, group: str, name: str) -> Array:
 
 
 def _start_of(channel: Any) -> tuple[int, int] | None:
-    """Return the date of the first sample: seconds since 1904 and fractions of 2^-64 s; None if none is stated."""
+    """Return the date of the first sample (seconds since 1904 and fractions of 2^-64 s), None if not stated."""
     stamps = [channel.properties.get(n) for n in ("wf_start_time", "NI_ExpStartTimeStamp")]
     known = [s for s in stamps if s is not None and s.seconds > 0]
     return (int(known[0].seconds), int(known[0].second_fractions)) if known else None
 
 
 def _clock(file: str, channel: Any, first: tuple[int, int], x_unit: str) -> Clock:
-    """Return the times of a channel, counted from the earliest start of the file. Raises RecordError if they are
-    none."""
+    """Return the times of a channel from the earliest start in the file. Raises RecordError for other content."""
     p, date = channel.properties, _start_of(channel)
     step, offset = p["wf_increment"], p.get("wf_start_offset", 0.0)
     if not (isinstance(step, float) and isinstance(offset, float) and math.isfinite(offset) and 0 < step < math.inf):

@@ -1,7 +1,6 @@
 """Requirements of a channel: finite, varying, inside the range of its converter, on a uniform time base.
 
-Nothing is repaired: a channel that fails is refused in words.
-"""
+Nothing is repaired: a channel that fails is refused in words."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,8 +125,7 @@ def _vet_range(file: str, channel: str, x: Array, t: Array, lo: float, hi: float
     """Refuse a voltage that stays at its own extreme, sample by sample the same, at the end of a converter's range.
 
     Away from the ends of the range a plateau is a signal: a stroke record waits at -20 V and at 150 V. At the end of
-    the range a crest so flat cannot be distinguished from a clipped one.
-    """
+    the range a crest so flat cannot be distinguished from a clipped one."""
     for extreme in (lo, hi):
         if CONVERTER_V[0] <= abs(extreme) <= CONVERTER_V[1]:
             start, run = _longest_run(x == extreme)

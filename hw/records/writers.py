@@ -15,7 +15,7 @@ from hw.records.contents.variable import OWN_RECORD
 
 HEADER = b"MATLAB 5.0 MAT-file, written by accept"
 HEADER_TEXT_BYTES = 116  # [MATFILE]: free text at the head of the file
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # what MATLAB loads as a variable
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # a name that MATLAB loads as a variable
 
 
 def mat_bytes(mapping: Mapping[str, ArrayLike], compact: bool = False) -> bytes:
@@ -24,8 +24,7 @@ def mat_bytes(mapping: Mapping[str, ArrayLike], compact: bool = False) -> bytes:
 
     compact: compressed, which takes about ten times as long.
 
-    Raises ValueError if a name is not a MATLAB variable, or if no reader here would accept the values back.
-    """
+    Raises ValueError if a name is not a MATLAB variable, or if no reader here would accept the values back."""
     columns = {name: _real(name, values) for name, values in mapping.items()}
     out = io.BytesIO()
     from scipy.io import savemat  # loads slowly: only when wanted
@@ -35,8 +34,8 @@ def mat_bytes(mapping: Mapping[str, ArrayLike], compact: bool = False) -> bytes:
 
 
 def csv_bytes(mapping: Mapping[str, ArrayLike]) -> bytes:
-    """Return a CSV file of name -> (N,) real numbers of one length: a header row, then a row per sample, in the
-    shortest digits that read back as the same double. Raises ValueError."""
+    """Return a CSV file of name -> (N,) real numbers: a header row, then a row per sample, in the shortest digits that
+    read back as the same double. Raises ValueError."""
     columns = [_real(name, values) for name, values in mapping.items()]
     lengths = {c.size for c in columns}
     if len(lengths) != 1:

@@ -27,8 +27,8 @@ OF_THE_LINE = {
 
 @dataclass(frozen=True)
 class LineFault:
-    """after: how many replies go by before it strikes. at: position in the reply. seconds: duration, for some kinds.
-    seed: of the damage done to the bytes."""
+    """after: replies before it strikes. at: position in the reply. seconds: duration, for some kinds. seed: of the
+    damage."""
 
     kind: FaultKind
     after: int = 0
@@ -38,8 +38,7 @@ class LineFault:
 
 
 def damaged(reply: bytes, fault: LineFault) -> bytes:
-    """Return a reply with one to four bytes replaced, removed or added, anywhere, by any others: digits for digits,
-    too."""
+    """Return a reply with one to four bytes replaced, removed or added anywhere, also digits by digits."""
     rng = random.Random(fault.seed)
     data = bytearray(reply)
     for _ in range(rng.randint(1, 4)):

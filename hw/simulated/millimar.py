@@ -2,8 +2,7 @@
 there).
 
 Assumed, and a parameter: the acknowledgement `OK`, `ERR1` for an unknown command, `ERR5` without a probe, `ERR3` out of
-range, and that the display has steps of 0.1 um, 0.0001 mm or 0.00001 inch.
-"""
+range, and that the display has steps of 0.1 um, 0.0001 mm or 0.00001 inch."""
 
 import re
 from abc import abstractmethod
@@ -33,7 +32,6 @@ class MillimarDevice(Device):
         return self._lines(b"\r")
 
     def _value(self) -> bytes:
-        """Return the answer to a question for its value."""
         if self.overrange:
             return b"ERR3"
         metres = self.source()

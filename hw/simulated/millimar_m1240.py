@@ -8,8 +8,7 @@ CODES = {b"P86,1": "mm", b"P86,2": "in", b"P86,3": "um"}
 
 
 class M1240Device(MillimarDevice):
-    """stored: values that M70 reads out, and so deletes. mastering: Z was sent; it is silent until its key is
-    pressed."""
+    """stored: values for M70, which deletes them. mastering: after Z, silent until its key is pressed."""
 
     def __init__(
         self,

@@ -1,8 +1,7 @@
 """A stored transcript as the other end of a line: an instrument's answers are replayed.
 
 A transcript of a real instrument (`accept hw commission`, the event store) becomes a test of its driver: a driver that
-sends other bytes than it sent then fails, and the answers are those of the instrument.
-"""
+sends other bytes than it sent then fails, and the answers are those of the instrument."""
 
 import time
 from collections import deque
@@ -47,6 +46,6 @@ class ReplayPort:
 
 
 def replay(entries: Iterable[Sequence[float | str]], place: Place) -> tuple[Link, ReplayPort]:
-    """Return a link to a transcript, and its port, whose `is_over` is true once all of it was played."""
+    """Return a link to a transcript, and its port, whose `is_over` becomes true at the end."""
     port = ReplayPort(entries)
     return Link(place, lambda _: port), port

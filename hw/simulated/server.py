@@ -2,8 +2,7 @@
 
 `path` is a link that stays the same when the line is cut and back, as /dev/serial/by-id does. A pseudo-terminal keeps
 neither parity nor word length and does not pace bytes, so wrong line settings appear as damaged bytes, and pacing is
-done here.
-"""
+done here."""
 
 import os
 import select

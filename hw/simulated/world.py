@@ -43,7 +43,7 @@ class Stage:
 
 
 class StageFile:
-    """A stage in a file, so that the bench and the program that plays the technician may be two."""
+    """A stage in a file, for a bench and a technician's program that are separate processes."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

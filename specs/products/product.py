@@ -9,12 +9,11 @@ from pathlib import Path
 class Product:
     """One product. name: `kind` in unit.toml and in specs; title, plural: in words.
 
-    spec: the spec without `--spec`, a built-in name or a TOML file. model: what its responses are explained by without
-    `--model`, as built-in name or file; None if it has no model. parts: part in unit.toml -> label, which the workflow
-    asks for. checks: checks of the program that its spec may ask for, besides those that name it in their `kinds`.
-    matched_by: quantities by which sets are matched, if `accept match` is asked for no other. variant_of: the product
-    that it is like but for what is absent, "" if it is a product of its own. absent: channels of its records and checks
-    that it does not have -> the reason, in words."""
+    spec: the default of `--spec`, a built-in name or a TOML file. model: the default of `--model` for its responses, a
+    built-in name or file; None without a model. parts: part in unit.toml -> label, which the workflow asks for. checks:
+    checks of the program for its spec, besides those that name it in their `kinds`. matched_by: default quantities of
+    `accept match`. variant_of: the product that it equals but for absent parts, "" for none. absent: absent channels
+    and checks -> the reason, in words."""
 
     name: str
     title: str
@@ -29,5 +28,5 @@ class Product:
 
     @property
     def family(self) -> str:
-        """Return the product of which it is a variant, or itself."""
+        """Return the product that this is a variant of, or itself."""
         return self.variant_of or self.name

@@ -9,8 +9,8 @@ from specs.distribution import install
 
 @contextmanager
 def connected(where: str | None, say: Callable[[str], None]) -> Iterator[Cluster | None]:
-    """Yield the cluster at the address of a scheduler (`tcp://HOST:8786`), or workers of this machine, one a core
-    (`local`), which end with the work; None without an address. Raises ClusterError if no scheduler answers."""
+    """Yield the cluster at a scheduler's address (`tcp://HOST:8786`), or local workers, one a core, for the time of the
+    work (`local`); None without an address. Raises ClusterError if no scheduler answers."""
     if where is None:
         yield None
         return

@@ -1,11 +1,9 @@
-"""A Dask cluster that works off one item after the other; the outcome is the same as on this machine.
+"""A Dask cluster that works through items; the outcome is the same as on this machine.
 
-Each worker process tells the scheduler which code it runs (`Labelled`), as a resource of which it has one: an item asks
-for one of the coordinator's own code. So a worker with other code is given nothing, and no worker has two items at
-once, however many threads it was started with. A worker that dies costs only time: the scheduler gives its item to
-another one, and an item that took several workers with it is given up. A scheduler that is restarted has forgotten
-everything: what had not come back is handed in again.
-"""
+Each worker process reports its code to the scheduler (`Labelled`) as a resource of which it has one, and an item
+requires one of the coordinator's code. So a worker with other code gets no item, and no worker has two at once, however
+many threads it has. If a worker dies, its item goes to another one; an item that took several workers with it is given
+up. A restarted scheduler has forgotten everything: unfinished items are submitted again."""
 
 import os
 import queue
@@ -27,7 +25,7 @@ from accept.base.version import code_sha256
 
 T = TypeVar("T")
 R = TypeVar("R")
-Out = dict[Future[Any], "_Task"]  # what was handed in and has not come back
+Out = dict[Future[Any], "_Task"]  # submitted and not yet returned
 Back = queue.SimpleQueue[Future[Any]]
 Say = Callable[[str], None]
 
@@ -35,7 +33,7 @@ LOCAL = "local"
 CONNECT_S = 15.0  # until a scheduler is said not to answer
 AWAY_S = 120.0  # how long a scheduler may be away, or without a worker, before the work is given up
 LOOK_S = 1.0  # between two looks at who works
-NEW_S = 5.0  # a worker that just came has not told its code yet
+NEW_S = 5.0  # a new worker has not reported its code yet
 AHEAD = 3  # tasks handed in per worker: one in work, others at hand while results travel
 TASK_S, TOGETHER = 0.1, 50  # how long the items of one task should take [s], and how many there are at most
 # Every stream of messages keeps the last ones for who debugs Dask: a thousand, each with its units.
@@ -59,7 +57,7 @@ class _Task:
 
 @dataclass(frozen=True)
 class _Did:
-    """The outcomes of the items of one task, in their order, and the time that they took [s]."""
+    """The outcomes of a task's items in order, and the computing time [s]."""
 
     found: list[Any]
     seconds: float
@@ -78,8 +76,8 @@ class _Pace:
 
 
 class Labelled(WorkerPlugin):
-    """Tells the scheduler which code a worker runs, and gives the worker as much memory as a process of this machine
-    has. Only its name is sent: the worker runs what its own code has."""
+    """Reports a worker's code to the scheduler and limits its memory as that of a local process. Only the name is sent;
+    the worker runs its own code."""
 
     name = "accept-code"
     idempotent = True
@@ -204,7 +202,6 @@ class DaskWorkers:
 
 
 def _first(back: Back) -> Future[Any] | None:
-    """Return one task that came back, or None if none did for a while."""
     try:
         return back.get(timeout=LOOK_S)
     except queue.Empty:
@@ -212,14 +209,12 @@ def _first(back: Back) -> Future[Any] | None:
 
 
 def _done(work: Callable[[T], R], items: list[T]) -> _Did:
-    """Do the work, in a worker."""
     began = time.monotonic()
     return _Did([_guarded(work, item) for item in items], time.monotonic() - began)
 
 
 def _guarded(work: Callable[[T], R], item: T) -> R | GivenUp | _Raised:
-    """Return the outcome of the work on one item, an error in words: Dask sends errors home as objects and loses some
-    of them."""
+    """Return the outcome for one item, an error in words: Dask pickles errors and loses some of them."""
     try:
         return work(item)
     except MemoryError:
@@ -229,8 +224,7 @@ def _guarded(work: Callable[[T], R], item: T) -> R | GivenUp | _Raised:
 
 
 def _outcome(future: Future[Any]) -> _Did | GivenUp | None:
-    """Return the outcome of a task, None if the connection to it is broken. Raises WorkFailed if it cannot be had at
-    all."""
+    """Return the outcome of a task, None after a broken connection. Raises WorkFailed if it is lost for good."""
     if future.status == "error":
         error = future.exception()
         if isinstance(error, KilledWorker):
@@ -268,8 +262,8 @@ def connected(where: str, say: Say) -> Iterator[DaskWorkers]:
 
 @contextmanager
 def _local_workers() -> Iterator[LocalCluster]:
-    """Start workers, one a core. Their limit of memory is `Labelled`'s, the one that local processes have: Dask's own,
-    a share of this machine's, would kill here what is judged there."""
+    """Start a worker for each core. `Labelled` limits their memory as that of local processes; Dask's own limit, a
+    share of this machine's memory, would kill units that can be judged here."""
     here, count = "127.0.0.1", os.cpu_count()
     with protected():  # also of workers that are started again
         local = LocalCluster(

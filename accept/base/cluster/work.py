@@ -10,12 +10,11 @@ R = TypeVar("R")
 
 
 class ClusterError(AcceptError, RuntimeError):
-    """The cluster cannot be used; the text names it, says why and what to do."""
+    """The cluster cannot be used; the text states its address, the reason and the remedy."""
 
 
 class GivenUp(Exception):
-    """An item that no worker could do: it killed each that tried it, or takes more memory than a worker may. The text
-    says which."""
+    """An item that killed every worker that tried it, or takes more memory than a worker may; the text states which."""
 
 
 class WorkFailed(RuntimeError):
@@ -26,8 +25,8 @@ class Cluster(Protocol):
     """Workers on other machines or this one, which have the same code."""
 
     def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
-        """Yield each item with what `work` makes of it, as they come back; `work` is a function of a module. Few items
-        are handed in at a time: they may be made while others are worked on. A MemoryError comes back as GivenUp, any
-        other error of `work` as WorkFailed.
+        """Yield each item with the result of `work`, a module's function, in order of completion. Few items are
+        submitted in advance, so that they can be made meanwhile. A MemoryError is returned as GivenUp, any other error
+        of `work` as WorkFailed.
 
         Raises WorkFailed, ClusterError if the scheduler or every worker stays away."""

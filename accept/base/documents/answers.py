@@ -10,7 +10,7 @@ STDOUT = Path("-")
 
 
 def check_answer(place: Path | None) -> None:
-    """Raise, before the work, the OSError that would prevent an answer from being written, or ReplaceError."""
+    """Raise ReplaceError, or the OSError of writing, before the work if the answer cannot be written to its place."""
     if place is not None and place != STDOUT:
         check_place(place, ".json")
 

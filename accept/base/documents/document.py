@@ -19,8 +19,7 @@ class DocumentError(AcceptError, ValueError):
 
 
 def only_if(given: Callable[[Any], bool] = lambda value: value is not None) -> Any:
-    """Return a field that is written only if its value is `given`: an addition to a document, absent from older
-    ones."""
+    """Return a field that is written only if its value is `given`: an addition, absent from older documents."""
     return Field(exclude_if=lambda value: not given(value))
 
 
@@ -29,8 +28,7 @@ class Document:
 
     Keys are written in the order of the fields. A key that is unknown here is ignored, since documents grow by
     addition; an absent one takes the field's default, or is an error if the field has none. Types are strict: no text
-    is taken for a number, no NaN or infinity is read.
-    """
+    is taken for a number, no NaN or infinity is read."""
 
     __pydantic_config__ = ConfigDict(strict=True, allow_inf_nan=False, extra="ignore")
 
@@ -65,8 +63,8 @@ class Document:
 
 
 def _without_halves(content: str | bytes) -> bytes | None:
-    """Return JSON with a question mark for each half of a surrogate pair, which Python writes for a byte of a file
-    name that is not UTF-8; None if it has none or is not JSON."""
+    """Return JSON with a question mark for each half surrogate pair (a byte of a file name that is not UTF-8 in
+    Python); None if it has none or is not JSON."""
     try:
         text = json.dumps(json.loads(content), ensure_ascii=False)
     except (ValueError, RecursionError):
@@ -77,8 +75,7 @@ def _without_halves(content: str | bytes) -> bytes | None:
 
 @cache
 def _validator(kind: Any) -> SchemaValidator:
-    """Return the reader of a document. It keeps no text that it has read, so that memory stays flat over many
-    events."""
+    """Return the reader of a document. It keeps no text, so that memory stays flat over many events."""
     return SchemaValidator(_adapter(kind).core_schema, CoreConfig(cache_strings=False))
 
 

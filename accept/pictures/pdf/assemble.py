@@ -33,8 +33,8 @@ def assemble(
     title: str,
     shown: bytes | None = None,
 ) -> bytes:
-    """Return one PDF of all parts. The same parts give the same bytes: no date, no random identifier. shown: what the
-    signature fields show until they are signed, as a PDF with a page of its size for each."""
+    """Return one PDF of all parts. The same parts give the same bytes: no date, no random identifier. shown: a PDF for
+    the empty signature fields, with a page of its size for each."""
     writer = PdfWriter(clone_from=PdfReader(io.BytesIO(text)))
     _attach(writer, attachments)
     _add_fields(writer, fields, shown)
@@ -82,7 +82,7 @@ def _file(writer: PdfWriter, name: str, content: bytes) -> DictionaryObject:
 
 
 def _shrinks(content: bytes) -> bool:
-    """Return whether compressing pays: a record that is compressed in itself takes half a second and gives nothing."""
+    """Return whether compression pays. A record that is already compressed would take half a second for nothing."""
     middle = len(content) // 2
     sample = content[middle : middle + _SAMPLE]
     return len(content) <= _SAMPLE or len(zlib.compress(sample, 1)) < 0.95 * len(sample)

@@ -21,10 +21,10 @@ _FILES = {
 
 @cache
 def register() -> None:
-    """Make the typeface known to reportlab, once; and let it write its streams as they are: as text, for a mail of the
-    last century, they take a third more room and most of the time."""
+    """Register the typeface with reportlab, once, and let it write binary streams: as text they take a third more room
+    and most of the time."""
     rl_config.useA85 = 0
-    # Pages, drawings and cells of tables begin with these: Helvetica would stand there, not embedded.
+    # Pages, drawings and cells of tables begin with these: Helvetica would be there, not embedded.
     rl_config.canvas_basefontname = shapes.STATE_DEFAULTS["fontName"] = CellStyle.fontname = REGULAR
     matplotlib = find_spec("matplotlib")  # its files are wanted, not its half second of loading
     if matplotlib is None or matplotlib.origin is None:

@@ -65,7 +65,7 @@ def _handle(area: Area, entry: LegendEntry, x: float, y: float) -> None:
 
 
 def _place(area: Area, width: float, height: float, items: Sequence[Item]) -> tuple[float, float]:
-    """Return lower left corner of the box that covers the fewest points: corners first, then the middles of the
+    """Return the lower left corner of the box that covers the fewest points: corners first, then middles of the
     sides."""
     x, y = _points(area, items)
     columns = (area.right - _EDGE - width, area.left + _EDGE, area.left + (area.width - width) / 2)
@@ -81,7 +81,7 @@ def _place(area: Area, width: float, height: float, items: Sequence[Item]) -> tu
 
 
 def _points(area: Area, items: Sequence[Item]) -> tuple[Array, Array]:
-    """Return the places of all that a legend should not hide; curves also between their points."""
+    """Return the points that a legend should not cover, also between the points of curves."""
     xs, ys = [np.empty(0)], [np.empty(0)]
     for item in items:
         match item:

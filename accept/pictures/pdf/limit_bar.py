@@ -14,8 +14,7 @@ GUARD = PALE_COLOUR
 
 
 def limit_bar(finding: Mapping[str, Any], width: float, height: float) -> Drawing:
-    """Return the zone between the limits, the part of it that a guard band leaves, and the value with its interval
-    ±U."""
+    """Return the drawing of the zone between the limits, its part inside the guard band, and the value with ±U."""
     drawing = Drawing(width, height)
     value, U = finding["value"], finding["U"] or 0.0
     low, high = _view(finding["lower"], finding["upper"], value, U)
@@ -32,7 +31,7 @@ def limit_bar(finding: Mapping[str, Any], width: float, height: float) -> Drawin
 
 
 def _view(lower: float | None, upper: float | None, value: float | None, U: float) -> tuple[float, float]:
-    """Return the ends of the axis: both limits and half a zone beside them, or enough around one limit to hold the
+    """Return the ends of the axis: both limits and half a zone outside, or enough around one limit to show the
     value."""
     if lower is not None and upper is not None:
         half = (upper - lower) / 2

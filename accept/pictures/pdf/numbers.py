@@ -1,4 +1,4 @@
-"""Numbers as they stand on a certificate. For the eye only: nothing is ever judged on them."""
+"""Numbers as printed on a certificate. For the eye only: nothing is judged on them."""
 
 import math
 from collections.abc import Mapping

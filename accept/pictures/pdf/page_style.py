@@ -25,7 +25,7 @@ FOOTER = 9 * mm
 RUNNING_HEAD = 9 * mm
 
 INK_COLOUR, GREY_COLOUR, PALE_COLOUR = HexColor(INK), HexColor(GREY), HexColor(PALE)
-ACROSS = HexColor("#e3e5e8")  # of words across a page: what is printed over them stays legible
+ACROSS = HexColor("#e3e5e8")  # of words across a page: text over them stays legible
 ZEBRA = HexColor("#f5f6f7")
 WHITE = HexColor("#ffffff")
 

@@ -1,7 +1,6 @@
 """A panel drawn straight onto a page, as vectors: axes, ticks and words here, its items by `panel_items`.
 
-The look is that of `accept.pictures`, which draws panels into files of their own.
-"""
+The look is that of `accept.pictures`, which draws panels into files of their own."""
 
 from dataclasses import dataclass
 
@@ -57,14 +56,14 @@ def draw_panel(
 
 
 def _room_for_names(panel: Panel, width: float) -> float:
-    """Return the room [pt] beside `LEFT` that long names of rows need: else they would be half as large as numbers."""
+    """Return the extra room [pt] for long row names, which would otherwise be half as large as numbers."""
     room = LEFT - _TICK_LENGTH - _PAD - _LABEL
     longest = max((stringWidth(name, REGULAR, _TICK) for name in panel.y_names), default=0.0)
     return min(longest - room, width / 3) if longest > 2 * room else 0.0
 
 
 def _axes(area: Area, grid: bool, x_numbers: bool, left: float) -> float:
-    """Draw grid, both axes, ticks and their numbers; return the width [pt] of those at the left. left: their room."""
+    """Draw grid, both axes, ticks and numbers; return the width [pt] of the left numbers. left: the room for them."""
     canvas = area.canvas
     x_ticks = area.x_scale.ticks(max(2, int(area.width / _X_TICK_ROOM)))
     y_ticks = area.y_scale.ticks(max(2, int(area.height / _Y_TICK_ROOM)))
@@ -99,7 +98,7 @@ def _axes(area: Area, grid: bool, x_numbers: bool, left: float) -> float:
 
 
 def _words(area: Area, panel: Panel, numbers: float, x_words: bool) -> None:
-    """Write title and labels, smaller if they would leave the panel. numbers: width of those at the left axis."""
+    """Write title and labels, smaller if they would leave the panel. numbers: width of the left axis's numbers."""
     canvas = area.canvas
     canvas.setFillColor(HexColor(INK))
     title, x_label, y_label = (pretty(text) for text in (panel.title, panel.x_label, panel.y_label))

@@ -203,7 +203,6 @@ def _shades(level: Array) -> Array:
 
 
 def _colour_bar(area: Area, scale: Scale, label: str) -> None:
-    """Draw the bar in the margin that the panel has at its right."""
     canvas, left = area.canvas, area.right + 1.5 * mm
     _pixels(area, _shades(np.linspace(1.0, 0.0, 64)[:, None]), left, area.bottom, _BAR, area.height)
     canvas.setFillColor(HexColor(INK))

@@ -13,7 +13,7 @@ from accept.pictures.pdf.fonts import REGULAR
 from accept.pictures.scale import Scale
 from checks.arrays import Array
 
-FAR = 10_000.0  # pt: what lies farther away is drawn there; a viewer need not know larger numbers
+FAR = 10_000.0  # pt: points farther away are drawn there; viewers need not support larger numbers
 _HALO = 1.5  # pt of white around words, so that they can be read across a curve
 
 

@@ -25,7 +25,7 @@ def vet_lag(name: str, drive: str, width: ScalarEstimate, height: float, least_p
 
 def vet_bend(name: str, drive: Array, response: Array, height: float, least_percent: float) -> None:
     """Raise NoResult if a response that only rises does so along a straight line. By Rayleigh's law a first rise bows
-    by as much as its loop would open; half of it is required."""
+    by as much as its loop would open; half is required."""
     s = (drive - drive.min()) / np.ptp(drive)
     fit = least_squares(np.vander(s, 3, increasing=True), response)
     bow = ScalarEstimate(abs(float(fit.x[2])) / 4, fit.u(np.array([0.0, 0.0, 1.0])) / 4)

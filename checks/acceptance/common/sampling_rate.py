@@ -22,8 +22,7 @@ SAMPLING = Setting(
 
 
 def vet_rates(values: Mapping[str, Any], spec: CheckSpec) -> None:
-    """Raise NoResult if the spec does not list the sampling rate of a record, or if the rates of two records are a few
-    percent apart."""
+    """Raise NoResult if the spec does not list a record's sampling rate, or if two rates are a few percent apart."""
     stated = _stated(spec)
     for key, record in _records(values):
         if stated and not any(abs(record.fs / f - 1) <= WITHIN for f in stated):
@@ -33,8 +32,8 @@ def vet_rates(values: Mapping[str, Any], spec: CheckSpec) -> None:
 
 
 def _vet_one_clock(records: list[tuple[str, Record]]) -> None:
-    """Raise NoResult if the rates of two records are a few percent apart: one clock may sample a record twice as fast
-    as another, but does not have two such rates."""
+    """Raise NoResult if the rates of two records are a few percent apart: one clock may have twice the rate, but not
+    that."""
     for (a, one), (b, other) in combinations(records, 2):
         ratio = max(one.fs, other.fs) / min(one.fs, other.fs)
         if 1 + WITHIN < ratio < NEIGHBOUR:
@@ -60,8 +59,7 @@ def remarks(values: Mapping[str, Any], spec: CheckSpec) -> Iterator[str]:
 
 
 def is_round(fs: float) -> bool:
-    """Return whether a rate has three digits at most, or is a power of ten doubled several times, as 5120 and 32768
-    Hz."""
+    """Return whether a rate has at most three digits, or is a power of ten doubled several times: 5120, 32768 Hz."""
     return _digits(fs, 3) or any(_digits(fs / 2**k, 1) for k in range(1, DOUBLINGS + 1))
 
 

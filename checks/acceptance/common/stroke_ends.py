@@ -63,7 +63,7 @@ def drift_rate(V: Array, d: Array, bottom: NDArray[np.bool_], reach: float) -> f
 
 
 def _returns(V: Array, d: Array, bottom: NDArray[np.bool_], reach: float) -> list[tuple[int, ScalarEstimate]]:
-    """Return the first sample of each later stay of V at its start, and d there."""
+    """Return the first sample of each later interval in which V is back at its start, and the values of d there."""
     return [
         (lo, level(V - V[lo:hi].min(), d, lo + int(np.argmin(V[lo:hi])), bottom, reach))
         for lo, hi in stays(bottom)
@@ -88,8 +88,8 @@ def running_mean(x: Array, n: int) -> Array:
 
 
 def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
-    """Return the largest d over the stays of V in the zone at its top. If only noise separates the highest stays, their
-    mean is taken, because the largest would be too high."""
+    """Return the largest d while V is in the zone at its top. If only noise separates the highest intervals, their mean
+    is used, because the largest would be too high."""
     tops = stays(zone)
     if not tops:
         raise NoResult(Cause.FEW_SAMPLES, samples=0, where="at the top of the voltage range", needed=MIN_SAMPLES)
@@ -101,9 +101,9 @@ def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Scalar
 
 
 def level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
-    """Return d at the end of the range, at which the voltage v from that end is 0, near sample `at`: by a parabola in v
-    on each branch, which meet there, over the unbroken stretch of `zone`. In v, not in time, so that the drive may
-    turn, break or hold."""
+    """Return d at the end of the range near sample `at`. v is the voltage from that end. Each branch in the unbroken
+    stretch of `zone` is a parabola in v, and both meet at v = 0. In v, not in time, so that the drive may turn, break
+    or hold."""
     out = np.flatnonzero(~zone)
     lo = int(out[out < at].max(initial=-1)) + 1
     hi = int(out[out > at].min(initial=zone.size))

@@ -33,8 +33,7 @@ def typed_quantity(values: Values, spec: CheckSpec, entry: str, quantity: str | 
 
 
 def stated_contribution(spec: CheckSpec, value: float, *names: str) -> Contribution | None:
-    """Return the contribution, at this value, of the first of these names whose uncertainty the spec states; else
-    None."""
+    """Return the contribution, at this value, of the first name with an uncertainty in the spec; None without one."""
     found = next((spec.uncertainty[name] for name in names if name in spec.uncertainty), None)
     return None if found is None else Contribution(found.source, found.at(value) / COVERAGE_FACTOR)
 
@@ -51,8 +50,8 @@ def with_stated_accuracy(
 def with_temperature(quantity: Quantity, stated: StatedU, temperature: Measured | None) -> Quantity:
     """Return a quantity with the influence of the temperature in its budget, if the spec gives its coefficient.
 
-    The value is not corrected, so its distance from the reference temperature is taken as the half-width of a rectangle
-    ([JCGM100] F.2.4.5), beside the uncertainty of the temperature [°C]. U is unknown if either is not stated."""
+    The value is not corrected. Its distance from the reference temperature is the half-width of a rectangle ([JCGM100]
+    F.2.4.5), added to the uncertainty of the temperature [°C]. U is unknown if either is not stated."""
     if stated.percent_per_C is None or not math.isfinite(quantity.value):
         return quantity
     if temperature is None or temperature.U is None:

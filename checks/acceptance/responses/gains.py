@@ -45,8 +45,7 @@ GAINS_OF = {"ga_N_per_V": (), "gs_V_per_m": ("Vs",)}  # channels whose gain they
 
 
 def excused_bands(resonances_Hz: Sequence[float], zero_Hz: float) -> dict[str, list[tuple[float, float]]]:
-    """Return the intervals [Hz] of each channel in which coherence may drop: the resonances, and for Vs its zero ([STB]
-    3.2.4)."""
+    """Return the intervals [Hz] of each channel with low coherence: resonances, and for Vs its zero ([STB] 3.2.4)."""
     poles = [((1 - EXCUSED_POLE) * f, (1 + EXCUSED_POLE) * f) for f in resonances_Hz]
     zero = (1 - EXCUSED_ZERO) * zero_Hz, (1 + EXCUSED_ZERO) * zero_Hz
     return {c: [*poles, zero] if c == "Vs" else poles for c in OUTPUTS}
@@ -71,9 +70,9 @@ def gain_quantities(frf: Frf, resonances_Hz: Sequence[float], spec: CheckSpec) -
 
 
 def static_size(frf: Frf, channel: str, resonances_Hz: Sequence[float]) -> tuple[float, float] | None:
-    """Return the size of a motion at 0 Hz and its standard uncertainty: of one mode it is 1 / (1 - (f / f0)^2) times as
-    large at f, 1 to 5 percent from 10 to 20 Hz. A second resonance has a share of it, of which no more is known than
-    that it is at most as large as the first one's: a quarter is taken. None if the band has no usable bin."""
+    """Return the size of a motion at 0 Hz and its standard uncertainty. One mode is 1 / (1 - (f / f0)^2) times as large
+    at f, 1 to 5 percent from 10 to 20 Hz. The share of a second resonance is unknown but at most the first one's: a
+    quarter is taken. None if the band has no usable bin."""
     per_Hz2 = [1.0 / f_Hz**2 for f_Hz in (resonances_Hz[0], resonances_Hz[-1])]
     factor = 1.0 - frf.f**2 * float(np.dot((1.0 - MEAN_SHARE, MEAN_SHARE), per_Hz2))
     return mean_size(
@@ -115,9 +114,9 @@ def payload(given: Measured | None, rules: ResponseSettings, spec: CheckSpec) ->
 def check_against_payload(
     resonance: Quantity, given: Measured | None, rules: ResponseSettings, spec: CheckSpec
 ) -> Quantity:
-    """Return the resonance, of unknown uncertainty if the payload is far from that of the limits, or if the resonance
-    would leave them with it, so that it cannot pass: with another payload a resonance inside them shows another
-    stiffness. A resonance outside them fails as before."""
+    """Return the resonance. Its uncertainty is unknown, so that it cannot pass, if the payload is far from the limits'
+    or the resonance would leave them with that payload: another payload means another stiffness. A resonance outside
+    them still fails."""
     if given is None or resonance.reason is not None:
         return resonance
     ratio = given.value / rules.payload_kg
@@ -131,8 +130,7 @@ def check_against_payload(
 
 
 def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, words: str) -> Quantity:
-    """Return k = m (2 pi f)^2 from the payload and the resonance ([STB] 3.1.7); the mass that moves with it is not
-    counted."""
+    """Return k = m (2 pi f)^2 from payload and resonance ([STB] 3.1.7), without the strut's own moving mass."""
     name = "k_resonance_N_per_um"
     if resonance.reason is not None:
         return Quantity.missing(name, resonance.reason)
@@ -185,8 +183,8 @@ def mass_line(
 def coherence_quantities(
     frf: Frf, allowed: dict[str, list[tuple[float, float]]], rules: ResponseSettings
 ) -> list[Quantity]:
-    """Return the highest frequency up to which each channel is coherent: the last step of the search that is, so the
-    end lies anywhere up to the next one."""
+    """Return the highest coherent frequency of each channel: the last coherent step of the search, so the end lies
+    anywhere up to the next one."""
     out = []
     for name, c in COHERENT.items():
         if c not in frf.channels:
@@ -202,8 +200,7 @@ def coherence_quantities(
 
 
 def constants(frf: Frf, mass: float, rules: ResponseSettings, spec: CheckSpec) -> list[Quantity]:
-    """Return ga and gs in the bands of [STB] 4.2.3 on the model that the spec names; without a value if it names no
-    model."""
+    """Return ga and gs in the bands of [STB] 4.2.3 on the spec's model; without a value if it has none."""
     if not rules.model:
         return [Quantity.missing(name, Cause.MODEL_NOT_SET) for name in CONSTANTS]
     try:

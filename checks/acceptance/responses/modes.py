@@ -41,8 +41,7 @@ def axial(low: Transforms, near_Hz: float, rules: ResponseSettings) -> tuple[Res
 
 
 def main_mode(low: Transforms, near_Hz: float) -> Resonance:
-    """Return the resonance at near_Hz by itself. Raises NoResult if no resonance is seen, ValueError if the band is
-    empty."""
+    """Return the resonance at near_Hz alone. Raises NoResult without a resonance, ValueError for an empty band."""
     lo, hi = (1 - NARROW) * near_Hz, (1 + NARROW) * near_Hz
     found = find(low.window(lo, hi), lo + INNER * near_Hz, hi - INNER * near_Hz)
     if found is None:
@@ -57,8 +56,8 @@ def axial_resonance(first: Resonance, again: Resonance | None, spec: CheckSpec) 
 
 
 def axial_damping(first: Resonance, again: Resonance | None, spec: CheckSpec) -> Quantity:
-    """Return axial_damping_percent. One record determines it to parts in a million; its repeatability is stated by the
-    spec."""
+    """Return axial_damping_percent. One record determines it to parts in a million; the spec states its
+    repeatability."""
     spread = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
     budget = _budget(100 * first.u_damping, 100 * first.u_damping_model, spread)
     value = 100 * first.damping_ratio

@@ -31,8 +31,7 @@ def curves(frf: Frf, merge_Hz: float) -> dict[str, Panel]:
 
 
 def zoom(low: Record, first: Resonance, second: Resonance | None) -> dict[str, Panel]:
-    """Return the motions around the resonance, free of leakage, with the fit and the 95 % region of the measured
-    response."""
+    """Return the motions around the resonance, free of leakage, with the fit and the 95 % region of the response."""
     reach = SHOWN if second is None else max(SHOWN, 1.15 * abs(second.f_Hz / first.f_Hz - 1))
     motions = tuple(c for c in MOTIONS if c in first.fit.window.channels)
     part = _near(low, motions, (1 - reach) * first.f_Hz, (1 + reach) * first.f_Hz)

@@ -100,20 +100,20 @@ def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
 
 
 def _wrong_channels(record: Record) -> list[Reason]:
-    """Return the reasons of the first kind of fault that a record shows: dead channels, sizes of another channel,
-    faults of sampling."""
+    """Return the reasons of the first kind of fault in a record: dead channels, sizes of another channel, faults of
+    sampling."""
     return dead_channels(record) or list(_wrong_sizes(_sampled_columns(record))) or list(sampling_faults(record))
 
 
 def dead_channels(record: Record) -> list[Reason]:
-    """Return a reason for each channel that stands still."""
+    """Return a reason for each constant channel."""
     still = [n for n, x in _sampled_columns(record).items() if dead(n, x)]  # the whole is sorted only if a part is so
     return [reason for n in still for reason in dead(n, record[n])]
 
 
 def unusable(record: Record) -> list[Reason]:
     """Return the reasons why no model can be compared with a record: a motion in another unit, or faults of sampling.
-    Channels that are dead, reversed or exchanged are left to the comparison, which names them."""
+    The comparison itself names dead, reversed and exchanged channels."""
     return unusable_units(record) or list(sampling_faults(record))
 
 
@@ -136,8 +136,7 @@ def _sampled_columns(record: Record) -> dict[str, Array]:
 
 
 def _wrong_sizes(columns: Mapping[str, Array]) -> Iterator[Reason]:
-    """Yield a reason for each channel whose size does not fit its name, with the unit in which it would be
-    plausible."""
+    """Yield a reason for each channel of implausible size, with the unit in which it would be plausible."""
     for reason in mismatches(columns, LOOKS):
         channel, value = reason.parameters["channel"], reason.parameters.get("value", 0.0)
         expected = LOOKS[channel]
@@ -176,14 +175,14 @@ def vet_signs(frf: Frf, rules: ResponseSettings) -> None:
 
 
 def outputs_of(records: Iterable[Record]) -> tuple[str, ...]:
-    """Return the outputs that all of these records have: readers refuse a record without one that its product has."""
+    """Return the outputs common to all records: readers refuse a record without a channel of its product."""
     every = list(records)
     return tuple(c for c in OUTPUTS if all(c in record.channels for record in every))
 
 
 def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
     """Raise NoResult if the static gains of de and da disagree: both measure one payload's motion, and an encoder's arm
-    or scale adds percents only."""
+    or scale adds only percents."""
     if not set(MOTIONS) <= set(frf.channels):
         return
     low = frf.band(*STATIC_HZ)

@@ -7,8 +7,7 @@ m = L^-1 M L^-T = U diag(1/w^2) U^T, C becomes c, and with E = diag(1/w) the sta
 
 Eigenvalues of W are 1/pole. Written so, a coordinate without mass or without mass and damping is no exception (its
 eigenvalue is zero: it follows statically), W is skew plus a negative semi-definite part, so no mode can gain energy
-([TM01] on such linearisations), and the sum is exact at rest.
-"""
+([TM01] on such linearisations), and the sum is exact at rest."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -23,7 +22,7 @@ from checks.model.dynamics.far_modes import is_far, sum_sections
 from checks.model.structure.matrix_builder import System
 
 FAST = 1e-9  # [s/rad] of 1/|pole|: faster than 100 MHz is at rest
-AT_REST = 1e-30  # [s/rad] beside it no mode is slow; keeps what follows at once from a division by zero
+AT_REST = 1e-30  # [s/rad] beside it no mode is slow; keeps immediate answers from a division by zero
 NO_MASS = 1e-9  # of the largest 1/w^2: round-off of a coordinate without mass
 
 
@@ -112,8 +111,8 @@ class Modal(Sections):
 
 @dataclass(frozen=True, eq=False)
 class Eigen:
-    """Eigenvalues mu (2n,) and vectors V (2n, 2n) of W, shapes T (n, n) of q = T y; weights (2n, 1 + c): how much of
-    each vector a force of one newton brings, and a force along each row of the outputs."""
+    """Eigenvalues mu (2n,) and vectors V (2n, 2n) of W, shapes T (n, n) of q = T y; weights (2n, 1 + c): share of each
+    vector in a force of one newton, and in a force along each row of the outputs."""
 
     W: Array
     T: Array
@@ -162,8 +161,7 @@ def energy_form(system: System) -> tuple[Array, Array]:
 
 
 def direct_frf(system: System, f: Array) -> Complex:
-    """Return the response (F, c) at f (F,) [Hz] by solving the matrices anew at each frequency: slow, to test
-    against."""
+    """Return the response (F, c) at f (F,) [Hz] by solving the matrices at each frequency: slow, for tests."""
     H = np.empty((f.size, len(system.channels)), dtype=complex)
     for i, w in enumerate(2.0 * np.pi * f):
         H[i] = system.outputs @ np.linalg.solve(system.K + 1j * w * system.C - w * w * system.M, system.force)

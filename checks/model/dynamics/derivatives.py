@@ -42,8 +42,8 @@ class SymmetricBlock:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """The change of M, C, K (None if zero), force (r,) and outputs (c, r) per unit of a parameter, in terms of what
-    `reached` reads: the motions that parts are fastened to, then the coordinates."""
+    """The change of M, C, K (None if zero), force (r,) and outputs (c, r) per unit of a parameter, in the coordinates
+    of `reached`: the motions that parts are fastened to, then the coordinates."""
 
     M: SymmetricBlock | None
     C: SymmetricBlock | None
@@ -61,8 +61,8 @@ def reached(system: System, P: Shapes) -> Shapes:
 
 
 def change_of_system(above: System, below: System, h: float) -> Change:
-    """Return the central difference of a system over -h..h: exact but for rounding in what enters its matrices in
-    proportion or as a square. Both systems must be in the same coordinates."""
+    """Return the central difference of a system over -h..h, exact but for rounding if the matrices are proportional to
+    the parameter or its square. Both systems must be in the same coordinates."""
     m = 0 if above.motions is None else len(above.motions)
     return _change(above, below, _slope(above.force, below.force, h), h, (m, 0))
 
@@ -95,8 +95,8 @@ def _block(D: Array, first: int) -> SymmetricBlock | None:
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """What factors on the free modes of a body in a system change: rows (m, n) read how far each mode moves; stiffness,
-    damping (m,) of each, per unit of its factor. Such a change is of rank one."""
+    """The effect of factors on a body's free modes: rows (m, n) read the motion of each mode; stiffness, damping (m,)
+    of each, per unit of its factor. The change is of rank one."""
 
     rows: Array
     stiffness: Array
@@ -113,7 +113,7 @@ def derivatives(
     changes, then by the factors on the modes' stiffness, then by those on their damping; kept: indices of the
     derivatives to return, in this order.
 
-    In memory the channels come before the frequencies: what follows runs along frequencies."""
+    In memory the channels come before the frequencies, along which later steps run."""
     x, y = _states(system, s)
     by_change = _by_changes(changes, s, x, y)
     first = len(x) - len(system.K)  # of the coordinates
@@ -123,8 +123,8 @@ def derivatives(
 
 
 def _states(system: System, s: Complex) -> tuple[Complex, Complex]:
-    """Return what is `reached` (r, S) of the coordinates that a force of one newton moves, and (c, r, S) of those that
-    forces along each row of the outputs move."""
+    """Return `reached` (r, S) of the coordinates under a force of one newton, and (c, r, S) under forces along each
+    output row."""
     by_parts = receptances(system, s.imag[1:]) if s.size > 1 and s[0] == 0.0 else None
     if by_parts is not None:
         x, *y = by_parts.reached(s.imag)
@@ -138,8 +138,8 @@ def _states(system: System, s: Complex) -> tuple[Complex, Complex]:
 
 
 def _by_modes(modes: Modes, s: Complex, x: Complex, y: Complex) -> Complex:
-    """Return the derivatives (2 m, c, S) by the factors on modes: the product of the mode's motions under the force and
-    under the output's force."""
+    """Return the derivatives (2 m, c, S) by the factors on modes: products of the mode's motions under force and output
+    force."""
     both = -product(modes.rows, x)[:, None] * product(modes.rows, y).swapaxes(0, 1)
     return np.concatenate([both * modes.stiffness[:, None, None], both * np.multiply.outer(modes.damping, s)[:, None]])
 
@@ -204,8 +204,7 @@ def square_slopes(system: System, changes: Sequence[Change], modes: Modes = NO_M
 def _of_modes(
     modes: Modes, P: Array, C: Array, force: Array, outputs: Array, apart: Array
 ) -> tuple[Array, Array, Array]:
-    """Return the derivatives (2 m, c, n) of residues, of squared frequencies and of rates of damping, the last two as
-    they enter."""
+    """Return the derivatives (2 m, c, n) of residues, of squared frequencies and of rates of damping."""
     p = modes.rows @ P  # (m, n)
     own, closeness = p * modes.stiffness[:, None], 1.0 / apart
     np.fill_diagonal(closeness, 0.0)

@@ -2,8 +2,7 @@
 
 Below such a mode the real part of its response, and the imaginary part over w, are polynomials in w^2 but for an error
 that falls with every Chebyshev point: for a pole at FAR of the band's end (in w^2) by 7.9 a point, the semi-axes' sum
-of the ellipse through it. Of the 75 modes of a strut with uncertain ones 64 lie there.
-"""
+of the ellipse through it. Of the 75 modes of a strut with uncertain ones 64 lie there."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -20,8 +19,8 @@ Basis = Callable[[NDArray[np.bool_], Array], Complex]  # which modes, frequencie
 
 
 def is_far(w2: Array, rate: Array, w: Array) -> NDArray[np.bool_]:
-    """Return which of the modes (n,) 1 / (w2 + rate s + s^2) need only a few points of w (F,) [rad/s]. An overdamped
-    one has a slow pole, wherever its w2 lies."""
+    """Return which of the modes (n,) 1 / (w2 + rate s + s^2) need few points of w (F,) [rad/s]. An overdamped one has a
+    slow pole, whatever its w2."""
     if w.size < MANY or not w.max() > 0.0:
         return np.zeros(w2.size, dtype=bool)
     return np.asarray((w2 > FAR * w.max() ** 2) & (rate**2 < 4.0 * w2))

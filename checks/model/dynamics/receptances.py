@@ -8,8 +8,7 @@ motions, z, the dynamic stiffness of what is fastened, and L, loads on the motio
 
 some thirteen equations a frequency instead of the eigenvalues of 150 states. The rigid modes of the free APA answer by
 1 / w^2, and where they nearly cancel digits are lost: 1e-8 of a response at 1 Hz, so below that the complex modes are
-taken.
-"""
+taken."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -65,8 +64,7 @@ class Receptances:
 
 
 def receptances(system: System, w: Array) -> Receptances | None:
-    """Return the receptances for responses at w (F,) [rad/s]; None if the system is not given by its parts or w is too
-    low."""
+    """Return the receptances at w (F,) [rad/s]; None if the system is not given by its parts or w is too low."""
     return None if system.parts is None or w.min() < LOWEST else Receptances(system, system.parts)
 
 

@@ -62,7 +62,7 @@ def superelement_body(s: Superelement) -> ApaBody:
 
 
 def free_free_damping(K: Array, M: Array) -> Array:
-    """Return the matrix (n, n) that gives every elastic mode of the free body a damping ratio of 1 (Geradin & Rixen,
+    """Return the matrix (n, n) with a damping ratio of 1 for every elastic mode of the free body (Geradin & Rixen,
     3.3)."""
     w2, modes = linalg.eigh(K, M)
     momenta = M @ modes[:, ELASTIC_FROM:]
@@ -71,8 +71,7 @@ def free_free_damping(K: Array, M: Array) -> Array:
 
 
 def stiffness_across(s: Superelement, elongation: Array) -> float:
-    """Return the static stiffness [N/m] felt by a pair of forces along an elongation row; the bottom is held against
-    drift."""
+    """Return the static stiffness [N/m] to a pair of forces along an elongation row; the bottom is held."""
     held = s.dofs(s.nodes.bottom)
     free = np.setdiff1d(np.arange(s.size), np.arange(held.start, held.stop))
     v = elongation[free]

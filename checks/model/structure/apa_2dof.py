@@ -22,8 +22,7 @@ def two_dof_body(
     """Return the APA of two degrees of freedom. k, ke, ka [N/m], c, ce, ca [N s/m]; height [m] between the interfaces.
 
     The stacks lie across the axis: when they push, the APA shrinks. So a positive force pair pulls ka together, and the
-    sensor stack is read as the elongation of ke - the signs of a shell, and of ga and gs in [STB] 4.2.
-    """
+    sensor stack is read as the elongation of ke - the signs of a shell, and of ga and gs in [STB] 4.2."""
     top = np.zeros((6, _SIZE))
     top[:, _BOTTOM] = lever((0.0, 0.0, height))
     top[2, _APA] = 1.0

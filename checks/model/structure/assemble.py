@@ -11,8 +11,7 @@
 The joints' axis is x = y = 0; z points up; the origin is halfway between the joints.
 
 All but the APA itself is fastened to fifteen motions: the six of each of its interfaces, the payload's z, and the
-elongations of its two kinds of stacks. So all but the APA is put together in matrices of fifteen rows.
-"""
+elongations of its two kinds of stacks. So all but the APA is put together in matrices of fifteen rows."""
 
 from dataclasses import dataclass
 
@@ -56,10 +55,10 @@ def fasten(
     stack_stiffening: tuple[float, float] = (0.0, 0.0),
     elements: tuple[Attached, ...] = (),
 ) -> FastenedParts:
-    """Return the strut assembled on its bench. joints: bottom and top; None: the APA is clamped to the granite and to
-    the payload, and the bench's own encoder reads the payload. encoder: None: no encoder fixed to the strut, no de.
-    offset (3,) [m] of the APA from the joints' axis, the same at both ends. stack_stiffening [N/m]: what open circuits
-    add across the sensor and the actuator stacks. elements: attached to it; each that hangs brings a motion more."""
+    """Return the strut assembled on its bench. joints: bottom and top; None: the APA is clamped to granite and payload,
+    and the bench's own encoder reads the payload. encoder: None: no encoder on the strut, no de. offset (3,) [m] of the
+    APA from the joints' axis, the same at both ends. stack_stiffening [N/m]: of sensor and actuator stacks by open
+    circuits. elements: attached to it; each hanging one adds a motion."""
     b = Builder(MOTIONS + sum(e.hung is not None for e in elements))
     payload = np.zeros((6, MOTIONS))
     payload[Z] = PAYLOAD
@@ -118,8 +117,8 @@ def places_of(joints: tuple[Joint, Joint] | None, encoder: Encoder | None, offse
 
 def assemble(apa: ApaBody, damping_ratio: float, fastened: FastenedParts) -> System:
     """Return the system from a force pair of 1 N on the actuator stacks to the elongation of the sensor stack, the
-    encoder's reading and the payload's z [m]: channels Vs, de, da. Behind the APA's coordinates come the payload's z
-    and what hangs, unless ties leave fewer coordinates, which keep every rigid direction rigid."""
+    encoder's reading and the payload's z [m]: channels Vs, de, da. After the APA's coordinates come the payload's z and
+    hanging elements, unless ties leave fewer coordinates, which keep every rigid direction rigid."""
     hung = len(fastened.K) - MOTIONS
     motions = _motions(apa, hung)
     M, C, K = (motions.T @ A @ motions for A in (fastened.M, fastened.C, fastened.K))
@@ -141,8 +140,7 @@ def assemble(apa: ApaBody, damping_ratio: float, fastened: FastenedParts) -> Sys
 
 
 def _motions(apa: ApaBody, hung: int) -> Array:
-    """Return the rows (15 + hung, n) that read the motions from the APA's coordinates, the payload's and those of what
-    hangs."""
+    """Return the rows (15 + hung, n) of the motions in the coordinates of the APA, the payload and hanging elements."""
     rows = np.zeros((MOTIONS + hung, apa.size + 1 + hung))
     rows[:MOTIONS, : apa.size] = np.vstack([apa.bottom, apa.top, np.zeros(apa.size), apa.sensor, apa.actuator])
     rows[[AT_PAYLOAD, *range(MOTIONS, MOTIONS + hung)], range(apa.size, apa.size + 1 + hung)] = 1.0
@@ -150,6 +148,6 @@ def _motions(apa: ApaBody, hung: int) -> Array:
 
 
 def _to_axis(offset: Array, along: float) -> Array:
-    """Return the vector (3,) [m] from an APA's interface to the point of the joints' axis at height `along` above its
-    nominal place."""
+    """Return the vector (3,) [m] from an APA's interface to the joints' axis at height `along` above its nominal
+    place."""
     return np.array([-offset[0], -offset[1], along - offset[2]])

@@ -2,8 +2,7 @@
 a place, against ground or across a part.
 
 They are values of the model by flat name, `element.<place>.<direction>.<quantity>`, so that whatever varies a model's
-values can vary them too: element.top_interface.z.spring_N_per_um, element.payload.z.hung_Hz.
-"""
+values can vary them too: element.top_interface.z.spring_N_per_um, element.payload.z.hung_Hz."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from checks.arrays import Array, Complex
 from checks.model.structure.matrix_builder import Builder
 from checks.model.structure.rigid_motion import lever
 
-ELEMENT = "element."  # what begins the names of their values
+ELEMENT = "element."  # beginning of the names of their values
 DIRECTIONS = ("x", "y", "z", "Rx", "Ry", "Rz")
 PER_UM = 1e6
 Places = Mapping[str, Array]  # place -> rows (6, n) that read its motion, or the motion across it
@@ -23,7 +22,7 @@ Places = Mapping[str, Array]  # place -> rows (6, n) that read its motion, or th
 @dataclass(frozen=True)
 class Attached:
     """Values in SI; point (2,) [m]: x and y of the place's point from its node. hung: mass [kg] or inertia [kg m2],
-    frequency [Hz] and damping ratio of what hangs there, or None."""
+    frequency [Hz] and damping ratio of a hanging element, or None."""
 
     place: str
     direction: str
@@ -71,7 +70,7 @@ def row_of(places: Places, place: str, direction: str, point: tuple[float, float
 
 
 def attach(b: Builder, places: Places, elements: tuple[Attached, ...], first: int) -> None:
-    """Add elements to the matrices under construction. first: number of the first motion of what hangs."""
+    """Add elements to the matrices under construction. first: number of the first motion of hanging ones."""
     for e in elements:
         row = row_of(places, e.place, e.direction, e.point)
         b.spring(row[None], np.array([e.spring]), np.array([e.damper]))
@@ -87,12 +86,12 @@ def attach(b: Builder, places: Places, elements: tuple[Attached, ...], first: in
 
 @dataclass(frozen=True, eq=False)
 class PlaceReceptances:
-    """What an element sees and changes at F frequencies. places: rows (6, m) of each in terms of m motions; between (m,
-    m, F): receptances; driven (m, F): motions per newton of drive; seen (m, F, C): measured channels per volt of Va,
-    per unit of the drive's force that acts along a motion.
+    """Receptances for elements at F frequencies. places: rows (6, m) of each in terms of m motions; between (m, m, F):
+    receptances; driven (m, F): motions per newton of drive; seen (m, F, C): measured channels per volt of Va, per unit
+    of the drive's force that acts along a motion.
 
-    An element of dynamic stiffness z along v changes the channels by reach(v) z / (1 + z own(v)): exactly, at every
-    frequency by itself."""
+    An element of dynamic stiffness z along v changes the channels by reach(v) z / (1 + z own(v)), exactly and at every
+    frequency alone."""
 
     places: Places
     between: Complex

@@ -33,8 +33,7 @@ class Beams:
     """n straight elements of one material in the x-z plane. A section is `width` along y and `height` across it.
 
     ends (n, 2) node numbers; axis (n, 3) from the first elastic end to the second [m]; width, height (n,) [m];
-    offset (n, 2, 3) from each node to the elastic end, rigid [m].
-    """
+    offset (n, 2, 3) from each node to the elastic end, rigid [m]."""
 
     material: Material
     ends: NDArray[np.int64]
@@ -55,8 +54,7 @@ def _shapes(length: Array, phi: Array) -> tuple[Array, Array, Array]:
     """Return the deflection N, rotation T and its slope dT/dx at the Gauss points, for (w1, t1, w2, t2): (n, 4, points)
     each.
 
-    Exact static shapes of the Timoshenko beam; phi = 12 EI / (GA' L^2) ([FK93] eq. 14-17).
-    """
+    Exact static shapes of the Timoshenko beam; phi = 12 EI / (GA' L^2) ([FK93] eq. 14-17)."""
     s, L, p = _GAUSS_X[None, :], length[:, None], phi[:, None]
     c = 1.0 / (1.0 + p)
     one = np.ones_like(s)
@@ -85,8 +83,7 @@ def bending(length: Array, EI: Array, GA: Array, rho_A: Array, rho_I: Array) -> 
     """Return the stiffness and consistent mass (n, 4, 4) of bending in one plane.
 
     The dofs are (w1, t1, w2, t2), deflection and rotation; t is dw/dx if there is no shear.
-    EI [N m2], GA = kappa G A [N], rho_A [kg/m], rho_I [kg m] rotary inertia per length.
-    """
+    EI [N m2], GA = kappa G A [N], rho_A [kg/m], rho_I [kg m] rotary inertia per length."""
     phi = 12.0 * EI / (GA * length**2)
     N, T, slope = _shapes(length, phi)
     # The shear strain dw/dx - t of these shapes is constant along the element: phi / (1 + phi) times the chord's share.
@@ -156,8 +153,7 @@ def add_beams(K: Array, M: Array, beams: Beams) -> None:
 def add_body(M: Array, node: int, mass: float, inertia: Array, offset: Array) -> None:
     """Add a rigid body held by a node to the global M, in place.
 
-    mass [kg]; inertia (3,) [kg m2] about its centre; offset (3,) [m] of the centre from the node.
-    """
+    mass [kg]; inertia (3,) [kg m2] about its centre; offset (3,) [m] of the centre from the node."""
     T = lever(offset)
     body = np.diag(np.concatenate([np.full(3, mass), np.asarray(inertia, dtype=float)]))
     here = slice(DOFS * node, DOFS * node + DOFS)

@@ -7,8 +7,8 @@ from checks.arrays import Array, Complex
 
 @dataclass(frozen=True)
 class Bench:
-    """payload [kg] with the payload-side half of the top joint in it; guide_damping [N s/m];
-    held: the payload is clamped too, as when the spurious modes of a strut are looked for."""
+    """payload [kg] including the payload-side half of the top joint; guide_damping [N s/m]; held: the payload is
+    clamped too, as in a search for spurious modes of a strut."""
 
     payload: float
     guide_damping: float

@@ -31,8 +31,7 @@ class Encoder:
         return lever(self.com * np.array([1.0, 1.0, -1.0])) @ top
 
     def reading(self, bottom: Array, top: Array) -> Array:
-        """Return the row (n,) of its reading [m]: the difference in z of the two points, so the ends' rotations
-        count."""
+        """Return the row (n,) of its reading [m]: the difference in z of its two points, rotations included."""
         head, ruler = (lever((x, y, 0.0))[2] for x, y in (self.arm, self.ruler_arm))
         row: Array = head @ top - ruler @ bottom
         return row

@@ -35,8 +35,7 @@ class _Net:
     def beam(
         self, material: Material, a: int, b: int, width: float, height: float, at_a: ArrayLike | None = None
     ) -> None:
-        """Add a member from node a to node b; at_a (3,) [m]: its start, if that is not node a itself but a point
-        rigidly held by it."""
+        """Add a member from node a to node b; at_a (3,) [m]: its start, if it is another point rigidly fixed to a."""
         start = self.points[a] if at_a is None else np.asarray(at_a, dtype=float)
         offset = np.array([start - self.points[a], np.zeros(3)])
         self.members[material].append(((a, b), self.points[b] - start, width, height, offset))
@@ -62,16 +61,14 @@ def frame_apa(geometry: FrameGeometry | None = None, modes: int = MODES) -> Supe
     """Return the frame APA as a superelement: seven interface nodes (42 dofs) and `modes` internal modes; takes 5 ms.
 
     Without a geometry: that of the APA300ML, calibrated on its published finite-element matrices (see FrameGeometry).
-    Raises ModelError for a geometry that no part can have.
-    """
+    Raises ModelError for a geometry that no part can have."""
     K, M, points = frame_matrices(geometry or FrameGeometry())
     K, M = craig_bampton(K, M, DOFS * INTERFACE_NODES, modes)
     return Superelement(K, M, points[:INTERFACE_NODES], name="frame APA")
 
 
 def frame_matrices(g: FrameGeometry, arm_elements: int = ARM_ELEMENTS) -> tuple[Array, Array, Array]:
-    """Return the matrices K, M (n, n) of all nodes, unreduced, and their places (n/6, 3) [m]; the seven interface nodes
-    come first."""
+    """Return K, M (n, n) of all nodes, unreduced, and their places (n/6, 3) [m], the seven interface nodes first."""
     net = _Net()
     bottom, top = net.node([0, 0, -g.height / 2]), net.node([0, 0, g.height / 2])
     row = [net.node([x, 0, 0]) for x in g.stations]
@@ -90,8 +87,8 @@ def row_end(g: FrameGeometry, side: int) -> float:
 
 
 def _row(net: _Net, g: FrameGeometry, row: list[int]) -> None:
-    """Add the sensor stack, the spacer and the two actuator stacks; half of the spacer's mass moves with each of its
-    faces."""
+    """Add the sensor stack, the spacer and the two actuator stacks; each face of the spacer carries half of its
+    mass."""
     for i in (0, 2, 3):
         inner = np.linspace(net.points[row[i]], net.points[row[i + 1]], STACK_ELEMENTS + 1)[1:-1]
         chain = [row[i], *(net.node(p) for p in inner), row[i + 1]]
@@ -142,8 +139,7 @@ def craig_bampton(K: Array, M: Array, interface: int, modes: int) -> tuple[Array
     unit modal mass: its lowest modes with the interface held.
 
     K, M (n, n) with the interface first; returns two (interface + modes, interface + modes). Exact at rest for loads on
-    the interface ([CB68]). Raises ModelError if the interior is not held by it.
-    """
+    the interface ([CB68]). Raises ModelError if the interior is not held by it."""
     inside = K.shape[0] - interface
     if not 0 <= modes <= inside:
         raise ModelError(f"{modes} interior modes were asked for, expected 0..{inside}")

@@ -14,8 +14,7 @@ class Joint:
     """k (6,) [N/m, N m/rad], c (6,) [N s/m, N m s/rad] along and about x, y, z; an infinite k is a rigid direction.
 
     arm [m]: centre of rotation from the APA's interface, outwards. The half of the mass on the APA's side sits
-    half_arm [m] from the interface; the other half belongs to the bench and to the payload.
-    """
+    half_arm [m] from the interface; the other half belongs to the bench and to the payload."""
 
     k: Array
     c: Array

@@ -11,9 +11,9 @@ from checks.arrays import Array
 class Parts:
     """A system as its parts: an APA by its free modes, and the bodies fastened to it at a few motions.
 
-    w2 [rad2/s2], rate [rad/s] (k,) of the free modes, whose amplitudes are the system's first coordinates; motions
-    (m, n): rows that read the motions; M, C, K (m, m), drive (m,), outputs (c, m) in terms of the motions. own: which
-    of the motions are the system's other coordinates, and none of the APA's: the payload's, and what hangs."""
+    w2 [rad2/s2], rate [rad/s] (k,) of the free modes, whose amplitudes are the system's first coordinates; motions (m,
+    n): rows that read the motions; M, C, K (m, m), drive (m,), outputs (c, m) in terms of the motions. own: the motions
+    that are the system's other coordinates, of the payload and hanging elements."""
 
     w2: Array
     rate: Array
@@ -45,8 +45,7 @@ class System:
 
 
 class Builder:
-    """The matrices of a system under construction. A place is a (6, n) array of rows that read the motion ux uy uz rx
-    ry rz of a point."""
+    """Matrices of a system under construction. A place is (6, n): rows that read ux uy uz rx ry rz of a point."""
 
     def __init__(self, size: int) -> None:
         self._size = size
@@ -54,7 +53,7 @@ class Builder:
         self._masses: list[tuple[Array, Array]] = [(np.zeros((0, size)), np.zeros(0))]
 
     def wide(self, rows: Array) -> Array:
-        """Return rows (..., n) in terms of all coordinates; those that they do not name are the last."""
+        """Return rows (..., n) over all coordinates, with zeros for the last ones, which they lack."""
         return np.pad(rows, ((0, 0), (0, self._size - rows.shape[1])))
 
     def mass(self, place: Array, m: float, inertia: Array | float = 0.0) -> None:

@@ -1,4 +1,4 @@
-"""Small rigid motions: the motion of one point of a rigid body from that of another point."""
+"""Small rigid motions: the motion of a point of a rigid body from that of another."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -7,7 +7,7 @@ from checks.arrays import Array
 
 
 def lever(r: ArrayLike) -> Array:
-    """Return the (6, 6) motion ux uy uz rx ry rz of the point at r (3,) [m] from a node, per motion of the node: u +
+    """Return the motion (6, 6) ux uy uz rx ry rz of the point at r (3,) [m] from a node, per motion of the node: u +
     theta x r."""
     x, y, z = np.asarray(r, dtype=float)
     T = np.eye(6)
@@ -17,8 +17,7 @@ def lever(r: ArrayLike) -> Array:
 
 
 def rigid_motions(xyz: Array, size: int) -> Array:
-    """Return the six rigid motions (size, 6) of a superelement about the origin; its internal modal dofs stay at
-    rest."""
+    """Return the six rigid motions (size, 6) of a superelement about the origin; its modal dofs rest."""
     R = np.zeros((size, 6))
     for i, r in enumerate(xyz):
         R[6 * i : 6 * i + 6] = lever(r)

@@ -3,8 +3,7 @@
 Craig-Bampton [CB68] on the two interfaces, enriched: the coordinates are the twelve motions of the two interfaces, the
 static answers to the stacks' force pairs with both interfaces held, the answers to the inertia of all of these (so that
 the residual is right to the second power of frequency, not only at rest), and the modes with both interfaces held up to
-`KEEP_HZ`.
-"""
+`KEEP_HZ`."""
 
 from dataclasses import replace
 

@@ -11,7 +11,7 @@ DOFS = 6  # ux uy uz rx ry rz of every interface node
 
 @dataclass(frozen=True)
 class Nodes:
-    """Which interface nodes mean what, counted from 0. A stack lies between its two nodes, first to second."""
+    """Roles of the interface nodes, counted from 0. A stack lies between its two nodes, first to second."""
 
     bottom: int = 0
     top: int = 1
@@ -24,8 +24,7 @@ class Superelement:
     """K, M of an APA. Six dofs (ux uy uz rx ry rz) per interface node first, then the internal modal dofs.
 
     K (n, n) [N/m, N, N m/rad], M (n, n) [kg, kg m, kg m2]; xyz (p, 3) [m] interface nodes in the model's frame.
-    Node order of the APA300ML: bottom (z -15 mm), top (+15 mm), then along x -32.5, -12.5, -7.5, 12.5, 32.5 mm.
-    """
+    Node order of the APA300ML: bottom (z -15 mm), top (+15 mm), then along x -32.5, -12.5, -7.5, 12.5, 32.5 mm."""
 
     K: Array
     M: Array
@@ -46,8 +45,7 @@ class Superelement:
         return np.eye(self.size)[self.dofs(node)]
 
     def elongation(self, stack: tuple[int, int]) -> Array:
-        """Return the row (n,) that reads the elongation [m] of a stack: the relative motion of its nodes along their
-        line."""
+        """Return the row (n,) of a stack's elongation [m]: the relative motion of its nodes along their line."""
         first, second = stack
         line = self.xyz[second] - self.xyz[first]
         direction = line / np.linalg.norm(line)

@@ -11,7 +11,7 @@ from checks.model.structure.superelement import DOFS, Superelement
 ASYMMETRY = 1e-6  # of the largest entry; Ansys prints 8 digits or more
 INDEFINITE = 1e-6  # most negative eigenvalue of the unit-diagonal matrix; Ansys exports leave some 1e-9
 SAME_MASS = 1e-6  # a body has one mass, whatever the direction it is pushed in
-RIGID = 1e-4  # of the highest frequency: what lies below is rigid (the APA300ML: 3e-6, and 6e-3 elastic)
+RIGID = 1e-4  # of the highest frequency: modes below are rigid (the APA300ML: 3e-6, and 6e-3 elastic)
 FREE = 1e-3  # force left by a rigid motion, of the sum of the forces that cancel; rounded exports leave 1e-4
 
 

@@ -28,8 +28,7 @@ class Converters:
         return V if self.ideal else in_volts(V)
 
     def read(self, channel: str, y: Array, rng: np.random.Generator) -> Array:
-        """Return a channel (N,) as the converter stores it. An encoder starts counting at zero, a voltage ends at the
-        range."""
+        """Return a channel (N,) as stored: an encoder counts from zero, a voltage ends at the range."""
         noisy = y + self.noise.get(channel, 0.0) * rng.standard_normal(y.size)
         if self.ideal:
             return noisy

@@ -11,7 +11,7 @@ from checks.model.time.partial_fractions import Fractions
 
 PLAYS = 120
 RISE_S = 0.02  # of a mass put down by hand
-RING_HZ, RING_S, RING_SHARE = 14.0, 0.08, 0.1  # what it rings with: the unit under the added mass
+RING_HZ, RING_S, RING_SHARE = 14.0, 0.08, 0.1  # of its ringing: the unit under the added mass
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,8 @@ def stroke_of(stroke: float, span: float, relative_width: float) -> Rayleigh:
 def creep(per_decade: float) -> Fractions:
     """Return creep as a path: the answer to a step grows by this share per decade of time, from 10 us to 1000 s.
 
-    Two relaxations a decade, half of one at either end (the law in log time: [JG00]); of what follows at once the gain
-    is one."""
+    Two relaxations a decade, half of one at either end (the law in log time: [JG00]); the immediate answer has a gain
+    of one."""
     tau = np.logspace(-5.0, 3.0, 17)
     share = np.full(tau.size, 0.5 * per_decade)
     share[[0, -1]] /= 2.0
@@ -83,9 +83,8 @@ def creep(per_decade: float) -> Fractions:
 
 
 def mass_steps(t: Array, moments: tuple[float, float], deflection: float, per_decade: float) -> Array:
-    """Return the deflection (N,) at t (N,) [s] under a mass put down and taken away at these moments; `deflection` is
-    what it reaches 0.1 s after each, creeping by per_decade per decade of time. Rises within 20 ms and rings a
-    little."""
+    """Return the deflection (N,) at t (N,) [s] under a mass added and removed at these moments. `deflection` is reached
+    0.1 s after each step and creeps by per_decade per decade of time; steps rise within 20 ms and ring a little."""
     out = np.zeros(t.size)
     for moment, sign in zip(moments, (1.0, -1.0), strict=True):
         after = np.maximum(t - moment, 0.0)

@@ -1,8 +1,7 @@
 """The whole path from the converter's volts to one channel as a sum over poles, for exact steps in time.
 
 y = direct u + sum over p of Re(residues[p] x_p),   x_p' = poles[p] x_p + u. Of a conjugate pair only one pole is kept;
-its residue is doubled. The delay is apart: it is no fraction.
-"""
+its residue is doubled. The delay is apart: it is no fraction."""
 
 from dataclasses import dataclass
 from functools import reduce
@@ -30,7 +29,7 @@ class Fractions:
     direct: float
 
     def at(self, s: Complex) -> Complex:
-        """Return the value (S,) at s (S,) [rad/s]; a pair's two members count half each, which holds for every s."""
+        """Return the value (S,) at s (S,) [rad/s]. Each member of a pair counts half, which is valid for every s."""
         pair = np.where(self.poles.imag == 0.0, 1.0, 0.5)
         one = (self.residues * pair) @ (1.0 / (s - self.poles[:, None]))
         other = (np.conj(self.residues) * (1.0 - pair)) @ (1.0 / (s - np.conj(self.poles)[:, None]))
@@ -52,9 +51,8 @@ class Fractions:
         return float(self.at(np.zeros(1, dtype=complex))[0].real)
 
     def held(self, u: Array, fs: float, late: float = 0.0) -> Array:
-        """Return the response (N,) from rest to u (N,), each sample held until the next, late by a delay of so many
-        seconds. The result is exact. Read at the tick itself (late = 0), u has just changed and what follows at once
-        has followed."""
+        """Return the exact response (N,) from rest to u (N,), each sample held until the next, delayed by so many
+        seconds. Read at the tick itself (late = 0), u and its immediate answer have changed."""
         ticks = int(np.ceil(late * fs - 1e-9))
         since = ticks / fs - late  # a reading at tick n is taken this long after tick n - ticks, as the path sees it
         y = self.direct * u

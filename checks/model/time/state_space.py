@@ -14,7 +14,7 @@ from checks.model.time.partial_fractions import STILL, paths
 
 @dataclass(frozen=True, eq=False)
 class StateSpace:
-    """x' = A x + B u, y = C x + D u, each output late by delay_s (p,) [s], which no matrix holds.
+    """x' = A x + B u, y = C x + D u, each output delayed by delay_s (p,) [s], which is in no matrix.
 
     A (n, n), B (n, 1), C (p, n), D (p, 1): real; per volt at the DAC. states, outputs, input: names; units: of the
     outputs and the input."""
@@ -43,8 +43,8 @@ class StateSpace:
 
 
 def state_space(model: Model, changes: Values = PRIOR_ONLY) -> StateSpace:
-    """Return the state space of a model, without what a learned bench adds to it. Raises ModelError for what has no
-    partial fractions."""
+    """Return the state space of a model without its learned bench. Raises ModelError for a part without partial
+    fractions."""
     found = paths(model, changes)
     values = model.with_values(changes).values
     poles = np.unique(np.concatenate([each.poles for each in found.values()]))

@@ -15,7 +15,7 @@ from checks.model.model import F_MAX, Model
 from checks.model.parts import electrical_of
 from checks.model.time.partial_fractions import Fractions, paths
 
-SETTLED = 14.0  # decay times: 1e-6 of what rang at the record's end is left where it could come round to its start
+SETTLED = 14.0  # decay times: 1e-6 of the ringing at the record's end is left when it could wrap round to the start
 LONGEST_S = 60.0
 TAIL = 512  # samples
 AT_A_TIME = 8192  # frequencies: keeps the work space small
@@ -24,9 +24,9 @@ NO_FILTER: Mapping[str, Fractions] = MappingProxyType({})
 
 @dataclass(frozen=True, eq=False)
 class SpectrumSimulation:
-    """Answers to drives of up to `room` samples at fs [Hz], joined up between the samples without images: what leaves a
-    converter with a perfect filter behind it. So the response that is measured is the model's own at every frequency
-    below fs / 2, which is also how the recorded units of the bench are. H (F, C) at the transform's frequencies."""
+    """Answers to drives of up to `room` samples at fs [Hz], interpolated without images, as from a converter with a
+    perfect filter. So the measured response is the model's own at every frequency below fs / 2, as in the recorded
+    units of the bench. H (F, C) at the transform's frequencies."""
 
     H: Complex
     channels: tuple[str, ...]
@@ -43,8 +43,7 @@ class SpectrumSimulation:
 
 
 def _decaying_tail(Va: Array) -> Array:
-    """Return a drive lengthened by a little, down to zero: cut off at its last sample it would ring back into the
-    record."""
+    """Return a drive with a short tail down to zero: cut at its last sample it would ring back into the record."""
     n = min(TAIL, Va.size - 1)
     k = np.arange(1, n + 1)
     return np.asarray((2.0 * Va[-1] - Va[-1 - k]) * (0.5 + 0.5 * np.cos(np.pi * k / (n + 1))))
@@ -52,9 +51,8 @@ def _decaying_tail(Va: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class HoldSimulation:
-    """Answers to drives at fs [Hz] of which each sample is held until the next, exactly, state by state: what leaves a
-    converter without a filter. The response that is measured then lags by half a sample ([STB] 6.1.2 adds a whole
-    one)."""
+    """Exact answers to drives at fs [Hz] with each sample held until the next, state by state, as from a converter
+    without a filter. The measured response then lags by half a sample ([STB] 6.1.2 adds a whole one)."""
 
     paths: dict[str, Fractions]
     fs: float
@@ -76,7 +74,7 @@ def answer(
     filters: Mapping[str, Fractions] = NO_FILTER,
 ) -> Answer:
     """Return the simulation of the model's responses to drives of up to so many samples at fs [Hz]; hold: see `Held`;
-    filters: what else is in the path of a channel, in series with the model.
+    filters: further filters of a channel, in series with the model.
 
     Raises ModelError for a sampling frequency beyond 0..10 kHz, and if `hold` meets a negative delay."""
     if not 0.0 < fs <= 2.0 * F_MAX or samples < 1:

@@ -2,8 +2,7 @@
 between smooth ramps from 0 V to the mean voltage and back ([STB] 3.1.1, 3.1.6, 7.4 to 7.6).
 
 Voltages are at the DAC; the amplifier's gain follows. A signal that would leave the range of the DAC or of the stacks
-is refused, never clipped.
-"""
+is refused, never clipped."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -23,14 +22,12 @@ MAX_CREST = 10_000  # iterations: after a few hundred the crest factor stands st
 
 
 class ExcitationError(AcceptError, ValueError):
-    """Error for a signal that must not be played; the text names the value that is wrong, or the time at which the
-    signal leaves its limits."""
+    """A signal that must not be played; the text names the wrong value, or the time at which it leaves its limits."""
 
 
 @dataclass(frozen=True)
 class Rig:
-    """Rig on which the signal is played. The mean, 3.25 V at the DAC, is half way between -20 V and 150 V on the
-    stacks."""
+    """Rig of the signal. The mean, 3.25 V at the DAC, is half way between -20 V and 150 V on the stacks."""
 
     fs: float = 10_000.0
     mean_V: float = 3.25
@@ -45,8 +42,7 @@ class Excitation:
     """A signal to play: t (N,) [s] from 0, Va (N,) [V] at the DAC, fs [Hz].
 
     start, stop : samples of the excitation itself, without ramps and lead-in. period : samples of a period, where
-    Va[start:stop] is a whole number of periods; else None.
-    """
+    Va[start:stop] is a whole number of periods; else None."""
 
     t: Array
     Va: Array
@@ -114,9 +110,8 @@ def noise(
     """Return Gaussian noise between two frequencies (f_start_Hz = 0: low-passed), of exactly this rms [V at the DAC]
     before the fades at its ends.
 
-    White in the band times the shape, nothing outside: shaped in the frequency domain, because a filter's skirt would
-    drive what the band is meant to spare. Raises ExcitationError.
-    """
+    White in the band times the shape, zero outside: shaped in the frequency domain, because a filter's skirt would
+    drive frequencies that the band excludes. Raises ExcitationError."""
     _positive(rms_V=rms_V, f_end_Hz=f_end_Hz)
     _check_rig(rig, f_start_Hz, f_end_Hz)
     if not 0.0 <= f_start_Hz < f_end_Hz:
@@ -154,8 +149,8 @@ def sines(rig: Rig, f_Hz: float, amplitudes_V: Sequence[float], cycles: int = 3)
 
 
 def full_range(rig: Rig, f_Hz: float, cycles: int = 2) -> Excitation:
-    """Return slow cosines over the whole range of the stacks, from its lower end and back to it, for the stroke ([STB]
-    2.3). Raises ExcitationError."""
+    """Return slow cosines over the whole range of the stacks, from its lower end and back, for the stroke ([STB] 2.3).
+    Raises ExcitationError."""
     _positive(f_Hz=f_Hz, cycles=cycles)
     _check_rig(rig, f_Hz)
     lo, hi = (V / rig.gain for V in rig.stack_V)
@@ -181,8 +176,8 @@ def multisine(
     periods, one more before them for the transient (lead_in). rms_V [V at the DAC]; amplitude over frequency by the
     shape.
 
-    The period has round(fs / resolution) samples, and every period is the same to the last bit: no leakage, and what
-    differs between periods is noise ([PS12] 4.3). Another seed is another realisation. Raises ExcitationError."""
+    The period has round(fs / resolution) samples, and every period is the same to the last bit: no leakage, and
+    differences between periods are noise ([PS12] 4.3). Another seed is another realisation. Raises ExcitationError."""
     _positive(rms_V=rms_V, resolution_Hz=resolution_Hz, periods=periods)
     if not 0 <= crest_iterations <= MAX_CREST:
         raise ExcitationError(f"crest_iterations is {crest_iterations}, expected 0 to {MAX_CREST}")
@@ -206,7 +201,7 @@ def multisine(
 
 
 def _play(rig: Rig, core: Array, meaning: str, notes: tuple[str, ...] = ()) -> Excitation:
-    """Return ramp, excitation about the mean and ramp back. Raises ExcitationError if it leaves the limits."""
+    """Return ramp, excitation about the mean and ramp back. Raises ExcitationError beyond the limits."""
     up = ramp(0.0, rig.mean_V, rig.ramp_s, rig.fs)
     down = ramp(rig.mean_V, 0.0, rig.ramp_s, rig.fs)
     Va = np.concatenate([up, rig.mean_V + core, down])

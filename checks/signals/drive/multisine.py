@@ -15,7 +15,7 @@ LINES = ("all", "odd")
 
 @dataclass(frozen=True, eq=False)
 class MultisinePeriod:
-    """Period of a multisine. x (N,) one period, of rms one; lines (L,) the harmonics of 1/N that it holds."""
+    """Period of a multisine. x (N,) one period, of rms one; lines (L,) its harmonics of 1/N."""
 
     x: Array
     lines: NDArray[np.intp]
@@ -61,8 +61,7 @@ def compress_crest(period: MultisinePeriod, iterations: int) -> MultisinePeriod:
 
 
 def from_zero(period: MultisinePeriod) -> MultisinePeriod:
-    """Return the same period, starting at its gentlest rise through zero, so that it follows a constant without a
-    step."""
+    """Return the same period from its gentlest rise through zero, so that it follows a constant without a step."""
     x, following = period.x, np.roll(period.x, -1)
     rising = np.flatnonzero((x <= 0) & (following > 0))
     cost = np.abs(x[rising]) + np.abs(following[rising] - x[rising])

@@ -9,9 +9,8 @@ _AREA = 0.7  # under a trapezoid of height one
 
 
 def trapezoid(s: Array) -> Array:
-    """Return the share 0..1 of the way that is done at the share s (N,) of the time: the integral of a trapezoid of
-    velocity, which rises until 0.2, is constant until 0.7, falls until 0.9 and rests ([STB] 7.4). Value and velocity
-    are continuous."""
+    """Return the share 0..1 of the way at the share s (N,) of the time: the integral of a trapezoid of velocity, which
+    rises until 0.2, is constant until 0.7, falls until 0.9 and rests ([STB] 7.4). Value and velocity are continuous."""
     s = np.clip(s, 0.0, 1.0)
     rising = np.minimum(s, _FAST) ** 2 / (2 * _FAST)
     steady = np.clip(s - _FAST, 0.0, _SLOW - _FAST)

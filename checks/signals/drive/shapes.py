@@ -35,8 +35,7 @@ class Notch:
     """Amplitude lowered about a resonance: |(s^2 + 2 depth d w0 s + w0^2) / (s^2 + 2 d w0 s + w0^2)|, 2 d f0 = width.
 
     At f0 it is exactly `depth`; half way down in power about width/2 to either side. Raises ValueError unless f0 and
-    the width are positive and the depth is in 0..1, zero excluded.
-    """
+    the width are positive and the depth is in 0..1, zero excluded."""
 
     f0_Hz: float
     width_Hz: float
@@ -89,8 +88,8 @@ class ShapeProduct:
 
 
 def notch_at_resonance(frf: Frf, channel: str) -> Notch:
-    """Return a notch for the largest peak of a first record's FRF: there the response stays about as small as at low
-    frequency ([STB] 3.1.1). Raises ValueError if no coherent peak stands out by a factor of two."""
+    """Return a notch for the largest peak of a first record's FRF, which keeps the response there about as small as at
+    low frequency ([STB] 3.1.1). Raises ValueError if no coherent peak stands out by a factor of two."""
     c = frf.index(channel)
     use = (frf.f >= _RESONANCE_FROM_Hz) & frf.usable & (frf.coherence[:, c] >= _COHERENCE_MIN)
     if np.count_nonzero(use) < 8:

@@ -1,8 +1,7 @@
 """Hammer test: from force and response tracks to averaged FRFs with the scatter between the impacts.
 
-Force and exponential windows, and the damping that the latter adds: [EWINS00] 3.9; [BRANDT11] ch. 13. H1 from impacts:
-[BP10] ch. 6; H2 and Hv, and what noise on either side does to them: [ROCKLIN85].
-"""
+Force and exponential windows, and the damping of the latter: [EWINS00] 3.9; [BRANDT11] ch. 13. H1 from impacts: [BP10]
+ch. 6; H2 and Hv, and the effect of noise on either side: [ROCKLIN85]."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -58,8 +57,8 @@ class ImpactFrf:
 
     @property
     def driven(self) -> NDArray[np.bool_]:
-        """Return the bins (M,) in which the force has power, at most 30 dB below its largest: a half sine of width T
-        has none about 1.5/T."""
+        """Return the bins (M,) with at most 30 dB less force than the largest: a half sine of width T has none at
+        1.5/T."""
         power = np.sum(np.abs(self.F) ** 2, axis=0)
         return np.asarray(power >= _DRIVEN * power.max())
 
@@ -72,7 +71,7 @@ class ImpactFrf:
         return coherence
 
     def estimate(self, estimator: str) -> tuple[Complex, Complex]:
-        """Return the response H (M,) by "h1", "h2" or "hv" [response per N], and what each impact contributes to its
+        """Return the response H (M,) by "h1", "h2" or "hv" [response per N], and the contribution of each impact to its
         error (K, M), zero in sum.
 
         Noise on the force biases H1 low, noise on the response H2 high; Hv is their geometric mean with the phase of
@@ -106,8 +105,8 @@ class HammerTest:
 
 @dataclass(frozen=True, eq=False)
 class HammerTests:
-    """Impacts of each record, good or with their fault; the FRF of each response over the good ones of all records,
-    none if there are fewer than two; the force of each record as of `HammerTest`."""
+    """Impacts of each record, good or with their fault; the FRF of each response over all good ones, none for fewer
+    than two; the force of each record as of `HammerTest`."""
 
     impacts: tuple[tuple[Impact, ...], ...]
     frfs: tuple[ImpactFrf, ...]
@@ -192,8 +191,8 @@ def _check_tracks(force: Array, response: Array) -> None:
 def _set_aside_moving(
     responses: Sequence[Array], impacts: Sequence[Impact], fs: float, rules: ImpactRules
 ) -> list[Impact]:
-    """Set aside impacts on a structure that still moves from the hit before or from its surroundings, as the response
-    shows that moves least before: one that the hits do not excite is noise at any time."""
+    """Set aside impacts on a structure that still moves, from the hit before or from its surroundings. The response
+    that moves least before the hit decides: one that the hits do not excite is always noise."""
     span = round(_BASELINE_s * fs)
     out = []
     for i in impacts:
@@ -208,7 +207,7 @@ def _set_aside_moving(
 
 
 def _set_aside_clipped(response: Array, impacts: Sequence[Impact]) -> list[Impact]:
-    """Set aside impacts whose response stands still at the track's largest or smallest value: beyond its range."""
+    """Set aside impacts whose response stays at the track's largest or smallest value: beyond its range."""
     at_limit = (response == response.max()) | (response == response.min())
     runs = at_limit[:-2] & at_limit[1:-1] & at_limit[2:]
     ends = [*(i.start for i in impacts[1:]), response.size]
@@ -226,7 +225,7 @@ def _averages(
 ) -> tuple[ImpactFrf, ...]:
     """Return the FRF of each response over the good impacts of all records, by windowed blocks of one length.
 
-    One exponential window for all responses: the one that the slowest decay needs."""
+    The slowest decay determines the exponential window of all responses."""
     pre, span = round(_PRE_s * fs), round(_BASELINE_s * fs)
     lengths = [
         int(have)
@@ -285,9 +284,9 @@ def _average(force: Array, response: Array, decay: float, fs: float) -> ImpactFr
 
 
 def _least_agreeing(frfs: Sequence[ImpactFrf], band_Hz: tuple[float, float], rules: ImpactRules) -> tuple[int, float]:
-    """Return the index and agreement of the impact that the others' FRF predicts worst, in the response where it does.
+    """Return the index and agreement of the impact that the others' FRF predicts worst, over all responses.
 
-    A response in which most impacts disagree is not excited by them and sets none aside, unless it is the only one."""
+    A response in which most impacts disagree is not excited by them. It sets none aside, unless it is the only one."""
     agreements = np.array([_agreement(frf, band_Hz) for frf in frfs])
     excited = np.median(agreements, axis=1) >= rules.coherence_min
     lowest = np.min(agreements[excited] if excited.any() else agreements, axis=0)

@@ -24,8 +24,7 @@ def impacts_panel(title: str, t: Array, force: Array, impacts: Sequence[Impact],
 
 
 def envelope(t: Array, force: Array) -> tuple[Array, Array]:
-    """Return the largest force in each of at most 2000 stretches of time: a peak of three samples must not be thinned
-    away."""
+    """Return the largest force in each of at most 2000 stretches: thinning must not lose a peak of three samples."""
     step = -(-force.size // _POINTS)
     starts = np.arange(0, force.size, step)
     return t[starts], np.maximum.reduceat(force, starts)

@@ -25,7 +25,7 @@ def impact_frf(found: HammerTests, channels: Sequence[str], input: str, estimato
     first, K = found.frfs[0], found.frfs[0].count
     estimates = [frf.estimate(estimator) for frf in found.frfs]
     errors = np.stack([e for _, e in estimates])  # (C, K, M)
-    if estimator == "h1":  # what the hits leave is noise of one size on every response, however hard the hit
+    if estimator == "h1":  # the hits leave noise of one size on every response, however hard the hit
         residual = np.stack([frf.Y - frf.H * frf.F for frf in found.frfs])
         power = np.maximum(np.sum(np.abs(first.F) ** 2, axis=0), np.finfo(float).tiny)
         cov = np.einsum("ckm,dkm->mcd", residual, residual.conj()) / (K - 1) / power[:, None, None]
@@ -57,8 +57,7 @@ def window_correlation(frf: ImpactFrf) -> tuple[float, ...]:
 
 
 def window_note(frf: ImpactFrf) -> tuple[str, ...]:
-    """Return a note on the decay that the exponential window added to every mode of this response, nothing without a
-    window."""
+    """Return a note on the decay that the exponential window adds to every mode, nothing without a window."""
     if frf.added_decay == 0.0:
         return ()
     return (

@@ -41,8 +41,8 @@ class ImpactRules:
 
 @dataclass(frozen=True)
 class Impact:
-    """Impact of the hammer: samples `start` (force leaves its noise), `peak`, `end` (back in it); `fault`: None for a
-    good impact."""
+    """Impact of the hammer: samples `start` (force leaves its noise), `peak`, `end` (back in it); `fault`: None if it
+    is good."""
 
     start: int
     peak: int
@@ -78,11 +78,10 @@ def is_upright(force: Array) -> bool:
 
 
 def find_impacts(upward: Array, fs: float, rules: ImpactRules) -> tuple[Impact, ...]:
-    """Return the impacts in an upright force (N,) [N] sampled at fs [Hz], in time order, each with the fault that the
-    force shows.
+    """Return the impacts in an upright force (N,) [N] sampled at fs [Hz], in time order, each with its fault.
 
     Faults found here: double hit, overload (flat top, or the stated range), too close to the next impact or to an end
-    of the record, off level. What the response shows is `hammer.analyse`'s part."""
+    of the record, off level. `hammer.analyse` finds the faults of the response."""
     sigma = float(1.4826 * np.median(np.abs(upward)))  # median absolute deviation: the hits do not count
     level = max(_FOUND_SIGMAS * sigma, _FOUND_SHARE * float(upward.max()))
     above = np.flatnonzero(upward > level)
@@ -104,13 +103,11 @@ def _impact(upward: Array, group: NDArray[np.intp], sigma: float, reach: int) ->
 
 
 def _first_below(x: Array, at: int, level: float, reach: int) -> int:
-    """Return the first sample from `at` on that is below the level, at most `reach` away."""
     part = x[at : at + reach]
     return at + (int(np.argmax(part < level)) if (part < level).any() else part.size)
 
 
 def _last_below(x: Array, at: int, level: float, reach: int) -> int:
-    """Return the last sample before `at` that is below the level, at most `reach` away."""
     part = x[max(at - reach, 0) : at][::-1]
     return at - (int(np.argmax(part < level)) + 1 if (part < level).any() else part.size)
 
@@ -140,8 +137,8 @@ def half_height(upward: Array, impact: Impact) -> tuple[int, int]:
 
 
 def _overloads(upward: Array, impacts: Sequence[Impact], rules: ImpactRules) -> list[Impact]:
-    """Set the fault of overloaded impacts: flat tops, peaks at the stated range, and peaks that stop at exactly the
-    same largest value."""
+    """Set the fault of overloaded impacts: flat tops, peaks at the stated range, and peaks of exactly the same largest
+    value."""
     largest = max(i.force_N for i in impacts)
     shared = sum(i.force_N == largest for i in impacts) > 1
     out = []

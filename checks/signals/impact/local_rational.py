@@ -1,8 +1,7 @@
 """Local rational fit: one pole and a polynomial on the bins around a peak of an impact FRF.
 
 H(f) = r/(z - q) + c0 + c1 z + c2 z^2, z = (f - centre)/half: the pole by itself, everything else as a local polynomial
-(local rational method: [MG12]; [PS12] 7.3). Started by the linear iteration of [SK63], finished by Gauss-Newton.
-"""
+(local rational method: [MG12]; [PS12] 7.3). Started by the linear iteration of [SK63], finished by Gauss-Newton."""
 
 from dataclasses import dataclass
 
@@ -18,8 +17,7 @@ _SMOOTH_BINS = 11  # with fewer, bins that happen to scatter little get the weig
 
 @dataclass(frozen=True, eq=False)
 class LocalBins:
-    """Bins of a fit: z (B,) scaled frequency, H (B,), weight (B,) inverse variance, and the contributions of the
-    impacts."""
+    """Bins of a fit: z (B,) scaled frequency, H (B,), weight (B,) inverse variance, and the impacts' contributions."""
 
     f: Array
     z: Array
@@ -32,8 +30,8 @@ class LocalBins:
 
 
 def neighbourhood(frf: ImpactFrf, centre: float, half_width: float) -> LocalBins:
-    """Return the bins around a peak at centre [Hz] with this half-power half-width [Hz]: as many as carry information
-    on its pole."""
+    """Return the bins around a peak at centre [Hz] with this half-power half-width [Hz] that carry information on its
+    pole."""
     half = max(_HALF_WIDTHS * half_width, _HALF_BINS * frf.df)
     half = min(half, max(0.15 * centre, _HALF_BINS * frf.df))
     return bins_about(frf, centre, min(half, max(_to_neighbour(frf, centre, half), _HALF_BINS * frf.df)))
@@ -54,8 +52,7 @@ def bins_about(frf: ImpactFrf, centre: float, half: float) -> LocalBins:
 
 
 def _to_neighbour(frf: ImpactFrf, centre: float, half: float) -> float:
-    """Return the distance to the deepest point between this peak and a higher one inside the band; the other peak
-    dominates beyond it."""
+    """Return the distance to the deepest point before a higher peak inside the band; that peak dominates beyond it."""
     near = np.flatnonzero(np.abs(frf.f - centre) <= half)
     k = round(centre / frf.df)
     top = np.max(np.abs(frf.H[max(k - 2, 0) : k + 3]))
@@ -69,7 +66,7 @@ def _to_neighbour(frf: ImpactFrf, centre: float, half: float) -> float:
 
 
 def _without_gain(residual: Complex, predicted: Complex) -> Complex:
-    """Return the residuals (K, B) without the part that is a gain of the impact, which does not move a pole."""
+    """Return the residuals (K, B) without the part that is a gain of the impact: a gain moves no pole."""
     power = np.maximum(np.sum(np.abs(predicted) ** 2, axis=1), np.finfo(float).tiny)
     gain = np.sum(residual * predicted.conj(), axis=1) / power
     rest: Complex = residual - gain[:, None] * predicted
@@ -123,8 +120,7 @@ def weighted_inverse(A: Complex, weight: Array) -> Complex:
 
 
 def _gauss_newton(local: LocalBins, theta: Complex) -> Complex:
-    """Return the unknowns by Gauss-Newton. The model is analytic in them, so complex least squares is the whole
-    problem."""
+    """Return the unknowns by Gauss-Newton: the model is analytic in them, so complex least squares suffices."""
     cost = cost_of(local, theta)
     for _ in range(30):
         solve = weighted_inverse(jacobian(local.z, theta), local.weight)
@@ -147,8 +143,8 @@ def cost_of(local: LocalBins, theta: Complex) -> float:
 
 
 def frequency(local: LocalBins, theta: Complex) -> complex:
-    """Return the complex frequency p/2 pi j of the pole: its real part is the damped frequency [Hz], its imaginary part
-    decay/2 pi."""
+    """Return the complex frequency p/2 pi j of the pole: real part the damped frequency [Hz], imaginary part decay/2
+    pi."""
     return local.centre + local.half * complex(theta[0])
 
 

@@ -67,7 +67,7 @@ class Mode:
 
     @property
     def significant(self) -> bool:
-        """Return whether the mode decays and stands out of the scatter; a line of the mains does not decay."""
+        """Return whether the mode decays, unlike a line of the mains, and stands out of the scatter."""
         damped = 2.0 * self.u_damping < self.damping_ratio < _DAMPING_MAX
         return damped and self.peak > _SIGNIFICANT * self.u_peak and 2.0 * self.u_f_Hz < 0.02 * self.f_Hz
 
@@ -99,8 +99,8 @@ def _peaks(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float, separatio
 
 
 def _distinct(modes: list[Mode], separation_Hz: float) -> list[Mode]:
-    """Return the modes without duplicates: two peaks of noise on one mode give the same pole twice, of which the
-    stronger fit stays."""
+    """Return the modes without duplicates: two peaks of noise on one mode give the same pole; the stronger fit
+    stays."""
     kept: list[Mode] = []
     for m in sorted(modes, key=lambda m: -m.peak):
         if all(abs(m.f_Hz - k.f_Hz) > 0.5 * separation_Hz for k in kept):
@@ -111,8 +111,7 @@ def _distinct(modes: list[Mode], separation_Hz: float) -> list[Mode]:
 def fit_mode(frf: ImpactFrf, near_Hz: float) -> Mode | None:
     """Return the mode at the peak next to near_Hz; None if no decaying pole fits in the band.
 
-    Two passes: the first finds the width of the peak, the second takes as many bins as that width deserves.
-    """
+    Two passes: the first finds the width of the peak, the second takes as many bins as that width deserves."""
     rough = _pole_near(frf, near_Hz, _half_power_half_width(frf, near_Hz))
     if rough is None:
         return None
@@ -128,11 +127,11 @@ def _pole_near(frf: ImpactFrf, centre: float, half_width: float) -> tuple[LocalB
 
 
 def amplitude_at(frf: ImpactFrf, mode: Mode) -> tuple[float, float]:
-    """Return the peak amplitude |residue|/decay that a mode's pole has in another FRF, and its standard error [response
-    per N].
+    """Return the peak amplitude |residue|/decay of a mode's pole in another FRF, and its standard error [response per
+    N].
 
-    The band is that in which the mode was fitted: if the other FRF does not show it, a peak of noise would cut the band
-    to less than the mode's width, in which a pole and a polynomial are indistinguishable."""
+    The band is that of the mode's fit: if the other FRF does not show the mode, a peak of noise would cut the band to
+    less than its width, where pole and polynomial are indistinguishable."""
     natural = mode.pole / (2j * np.pi)
     half = max(float(np.max(np.abs(mode.f - natural.real))), 8.0 * frf.df)
     local = bins_about(frf, natural.real, half)
@@ -178,8 +177,8 @@ def _mode(frf: ImpactFrf, local: LocalBins, theta: Complex) -> Mode | None:
 
 
 def _model_error(frf: ImpactFrf, local: LocalBins, theta: Complex, pole: complex) -> tuple[float, float]:
-    """Return the shift of (frequency, damping) with one more order of the polynomial, 0 if the residual of the fit is
-    within the scatter."""
+    """Return the shift of (frequency, damping) with one more order of the polynomial, 0 if the residual is within the
+    scatter."""
     freedom = local.z.size - theta.size
     if cost_of(local, theta) * (frf.count - 1) < _MISFIT_FACTOR * freedom:
         return 0.0, 0.0

@@ -13,8 +13,8 @@ _SEEN_AFTER_s = 0.2  # a rebound shows within, so a hit is not judged sooner
 
 @dataclass(frozen=True)
 class HitsSoFar:
-    """hits: those that can be judged, in their order; coming: whether one is still too young; coherence: median over
-    the band that the good ones drive, NaN with fewer than two."""
+    """hits: those that can be judged, in order; coming: whether one is still too young; coherence: median over the band
+    that the good ones drive, NaN for fewer than two."""
 
     hits: tuple[Impact, ...]
     coming: bool
@@ -32,8 +32,7 @@ class HitsSoFar:
 
     @property
     def words(self) -> str:
-        """Return the last hit, and the number of hits still needed: `hit 3: double hit (...). 2 good; two more
-        hits`."""
+        """Return the last hit and the hits still needed: `hit 3: double hit (...). 2 good; two more hits`."""
         return self.words_after(len(self.hits) - 1)
 
     def words_after(self, known: int) -> str:

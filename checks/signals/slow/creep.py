@@ -47,9 +47,9 @@ class CreepFit:
 def fit_creep(t: Array, y: Array, steps: Sequence[SignalStep]) -> CreepFit:
     """Fit all steps at once, so that the creep of one step continues under the next.
 
-    The creep law (linear in log time, from 0.1 s on) and the superposition of its histories: Jung & Gweon, Rev. Sci.
-    Instrum. 71 (2000) 1896. Samples from the passage of a step until it is quiet, and at least 0.1 s, are left out.
-    Raises ValueError if too few samples are left to separate the parameters."""
+    Creep law (linear in log time, from 0.1 s on) and superposition of histories: Jung & Gweon, Rev. Sci. Instrum. 71
+    (2000) 1896. Samples between a step and the quiet after it, and at least 0.1 s, are left out. Raises ValueError if
+    too few samples are left to separate the parameters."""
     used = _usable_samples(t, steps, REFERENCE_S)
     columns = [np.ones_like(t), t - t.mean()]
     for s in steps:

@@ -38,8 +38,8 @@ class Branch:
 
 
 def branches(drive: Array, middle: float, amplitude: float) -> list[Branch]:
-    """Return the rising and falling branches of a drive (N,) about `middle`, in order; a turning point is the extreme
-    of each stay beyond `TURN` of the amplitude, so noise and ripple near it make no extra turn."""
+    """Return the rising and falling branches of a drive (N,) about `middle`, in order. A turning point is the extreme
+    of each interval beyond `TURN` of the amplitude, so that noise and ripple make no extra turn."""
     side = np.where(drive > middle + TURN * amplitude, 1, np.where(drive < middle - TURN * amplitude, -1, 0))
     outside = np.flatnonzero(side)
     if outside.size == 0:
@@ -51,9 +51,9 @@ def branches(drive: Array, middle: float, amplitude: float) -> list[Branch]:
 
 
 def branch_at(drive: Array, response: Array, branch: Branch, at: float, reach: float) -> ScalarEstimate:
-    """Return the response of one branch at the drive `at`, by a parabola over the samples within `reach` of that drive.
+    """Return the response of one branch at the drive `at`, by a parabola over the samples within `reach` of it.
 
-    Raises ValueError if fewer than `MIN_SAMPLES` samples lie there."""
+    Raises ValueError for fewer than `MIN_SAMPLES` samples."""
     v = (drive[branch.samples] - at) / reach
     near = np.abs(v) <= 1.0
     if near.sum() < MIN_SAMPLES:
@@ -79,8 +79,8 @@ def last_pair(found: list[Branch]) -> tuple[Branch, Branch] | None:
 
 
 def longest_stand(drive: Array, response: Array) -> tuple[int, float]:
-    """Return (first sample, range of the drive in its unit) of the stretch over which a response (N,) repeats one value
-    while the drive (N,) runs furthest: it is held, stuck or clipped there."""
+    """Return (first sample, range of the drive in its unit) of the interval over which a response (N,) repeats one
+    value while the drive (N,) moves furthest: it is held, stuck or clipped there."""
     starts = np.concatenate([[0], np.flatnonzero(np.diff(response)) + 1])
     passed = np.maximum.reduceat(drive, starts) - np.minimum.reduceat(drive, starts)
     worst = int(np.argmax(passed))

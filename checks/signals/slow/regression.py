@@ -9,7 +9,7 @@ from checks.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class LinearFit:
-    """Fit of y ~ design @ x. x (p,), covariance (p, p), residual (N,) = y - design @ x, in the units of y and the
+    """Fit of y ~ design @ x. x (p,), covariance (p, p), residual (N,) = y - design @ x, in the units of y and
     design."""
 
     x: Array

@@ -14,7 +14,7 @@ GAP_S = 0.2  # left out to either side: a hand needs up to 0.2 s to put a mass d
 SAME_SIZE = 0.3  # of the largest jump: a smaller one is not a step of the same mass
 ABOVE_SCATTER = 10.0  # times the scatter of the jumps elsewhere
 ABOVE_CHANGE = 4.0  # times the usual change of those medians from one to the next
-QUIET = 8.0  # times the usual change from sample to sample: what moves faster has not settled
+QUIET = 8.0  # times the usual change from sample to sample: a faster signal has not settled
 TOUCH_S = 0.075  # a touch shorter than this is not yet the step
 MIN_SAMPLES = 100  # one second at the 100 Hz that such records have
 REACH_S = 2.0  # a step must settle within it
@@ -24,8 +24,7 @@ REACH_S = 2.0  # a step must settle within it
 class SignalStep:
     """One step of `height` [unit of y] at `t` [s], half-way up, with standard uncertainty `u_t` [s].
 
-    quiet_from, quiet_to : the signal moves abruptly only between `quiet_to` (before) and `quiet_from` (after) [s].
-    """
+    quiet_from, quiet_to : the signal moves abruptly only between `quiet_to` (before) and `quiet_from` (after) [s]."""
 
     t: float
     u_t: float
@@ -63,8 +62,7 @@ def find_steps(t: Array, y: Array) -> list[SignalStep]:
 
 
 def _moving_until(t: Array, y: Array) -> Array:
-    """Return the (M, 2) start and end of each interval of samples over which y changes far more than it usually
-    does."""
+    """Return start and end (M, 2) of each interval of samples with far more change in y than usual."""
     fast = np.flatnonzero(np.abs(np.diff(y)) > QUIET * _usual_change(y))
     return np.column_stack([t[fast], t[fast + 1]])
 
@@ -76,7 +74,7 @@ def _usual_change(y: Array) -> float:
 
 
 def _regions(jump: Array, floor: float) -> list[NDArray[np.intp]]:
-    """Return the unbroken stretches of indices with a jump beyond the floor and of one sign."""
+    """Return the unbroken stretches of indices with jumps of one sign beyond the floor."""
     beyond = np.flatnonzero(np.abs(jump) > floor)
     if beyond.size == 0 or floor == 0.0:
         return []
@@ -85,8 +83,7 @@ def _regions(jump: Array, floor: float) -> list[NDArray[np.intp]]:
 
 
 def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> SignalStep:
-    """Return the time of the step inside a region of jumps: the first passage through the middle between the two
-    levels."""
+    """Return the time of the step in a region of jumps: the first passage midway between the two levels."""
     middle = float(np.median(when))
     height = float(jump[np.argmax(np.abs(jump))])
     before = float(np.median(y[(t >= middle - GAP_S - LEVEL_S) & (t <= middle - GAP_S)]))
@@ -114,5 +111,5 @@ def _quiet(lo: float, hi: float, moving: Array) -> tuple[float, float]:
     """Return (last quiet moment before, first quiet moment after) a passage from lo to hi [s]."""
     near = moving[(moving[:, 1] >= lo - REACH_S / 2) & (moving[:, 0] <= hi + REACH_S)]
     settled = float(near[:, 1].max(initial=hi))
-    # What decays out of sight at `settled` is still there below the noise: wait half as long again.
+    # A decay below the noise at `settled` continues: wait half as long again.
     return float(near[:, 0].min(initial=lo)), settled + 0.5 * (settled - hi)

@@ -23,8 +23,7 @@ class Frf:
     E|e|^2 (real and imaginary part have half each), infinite where the input had no power; H is 0 there.
     nu : (F,) complex degrees of freedom of cov: |e|^2 / var follows F(2, 2 nu).
     correlation : correlation of the errors of two bins of this grid 1, 2, ... bins apart; 0 beyond.
-    segments : averaged segments (0: the estimator does not average).
-    """
+    segments : averaged segments (0: the estimator does not average)."""
 
     f: Array
     H: Complex
@@ -65,7 +64,7 @@ class Frf:
         return self.channels.index(channel)
 
     def radius(self, p: float = 0.95) -> Array:
-        """Return (F, C) radius of the disc about H that holds the truth with probability p (Pintelon & Schoukens,
+        """Return radius (F, C) of the disc about H that contains the truth with probability p (Pintelon & Schoukens,
         2.4)."""
         return np.sqrt(self.var * quantile(p, self.nu)[:, None])
 
@@ -78,7 +77,7 @@ class Frf:
         return replace(self._at(slice(None, None, self.stride)), correlation=())
 
     def _at(self, bins: Mask | slice) -> "Frf":
-        """Return some bins. `correlation` counts bins of the grid: pick a run of neighbours, or reset it."""
+        """Return some bins. `correlation` counts grid bins: pick a run of neighbours, or reset it."""
         return replace(
             self, f=self.f[bins], H=self.H[bins], coherence=self.coherence[bins], cov=self.cov[bins], nu=self.nu[bins]
         )
@@ -130,8 +129,7 @@ def h1_stream(
 ) -> Frf:
     """Return `h1` of a record that comes in chunks: each the input (n,) followed by one (n,) array per channel, any n.
 
-    Memory is bounded by the largest chunk and one batch of segments.
-    """
+    Memory is bounded by the largest chunk and one batch of segments."""
     if not channels:
         raise ValueError("no output channel given")
     segments = Segments(1 + len(channels), fs, nperseg, noverlap)
@@ -177,14 +175,12 @@ def quantile(p: float, nu: Array) -> Array:
 
 
 def power_floor(power: Array) -> float:
-    """Return the power below which a bin counts as rounding error, not as driven: 240 dB below the sum of all bins
-    (F,)."""
+    """Return the power below which a bin is rounding error: 240 dB below the sum of all bins (F,)."""
     return float(1e-24 * power.sum())
 
 
 def guarded_covariance(cov: Complex, powered: Mask) -> Complex:
-    """Return cov (F, C, C), changed in place: its diagonal is made non-negative, and infinite in bins that were not
-    driven."""
+    """Return cov (F, C, C), changed in place: diagonal non-negative, and infinite in bins without drive."""
     cov[~powered] = 0.0
     for c in range(cov.shape[1]):
         cov[:, c, c] = np.where(powered, np.maximum(cov[:, c, c].real, 0.0), np.inf)

@@ -2,8 +2,7 @@
 
 [PS12] 7.2. About bin k the record obeys Y(k + r) = G(k + r) U(k + r) + T(k + r) + noise, where G and the transient T
 are smooth: both are polynomials of r, fitted by least squares over r = -half..half. The residual gives the noise, hence
-the variance.
-"""
+the variance."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -43,11 +42,10 @@ def lpm(
     u : (N,) noise or sweep; y : (N,), (N, C) or name -> (N,), sampled together at fs [Hz]. Bins of fs/N from f_lo to
     f_hi [Hz], every step-th; the `half` bins next to 0 Hz and to fs/2 have no full neighbourhood and are left out.
     order : of both polynomials. `coherence` is |H|^2 S_uu over itself plus the noise, over the neighbourhood.
-    Neighbours share their data: `stride` is the distance at which bins are independent (2 half + 1 of the full grid).
-    The variance is infinite if u has no power of its own (a periodic u between its lines, a band not driven). lasting:
-    hits near an end of the record are refused, whose responses are the record's transient: only noise would determine
-    H. Raises ValueError for them, for unequal lengths, NaN or inf, an empty band, or fewer than 7 degrees of
-    freedom."""
+    Neighbours share their data: `stride` is the distance of independent bins (2 half + 1 of the full grid). The
+    variance is infinite if u has no power of its own (a periodic u between its lines, a band not driven). lasting :
+    refuse hits near an end of the record: their responses are its transient, and only noise would determine H. Raises
+    ValueError for them, for unequal lengths, NaN or inf, an empty band, or fewer than 7 degrees of freedom."""
     problem = LpmTransforms.of(u, y, fs, f_lo, f_hi, step, input)
     local = LocalRegression.of(order, half)
     bins = problem.bins(half)
@@ -63,8 +61,7 @@ def lpm(
 
 
 def lpm_record(record: Record, input: str, outputs: Sequence[str], f_lo: float, f_hi: float, step: int = 1) -> Frf:
-    """Return `lpm` of channels of a record, order and window at their defaults. Raises RecordError if a channel is
-    missing."""
+    """Return `lpm` of channels of a record with its defaults. Raises RecordError if a channel is missing."""
     columns = {name: record[name] for name in outputs}
     return lpm(record[input], columns, record.fs, f_lo=f_lo, f_hi=f_hi, step=step, input=input, lasting=True)
 
@@ -104,8 +101,7 @@ class LpmTransforms:
         return cls(spectra, input, tuple(outputs), len(u), fs, first, last, step)
 
     def bins(self, half: int) -> Bins:
-        """Return the wanted bins that have `half` neighbours on both sides. Raises ValueError if there are no such
-        bins."""
+        """Return the wanted bins with `half` neighbours on both sides. Raises ValueError if there are none."""
         # Bin 0 is left out of every neighbourhood: its offset is no response to the input.
         lo, hi = max(half + 1, self.first), min((self.n - 1) // 2 - half, self.last)
         if hi < lo:
@@ -153,8 +149,7 @@ def _transform(columns: Sequence[tuple[str, Array]]) -> Complex:
 
 
 def _correlation(weights: Complex, step: int) -> tuple[float, ...]:
-    """Return the mean correlation of the errors of bins 1, 2, ... places apart whose weights (B, 2 half + 1) are
-    given."""
+    """Return the mean correlation of the errors of bins 1, 2, ... places apart, for weights (B, 2 half + 1)."""
     power = np.sqrt(np.sum(np.abs(weights) ** 2, axis=1))
     unit = weights / np.where(power > 0.0, power, 1.0)[:, None]
     places = range(1, (weights.shape[1] - 1) // step + 1)

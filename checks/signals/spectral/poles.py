@@ -25,7 +25,7 @@ MIN_BINS_PER_UNKNOWN = 3  # below, the noise cannot be estimated from the residu
 ENOUGH_BINS = 700  # of a long record evenly so many bins are used, up to twice: time grows with them, precision little
 _ITERATIONS = 30
 _CONVERGED = 1e-4  # of the noise of one bin: a hundredth of a standard error
-_DEPENDENT = 1e-4  # what is left of a column of length 1 after the others
+_DEPENDENT = 1e-4  # remainder of a column of length 1 after the others
 _FLOOR = 1e-10  # smallest noise over the largest transform: numbers without noise still need a weight
 
 
@@ -87,7 +87,7 @@ class PoleWindow:
         return (f_Hz - float(self.f[0] + self.f[-1]) / 2) / self.half
 
     def frequency(self, q: complex) -> complex:
-        """Return the complex frequency [Hz]: the root s = 2 pi j f. Im f is the decay over 2 pi, positive if it
+        """Return the complex frequency f [Hz]: the root s = 2 pi j f. Im f is the decay over 2 pi, positive if it
         decays."""
         return float(self.f[0] + self.f[-1]) / 2 + self.half * complex(q)
 
@@ -122,8 +122,7 @@ class PoleFit:
         return (terms @ np.vstack([self.residues, self.polynomials])) * self.window.scale
 
     def u(self, k: int) -> float:
-        """Return the standard uncertainty [Hz] of each of the real and the imaginary part of the k-th complex
-        frequency."""
+        """Return the standard uncertainty [Hz] of the real and of the imaginary part of the k-th complex frequency."""
         return self.window.half * float(np.sqrt(self.variance[k] / 2))
 
     def amplitude(self, k: int) -> Array:
@@ -176,7 +175,7 @@ def _inside(q: Complex) -> bool:
 @dataclass(frozen=True, eq=False)
 class _Elimination:
     """Least squares on the columns of given poles. coefficients (C, P); residual (C, B) weighted; tangent (C, B, K):
-    its change with the poles."""
+    its derivatives by the poles."""
 
     coefficients: Complex
     residual: Complex
@@ -282,7 +281,7 @@ def _result(w: PoleWindow, q: Complex, order: int, state: _Elimination) -> PoleF
 
 
 def scatter(gain: Complex, residual: Complex) -> Array:
-    """Return E|dq|^2 (K,) of estimates that are gain (K, C, B) times the errors; their size and their correlation
+    """Return E|dq|^2 (K,) of estimates that are gain (K, C, B) times the errors. Size and correlation of the errors
     between channels come from the residual (C, B)."""
     alike = residual @ residual.conj().T / residual.shape[1]
     return np.asarray(np.einsum("kcb,cd,kdb->k", gain, alike, gain.conj()).real)

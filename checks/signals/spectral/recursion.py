@@ -41,8 +41,8 @@ def smooth_lowpass(x: Array, fs: float, corner_Hz: float) -> Array:
 
 
 def _butterworth(corner: float) -> list[tuple[list[float], list[float]]]:
-    """Return (b, a) of the two sections of fourth order, for a corner in cycles a sample: by the bilinear transform, so
-    that the corner is met ([OPPENHEIM10] 7.2)."""
+    """Return (b, a) of both sections of fourth order for a corner in cycles a sample, by the bilinear transform with
+    the corner kept ([OPPENHEIM10] 7.2)."""
     w = np.tan(np.pi * corner)
     sections = []
     for half_turn in (np.pi / 8, 3 * np.pi / 8):
@@ -60,8 +60,8 @@ def second_order(w: float, damping: float, s: float = 1.0) -> tuple[float, list[
 
 
 def moving_mean(x: Array, count: int) -> Array:
-    """Return the mean of `count` neighbours along the first axis of x (N, ...), of an even number one more before than
-    after; beyond its ends x keeps its first and last value. By a running sum, as scipy.ndimage.uniform_filter1d."""
+    """Return the mean of `count` neighbours along the first axis of x (N, ...); of an even number, one more before than
+    after. Beyond its ends x keeps its first and last value. By a running sum, as scipy.ndimage.uniform_filter1d."""
     before = count // 2
     around = np.pad(x, [(before, count - 1 - before)] + [(0, 0)] * (x.ndim - 1), mode="edge")
     first = np.cumsum(around[:count], axis=0)[-1:]
@@ -89,7 +89,8 @@ def _maxima(x: Array) -> NDArray[np.intp]:
 
 
 def _highest_around(at: NDArray[np.intp], height: Array, distance: int) -> NDArray[np.bool_]:
-    """Return which of the points at (P,) have no higher one that stays within less than `distance` samples."""
+    """Return which of the points at (P,) have no higher one within less than `distance` samples, removed points not
+    counted."""
     stays = np.ones(at.size, dtype=bool)
     for k in np.argsort(height)[::-1]:
         if stays[k]:
@@ -99,7 +100,7 @@ def _highest_around(at: NDArray[np.intp], height: Array, distance: int) -> NDArr
 
 
 def _prominence(x: Array, top: int) -> float:
-    """Return by how much a maximum stands above the higher of the lowest points on its way to a higher one."""
+    """Return the height of a maximum over the higher of the lowest points towards a higher one on either side."""
     higher = np.flatnonzero(x > x[top])
     place = int(np.searchsorted(higher, top))
     lo = int(higher[place - 1]) + 1 if place else 0

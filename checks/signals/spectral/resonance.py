@@ -78,8 +78,8 @@ def find_beside(
 ) -> tuple[Resonance, Resonance] | None:
     """Return (the first resonance fitted again, a second one) if two poles fit better than one, else None.
 
-    share : the second one by itself must be this share of the first one's fit at its frequency, in one channel at
-    least. A record without noise shows every flaw of a model: a significant pole need not matter."""
+    share : least ratio of the second one alone to the first one's fit at its frequency, in one channel. Without noise
+    every flaw of a model is significant, but it need not matter."""
     order = first.fit.order
     if not enough_bins(w, 2, order):
         return None
@@ -100,8 +100,8 @@ def find_beside(
 
 
 def candidate(w: PoleWindow, f_lo: float, f_hi: float, known: Complex, order: int) -> tuple[complex, int]:
-    """Return the complex frequency [Hz] of the further pole that explains most beside the `known` (scaled); and the
-    number of those tried.
+    """Return the complex frequency [Hz] of the further pole that explains most besides the `known` (scaled), and the
+    number of tried ones.
 
     A known pole may move: its derivative is among the columns."""
     w = w.thinned(CANDIDATE_BINS)
@@ -127,8 +127,8 @@ def _explained_share(Q: Complex, residual: Complex, columns: Complex) -> Array:
 
 
 def _grid(w: PoleWindow, f_lo: float, f_hi: float) -> Complex:
-    """Return the scaled candidates: every damping ratio at frequencies a half-power half-width apart; a narrow one is
-    not tried more finely than the bins, nor more often than is worth the time."""
+    """Return the scaled candidates: every damping ratio at frequencies a half-power half-width apart. Narrow ones are
+    spaced no finer than the bins, and no finer than worth the time."""
     middle, bin_Hz = (f_lo + f_hi) / 2, float(w.f[1] - w.f[0])
     least = max(bin_Hz, len(DAMPING_RATIOS) * (f_hi - f_lo) / MAX_CANDIDATES)
     poles = [
@@ -167,7 +167,7 @@ def _as_without(fitted: PoleFit, without: Complex) -> PoleWindow:
 
 
 def finer(fitted: PoleFit) -> PoleFit | None:
-    """Return the same fit with polynomials of one order more."""
+    """Return the fit with polynomials of one order more."""
     return fit_poles(fitted.window, list(fitted.q), fitted.order + 1, rounds=1)
 
 

@@ -20,8 +20,7 @@ class Spectra:
     f : (F,) [Hz]. S : (F, M, M), S[:, i, j] = mean of X_i conj(X_j) [unit_i unit_j / Hz], Hermitian; as
     `scipy.signal.csd(x_j, x_i)`, which conjugates its first operand.
     effective : number of independent segments that carry the same information.
-    correlation : |rho|^2 of neighbouring bins at 1, 2, ... bins, 0 beyond.
-    """
+    correlation : |rho|^2 of neighbouring bins at 1, 2, ... bins, 0 beyond."""
 
     f: Array
     S: Complex
@@ -99,8 +98,7 @@ class Segments:
         return np.asarray((halves[:-1] + halves[1:]) / self.nperseg)
 
     def spectra(self) -> Spectra:
-        """Return the spectra of the samples so far. Raises ValueError if there are fewer than two segments, NaN or
-        inf."""
+        """Return the spectra of the samples so far. Raises ValueError for fewer than two segments, NaN and inf."""
         if self.count < 2:
             raise ValueError(
                 f"{self.samples} samples hold {self.count} segment(s) of {self.nperseg} samples every {self.hop}; "
@@ -142,7 +140,7 @@ class Segments:
 
 @lru_cache(maxsize=8)
 def _window(n: int) -> tuple[Array, tuple[float, ...]]:
-    """Return the Hann window of n samples and its `bin_correlation`: a unit's records have segments of one or two
+    """Return the Hann window of n samples and its `bin_correlation`. Cached: a unit's records have one or two
     lengths."""
     window = hann(n)
     window.setflags(write=False)
@@ -150,7 +148,7 @@ def _window(n: int) -> tuple[Array, tuple[float, ...]]:
 
 
 def hann(n: int) -> Array:
-    """Return the (n,) periodic Hann window, as `scipy.signal.get_window` gives it, without the second that loading it
+    """Return the periodic Hann window (n,) of `scipy.signal.get_window`, without the second that loading scipy.signal
     takes."""
     return np.asarray(0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, n + 1))[:-1])
 
@@ -171,8 +169,8 @@ def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex
 
 
 def bin_correlation(window: Array) -> tuple[float, ...]:
-    """Return |rho|^2 between transforms of windowed white noise 1, 2, ... bins apart, up to the last that is not 0: 4/9
-    and 1/36 for Hann."""
+    """Return |rho|^2 between transforms of windowed white noise 1, 2, ... bins apart, up to the last above 0: 4/9 and
+    1/36 for Hann."""
     power = np.abs(np.fft.fft(window**2)) ** 2
     rho2 = power[1:16] / power[0]
     last = int(np.flatnonzero(rho2 > 1e-6)[-1]) + 1 if (rho2 > 1e-6).any() else 0

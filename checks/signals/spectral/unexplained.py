@@ -17,7 +17,7 @@ SHARE = BINS / (BINS - 2 * (ORDER + 1))  # of the power of a bin over its remain
 
 @dataclass(frozen=True, eq=False)
 class DrivePart:
-    """Part of a record that its drive explains. n: number of samples used, a length that transforms fast; Q (B, BINS, 2
+    """Part of a record that its drive explains. n: number of used samples, a length that transforms fast; Q (B, BINS, 2
     (ORDER + 1)): orthonormal basis of that part in each of B blocks."""
 
     n: int

@@ -31,8 +31,7 @@ class Zero:
 
     @property
     def side(self) -> str:
-        """Return the kind of the zero: "minimum-phase", "non-minimum-phase", or "undecided" if the interval of the
-        damping holds 0."""
+        """Return "minimum-phase", "non-minimum-phase", or "undecided" if the damping's interval includes 0."""
         if abs(self.damping_ratio) <= 2.0 * math.hypot(self.u_damping, self.u_damping_model):
             return "undecided"
         return "minimum-phase" if self.damping_ratio > 0 else "non-minimum-phase"

@@ -1,1 +1,1 @@
-"""What files hold: variables before their data are read, and units as other programs write them."""
+"""Contents of files: variables before their data are read, and units in other programs' spelling."""

@@ -11,11 +11,10 @@ from checks.errors import RecordError
 
 @dataclass(frozen=True, eq=False)
 class Clock:
-    """What a file states of the times of a channel: sample k was taken at start + k step, or at axis[k], in s.
+    """The times of a channel as stated: sample k was taken at start + k step, or at axis[k], in s.
 
-    source : name of the statement; step : NaN if it is not stated; origin : from which the times count, as written;
-    shown : the start as written, if it is a date; in_seconds : False if no unit is stated.
-    """
+    source : name of the statement; step : NaN if it is not stated; origin : of the times, as written; shown : the start
+    as written, if it is a date; in_seconds : False if no unit is stated."""
 
     source: str
     step: float = math.nan
@@ -31,10 +30,8 @@ class Variable:
     """One named array of a file.
 
     shape : as declared; kind : "double", "int16", "char", "struct" and the like; unit : "" if the file states none.
-    load : its data as (size,) float64; None for a kind that is not real numbers. text : of a kind that is words.
-    inner : what a structure holds, a matrix in its shape. clock : its own times, if they are part of it. home : name of
-    the structure that holds it.
-    """
+    load : its data as (size,) float64; None unless real numbers. text : of words. inner : content of a structure, a
+    matrix in its shape. clock : its own times, if they are part of it. home : name of its structure."""
 
     name: str
     shape: tuple[int, ...]
@@ -59,8 +56,7 @@ class Variable:
 
     @property
     def is_vector(self) -> bool:
-        """Return whether at most one dimension is longer than 1: vectors are written as (N,), (N, 1), (1, N), (1,
-        1)."""
+        """Return whether at most one dimension is longer than 1: (N,), (N, 1), (1, N), (1, 1)."""
         return sum(n != 1 for n in self.shape) <= 1
 
     def __str__(self) -> str:
@@ -74,7 +70,7 @@ T = TypeVar("T")
 
 
 class Remarked(dict[str, T]):
-    """What was read of a file, by name. remarks: in words, on what was not taken as written."""
+    """Content of a file by name. remarks: in words, on every value that was not taken as written."""
 
     def __init__(self, items: Mapping[str, T], remarks: tuple[str, ...] = ()) -> None:
         super().__init__(items)
@@ -82,7 +78,7 @@ class Remarked(dict[str, T]):
 
 
 def remarks_of(found: Mapping[str, object]) -> tuple[str, ...]:
-    """Return the remarks of what was read, if its reader makes any."""
+    """Return the reader's remarks on a content, if it makes any."""
     return found.remarks if isinstance(found, Remarked) else ()
 
 

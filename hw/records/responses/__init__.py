@@ -5,8 +5,7 @@ the JSON of `accept frf`.
     found.f, found.H, found.channels, found.input, found.units, found.said
 
 What a file states is used or the file is refused; what it does not state - noise, coherence, units - is NaN or empty
-and never filled in.
-"""
+and never filled in."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -33,7 +32,7 @@ __all__ = ["Content", "ResponseFile", "content_of", "read_response_file"]
 
 
 class Content(Enum):
-    """What a file holds by its axes: a record over time, a response over frequencies, or both."""
+    """Axes in a file: a record over time, a response over frequencies, or both."""
 
     RECORD = "record"
     RESPONSE = "response"
@@ -41,9 +40,8 @@ class Content(Enum):
 
 
 def read_response_file(path: Path, input: str = "", names: Mapping[str, str] | None = None) -> ResponseFile:
-    """Return the responses of a file. input: name of the input if the file states none, or of several the one that is
-    wanted; names: channel here -> name in the file, "f" for the frequencies. Raises RecordError with what the file
-    holds."""
+    """Return the responses of a file. input: its name if the file states none, or the wanted one of several; names:
+    channel here -> name in the file, "f" for the frequencies. Raises RecordError with the file's contents."""
     source = load_bytes(path)
     there = {theirs: here for here, theirs in (names or {}).items()}
     with refused(source.file):
@@ -63,8 +61,8 @@ def read_response_file(path: Path, input: str = "", names: Mapping[str, str] | N
 
 
 def content_of(path: Path, input: str = "") -> Content:
-    """Return what a file holds. input: a channel that a record of it would have. A file that cannot be read, or has
-    neither axis, counts as a record, whose reader gives the reason."""
+    """Return the axes in a file. input: a channel that its record would have. An unreadable file, or one with neither
+    axis, counts as a record, whose reader gives the reason."""
     try:
         return _content(load_bytes(path), ("Va", input))
     except (RecordError, *DAMAGE):

@@ -16,7 +16,7 @@ _DEEPEST = 8  # structures within structures
 
 
 def arrays_of(source: Source) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a MATLAB file, of cells of text as an array of text. Raises RecordError."""
+    """Return the arrays of a MATLAB file; cells of text become arrays of text. Raises RecordError."""
     raw = source.raw
     if raw.startswith(SIGNATURE) or raw.startswith(SIGNATURE, 512):
         return dict(_hdf5(source))

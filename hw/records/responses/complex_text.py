@@ -17,8 +17,8 @@ APART = (";", "\t", ",", None)
 
 
 def split_complex(source: Source) -> tuple[Source, list[str]]:
-    """Return a table with each column of complex numbers as two, NAME_re and NAME_im, and the words on it; a table
-    without them as it is. Without a header the first column is the frequency. Raises RecordError."""
+    """Return a table with each complex column split into NAME_re and NAME_im, and a remark; other tables stay. Without
+    a header the first column is the frequency. Raises RecordError."""
     if not ANYWHERE.search(source.raw):
         return source, []
     lines = [line for line in _text(source.raw).splitlines() if line.strip()]
@@ -83,7 +83,7 @@ def _split(source: Source, rows: list[list[str]], at: int) -> tuple[Source, list
 
 
 def _doubled(row: list[str], wide: list[int]) -> list[str]:
-    """Return a header in which `de [m/V]` stands as `de_re [m/V]` and `de_im [m/V]`."""
+    """Return a header with `de [m/V]` split into `de_re [m/V]` and `de_im [m/V]`."""
     found = []
     for k, head in enumerate(row):
         name, bracket, unit = head.partition("[") if "[" in head else head.partition("(")

@@ -1,4 +1,4 @@
-"""A file of responses as it is handed on, and its making from what each format states."""
+"""Responses of a file in common form, and their making from the statements of each format."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -41,7 +41,7 @@ class ResponseFile:
 @dataclass(frozen=True, eq=False)
 class Curve:
     """One response of a file. H (F,); unit: of the channel, per: of the input, "" if not stated; coherence, var: values
-    (F,) and the unit that the file states for them, None without."""
+    (F,) and their stated unit, None without."""
 
     name: str
     H: Complex

@@ -1,8 +1,7 @@
 """Responses of MATLAB files: an frd struct, vectors beside frequencies, pairs of axis and values of an analyser.
 
-A file of an analyser holds records, spectra and coherences beside its responses. What a variable is follows from its
-name; without a name that says so, or --map, a complex vector is not taken for a response.
-"""
+An analyser's file has records, spectra and coherences too. The name of a variable shows its kind; a complex vector
+without a telling name or --map is not taken for a response."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,7 +32,7 @@ SAME_AXIS = 1e-6
 
 @dataclass(frozen=True)
 class _Candidate:
-    """Values (F,) of a variable over its frequencies; axis: where these come from, "" for its own first column."""
+    """Values (F,) of a variable over its frequencies; axis: name of their vector, "" for its own first column."""
 
     values: NDArray[Any]
     f: Array
@@ -41,7 +40,7 @@ class _Candidate:
 
 
 def read_matlab(source: Source, input: str, there: Mapping[str, str]) -> ResponseFile:
-    """Return the responses of a MATLAB file. Raises RecordError, which lists what the file holds."""
+    """Return the responses of a MATLAB file. Raises RecordError with the file's contents."""
     arrays = arrays_of(source)
     for prefix in dict.fromkeys(name.rpartition(".")[0] for name in arrays):
         dot = f"{prefix}." if prefix else ""
@@ -121,7 +120,7 @@ def _axis(file: str, arrays: Mapping[str, NDArray[Any]], there: Mapping[str, str
 
 
 def _candidates(arrays: Mapping[str, NDArray[Any]], axis: str) -> Iterator[tuple[str, _Candidate]]:
-    """Yield what stands over frequencies: pairs of axis and values, and columns as long as the frequencies."""
+    """Yield possible responses: pairs of axis and values, and columns as long as the frequencies."""
     vector = _vector(arrays[axis]) if axis else None
     f = None if vector is None else np.asarray(vector.real, float)
     for name, x in arrays.items():
@@ -140,8 +139,8 @@ def _candidates(arrays: Mapping[str, NDArray[Any]], axis: str) -> Iterator[tuple
 def _choose(
     file: str, arrays: Mapping[str, Any], found: Mapping[str, _Candidate], there: Mapping[str, str], axis: str
 ) -> tuple[dict[str, _Candidate], list[str]]:
-    """Return the responses, by --map or by their names, and the names of the others over frequencies. Raises
-    RecordError if the file has no response."""
+    """Return the responses, by --map or by their names, and the other vectors over frequencies. Raises RecordError
+    without a response."""
     wanted = {n for n in found if "f" not in (there.get(n), there.get(_last(n))) and (n in there or _last(n) in there)}
     if set(there.values()) - {"f"} and not wanted:
         raise RecordError(f"{file}: no response {', '.join(there)}; it has {', '.join(found) or ', '.join(arrays)}")
@@ -175,9 +174,9 @@ def _is_response(name: str) -> bool:
 
 
 def _coherence_of(file: str, name: str, of: _Candidate, found: Mapping[str, _Candidate], responses: int) -> str:
-    """Return the name of the coherence of a response, "" without one: H1_2 has C1_2, Hf_chan_2 has Hf_coh_chan_2.
+    """Return the name of a response's coherence, "" without one: H1_2 has C1_2, Hf_chan_2 has Hf_coh_chan_2.
 
-    Raises RecordError if it stands over other frequencies."""
+    Raises RecordError if it has other frequencies."""
     real = [n for n, each in found.items() if COHERENT.search(_last(n)) and each.values.dtype.kind != "c"]
     alone = ALONE.match(_last(name))
     keys = [_key(name, RESPONSE_WORDS), *([("1", alone[1])] if alone else [])]
@@ -193,7 +192,7 @@ def _coherence_of(file: str, name: str, of: _Candidate, found: Mapping[str, _Can
 
 
 def _key(name: str, words: Sequence[str]) -> tuple[str, ...]:
-    """Return the parts of a name without those that tell what it is: `Hf_coh_chan_2` is ("chan", "2")."""
+    """Return the parts of a name without those of its kind: `Hf_coh_chan_2` is ("chan", "2")."""
     last = _last(name)
     indexed = INDEXED.match(last)
     if indexed:

@@ -166,7 +166,7 @@ def _polar(
 
 
 def _pair_unnamed(file: str, parts: dict[str, Parts], responses: Mapping[str, object]) -> None:
-    """Give a coherence or variance without a name to the only response. Raises RecordError if there are several."""
+    """Give an unnamed coherence or variance to the only response. Raises RecordError if there are several."""
     if UNNAMED in responses or UNNAMED not in parts:
         return
     loose = parts.pop(UNNAMED)

@@ -28,8 +28,8 @@ EXPECTED = "expected Hz, kHz, MHz, GHz, rad/s or rpm"
 
 
 def hertz(file: str, name: str, unit: str, time_unit: str = "") -> float:
-    """Return the factor that converts frequencies in a unit to Hz; time_unit: what "TimeUnit" stands for, seconds if
-    empty. Raises RecordError for another unit."""
+    """Return the factor from a unit of frequency to Hz. time_unit: the file's "TimeUnit", seconds if empty. Raises
+    RecordError for another unit."""
     plain = plain_unit(unit)
     if plain.lower() in HERTZ:
         return HERTZ[plain.lower()]
@@ -56,7 +56,7 @@ def is_frequency_unit(unit: str) -> bool:
 
 
 def axis_unit(name: str) -> str | None:
-    """Return the unit that the name of a frequency axis has, "" if it has none, None if it names no frequencies."""
+    """Return the unit in the name of a frequency axis, "" without one; None for another axis."""
     found = _AXIS.match(name)
     if found is None:
         return None

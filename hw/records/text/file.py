@@ -1,9 +1,9 @@
-"""Tables in text files, the one reader for records, tables, responses and gauge studies: what the file states of its
-encoding, separator, decimal mark, units and times is used, or it is refused with line and column.
+"""Tables in text files, the one reader for records, tables, responses and gauge studies. Stated encoding, separator,
+decimal mark, units and times are used, or the file is refused with line and column.
 
-Read are UTF-8, UTF-16 with its mark and Windows-1252; fields apart by comma, `;`, tab or blanks; with all but the comma
-also decimal commas; lines above the names (`sep=;`, comments, the header of LabVIEW); a row of units below them.
-"""
+Accepted are UTF-8, UTF-16 with its mark and Windows-1252; fields separated by comma, `;`, tab or blanks; decimal commas
+except with the comma as separator; lines above the names (`sep=;`, comments, the header of LabVIEW); a row of units
+below them."""
 
 import codecs
 import unicodedata
@@ -28,8 +28,8 @@ _LIKE = 1000  # rows before the last that it is compared with
 
 
 def open_csv(file: str, raw: bytes, open_end: bool = False) -> Remarked[Variable]:
-    """Return the columns of the bytes of a text file by their names, or by their whole headers where two have one name
-    (`de [nm]` beside `de [um]`). open_end: read a last line that has no end, and say so. Raises RecordError."""
+    """Return the columns of a text file by name, or by whole header if two share a name (`de [nm]` and `de [um]`).
+    open_end: read a last line without end, with a remark. Raises RecordError."""
     table = read_text(file, raw, open_end)
     names = [parse_column(head)[0] for head in table.layout.heads]
     if len(set(names)) < len(names):
@@ -38,8 +38,7 @@ def open_csv(file: str, raw: bytes, open_end: bool = False) -> Remarked[Variable
 
 
 def open_columns(file: str, raw: bytes) -> Remarked[Variable]:
-    """Return the columns of the bytes of a text file by their whole headers; that its last line has no end is said.
-    Raises RecordError."""
+    """Return the columns of a text file by whole header; a last line without end gives a remark. Raises RecordError."""
     table = read_text(file, raw, open_end=True)
     return _variables(table, table.layout.heads)
 
@@ -98,7 +97,7 @@ class TextTable:
         return [unicodedata.normalize("NFC", fields[place]) for _, fields in self.fields()]
 
     def what_kind(self, column: int) -> str:
-        """Return in words what a column without numbers holds."""
+        """Return the kind of a column without numbers, in words."""
         if self.layout.kinds[column] == EMPTY:
             return "no values"
         first = split(self.rows[0], self.layout.apart)[self.layout.columns[column]][:40]
@@ -107,8 +106,8 @@ class TextTable:
         return f"text ('{first}')"
 
     def numbers(self, wanted: Sequence[int]) -> list[Array]:
-        """Return the values (N,) of columns. Raises RecordError, with line and column, if a field is no number or two
-        columns of times differ."""
+        """Return the values (N,) of columns. Raises RecordError with line and column for a field that is not a number,
+        or if two columns of times differ."""
         layout = self.layout
         if set(map(layout.kinds.__getitem__, wanted)) & {NUMBERS}:
             self._vet_marks([i for i, kind in enumerate(layout.kinds) if kind == NUMBERS], wanted)
@@ -120,8 +119,8 @@ class TextTable:
         return found
 
     def _by_field(self, wanted: Sequence[int]) -> list[Array]:
-        """Return columns of a table that has others too, quotes, or times of day. A file of half a gigabyte is gone
-        through once for its numbers and once for each column of times: as fields it would fill ten times its size."""
+        """Return columns of a table that also has others, quotes, or times of day. A file of half a gigabyte is read
+        once for its numbers and once for each column of times: as fields it would take ten times its size."""
         layout = self.layout
         timed = [i for i in wanted if layout.kinds[i] == CLOCK]
         numeric = [i for i in wanted if i not in timed]
@@ -177,8 +176,8 @@ class TextTable:
 
 
 def read_text(file: str, raw: bytes, open_end: bool = False) -> TextTable:
-    """Return the table of the bytes of a text file. open_end: whether a last line without an end is said and not
-    refused. Raises RecordError."""
+    """Return the table of a text file. open_end: read a last line without end, with a remark, instead of refusing it.
+    Raises RecordError."""
     text = decode(file, raw)
     lines = text.split("\n")
     whole = lines[-1] == ""
@@ -236,7 +235,7 @@ def decode(file: str, raw: bytes) -> str:
 
 
 def _with_zeros(raw: bytes) -> str:
-    """Return in words what bytes with zeros among them are."""
+    """Return in words the likely kind of bytes with zeros among them."""
     head = raw[:400]
     for step, name in ((4, "UTF-32"), (2, "UTF-16")):
         zeros = [head[i::step].count(0) * step >= 0.9 * len(head) for i in range(step)]
@@ -256,8 +255,8 @@ def _windows(file: str, raw: bytes) -> str:
 
 
 def _may_be_cut(table: TextTable) -> bool:
-    """Return whether the last number of a line without an end may be cut, which is still a number: "-15.5" becomes
-    "-1". It is whole if it has the decimals that all before it have."""
+    """Return whether the last number of a line without end may be cut: "-15.5" becomes "-1", still a number. It is
+    whole with the same decimals as all before it."""
     layout = table.layout
     if table.rows[-1].rstrip().endswith(('"', layout.apart)) or layout.kinds[-1] == TEXT:
         return False

@@ -1,4 +1,4 @@
-"""Layout of a text table: which line names the columns, what separates the fields, and what the lines above state."""
+"""Layout of a text table: the line with the names, the separator, and the statements above."""
 
 import csv
 import re
@@ -78,7 +78,7 @@ def split(line: str, apart: str) -> list[str]:
 
 
 def find_layout(file: str, lines: Sequence[str]) -> Layout:
-    """Return the layout of a table. Raises RecordError if no line can be its header, or if a line above it changes the
+    """Return the layout of a table. Raises RecordError without a possible header, or if a line above changes the
     numbers and is not used."""
     shown: list[Line] = []
     rows = 0
@@ -103,8 +103,8 @@ def find_layout(file: str, lines: Sequence[str]) -> Layout:
 
 
 def _best(shown: Sequence[Line], stated: str) -> Layout | None:
-    """Return the layout of the first line below which every row fits: all numbers, else with columns of text; else of
-    the first line whose next row fits."""
+    """Return the layout with the first line as header that fits best: all rows below are numbers; else all rows fit;
+    else the next row fits."""
     partly: list[tuple[int, Layout]] = []
     for k in range(len(shown) - 1):
         for apart in [stated] if stated else _separators(shown[k][1]):
@@ -173,8 +173,8 @@ def _is_value(text: str) -> bool:
 
 
 def _kind(fields: Sequence[str]) -> str:
-    """Return the kind of a column by its first rows. One that holds text in places, or numbers in another form, is one
-    of numbers, so that its wrong field is named."""
+    """Return the kind of a column by its first rows. A column partly of text, or of numbers in another form, counts as
+    numbers, so that its wrong field is named."""
     given = [each for each in fields if each]
     if not given:
         return EMPTY
@@ -185,8 +185,8 @@ def _kind(fields: Sequence[str]) -> str:
 
 
 def _only_first(file: str, shown: Sequence[Line], stated: str) -> Layout:
-    """Return the layout with the first line as the header, of a table in which no row fits. Raises RecordError if that
-    line names nothing."""
+    """Return the layout with the first line as header, of a table in which no row fits. Raises RecordError if that line
+    has no names."""
     at, line = shown[0]
     apart = stated or _separators(line)[0]
     names = _names(line, apart)
@@ -220,7 +220,7 @@ def wrong_count(file: str, line: int, row: int, found: int, wanted: int, apart: 
 
 
 def _with_statements(file: str, found: Layout, above: Sequence[Line], shown: Sequence[Line]) -> Layout:
-    """Return the layout with units, and with what the lines above the header state."""
+    """Return the layout with its units and the statements of the lines above the header."""
     line = found.header + 1
     twice = next((head for head in found.heads if found.heads.count(head) > 1), None)
     if twice is not None:
@@ -261,7 +261,7 @@ def _with_statements(file: str, found: Layout, above: Sequence[Line], shown: Seq
 
 
 def _changes_numbers(key: str, value: str) -> bool:
-    """Return whether a statement changes what the numbers mean: a factor or an offset, a form, a unit."""
+    """Return whether a statement changes the meaning of the numbers: a factor or an offset, a form, a unit."""
     words = [each.strip("x×*%[]()") for each in re.split(r"[;,\t ]+", value) if each]
     if _SCALING.search(key) and words and is_number(words[0]):
         return True
@@ -273,8 +273,8 @@ def _is_unit_word(text: str) -> bool:
 
 
 def _unit(file: str, line: int, head: str, below: str, kind: str) -> str:
-    """Return the unit of a column by its header, the row below it and the end of its name. Raises RecordError if two of
-    them differ."""
+    """Return the unit of a column by its header, the row below and the end of its name. Raises RecordError if two
+    differ."""
     name, unit = parse_column(head)
     end = _UNIT_AT_END.search(name) or _TIME_AT_END.search(name)
     if below and unit and head.endswith(")") and not is_unit(unit):
@@ -295,7 +295,7 @@ def _unit(file: str, line: int, head: str, below: str, kind: str) -> str:
 
 
 def _step(key: str, value: str) -> float | None:
-    """Return the sampling time [s] that a line states, None if it states none."""
+    """Return the sampling time [s] in a line, None without one."""
     number, _, unit = value.partition(" ")
     key, of_key = parse_header(key)
     unit = (unit or of_key).strip("[]() ")
@@ -312,8 +312,8 @@ def _step(key: str, value: str) -> float | None:
 
 
 def _clocked(file: str, found: Layout, words: str, step: float, shown: Sequence[Line]) -> Layout:
-    """Return the layout with a stated sampling time, if it has no column of times. Raises RecordError if the rows of
-    that column step otherwise."""
+    """Return the layout with a stated sampling time if it has no column of times. Raises RecordError if such a column
+    has another step."""
     names = [parse_column(head)[0].lower() for head in found.heads]
     at = next((i for i, name in enumerate(names) if name in TIMES), None)
     if at is None:

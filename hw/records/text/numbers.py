@@ -1,4 +1,4 @@
-"""Numbers and times of day as text: the decimal mark of a table, and what is wrong with a field that is no number."""
+"""Numbers and times of day as text: the decimal mark of a table, and the fault of a field that is not a number."""
 
 import re
 from collections.abc import Callable, Iterable, Sequence
@@ -128,7 +128,7 @@ def raise_first_wrong(file: str, names: Sequence[str], fields: Fields) -> NoRetu
 
 
 def _expected(field: str) -> str:
-    """Return what was expected in place of a field that is no number, and what to do."""
+    """Return the expected form of a field that is not a number, and the remedy."""
     if _SPACED.fullmatch(field) or _POINTED.fullmatch(field):
         return f"expected a number: {WITHOUT}"
     if is_date(field):
@@ -139,8 +139,8 @@ def _expected(field: str) -> str:
 
 
 def seconds(file: str, name: str, fields: Iterable[tuple[int, str]]) -> Array:
-    """Return times of day, or of dates, as seconds after the first of them. Raises RecordError with the line of a field
-    of another form."""
+    """Return times of day, or dates, as seconds after the first. Raises RecordError with the line of a field of another
+    form."""
     out: list[float] = []
     first: tuple[int, bool, bool] | None = None  # ns; whether with a date, with a zone
     for line, field in fields:

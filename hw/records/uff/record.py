@@ -17,8 +17,7 @@ def open_uff(file: str, raw: bytes) -> dict[str, Variable]:
 
     A channel is named by its response entity; without one by ID line 1, if that differs between the sets; else by its
     degree of freedom, such as "3+Z". Sets that start at other times of one sampling are cut to the time that they
-    share. Raises RecordError and the errors that `damage.refused` converts.
-    """
+    share. Raises RecordError and the errors that `damage.refused` converts."""
     functions = uff58.functions(file, raw)
     records = [f for f in functions if f.kind == TIME]
     if not records:
@@ -61,7 +60,7 @@ def _channel(file: str, name: str, f: UffFunction, span: slice) -> Variable:
 
 
 def _common_spans(file: str, names: list[str], records: list[UffFunction]) -> list[slice]:
-    """Return the samples of each record that all of them have. Raises RecordError if they were sampled otherwise."""
+    """Return the samples of each record common to all. Raises RecordError if they were sampled otherwise."""
     first = records[0]
     x = uff58.abscissa(file, first) * time_scale(file, first)
     axes = [uff58.abscissa(file, f) * time_scale(file, f) for f in records]

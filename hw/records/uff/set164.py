@@ -1,8 +1,7 @@
 """Units of a universal file: data set 164 and the specific data types of records 8 to 10 of data set 58.
 
 Source: SDRC, Universal Datasets 58 and 164 (UC-SDRL, ceas3.uc.edu/sdrluff). Values are divided by the factors of data
-set 164, by the exponents of length and force that a specific data type has.
-"""
+set 164, by the exponents of length and force that a specific data type has."""
 
 import math
 from collections.abc import Sequence

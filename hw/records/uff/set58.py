@@ -2,8 +2,7 @@
 
 Source: SDRC, Universal Dataset 58 (UC-SDRL, ceas3.uc.edu/sdrluff). pyuff reads these files too, but returns a cut set
 without a word and hides every cause behind "Error reading"; here the number of values is compared with the header. The
-tests compare both directions with pyuff.
-"""
+tests compare both directions with pyuff."""
 
 import re
 from collections.abc import Sequence
@@ -158,8 +157,8 @@ def _line(raw: bytes, at: int) -> tuple[bytes, int]:
 
 
 def _function(file: str, raw: bytes, number: bytes, at: int) -> tuple[UffFunction, int]:
-    """Return the set whose record 1 begins at `at`, and where the next may begin. Fields stand in fixed columns: of
-    record 6 (`ids`) the function type, names and degrees of freedom, of record 7 (`form`) the abscissa."""
+    """Return the set whose record 1 begins at `at`, and where the next may begin. Fields have fixed columns: of record
+    6 (`ids`) the function type, names and degrees of freedom, of record 7 (`form`) the abscissa."""
     lines = []
     for _ in range(HEADER_LINES):
         line, at = _line(raw, at)
@@ -212,7 +211,7 @@ def _body(file: str, raw: bytes, at: int, number: bytes, form: str) -> tuple[np.
     if not order:
         closing = _closing(file, raw, at)
         return _layout(kind, even == 1, "S13", "S13", "S20"), closing.start(), closing.end()
-    # The abscissa is single by the standard (addendum B) and double in what pyuff writes: the end of the set tells.
+    # The abscissa is single by the standard (addendum B) and double in files of pyuff: the end of the set shows which.
     for stored in ("f4", "f8"):
         layout = _layout(kind, even == 1, order + stored, order + "f4", order + "f8")
         end = at + count * layout.itemsize
@@ -250,7 +249,7 @@ def _float(file: str, record: int, field: str) -> float:
 
 def _table(file: str, f: UffFunction) -> NDArray[np.void]:
     body, size = f.body, f.count * f.layout.itemsize
-    if f.is_text:  # values are right-justified in their fields: only padding stands behind the last of a line
+    if f.is_text:  # values are right-justified in their fields: only padding follows the last of a line
         lines = [line.rstrip() for line in body.splitlines()]
         body = b"".join(lines).translate(FORTRAN_TO_C)
         if 0 < len(body) - size < len(lines[-1]) and not body[size:].strip(b" 0.eE+-"):

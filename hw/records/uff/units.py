@@ -1,5 +1,5 @@
-"""Units of the axes of a data set 58: by their labels, else by specific data type, exponents and data set 164. What
-they state is used; statements that contradict each other are refused."""
+"""Units of the axes of a data set 58: by label, else by specific data type, exponents and data set 164. Contradicting
+statements are refused."""
 
 import re
 from typing import NamedTuple
@@ -45,7 +45,7 @@ class AxisUnit(NamedTuple):
 
 
 def kind_of(unit: str) -> str:
-    """Return what a plain unit measures, "" if it is not known."""
+    """Return the quantity that a plain unit measures, "" if unknown."""
     if unit in SPECIAL or not unit:
         return SPECIAL.get(unit, "")
     head, _, per = unit.partition("/")

@@ -30,8 +30,7 @@ def frf_bytes(
 
     units : unit of every channel and of the input. coherence (F, C) becomes functions of type 6; var (F, C), for which
     the format has no type, of type 0 with "variance of" in ID line 1; both only if they are finite throughout.
-    averages : written into ID line 5. Raises ValueError if the format cannot hold the data.
-    """
+    averages : written into ID line 5. Raises ValueError if the format cannot hold the data."""
     if H.shape != (f.size, len(channels)) or f.size < 2 or not (np.diff(f) > 0).all():
         raise ValueError(f"H is {H.shape} for {f.size} frequencies, which must increase, and {len(channels)} channels")
     if not (np.isfinite(f).all() and np.isfinite(H).all()):
@@ -72,7 +71,7 @@ def _set(
         lines = ["".join(parts[i : i + 4]) for i in range(0, len(parts), 4)]
     else:
         parts = [f"{x:13.6e}" + "".join(f"{y:20.12e}" for y in row) for x, *row in zip(f, *columns, strict=True)]
-        width = 3 - len(columns)  # two pairs of real values stand in a line, one of complex
+        width = 3 - len(columns)  # a line has two pairs of real values, one of complex
         lines = ["".join(parts[i : i + width]) for i in range(0, len(parts), width)]
     label = name if kind == FRF else title.split()[0]
     head = [

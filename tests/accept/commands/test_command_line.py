@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 from accept.base.console import PlainConsole
 from accept.cli.lazy_group import Command, Group
-from accept.cli.main import COMMANDS, app
+from accept.cli.main import COMMANDS, USERS, app
 from accept.cli.options import command_of
 from accept.commands.bench.simulate import SimulateOptions
 from accept.judging.judge_unit import load_spec
@@ -81,6 +81,13 @@ def test_the_table_says_what_the_command_says(name: str, entry: Command) -> None
     module, _, function = entry.place.partition(":")
     said = " ".join(getattr(import_module(f"accept.commands.{module}"), function).__doc__.split())
     assert entry.about == re.match(r".*?\.(?= |$)", said)[0]
+
+
+def test_the_help_lists_every_command_once_under_its_user() -> None:
+    listed = CliRunner().invoke(app, ["--help"]).stdout.split("Show this message and exit.")[1]
+    assert [line[:-1] for line in listed.splitlines() if line.endswith(":")] == list(USERS)
+    assert [line.split()[0] for line in listed.splitlines() if line.startswith("  ")] == list(COMMANDS)
+    assert len(COMMANDS) == sum(map(len, USERS.values()))  # none in two
 
 
 @pytest.mark.parametrize("asked", [["--help"], ["model", "--help"], ["nonsense"]])

@@ -20,7 +20,7 @@ from tests.hw.peers.millimar import MillimarPeer
 from tests.soak import SOAK
 
 SEQUENCES = 2000 if SOAK else 50
-PAGE = Path(__file__).parents[3] / "docs" / "how-to" / "instruments.md"
+DOCS = Path(__file__).parents[3] / "docs"
 
 
 @pytest.mark.parametrize("kind", BENCHES)
@@ -50,7 +50,7 @@ def test_the_tables_of_the_page_are_these():
     assert set(IN_WORDS) == set(KINDS) - {"panel"}
     made = "\n".join(tables())
     assert "wrong" not in made.replace("wrong parity", "")
-    assert made in PAGE.read_text(encoding="utf-8")
+    assert made in (DOCS / "explanation" / "readings.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("kind", BENCHES)
@@ -60,7 +60,7 @@ def test_without_faults_everything_is_read(kind):
 
 
 def test_the_bench_file_of_the_documentation_reads_instruments_that_answer_as_printed():
-    page = PAGE.read_text(encoding="utf-8")
+    page = (DOCS / "how-to" / "instruments.md").read_text(encoding="utf-8")
     bench = parse_bench(page.split("```toml\n")[1].split("```")[0].encode(), "docs/how-to/instruments.md")
     peers = {"gauge": MillimarPeer("OPTORSD"), "lcr": Lcr800Peer(), "probe": HeidenhainPeer()}
     wired = {name: entry for name, entry in bench.instruments.items() if entry.link is not None}

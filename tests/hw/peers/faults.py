@@ -1,5 +1,5 @@
 """Every driver against its peer under every fault: what comes of it. `python -m tests.hw.peers.faults` prints the
-tables of docs/how-to/instruments.md.
+tables of docs/explanation/readings.md.
 
 Each fault strikes once, at each of the first messages of a session with four readings, before it is heard and after it
 is answered.
