@@ -32,6 +32,16 @@ def load_module(name: str) -> ModuleType:
         return import_module(name)
 
 
+# Keys that move in a table, before Enter, however fast they come.
+MOVES: list[BindingType] = [
+    Binding(key, f"move({rows})", show=False, priority=True)
+    for key, rows in (("up", -1), ("down", 1), ("pageup", -10), ("pagedown", 10))
+]
+ENDS: list[BindingType] = [
+    Binding(key, f"to_row({row})", show=False, priority=True) for key, row in (("home", 0), ("end", -1))
+]  # a table's own go to the first and last column
+
+
 class KnowsPassphrases(Protocol):
     """What a screen asks the application."""
 
@@ -122,6 +132,16 @@ class Working(Screen[T]):
     def stop_or(self, otherwise: Callable[[], None]) -> None:
         """Stop what is under way; without that, the other."""
         (self.stop or otherwise)()
+
+    def action_move(self, rows: int) -> None:
+        """Move in the table."""
+        table: Any = self.query("DataTable").last()
+        table.move_cursor(row=max(0, min(table.cursor_row + rows, table.row_count - 1)))
+
+    def action_to_row(self, row: int) -> None:
+        """Move to the first or last row of the table."""
+        table: Any = self.query("DataTable").last()
+        table.move_cursor(row=row % max(1, table.row_count))
 
     def on_unmount(self) -> None:
         """Stop waiting for the answer, so that the program can end."""

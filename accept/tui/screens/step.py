@@ -162,10 +162,7 @@ class StepScreen(Page):
                 question = Question("Measure this step again", words, lines, required("Type the reason"))
                 self.app.push_screen(question, self._measure_again)
             case Do.ASK_NOTE:
-                noted = partial(self._later, dialogue.noted)
-                await ask_note(
-                    self, self.session, self.step, self.bench.records, lambda event: noted(note_saved(event))
-                )
+                await ask_note(self, self.session, self.step, self.bench.records, self._noted)
             case Do.ASK_REMEDY:
                 ask_remedy(self, self.bench, self.session, partial(self._later, dialogue.mended))
             case do.Look():
@@ -269,6 +266,10 @@ class StepScreen(Page):
         if answer is not None:
             self.send(lambda: self.session.remeasure(self.step.name, answer[0]), self._changed, "storing")
 
+    def _noted(self, event: Event) -> None:
+        self._later(Turn)  # a nonconformance holds the step that is shown
+        self.say(note_saved(event), "good")
+
     def _changed(self, event: Event) -> None:
         undone = self.session.words_of(event) if event.what == EntryUndone.KIND else ""
         self._later(dialogue.changed, event.seq, undone)
@@ -298,7 +299,7 @@ class StepScreen(Page):
         if line is not self.focused:
             self.set_focus(line)
         d = self.dialogue
-        if (shown := (d.facts, d.judging, d.whole)) != self._shown:
+        if (shown := (d.facts, d.judging_words, d.whole)) != self._shown:
             self._shown = shown
             self.show()
         self.refresh_bindings()

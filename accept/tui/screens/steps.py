@@ -12,7 +12,7 @@ from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
 from accept.store import Event
-from accept.tui.background.busy_screen import Working, load_module
+from accept.tui.background.busy_screen import ENDS, MOVES, Working, load_module
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.gap import WORDS, Explain, answer
 from accept.tui.screens.notes import ask_note, note_saved, note_words
@@ -21,8 +21,7 @@ from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, head, held_words, setup, standing
-from accept.tui.widgets.unit_bar import UnitBar
+from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, UnitBar, head, held_words, setup, standing
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.status import Status
@@ -36,6 +35,8 @@ class Steps(Scanning[bool]):
     """Dismisses True when the next unit is wanted, False when this one is left as it is."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        *MOVES,
+        *ENDS,
         Binding("enter", "open", "Open", priority=True),
         Binding("right", "open", show=False, priority=True),
         Binding("f2", "say_where_signed", show=False, priority=True),
@@ -44,12 +45,6 @@ class Steps(Scanning[bool]):
         Binding("f9", "summary", "Summary", priority=True),
         Binding("ctrl+r", "put_right", "Put right"),
         Binding("escape", "leave", "Other unit"),
-        Binding("up", "move(-1)", show=False, priority=True),  # before Enter, however fast they come
-        Binding("down", "move(1)", show=False, priority=True),
-        Binding("pageup", "move(-10)", show=False, priority=True),
-        Binding("pagedown", "move(10)", show=False, priority=True),
-        Binding("home", "to_row(0)", show=False, priority=True),  # a table's own go to the first and last column
-        Binding("end", "to_row(-1)", show=False, priority=True),
     ]
 
     def __init__(self, bench: Workbench, session: Session, words: str = "") -> None:
@@ -217,15 +212,13 @@ class Steps(Scanning[bool]):
         rig = queue.step_at(self.session.waiting) if queue is not None and queue.name == RIG else ""
         return self.session.step(rig) if rig else None
 
-    def action_to_row(self, row: int) -> None:
-        self._asked_about = ""
-        rail = self.query_one(StepList)
-        rail.move_cursor(row=row % rail.row_count)
-
     def action_move(self, rows: int) -> None:
         self._asked_about = ""
-        rail = self.query_one(StepList)
-        rail.move_cursor(row=max(0, min(rail.cursor_row + rows, rail.row_count - 1)))
+        super().action_move(rows)
+
+    def action_to_row(self, row: int) -> None:
+        self._asked_about = ""
+        super().action_to_row(row)
 
     async def action_note(self) -> None:
         step = self._step_here() or self.session.step("frf")

@@ -29,8 +29,7 @@ from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
-from accept.tui.widgets.step_list import HELD, held_words, listed, where_held
-from accept.tui.widgets.unit_bar import UnitBar
+from accept.tui.widgets.step_list import HELD, UnitBar, held_words, listed, where_held
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import (
     check_passphrase,

@@ -7,7 +7,7 @@ from pathlib import PurePath
 
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do, Entry, Place
-from accept.workflow.dialogue.step_state import Judging, StepDialogue, StepFacts, Turn
+from accept.workflow.dialogue.step_state import StepDialogue, StepFacts, Turn
 from accept.workflow.dialogue.turn import Words
 from accept.workflow.entry import parse_entry
 from accept.workflow.entry.parse_entry import EntryError
@@ -387,7 +387,7 @@ def _found(d: StepDialogue, form: Form, found: Proposals, now: float) -> Turn:
 
 
 def _judge(d: StepDialogue) -> Turn:
-    return Turn(replace(d, judging=Judging.RUNS), (Do.JUDGE,))
+    return Turn(replace(d, judges=True, stopped=False), (Do.JUDGE,))
 
 
 def _compare(d: StepDialogue) -> Turn:
@@ -398,7 +398,7 @@ def _compare(d: StepDialogue) -> Turn:
 
 def judged(d: StepDialogue, _: StepJudgement | None = None) -> Turn:
     """Show the judgement; a question or refusal stays at the foot."""
-    d = replace(d, judging=Judging.REST)
+    d = replace(d, judges=False)
     if d.step.check.model is not None:
         return _say(d, d.complete_words, "bad") if d.is_bad else _say(d, f"Compared. {d.enter_words}", "good")
     at_foot = any(d.reason(n)[1] in ("doubted", "refused") for n in range(len(d.lines)))
@@ -407,7 +407,7 @@ def judged(d: StepDialogue, _: StepJudgement | None = None) -> Turn:
 
 def not_judged(d: StepDialogue, why: str) -> Turn:
     """Say why there is no judgement."""
-    d = replace(d, judging=Judging.FAILED)
+    d = replace(d, judges=False, stopped=True)
     return _say(d, "Stopped. F3: compare again", "doubt") if why == STOPPED else _say(d, why, "bad")
 
 
@@ -416,7 +416,7 @@ def settled(d: StepDialogue, then: str) -> Turn:
     match then:
         case "finish" if (n := d.refused) is not None:
             return Turn(replace(d, cursor=n))
-        case "finish" if d.complete and d.facts.judgement is None and d.judging is not Judging.RUNS:
+        case "finish" if d.complete and d.facts.judgement is None and not d.judges:
             return _judge(d)
         case "finish":
             return _go_further(d)
@@ -448,11 +448,6 @@ def changed(d: StepDialogue, seq: int, undone: str = "") -> Turn:
     saved = f"Saved ({seq}); the record keeps the earlier entries"
     words = f"Undone: {undone}; the record keeps both" if undone else saved
     return _say(d, words, "saved").then(_go_on_and_judge)
-
-
-def noted(d: StepDialogue, words: str) -> Turn:
-    """Say that a note was saved."""
-    return _say(d, words, "good")
 
 
 def mended(d: StepDialogue, step: str) -> Turn:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from typing import Any
 
 from accept.judging.advice import ADVICE, first_advice
@@ -45,19 +44,13 @@ class StepFacts:
     training: bool = False
 
 
-class Judging(Enum):
-    """The state of the judgement: nothing to wait for, under way, stopped or failed."""
-
-    REST, RUNS, FAILED = range(3)
-
-
 @dataclass(frozen=True)
 class StepDialogue:
     """cursor: the line that is typed into; given: the line that was given last, from which the arrows go on; asked: the
     line whose value the foot asks about; again: the line at which F3 was pressed once; chosen: the technician chose the
-    form; reads, measures: a reading, or the whole step, is under way; early: F3 was pressed meanwhile; hints: the foot
-    shows what the present line wants; looked: time of the proposals [s since 1970]; whole: with values without limits.
-    """
+    form; reads, measures, judges: a reading, a measurement of the whole step, a judgement is under way; stopped: the
+    last judgement was; early: F3 was pressed during a reading; hints: the foot shows what the present line wants;
+    looked: time of the proposals [s since 1970]; whole: with values without limits."""
 
     step: WorkflowStep
     facts: StepFacts
@@ -73,7 +66,8 @@ class StepDialogue:
     reads: bool = False
     measures: bool = False
     early: bool = False
-    judging: Judging = Judging.REST
+    judges: bool = False
+    stopped: bool = False
     hints: bool = False
     whole: bool = False
 
@@ -160,7 +154,7 @@ class StepDialogue:
     @property
     def stoppable(self) -> bool:
         """Return whether Escape stops something: measuring, or a comparison with a model."""
-        return self.measures or (self.judging is Judging.RUNS and self.step.check.model is not None)
+        return self.measures or (self.judges and self.step.check.model is not None)
 
     @property
     def is_read(self) -> bool:
@@ -207,14 +201,10 @@ class StepDialogue:
     @property
     def judging_words(self) -> str:
         """Return what stands in place of the findings, "" to show them."""
-        compares = self.step.check.model is not None
-        match self.judging:
-            case Judging.RUNS:
-                words = "Evaluating … (Esc: back; entries are kept)"
-                return "Comparing with the model … (Esc: stop)" if compares else words
-            case Judging.FAILED if compares and self.complete:
-                return "Not compared. F3: compare again, Esc: back"
-        return ""
+        if self.step.check.model is None:
+            return "Evaluating … (Esc: back; entries are kept)" if self.judges else ""
+        stopped = "Not compared. F3: compare again, Esc: back" if self.stopped and self.complete else ""
+        return "Comparing with the model … (Esc: stop)" if self.judges else stopped
 
     @property
     def complete_words(self) -> str:

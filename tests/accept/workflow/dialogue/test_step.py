@@ -14,7 +14,6 @@ from accept.tui.screens.step import StepScreen
 from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do
-from accept.workflow.dialogue.step_state import Judging
 from accept.workflow.record_folder import PickableFile
 from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.status import Status
@@ -495,7 +494,7 @@ class TestDerived:
 
     def test_a_comparison_that_runs_is_stopped_before_the_screen_is_left(self):
         with at_step("misalignment", "strut", serial="ST-01") as at:
-            d = replace(at.d, judging=Judging.RUNS)
+            d = replace(at.d, judges=True)
             assert dialogue.press(d, "enter").words.text == "Running. Esc: stop"
             assert dialogue.press(d, "f3").words.text == "Running. Esc: stop"
             stopped = dialogue.not_judged(d, STOPPED)
