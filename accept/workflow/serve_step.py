@@ -1,6 +1,6 @@
 """Facts for the dialogue at a step, and the execution of its effects on the unit and the bench."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from accept.store import Event
@@ -56,9 +56,6 @@ class StepService:
             return self.session.proposals(self.step, form, self.bench.records)
         except (AcceptError, OSError):
             return {}
-
-    def look(self, forms: Sequence[Form]) -> list[tuple[Form, Proposals]]:
-        return [(form, self.proposals(form)) for form in forms]
 
     def path(self, text: str) -> Path:
         """Return the path of a record as it is typed; a relative one is in the folder of the records."""

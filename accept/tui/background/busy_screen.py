@@ -47,7 +47,6 @@ class KnowsPassphrases(Protocol):
 
     def is_secret(self, text: str) -> bool:
         """Return whether text is a passphrase of this bench; in a thread."""
-        ...
 
 
 class Working(Screen[T]):

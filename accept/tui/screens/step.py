@@ -57,8 +57,7 @@ _HELP = (
 
 
 class StepScreen(Page):
-    """Values and files of one step. The other process judges; a comparison with a model has a clock, and Escape stops
-    it."""
+    """Values and files of one step, judged in the other process; Escape stops a comparison with a model."""
 
     AUTO_FOCUS = ""  # where every value is there the cursor is in no field, after a question in front neither
 
@@ -99,7 +98,7 @@ class StepScreen(Page):
         yield Label("", id="way", markup=False)
         with Horizontal(id="upper"):
             with Vertical(id="form"):
-                yield Gauge()  # above the fields: it stays in sight where they are more than the screen has rows
+                yield Gauge()  # above the fields: it stays in sight
                 yield Vertical(id="fields")
             if self.step.guide.picture:
                 yield Static(self.step.guide.picture, id="guide", markup=False)
@@ -200,7 +199,7 @@ class StepScreen(Page):
         if look.then in ("again", "turn"):
             if self.is_current:
                 self.aside(
-                    lambda: (look, self.service.look(look.forms), time.time()),
+                    lambda: (look, [(form, self.service.proposals(form)) for form in look.forms], time.time()),
                     lambda looked: self._later(dialogue.looked, *looked),
                     "records",
                 )
@@ -294,11 +293,10 @@ class StepScreen(Page):
         if not self.alive or len(self._fields) != len(self.dialogue.lines):
             return
         self._show_fields()
-        cursor = self.dialogue.cursor
-        line = None if cursor is None else self._fields[cursor].input
+        d = self.dialogue
+        line = None if d.cursor is None else self._fields[d.cursor].input
         if line is not self.focused:
             self.set_focus(line)
-        d = self.dialogue
         if (shown := (d.facts, d.judging_words, d.whole)) != self._shown:
             self._shown = shown
             self.show()

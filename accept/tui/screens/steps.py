@@ -138,7 +138,8 @@ class Steps(Scanning[bool]):
         self.query_one("#head", Static).update(heading)
         text = held_words(self.session.nonconformances)
         text.append("\n\n" if text else "")
-        text.append_text(_gap_card(self.session) if step is None else card(self.session, step))
+        gap = Text(WORDS) if self.session.gap is None else answer(self.session.gap)
+        text.append_text(gap if step is None else card(self.session, step))
         self.query_one("#card", Hanging).hang(text)
 
     def _stand_at_next(self) -> None:
@@ -285,8 +286,3 @@ def card(session: Session, step: WorkflowStep) -> Text:
     for note in session.state(step.name).notes:
         text.append(f"\n{note_words(note)}", HELD if note.nonconformance else "dim")
     return text
-
-
-def _gap_card(session: Session) -> Text:
-    found = session.gap
-    return Text(WORDS) if found is None else answer(found)

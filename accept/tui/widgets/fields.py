@@ -9,7 +9,7 @@ from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.dialogue.fields import FieldPlace
 from accept.workflow.state.unit_state import StepJudgement, StepState
 from accept.workflow.steps.plan import WorkflowStep
-from accept.workflow.steps.section import Repeated, repeated
+from accept.workflow.steps.section import repeated
 from checks.declare import Scalar
 from checks.rounding import rounded
 
@@ -31,6 +31,10 @@ class Field(Vertical):
             yield Static("", classes="stored", markup=False)
         yield Static("", classes="reason", markup=False)
 
+    def on_input_changed(self, event: Input.Changed) -> None:
+        """Give a line its room when something is typed in it; before, what is saved stands in one column."""
+        self.set_class(bool(event.value), "typing")
+
     @property
     def input(self) -> Input:
         return self.query_one(Input)
@@ -40,7 +44,7 @@ class Field(Vertical):
         Enter takes a record."""
         if self.input.value != text:
             self.input.value = text
-        if self._shown == (shown := (bool(text), stored, reason, kind, takes)):
+        if self._shown == (shown := (stored, reason, kind, takes)):
             return
         self._shown = shown
         blank = "\N{NO-BREAK SPACE}" if self.place.is_file else " "  # a long name begins beside its mark
@@ -48,7 +52,6 @@ class Field(Vertical):
         self.query_one(".reason", Static).update(reason)
         hint = "Enter: take it" if takes else self.place.hint
         self.input.placeholder = "" if stored and self.place.is_file else hint  # the name takes its room
-        self.set_class(bool(text), "typing")
         self.set_class(bool(stored), "has-stored")
         for one in ("refused", "doubted", "proposed"):
             self.set_class(kind == one, one)
@@ -63,17 +66,11 @@ def stored_words(
         return link.file if link else ""
     key = place.declared.name if isinstance(place.declared, Scalar) else ""
     judged = {f.quantity: f.U for f in judgement.findings if f.U} if judgement is not None else {}
-    one = repeated(state.readings(place.declared.name, place.index), step.asked, key)
-    return _value_words(one, place.unit if place.index is None else "", judged.get(key)).rstrip() if one else ""
-
-
-def _value_words(one: Repeated, unit: str, judged_U: float | None = None) -> str:
-    """Return a stored value. judged_U: of its finding, which stands above: the value has its digits then, and no other
-    U beside it."""
-    if judged_U is not None:
+    one, unit = repeated(state.readings(*place.key), step.asked, key), place.unit if place.index is None else ""
+    if one is None:
+        return ""
+    if (judged_U := judged.get(key)) is not None:  # of its finding, which stands above with the same digits
         shown = f"{rounded(one.value, judged_U)} {unit}"
     else:
         shown = numbers(one.value, one.U, unit) if one.U else f"{one.value:.6g} {unit}"
-    if one.scatter is None:
-        return shown
-    return f"{shown}, {one.count} readings, s = {one.scatter:.2g}"
+    return shown.rstrip() if one.scatter is None else f"{shown}, {one.count} readings, s = {one.scatter:.2g}"

@@ -1,5 +1,2 @@
-"""Dialogues with the technician as functions, without a screen, a file or a clock:
-`handle(state, event)` returns the state that follows, the effects to execute and the words to show.
-
-A screen renders the state, passes on keys and executes effects; it decides nothing.
-"""
+"""Dialogues with the technician as functions, without a screen, a file or a clock: an event and a state give the state
+that follows, effects to execute and words to show. A screen renders the state and executes the effects."""

@@ -19,6 +19,7 @@ from accept.workflow.worker.process import STOPPED
 from checks.declare import CsvTable, Form, Measured, Scalar, Series, Vector
 
 _RUNNING = "Running. Esc: stop"
+_NO_ENTRIES = "Nothing to repeat: this step has no entries"
 
 
 def opening(step: WorkflowStep, facts: StepFacts) -> Turn:
@@ -55,7 +56,12 @@ def _enter(d: StepDialogue) -> Turn:
         return Turn(d, (_recognize(d, n, repeat=False),))
     if (file := d.file(n)) is not None:
         return _give(d, n, file.name)
-    return Turn(d, (do.Settle("finish"),)) if d.dispensable else _go_past(d, n)
+    if d.dispensable:
+        return Turn(d, (do.Settle("finish"),))
+    line = d.lines[n]
+    if is_needed(line.place.declared) and not (line.pending or d.has(n)):  # what comes next would be that of another
+        return _say(d, f"{line.place.name} is required. {d.what_now}. ↓: next field", "bad")
+    return _go_on(d, n).then(_hint)
 
 
 def _recognize(d: StepDialogue, n: int, repeat: bool) -> do.Recognize:
@@ -184,14 +190,6 @@ def _go_on(d: StepDialogue, after: int | None) -> Turn:
     return Turn(replace(d, cursor=cursor, again=None, given=after), (Do.SELECT,) if stays else ())
 
 
-def _go_past(d: StepDialogue, n: int) -> Turn:
-    """Go on from an empty line, unless it is required: what is read or typed next would be that of another."""
-    line = d.lines[n]
-    if is_needed(line.place.declared) and not (line.pending or d.has(n)):
-        return _say(d, f"{line.place.name} is required. {d.what_now}. ↓: next field", "bad")
-    return _go_on(d, n).then(_hint)
-
-
 def _move(d: StepDialogue, way: int) -> Turn:
     """Move to the line above or below."""
     if not d.lines:
@@ -241,9 +239,13 @@ def picked(d: StepDialogue, place: Place, text: str) -> Turn:
     return Turn(d) if n is None else _give(d, n, text)
 
 
-def _read_or_ask(d: StepDialogue) -> Turn:
-    """Read the instrument; a saved value is replaced only when asked twice."""
+def _read_or_compare(d: StepDialogue) -> Turn:
+    """Read the instrument, or compare a derived step; a saved value is replaced only when asked twice."""
     n = d.cursor
+    if d.step.derived and not d.stoppable:
+        return _judge(d) if d.complete else _say(d, d.lacking, "bad")
+    if d.step.derived:
+        return _say(d, _RUNNING)
     if d.reads or d.measures:
         return _too_early(d)
     if n is None:
@@ -273,20 +275,15 @@ def _too_early(d: StepDialogue) -> Turn:
 
 def _read(d: StepDialogue, n: int, repeat: bool) -> Turn:
     place = d.lines[n].place
-    if place.is_file and d.facts.records:
-        return _measure(d, n)
+    if place.is_file and d.facts.records:  # where a record is proposed, only when asked twice: it takes minutes
+        proposed = next((file.name for k in range(len(d.lines)) if (file := d.proposed(k)) is not None), "")
+        if not proposed or d.again == n:
+            return Turn(replace(d, measures=True), (Do.MEASURE,))
+        words = f"Enter: take {proposed}. F3 again: measure at the rig, some minutes; Esc stops it"
+        return _say(replace(d, again=n), words, "doubt")
     if place.is_file or place.key not in d.facts.offers:
         return _say(d, "No instrument for this field; type the value", "bad")
     return _save(replace(d, reads=True), n, Entry(place.key, place.declared, repeat=repeat)).then(_go_on, n)
-
-
-def _measure(d: StepDialogue, n: int) -> Turn:
-    """Measure the whole step; where a record is proposed, only when asked twice: it takes minutes."""
-    proposed = next((file.name for k in range(len(d.lines)) if (file := d.proposed(k)) is not None), "")
-    if proposed and d.again != n:
-        words = f"Enter: take {proposed}. F3 again: measure at the rig, some minutes; Esc stops it"
-        return _say(replace(d, again=n), words, "doubt")
-    return Turn(replace(d, measures=True), (Do.MEASURE,))
 
 
 def measured(d: StepDialogue, notes: Sequence[str] | None) -> Turn:
@@ -390,12 +387,6 @@ def _judge(d: StepDialogue) -> Turn:
     return Turn(replace(d, judges=True, stopped=False), (Do.JUDGE,))
 
 
-def _compare(d: StepDialogue) -> Turn:
-    if d.stoppable:
-        return _say(d, _RUNNING)
-    return _judge(d) if d.complete else _say(d, d.lacking, "bad")
-
-
 def judged(d: StepDialogue, _: StepJudgement | None = None) -> Turn:
     """Show the judgement; a question or refusal stays at the foot."""
     d = replace(d, judges=False)
@@ -463,20 +454,14 @@ def _other_form(d: StepDialogue) -> Turn:
     return Turn(replace(d, chosen=True), (do.Look((forms[(forms.index(d.form) + 1) % len(forms)],), "chosen"),))
 
 
-def _again(d: StepDialogue) -> Turn:
-    if d.facts.state.entries:
-        return Turn(d, (Do.ASK_REASON,))
-    return _say(d, "Nothing to repeat: this step has no entries", "bad")
-
-
 _ANSWERS: Mapping[str, Callable[[StepDialogue], Turn]] = {
     "enter": _enter,
     "f2": _pick,
-    "f3": lambda d: _compare(d) if d.step.derived else _read_or_ask(d),
+    "f3": _read_or_compare,
     "f4": _repeat,
     "f5": lambda d: Turn(d, (Do.ASK_NOTE,)),
     "f6": _other_form,
-    "f8": _again,
+    "f8": lambda d: Turn(d, (Do.ASK_REASON,)) if d.facts.state.entries else _say(d, _NO_ENTRIES, "bad"),
     "f9": _keep,
     "f10": lambda d: Turn(d, (do.Settle("same step", judged=True),)),
     "up": lambda d: _move(d, -1),

@@ -1,7 +1,7 @@
 """Effects that the dialogue at a step asks for. Text that was typed may be a passphrase: no representation has it."""
 
 from dataclasses import dataclass, field
-from enum import Enum, auto
+from enum import Enum
 
 from accept.workflow.unit_list import Queue
 from checks.declare import CsvTable, Form, Input, Measured, Series
@@ -9,19 +9,8 @@ from checks.declare import CsvTable, Form, Input, Measured, Series
 Place = tuple[str, int | None]  # name of an input, index in a vector
 
 
-class Do(Enum):
-    """Effects without a parameter. SELECT: the text of the present line, which is replaced by what is typed next."""
-
-    BELL = auto()
-    SELECT = auto()
-    JUDGE = auto()
-    MEASURE = auto()
-    STOP = auto()
-    UNDO = auto()
-    END_QUEUE = auto()
-    ASK_REASON = auto()
-    ASK_NOTE = auto()
-    ASK_REMEDY = auto()
+# Effects without a parameter. SELECT: the text of the present line, which is replaced by what is typed next.
+Do = Enum("Do", "BELL SELECT JUDGE MEASURE STOP UNDO END_QUEUE ASK_REASON ASK_NOTE ASK_REMEDY")
 
 
 @dataclass(frozen=True)

@@ -23,29 +23,23 @@ class InstrumentPort(Protocol):
     @property
     def name(self) -> str:
         """Return the name by which it is found in the store."""
-        ...
 
     @property
     def short_name(self) -> str:
         """Return the name that stands beside its value."""
-        ...
 
     @property
     def offer(self) -> str:
         """Return what a reading takes from it, behind "take"."""
-        ...
 
     def read(self) -> tuple[float, str]:
         """Return a settled value and its unit. Raises InstrumentError."""
-        ...
 
     def uncertainty(self, value: float) -> float | None:
         """Return the expanded uncertainty of a value, both in the input's unit; None if only the spec states one."""
-        ...
 
     def evidence(self) -> Mapping[str, Any]:
         """Return what is stored beside a reading: the instrument, and the traffic of its line."""
-        ...
 
 
 class Instruments(Protocol):
@@ -53,16 +47,13 @@ class Instruments(Protocol):
 
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
         """Return the instrument that reads this input, None if it is typed."""
-        ...
 
     def recording(self, check: str) -> Any:
         """Return the `BenchInstrument` that measures a check as a whole, None without one."""
-        ...
 
     @property
     def staged(self) -> Any:
         """Return the operator of a simulated bench, None at a real one."""
-        ...
 
 
 @dataclass(frozen=True)

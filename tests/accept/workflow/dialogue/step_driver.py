@@ -101,7 +101,8 @@ class Driver:
     def execute(self, effect: Any) -> None:
         match effect:
             case do.Look(forms, _):
-                self.answer(dialogue.looked, effect, self.service.look(forms), time.time())
+                found = [(form, self.service.proposals(form)) for form in forms]
+                self.answer(dialogue.looked, effect, found, time.time())
             case do.Recognize():
                 kind = self.service.recognize(effect, lambda text: text in self.secrets)
                 self.answer(dialogue.recognized, effect, kind)
