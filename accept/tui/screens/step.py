@@ -25,7 +25,7 @@ from accept.tui.screens.capture_dialogue import CaptureDialogue
 from accept.tui.screens.notes import ask_note, note_saved
 from accept.tui.screens.page import Page
 from accept.tui.screens.put_right import ask_remedy
-from accept.tui.screens.record_picker import Pick as PickScreen
+from accept.tui.screens.record_picker import Pick
 from accept.tui.widgets.fields import Field, stored_words
 from accept.tui.widgets.findings import Findings
 from accept.tui.widgets.limit_bar import limits
@@ -39,7 +39,7 @@ from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do
 from accept.workflow.dialogue.step_state import StepDialogue, Turn
-from accept.workflow.serve_step import StepService
+from accept.workflow.effects.serve_step import StepService
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import has_files
 from accept.workflow.steps.section import repeated
@@ -144,8 +144,8 @@ class StepScreen(Page):
             case Do.BELL:
                 self.app.bell()
             case Do.SELECT:
-                for line in self.query(Input).results(Input):
-                    line.select_all() if line is self.focused else None
+                if isinstance(self.focused, Input):
+                    self.focused.select_all()
             case Do.JUDGE:
                 self._judge()
             case Do.MEASURE:
@@ -164,12 +164,12 @@ class StepScreen(Page):
                 await ask_note(self, self.session, self.step, self.bench.records, self._noted)
             case Do.ASK_REMEDY:
                 ask_remedy(self, self.bench, self.session, partial(self._later, dialogue.mended))
-            case do.Look():
+            case do.LookForRecords():
                 await self._look(effect)
             case do.Recognize():
                 kind = await asyncio.to_thread(self.service.recognize, effect, self.bench_app.is_secret)
                 await self.answer(dialogue.recognized, effect, kind)
-            case do.Entry():
+            case do.StoreEntry():
                 self._store(effect)
             case do.Settle():
                 await self._settle(effect)
@@ -182,7 +182,7 @@ class StepScreen(Page):
             case do.NextUnit():
                 if why := await self.bench_app.next_unit(effect.queue, effect.words, effect.goes_on):
                     await self.answer(dialogue.no_next_unit, effect, why)
-            case do.Pick():
+            case do.PickFile():
                 await self._pick(effect)
             case do.ReturnLater():
                 self.set_timer(TYPED_AHEAD_S, partial(self.answer, dialogue.returned, effect.place))
@@ -195,7 +195,7 @@ class StepScreen(Page):
         await typed(self)  # what was refused last is known by now
         await self.answer(dialogue.settled, effect.then)
 
-    async def _look(self, look: do.Look) -> None:
+    async def _look(self, look: do.LookForRecords) -> None:
         if look.then in ("again", "turn"):
             if self.is_current:
                 self.aside(
@@ -218,12 +218,11 @@ class StepScreen(Page):
         for look in dialogue.looks(self._at_present()) if self.is_current else ():
             await self._look(look)
 
-    def _store(self, entry: do.Entry) -> None:
+    def _store(self, entry: do.StoreEntry) -> None:
         def stored(event: Event) -> None:
             for gauge in self.query(Gauge):
                 gauge.forget()
-            data = str(event.data.get("origin", "")), str(event.data.get("file", ""))
-            self._later(dialogue.stored, entry, event.seq, *data)
+            self._later(dialogue.stored, entry, event.seq, event.data.get("origin", ""), event.data.get("file", ""))
             self.call_next(self._watch)
 
         def failed(why: str) -> None:
@@ -273,10 +272,10 @@ class StepScreen(Page):
         undone = self.session.words_of(event) if event.what == EntryUndone.KIND else ""
         self._later(dialogue.changed, event.seq, undone)
 
-    async def _pick(self, effect: do.Pick) -> None:
+    async def _pick(self, effect: do.PickFile) -> None:
         declared, records = effect.declared, self.bench.records
         fits, score = partial(self.session.may_fit, declared), partial(self.session.name_score, self.step, declared)
-        screen = PickScreen(declared.label, records, fits, score, effect.first)
+        screen = Pick(declared.label, records, fits, score, effect.first)
 
         def picked(path: Any) -> None:
             if path is not None:

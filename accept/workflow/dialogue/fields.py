@@ -62,7 +62,7 @@ def places(form: Form) -> Iterator[FieldPlace]:
 
 
 @dataclass(frozen=True)
-class Line:
+class FieldLine:
     """One line. text: typed, not saved; pending: entries on their way to the store; doubted: the entry in question, as
     it was typed, None without; refusal: why the last entry was not saved, "" without."""
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import PurePath
 
 from accept.workflow.dialogue import step_effects as do
-from accept.workflow.dialogue.step_effects import Do, Entry, Place
+from accept.workflow.dialogue.step_effects import Do, Place, StoreEntry
 from accept.workflow.dialogue.step_state import StepDialogue, StepFacts, Turn
-from accept.workflow.dialogue.turn import Words
+from accept.workflow.dialogue.turn import FootWords
 from accept.workflow.entry import parse_entry
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.record_folder import Proposals
@@ -32,13 +32,13 @@ def opening(step: WorkflowStep, facts: StepFacts) -> Turn:
     return _say(d, f"{d.enter_words}, F3: compare again") if d.complete else _say(d, d.lacking, "bad")
 
 
-def _first_look(d: StepDialogue, then: str) -> do.Look:
+def _first_look(d: StepDialogue, then: str) -> do.LookForRecords:
     forms = (d.form,) if d.facts.state.entries or d.is_read else (d.form, *d.step.check.forms)
-    return do.Look(forms, then)
+    return do.LookForRecords(forms, then)
 
 
 def _say(d: StepDialogue, words: str, role: str = "quiet", *effects: object) -> Turn:
-    return Turn(replace(d, hints=False), effects, Words(words, role))
+    return Turn(replace(d, hints=False), effects, FootWords(words, role))
 
 
 def _hint(d: StepDialogue) -> Turn:
@@ -104,7 +104,7 @@ def _give(d: StepDialogue, n: int, text: str, repeat: bool = False, sure: bool =
     try:
         match place.declared:
             case Series() | CsvTable() as declared:
-                given = _save(d, n, Entry(place.key, declared, text))
+                given = _save(d, n, StoreEntry(place.key, declared, text))
             case Vector() as declared if parse_entry.are_several(text, declared.size):
                 given = _take_all(d, n, parse_entry.parse_list(text, declared), text, sure)
             case Scalar() as declared:
@@ -117,7 +117,7 @@ def _give(d: StepDialogue, n: int, text: str, repeat: bool = False, sure: bool =
     return given.then(_go_on, n)
 
 
-def _save(d: StepDialogue, n: int, entry: Entry) -> Turn:
+def _save(d: StepDialogue, n: int, entry: StoreEntry) -> Turn:
     """Send an entry: its line is free."""
     return Turn(d.with_line(n, text="", doubted=None, refusal="", pending=d.lines[n].pending + 1), (entry,))
 
@@ -127,7 +127,7 @@ def _take(d: StepDialogue, n: int, measured: Measured, repeat: bool, text: str, 
     if not sure and (question := _doubt(d, n, measured.value)):
         asked = _ask(d, n, text, question)
         return replace(asked, effects=(Do.BELL, do.ReturnLater(place.key)))
-    return _save(d, n, Entry(place.key, place.declared, text, measured, repeat))
+    return _save(d, n, StoreEntry(place.key, place.declared, text, measured, repeat))
 
 
 def _doubt(d: StepDialogue, n: int, value: float) -> str:
@@ -145,7 +145,7 @@ def _take_all(d: StepDialogue, n: int, values: Sequence[float], text: str, sure:
     if unusual and not sure:
         asked = _ask(d, mine[0], text, unusual)
         later = do.ReturnLater(d.lines[mine[0]].place.key)
-        return replace(asked, effects=(later,), words=Words(f"{unusual}. F9: keep all", "doubt"))
+        return replace(asked, effects=(later,), words=FootWords(f"{unusual}. F9: keep all", "doubt"))
     taken = Turn(d)
     for k, value in zip(mine, values, strict=True):
         taken = taken.then(_take, k, Measured(value), False, f"{value:.9g} {d.lines[k].place.unit}", True)
@@ -230,7 +230,7 @@ def _pick(d: StepDialogue) -> Turn:
         other = "This field wants a number. F6: take a file" if others else "This step takes no file"
         return _say(d, full if has_files(d.form) else other, "bad")
     proposed = d.proposed(n)
-    return Turn(d, (do.Pick(d.lines[n].place.key, declared, proposed.name if proposed is not None else ""),))
+    return Turn(d, (do.PickFile(d.lines[n].place.key, declared, proposed.name if proposed is not None else ""),))
 
 
 def picked(d: StepDialogue, place: Place, text: str) -> Turn:
@@ -283,7 +283,7 @@ def _read(d: StepDialogue, n: int, repeat: bool) -> Turn:
         return _say(replace(d, again=n), words, "doubt")
     if place.is_file or place.key not in d.facts.offers:
         return _say(d, "No instrument for this field; type the value", "bad")
-    return _save(replace(d, reads=True), n, Entry(place.key, place.declared, repeat=repeat)).then(_go_on, n)
+    return _save(replace(d, reads=True), n, StoreEntry(place.key, place.declared, repeat=repeat)).then(_go_on, n)
 
 
 def measured(d: StepDialogue, notes: Sequence[str] | None) -> Turn:
@@ -299,7 +299,7 @@ def _go_on_and_judge(d: StepDialogue) -> Turn:
     return gone.then(_judge) if d.complete else gone
 
 
-def stored(d: StepDialogue, entry: Entry, seq: int, origin: str = "", file: str = "") -> Turn:
+def stored(d: StepDialogue, entry: StoreEntry, seq: int, origin: str = "", file: str = "") -> Turn:
     """Show an entry that is in the store; judge the step as soon as nothing is missing. origin, file: path of a record,
     and its name in the unit's folder."""
     d = _ended(d, entry)
@@ -315,21 +315,21 @@ def stored(d: StepDialogue, entry: Entry, seq: int, origin: str = "", file: str 
     return said.then(_judge) if d.complete and not (d.awaits_records and d.cursor is not None) else said
 
 
-def _ended(d: StepDialogue, entry: Entry) -> StepDialogue:
+def _ended(d: StepDialogue, entry: StoreEntry) -> StepDialogue:
     """Return the state after an entry has reached the store, or was refused by it."""
     n = d.at(entry.place)
     d = replace(d, reads=d.reads and not entry.is_reading)
     return d if n is None else d.with_line(n, pending=max(0, d.lines[n].pending - 1))
 
 
-def not_stored(d: StepDialogue, entry: Entry, why: str, is_there: bool = False) -> Turn:
+def not_stored(d: StepDialogue, entry: StoreEntry, why: str, is_there: bool = False) -> Turn:
     """Put back an entry that is not in the store, and the cursor, unless something else was typed already. is_there: it
     names a file, which is of no use: Enter takes another."""
     d = _ended(replace(d, early=False), entry)
     refused = {PurePath(path).name for path in d.facts.state.unusable}
     d = replace(d, proposals={name: one for name, one in d.proposals.items() if one.name not in refused})
-    n, select = d.at(entry.place), False
-    if n is not None:
+    select = False
+    if (n := d.at(entry.place)) is not None:
         text = d.lines[n].text or ("" if is_there else entry.text)
         d, select = d.with_line(n, text=text, refusal=f"✗ {why}", doubted=None), n == d.cursor and bool(text)
     advice = why.rpartition("→ ")[2]
@@ -337,18 +337,18 @@ def not_stored(d: StepDialogue, entry: Entry, why: str, is_there: bool = False) 
     return _say(d, words, "bad", *([Do.SELECT] if select else []), *looks(d), do.ReturnLater(entry.place))
 
 
-def looks(d: StepDialogue) -> tuple[do.Look, ...]:
+def looks(d: StepDialogue) -> tuple[do.LookForRecords, ...]:
     """Return the look for records that is due each second: for the present form, or, before anything was given, for the
     others, to which the step changes then."""
     if d.step.derived or not d.lines:
         return ()
     if has_files(d.form):
-        return (do.Look((d.form,), "again"),)
+        return (do.LookForRecords((d.form,), "again"),)
     others = tuple(form for form in d.step.check.forms if has_files(form))
-    return () if d.begun or d.chosen or d.is_read else (do.Look(others, "turn"),)
+    return () if d.begun or d.chosen or d.is_read else (do.LookForRecords(others, "turn"),)
 
 
-def looked(d: StepDialogue, look: do.Look, found: Sequence[tuple[Form, Proposals]], now: float) -> Turn:
+def looked(d: StepDialogue, look: do.LookForRecords, found: Sequence[tuple[Form, Proposals]], now: float) -> Turn:
     """Propose the records that were found for each form. now: seconds since 1970."""
     first = next(((form, proposals) for form, proposals in found if proposals), None)
     match look.then:
@@ -451,7 +451,9 @@ def mended(d: StepDialogue, step: str) -> Turn:
 def _other_form(d: StepDialogue) -> Turn:
     """Change to the next way of giving the data; what was given another way stays until something new is given."""
     forms = d.step.check.forms
-    return Turn(replace(d, chosen=True), (do.Look((forms[(forms.index(d.form) + 1) % len(forms)],), "chosen"),))
+    return Turn(
+        replace(d, chosen=True), (do.LookForRecords((forms[(forms.index(d.form) + 1) % len(forms)],), "chosen"),)
+    )
 
 
 _ANSWERS: Mapping[str, Callable[[StepDialogue], Turn]] = {

@@ -14,7 +14,7 @@ Do = Enum("Do", "BELL SELECT JUDGE MEASURE STOP UNDO END_QUEUE ASK_REASON ASK_NO
 
 
 @dataclass(frozen=True)
-class Look:
+class LookForRecords:
     """Look for records that fit the forms. then: `opened`, `chosen`, `mended` lay out a form with what was found;
     `again` and `turn` run beside everything else."""
 
@@ -34,7 +34,7 @@ class Recognize:
 
 
 @dataclass(frozen=True)
-class Entry:
+class StoreEntry:
     """Store an entry: a value that was typed; a file, by its name in the folder of the records or its path; a reading
     of the instrument, without a text."""
 
@@ -88,7 +88,7 @@ class NextUnit:
 
 
 @dataclass(frozen=True)
-class Pick:
+class PickFile:
     """List the files of the folder. first: the one on top."""
 
     place: Place

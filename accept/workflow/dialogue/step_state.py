@@ -6,9 +6,9 @@ from typing import Any
 
 from accept.judging.advice import ADVICE, first_advice
 from accept.workflow.dialogue import turn
-from accept.workflow.dialogue.fields import Line, places
+from accept.workflow.dialogue.fields import FieldLine, places
 from accept.workflow.dialogue.step_effects import Place
-from accept.workflow.dialogue.turn import Words
+from accept.workflow.dialogue.turn import FootWords
 from accept.workflow.record_folder import PickableFile, Proposals, age_words
 from accept.workflow.state.unit_state import StepJudgement, StepState
 from accept.workflow.status import Status
@@ -55,7 +55,7 @@ class StepDialogue:
     step: WorkflowStep
     facts: StepFacts
     form: Form
-    lines: tuple[Line, ...] = ()
+    lines: tuple[FieldLine, ...] = ()
     cursor: int | None = None
     given: int | None = None
     asked: int | None = None
@@ -85,7 +85,7 @@ class StepDialogue:
     def laid_out(self, form: Form, proposals: Proposals, now: float) -> "StepDialogue":
         """Return the state with the lines of a form, none of them begun."""
         refused = {name: f"✗ {record.line}\n→ {record.action}" for name, record in self.facts.state.refused.items()}
-        lines = [Line(place, refusal=refused.get(place.key[0], "")) for place in places(form)]
+        lines = [FieldLine(place, refusal=refused.get(place.key[0], "")) for place in places(form)]
         return replace(
             self, form=form, lines=tuple(lines), proposals=proposals, looked=now, cursor=None, given=None, asked=None
         )
@@ -95,7 +95,7 @@ class StepDialogue:
         return next((n for n, line in enumerate(self.lines) if line.place.key == place), None)
 
     @property
-    def here(self) -> Line | None:
+    def here(self) -> FieldLine | None:
         """Return the line with the cursor."""
         return None if self.cursor is None else self.lines[self.cursor]
 
@@ -264,12 +264,12 @@ class StepDialogue:
         return f"Optional: {place.name}. {words}" if optional else words
 
     @property
-    def hint(self) -> Words:
+    def hint(self) -> FootWords:
         """Return what the present line wants, and which key gives it."""
         damaged = next((n for n in range(len(self.lines)) if self.file(n) and not self.proposed(n)), None)
         if damaged is not None and self.cursor in (None, damaged):
-            return Words(f"{self.lines[damaged].place.name}: {ADVICE[Cause.FILE_DAMAGED]}. F2: another file", "bad")
-        return Words(self.what_now)
+            return FootWords(f"{self.lines[damaged].place.name}: {ADVICE[Cause.FILE_DAMAGED]}. F2: another file", "bad")
+        return FootWords(self.what_now)
 
     @property
     def dispensable(self) -> bool:

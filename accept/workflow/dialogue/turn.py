@@ -9,7 +9,7 @@ P = ParamSpec("P")
 
 
 @dataclass(frozen=True)
-class Words:
+class FootWords:
     """The line at the foot. role: quiet, saved, doubt, good, bad."""
 
     text: str
@@ -22,7 +22,7 @@ class Turn(Generic[S]):
 
     state: S
     effects: tuple[Any, ...] = ()
-    words: Words | None = None
+    words: FootWords | None = None
 
     def then(self, event: "Callable[Concatenate[S, P], Turn[S]]", *data: P.args, **named: P.kwargs) -> "Turn[S]":
         """Return this turn and what follows from another event as one."""

@@ -17,8 +17,8 @@ from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do
 from accept.workflow.dialogue.step_state import StepDialogue, Turn
+from accept.workflow.effects.serve_step import StepService
 from accept.workflow.instruments.port import Instruments, NoInstruments
-from accept.workflow.serve_step import StepService
 from accept.workflow.session import Session
 from accept.workflow.unit_list import Queue
 from specs.errors import AcceptError
@@ -93,20 +93,20 @@ class Driver:
         if turn.words is not None:
             self.said, self.role = turn.words.text, turn.words.role
         for effect in turn.effects:
-            if isinstance(effect, do.Entry) and (self.holds or self.waits):  # in order
+            if isinstance(effect, do.StoreEntry) and (self.holds or self.waits):  # in order
                 self.waits.append(effect)
             else:
                 self.execute(effect)
 
     def execute(self, effect: Any) -> None:
         match effect:
-            case do.Look(forms, _):
+            case do.LookForRecords(forms, _):
                 found = [(form, self.service.proposals(form)) for form in forms]
                 self.answer(dialogue.looked, effect, found, time.time())
             case do.Recognize():
                 kind = self.service.recognize(effect, lambda text: text in self.secrets)
                 self.answer(dialogue.recognized, effect, kind)
-            case do.Entry():
+            case do.StoreEntry():
                 self.store(effect)
             case do.Settle(then, _):
                 self.answer(dialogue.settled, then)
@@ -125,12 +125,12 @@ class Driver:
                     self.answer(dialogue.changed, event.seq, self.session.words_of(event))
             case Do.BELL | Do.SELECT:
                 pass
-            case Do() | do.Leave() | do.GoToUnit() | do.NextUnit() | do.Pick():
+            case Do() | do.Leave() | do.GoToUnit() | do.NextUnit() | do.PickFile():
                 self.asked.append(effect)
             case _:
                 raise AssertionError(effect)
 
-    def store(self, entry: do.Entry) -> None:
+    def store(self, entry: do.StoreEntry) -> None:
         try:
             event = self.service.store(entry)
         except AcceptError as e:

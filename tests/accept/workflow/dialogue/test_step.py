@@ -323,6 +323,15 @@ class TestInstruments:
             at.press("f3")
             assert len(at.values()) == 2
 
+    def test_an_entry_that_is_stored_meanwhile_ends_no_reading(self):
+        with at_step("capacitance", instruments=Only("capacitance", Fake([4.99e-6])), holds=True) as at:
+            at.types("4.99")
+            at.press("f3")
+            at.execute(at.waits.popleft())
+            at.press("f3")
+            assert "Wait: a reading is under way" in at.said
+            assert at.values() == [4.99]
+
     def test_a_fault_of_the_instrument_is_said_and_the_cursor_comes_back(self):
         fake = Fake([NoReply("meter: nothing came in time")])
         with at_step("capacitance", instruments=Only("capacitance", fake)) as at:
@@ -430,7 +439,7 @@ class TestRecords:
         with at_step("spurious_modes", "apa", tmp_path) as at:
             names = [line.place.key[0] for line in at.d.lines]
             arrived = {name: PickableFile(f"{name}.mat", time.time() - AGO_S, 1) for name in names}
-            at.answer(dialogue.looked, do.Look((at.d.form,), "again"), [(at.d.form, arrived)], time.time())
+            at.answer(dialogue.looked, do.LookForRecords((at.d.form,), "again"), [(at.d.form, arrived)], time.time())
             for _ in names:
                 assert at.d.proposed(at.d.cursor).name in at.said
                 at.press("down")

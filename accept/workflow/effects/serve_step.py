@@ -6,7 +6,7 @@ from pathlib import Path
 from accept.store import Event
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue.fields import FieldPlace, places
-from accept.workflow.dialogue.step_effects import Entry, Recognize
+from accept.workflow.dialogue.step_effects import Recognize, StoreEntry
 from accept.workflow.dialogue.step_state import StepFacts
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.instruments.port import InstrumentPort
@@ -70,7 +70,7 @@ class StepService:
             return "unit"
         return "passphrase" if is_secret(asked.text) else ""
 
-    def store(self, entry: Entry) -> Event:
+    def store(self, entry: StoreEntry) -> Event:
         """Store an entry. Raises EntryError, InstrumentError, StoreError, OSError."""
         session, step, index, declared = self.session, self.step.name, entry.place[1], entry.declared
         if isinstance(declared, Series | CsvTable):
@@ -86,7 +86,7 @@ class StepService:
             raise EntryError("No instrument for this field; type the value")
         return session.read(step, declared, instrument, index=index, repeat=entry.repeat)
 
-    def doing(self, entry: Entry) -> str:
+    def doing(self, entry: StoreEntry) -> str:
         """Return what happens while an entry is stored."""
         port = self.bench.instruments.serving(self.step.name, *entry.place) if entry.is_reading else None
         return "saving" if port is None else f"reading {port.name}"
