@@ -416,6 +416,14 @@ class TestRecords:
             assert "stroke_one_stack.csv" in at.said
             assert at.d.form.name == "records"
 
+    def test_records_that_were_found_while_something_was_typed_change_no_form(self, tmp_path: Path):
+        with at_step("stroke", "apa", tmp_path) as at:
+            (look,) = dialogue.looks(at.d)
+            write_record(tmp_path / "stroke_one_stack.csv", ("V", "d"))
+            at.edits("3")
+            at.execute(look)
+            assert (at.d.form.name, at.d.lines[0].text) == ("values", "3")
+
     def test_a_form_that_was_chosen_stays(self, tmp_path: Path):
         with at_step("stroke", "apa", tmp_path) as at:
             at.press("f6", "f6")
