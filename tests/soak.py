@@ -233,16 +233,10 @@ HEAVY: Mapping[str, Heavy] = {
         ["accept/tui", "accept/workflow"],
         [
             "test_a_file_that_is_refused_is_replaced_by_the_name_that_is_typed_next",
-            "test_all_heights_at_once_are_asked_about_together",
-            "test_on_a_complete_step_nothing_is_overwritten_unseen",
-            "test_what_is_refused_in_the_only_field_is_replaced_by_what_is_typed_next",
-            "test_what_is_refused_keeps_its_field_and_the_next_entry_has_its_own",
-            "test_what_is_typed_after_a_question_corrects_the_value_that_was_asked_about",
             "test_escape_closes_the_nearest_thing",
-            "test_two_lines_of_a_scanner_land_in_their_two_fields",
             "test_a_burst_from_the_list_of_units_through_two_steps_loses_no_key",
         ],
-        "entries of any speed, a slip of the point",
+        "entries of any speed; each kind of entry in tests/accept/workflow/dialogue",
     ),
     "tests/accept/tui/test_tui_gauge.py": Heavy(
         ["accept/tui", "accept/workflow", "hw"],

@@ -13,7 +13,7 @@ from accept.pictures.signs import unit_word
 from accept.tui import theme
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.key_queue import InOrder
-from accept.tui.screens.help import Help
+from accept.tui.screens.ask import Help
 from accept.tui.screens.start import Begin, Given, StartScreen, open_at_bench
 from accept.workflow.shift import SigningShift
 from specs.errors import AcceptError

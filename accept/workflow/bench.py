@@ -33,20 +33,16 @@ class Exercise(Protocol):
     @property
     def hidden(self) -> str:
         """Return what was wrong, and what the technician made of it."""
-        ...
 
     @property
     def remedies(self) -> Sequence[Any]:
         """Return what can be put right at the bench."""
-        ...
 
     def put_right(self, session: Session, remedy: Any) -> Event:
         """Record a step again, without the fault if this is its remedy."""
-        ...
 
     def resume(self, session: Session) -> None:
         """Put right what was put right already in the present attempt."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 import os
 import re
 import time
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -128,7 +128,7 @@ def proposals(
         if not step and (file.damage or fits(declared, folder / file.name))
     ]
     newest = max((file.mtime for _, _, file, _ in candidates), default=0.0)
-    candidates = [c for c in candidates if c[3] >= (1 if c[1].name in _optional(wanted) or c[2].damage else 0)]
+    candidates = [c for c in candidates if c[3] >= (1 if c[1].optional or c[2].damage else 0)]
     candidates.sort(
         key=lambda c: (c[2].damage != "", newest - c[2].mtime > _TOGETHER_S, -c[2].score, -c[3], c[0], -c[2].mtime)
     )
@@ -137,10 +137,6 @@ def proposals(
         if declared.name not in chosen and file.name not in {one.name for one in chosen.values()}:
             chosen[declared.name] = file
     return chosen
-
-
-def _optional(wanted: Iterable[FileInput]) -> set[str]:
-    return {one.name for one in wanted if one.optional}
 
 
 def _score(file: str, declared: FileInput, wanted: Sequence[FileInput], about: str) -> int:

@@ -48,9 +48,9 @@ from accept.units.attempt_folder import attempt_folder
 from accept.workflow import print_picture, record_folder
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
 from accept.workflow.instruments.port import InstrumentPort, reading
-from accept.workflow.lock import UnitLock
 from accept.workflow.passphrase_guard import refuse_passphrases
 from accept.workflow.record_folder import Proposals
+from accept.workflow.state.lock import UnitLock
 from accept.workflow.state.unit_state import (
     Attempt,
     FileLink,
@@ -60,11 +60,11 @@ from accept.workflow.state.unit_state import (
     UnitRun,
     fold_run,
 )
+from accept.workflow.state.usual_values import usual_values
 from accept.workflow.status import Status, judgement_of, open_steps, state_of, status_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
 from accept.workflow.steps.section import note_lines, ready, value_words
-from accept.workflow.usual_values import usual_values
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
 from checks.cause import Cause
@@ -357,7 +357,9 @@ class Session:
 
     def _inputs_of_others(self, step: WorkflowStep) -> Mapping[str, Sequence[Series | CsvTable]]:
         """Return words -> inputs of the steps whose records may lie in the same folder."""
-        return {_about(other): _files_of(other) for other in self.steps if other is not step and not other.derived}
+        others = [other for other in self.steps if other is not step and not other.derived]
+        inputs = {_about(other): [i for form in other.check.forms for i in form.inputs] for other in others}
+        return {about: [i for i in given if isinstance(i, Series | CsvTable)] for about, given in inputs.items()}
 
     def _sources(self) -> dict[str, float]:
         """Return when [s of the epoch] each file was last taken for a unit, among the latest events of the store. What
@@ -597,7 +599,3 @@ def _is_reserved(finding: Finding) -> bool:
 def _about(step: WorkflowStep) -> str:
     """Return the words of a step that the names of its records may hold, its name in a list last."""
     return f"{step.name}\n{step.short}"
-
-
-def _files_of(step: WorkflowStep) -> list[Series | CsvTable]:
-    return [i for form in step.check.forms for i in form.inputs if isinstance(i, Series | CsvTable)]

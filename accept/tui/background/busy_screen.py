@@ -1,10 +1,13 @@
 """A screen whose slow or blocking work runs in threads, in order, with a visible clock; errors become one line."""
 
 import asyncio
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from importlib import import_module
+from types import ModuleType
 from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 from textual.binding import Binding, BindingType
@@ -19,12 +22,31 @@ _LOOK_S = 0.2  # between two looks whether the screen is still there
 _CLOCK_AFTER_S = 1.0  # what is done sooner needs no clock
 
 
+# Modules of a library that import each other fail when two threads begin at different ends.
+_ONE_IMPORT = threading.Lock()
+
+
+def load_module(name: str) -> ModuleType:
+    """Return a module that takes long to import; called in a thread."""
+    with _ONE_IMPORT:
+        return import_module(name)
+
+
+# Keys that move in a table, before Enter, however fast they come.
+MOVES: list[BindingType] = [
+    Binding(key, f"move({rows})", show=False, priority=True)
+    for key, rows in (("up", -1), ("down", 1), ("pageup", -10), ("pagedown", 10))
+]
+ENDS: list[BindingType] = [
+    Binding(key, f"to_row({row})", show=False, priority=True) for key, row in (("home", 0), ("end", -1))
+]  # a table's own go to the first and last column
+
+
 class KnowsPassphrases(Protocol):
     """What a screen asks the application."""
 
     def is_secret(self, text: str) -> bool:
         """Return whether text is a passphrase of this bench; in a thread."""
-        ...
 
 
 class Working(Screen[T]):
@@ -109,6 +131,16 @@ class Working(Screen[T]):
     def stop_or(self, otherwise: Callable[[], None]) -> None:
         """Stop what is under way; without that, the other."""
         (self.stop or otherwise)()
+
+    def action_move(self, rows: int) -> None:
+        """Move in the table."""
+        table: Any = self.query("DataTable").last()
+        table.move_cursor(row=max(0, min(table.cursor_row + rows, table.row_count - 1)))
+
+    def action_to_row(self, row: int) -> None:
+        """Move to the first or last row of the table."""
+        table: Any = self.query("DataTable").last()
+        table.move_cursor(row=row % max(1, table.row_count))
 
     def on_unmount(self) -> None:
         """Stop waiting for the answer, so that the program can end."""

@@ -4,7 +4,7 @@ import errno
 
 from accept.base.console import KNOWN_ERRORS
 from accept.workflow.entry.parse_entry import EntryError
-from accept.workflow.lock import UnitBusy
+from accept.workflow.state.lock import UnitBusy
 from accept.workflow.worker.process import NotDone
 from hw.errors import InstrumentError
 

@@ -25,15 +25,15 @@ class OpensUnits(Protocol):
     async def next_unit(self, queue: Queue, words: str = "", goes_on: Queue | None = None) -> str:
         """Open the unit that waits behind this one, and go on with another queue from there; return why no other is
         open."""
-        ...
 
     async def scanned(self, serial: str, queue: Queue | None) -> str:
         """Go to the unit of a serial; return why not."""
-        ...
 
     async def is_serial(self, text: str) -> bool:
         """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
-        ...
+
+    def is_secret(self, text: str) -> bool:
+        """Return whether text is a passphrase of this bench; in a thread."""
 
 
 class Scanning(Working[T]):

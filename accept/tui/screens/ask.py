@@ -1,4 +1,4 @@
-"""A question in front of the screen: one or more lines, answered or left with Escape."""
+"""In front of the screen: a question of one or more lines, a choice, and the page behind F1."""
 
 import asyncio
 from collections.abc import Callable, Sequence
@@ -8,14 +8,16 @@ from typing import ClassVar, cast
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Vertical
+from textual.containers import Vertical, VerticalScroll
 from textual.screen import ModalScreen
-from textual.widgets import Input, Label
+from textual.widgets import Input, Label, OptionList, Static
 
 from accept.tui.background.busy_screen import KnowsPassphrases
+from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.shift import NOT_TAKEN
 
+NUMBERS = "123456789"  # keys of a choice
 Check = Callable[[int, list[str]], str]
 
 
@@ -117,3 +119,65 @@ class Question(ModalScreen[list[str] | None]):
         """Answer once, also if the key comes twice."""
         if self.is_current:
             self.dismiss(answer)
+
+
+class Choice(ModalScreen[int | None]):
+    """Dismisses with the place of what was chosen, None after Escape."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "leave", "Leave"),
+        *(Binding(number, f"take({place})", show=False) for place, number in enumerate(NUMBERS)),
+    ]
+
+    def __init__(self, title: str, words: str, options: Sequence[str]) -> None:
+        super().__init__()
+        self._title, self._words, self._options = title, words, options
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog"):
+            yield Label(self._title, classes="title", markup=False)
+            yield Label(self._words, classes="words", markup=False)
+            numbered = [
+                f"{n}  {words}" if n <= len(NUMBERS) else f"   {words}" for n, words in enumerate(self._options, 1)
+            ]
+            yield OptionList(*numbered, markup=False, id="choices")
+            yield Label("Enter or its number: choose    Esc: cancel", classes="quiet")
+
+    def on_mount(self) -> None:
+        self.set_focus(self.query_one(OptionList))
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        self.action_take(event.option_index)
+
+    def action_take(self, place: int) -> None:
+        if self.is_current and place < len(self._options):
+            self.dismiss(place)
+
+    def action_leave(self) -> None:
+        if self.is_current:
+            self.dismiss(None)
+
+
+class Help(ModalScreen[bool]):
+    """What a screen is for, and all its keys. Dismisses True if its further key was pressed."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,f1,enter", "leave", "Back"),
+        Binding("f4", "leave(True)", show=False),
+    ]
+
+    def __init__(self, title: str, text: str, further: str = "") -> None:
+        """Make the page. further: what F4 does on the screen behind, which it does from here too; "" for nothing."""
+        super().__init__()
+        self._title, self._text, self._further = title, text, further
+
+    def compose(self) -> ComposeResult:
+        with VerticalScroll(classes="dialog"):
+            yield Static(self._title, classes="title", markup=False)
+            yield Hanging(self._text)
+            further = f"    F4: {self._further}" if self._further else ""
+            yield Static(f"\nEnter or Esc: close{further}", classes="quiet")
+
+    def action_leave(self, further: bool = False) -> None:
+        if self.is_current and (self._further or not further):
+            self.dismiss(further)

@@ -13,8 +13,7 @@ from accept.tui.screens.plots import Plots
 from accept.tui.widgets.findings import Findings
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.pictures import Pictures
-from accept.tui.widgets.step_list import StepList
-from accept.tui.widgets.unit_bar import UnitBar
+from accept.tui.widgets.step_list import StepList, UnitBar
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 

@@ -13,7 +13,7 @@ from textual.screen import Screen
 from textual.widgets import Label
 
 from accept.base.atomic_files import write_atomic
-from accept.tui.background.load_module import load_module
+from accept.tui.background.busy_screen import load_module
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.plot import PanelView
 from checks.picture import Line, Panel, PanelKind

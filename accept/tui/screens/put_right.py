@@ -5,7 +5,7 @@ from typing import Any
 
 from accept.simulate.faults import Remedy
 from accept.tui.background.busy_screen import Working
-from accept.tui.screens.choose import Choice
+from accept.tui.screens.ask import Choice
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.status import Status

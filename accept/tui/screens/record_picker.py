@@ -16,7 +16,7 @@ from textual.containers import Vertical
 from textual.events import Key
 from textual.widgets import DataTable, Label, Static
 
-from accept.tui.background.busy_screen import Working
+from accept.tui.background.busy_screen import ENDS, MOVES, Working
 from accept.workflow.record_folder import LOOKED_INTO_MOST, Listing, age_words, look
 
 LOOKS_AT_MOST_S = 5.0  # keys wait for the list of a slow folder no longer
@@ -56,15 +56,11 @@ class Pick(Working[Path | None]):
     """Dismisses with the file, None after Escape."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        *MOVES,
+        *ENDS,
         Binding("enter", "choose", show=False, priority=True),
         Binding("escape", "leave", "Back"),
         Binding("backspace", "shorten", "Folder above", priority=True),
-        Binding("up", "move(-1)", show=False, priority=True),
-        Binding("down", "move(1)", show=False, priority=True),
-        Binding("pageup", "move(-10)", show=False, priority=True),
-        Binding("pagedown", "move(10)", show=False, priority=True),
-        Binding("end", "to_row(-1)", show=False, priority=True),
-        Binding("home", "to_row(0)", show=False, priority=True),
     ]
 
     def __init__(
@@ -209,14 +205,6 @@ class Pick(Working[Path | None]):
             self._filter(self._typed[:-1])
         else:
             self.action_up()
-
-    def action_move(self, rows: int) -> None:
-        table = self.query_one(DataTable)
-        table.move_cursor(row=max(0, min(table.cursor_row + rows, table.row_count - 1)))
-
-    def action_to_row(self, row: int) -> None:
-        table = self.query_one(DataTable)
-        table.move_cursor(row=row % max(1, table.row_count))
 
     def action_up(self) -> None:
         self._filter("")

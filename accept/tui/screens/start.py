@@ -16,8 +16,7 @@ from textual.message import Message
 from textual.widgets import Input, Label
 from textual.worker import get_current_worker
 
-from accept.tui.background.busy_screen import Working
-from accept.tui.background.load_module import load_module
+from accept.tui.background.busy_screen import Working, load_module
 from accept.tui.screens.ask import Question, QuestionLine, required, which_unit
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry

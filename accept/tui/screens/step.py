@@ -1,515 +1,406 @@
-"""One step: entries into its fields, one by one to the store; judged as soon as nothing is missing."""
+"""One step: renders its dialogue, passes on keys and executes effects; what they mean is decided there."""
 
 import asyncio
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from textual.app import ComposeResult
 from textual.binding import ActiveBinding, Binding, BindingType
-from textual.widgets import Input
+from textual.containers import Horizontal, Vertical
+from textual.widgets import Input, Label, Static
+from textual.worker import WorkerCancelled, WorkerFailed
 
 from accept.capture.operator_actions import Person
 from accept.capture.setup import CaptureResult
+from accept.pictures.labels import label_of
 from accept.store import Event
 from accept.store.payloads import EntryUndone
+from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.ask import Question, QuestionLine, required
 from accept.tui.screens.capture_dialogue import CaptureDialogue
+from accept.tui.screens.notes import ask_note, note_saved
+from accept.tui.screens.page import Page
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.record_picker import Pick
-from accept.tui.screens.step_form import StepForm
-from accept.tui.widgets.fields import Field, FieldPlace
+from accept.tui.widgets.fields import Field, stored_words
+from accept.tui.widgets.findings import Findings
+from accept.tui.widgets.limit_bar import limits
 from accept.tui.widgets.live_value import Gauge
-from accept.tui.widgets.step_list import WIDE_FROM
+from accept.tui.widgets.pictures import Pictures
+from accept.tui.widgets.step_list import WIDE_FROM, head, setup
+from accept.tui.widgets.text_entry import typed
+from accept.workflow.bench import Workbench
 from accept.workflow.capture import capture
-from accept.workflow.entry.parse_entry import (
-    EntryError,
-    are_several,
-    doubt,
-    parse_list,
-    parse_number,
-    parse_scalar,
-    passing_range,
-    usual_range,
-)
-from accept.workflow.shift import NOT_TAKEN
-from accept.workflow.steps.plan import has_files, is_needed
-from accept.workflow.steps.section import records_awaited
-from checks.declare import CsvTable, Measured, Scalar, Series, Vector
-from checks.errors import RecordError
+from accept.workflow.dialogue import step as dialogue
+from accept.workflow.dialogue import step_effects as do
+from accept.workflow.dialogue.step_effects import Do
+from accept.workflow.dialogue.step_state import StepDialogue, Turn
+from accept.workflow.effects.serve_step import StepService
+from accept.workflow.session import Session
+from accept.workflow.steps.plan import has_files
+from accept.workflow.steps.section import repeated
+from accept.workflow.worker.judging import Elsewhere
+from checks.declare import Measured
 
+LOOK_EVERY_S = 1.0  # into the folder of the records
+LOOK_AT_MOST_S = 0.7  # before the form is shown: a slow folder is waited for no longer than a person notices
 TYPED_AHEAD_S = 0.2  # what a paste or a scanner sends arrives within; a person reads a refusal more slowly
+_HELP = (
+    "Numbers may carry a unit and an uncertainty: 4.99 uF, 4,99, 4.99 ± 0.02 uF. F3 reads the instrument; at a "
+    "record it measures the whole step. F4 takes one more reading of the same value: the mean counts, the "
+    "scatter is shown. If the decimal point or the unit looks mistyped, the program asks; F9 keeps the value.\n"
+)
 
 
-class StepScreen(StepForm):
-    """Values and files of one step, stored one by one; judged as soon as nothing is missing."""
+class StepScreen(Page):
+    """Values and files of one step, judged in the other process; Escape stops a comparison with a model."""
+
+    AUTO_FOCUS = ""  # where every value is there the cursor is in no field, after a question in front neither
 
     # All before the line itself gets them: so keys act in the order in which they were pressed, however fast they come.
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "enter", show=False, priority=True),
-        Binding("f2", "pick", "File", priority=True),
-        Binding("f3", "read", "Read", priority=True),
-        Binding("f4", "repeat", "Repeat", priority=True),
-        Binding("f5", "note", "Note", priority=True),
+        Binding("f10,ctrl+n", "press('f10')", "Same step, next unit", show=False, priority=True),
+        Binding("f9", "press('f9')", "Keep", priority=True, show=False),
+        Binding("ctrl+d", "press('ctrl+d')", "More values", show=False, priority=True),
+        Binding("enter", "press('enter')", show=False, priority=True),
+        Binding("f2", "press('f2')", "File", priority=True),
+        Binding("f3", "press('f3')", "Read", priority=True),
+        Binding("f4", "press('f4')", "Repeat", priority=True),
+        Binding("f5", "press('f5')", "Note", priority=True),
         # F6 and F9 stand beside the fields: in the footer they would push "Back" off 80 columns.
-        Binding("f6", "way", "Input", priority=True, show=False),
+        Binding("f6", "press('f6')", "Input", priority=True, show=False),
         Binding("f7", "picture", "Plots", priority=True),
-        Binding("f8", "measure_again", "Again", priority=True),
-        Binding("f9", "keep", "Keep", priority=True, show=False),
-        Binding("ctrl+z", "undo", "Undo", priority=True),
-        Binding("ctrl+r", "put_right", "Put right", priority=True),
-        Binding("up", "line(-1)", show=False, priority=True),
-        Binding("down", "line(1)", show=False, priority=True),
+        Binding("f8", "press('f8')", "Again", priority=True),
+        Binding("ctrl+z", "press('ctrl+z')", "Undo", priority=True),
+        Binding("ctrl+r", "press('ctrl+r')", "Put right", priority=True),
+        Binding("up", "press('up')", show=False, priority=True),
+        Binding("down", "press('down')", show=False, priority=True),
         Binding("escape", "leave", "Back", priority=True),
     ]
 
-    async def action_enter(self) -> None:
-        """Save what stands in the line, and go on at once: the next key belongs to the next line."""
-        if await self.take_scan():
+    def __init__(self, bench: Workbench, session: Session, name: str) -> None:
+        self.step = session.step(name)
+        super().__init__(bench, session, self.step.guide.words, name)
+        self.service = StepService(bench, session, self.step)
+        self.dialogue = dialogue.opening(self.step, self.service.facts(None)).state
+        self._shown: object = None  # that the parts above the fields were drawn from
+        self._fields: Sequence[Field] = ()
+        self._laying_out = asyncio.Lock()
+
+    def parts(self) -> ComposeResult:
+        yield from super().parts()  # the result stands on top: it is seen without scrolling
+        if self.step.derived:
             return
-        field = self._focused_field() or self._refused()
-        if field is None:
-            await self._finish()  # nothing is missing here: the list opens the next step
-        elif text := field.input.value.strip():
-            if not (await self._is_other_unit(field, text) or await self._is_refused(field)):
-                self._give(field, field.input.value, repeat=False)
-        elif (
-            file := field.proposed or (self._proposals.get(field.place.declared.name) if field.damaged else None)
-        ) is not None:
-            self._give(field, file.name, repeat=False)
-        elif self.dispensable(field):
-            await self._finish()
-        else:
-            self._go_past(field)
+        yield Label("", id="way", markup=False)
+        with Horizontal(id="upper"):
+            with Vertical(id="form"):
+                yield Gauge()  # above the fields: it stays in sight
+                yield Vertical(id="fields")
+            if self.step.guide.picture:
+                yield Static(self.step.guide.picture, id="guide", markup=False)
 
-    async def take_value(self, text: str) -> None:
-        """Give a value to the field under the cursor, if it takes one."""
-        field = self._focused_field()
-        if field is None:
-            self.say(f"{text} was not saved: this step is complete. ↑ ↓: choose the field to correct", "bad")
-        elif field.place.is_file:
-            self.say(f"{text} was not saved: {field.place.name} is a file. {self.what_now}", "bad")
-        else:
-            self._give(field, text, repeat=False)
+    async def on_mount(self) -> None:
+        if self.alive:
+            await self._follow(dialogue.opening(self.step, self.service.facts(self.bench_app.queue)))
+            self.set_interval(LOOK_EVERY_S, self.look_again)
 
-    def _go_past(self, field: Field) -> None:
-        """Go on from an empty field, unless it is required: what is read or typed next would be that of another."""
-        if is_needed(field.place.declared) and not (field.pending or self._has(field.place)):
-            self.say(f"{field.place.name} is required. {self.what_now}. ↓: next field", "bad")
-        else:
-            self._go_on(field)
-            self._hint()
+    async def answer(self, event: Callable[..., Turn], *data: Any) -> None:
+        """Let the dialogue answer an event, and do what follows."""
+        if self.alive:
+            await self._follow(event(self._at_present(), *data))
 
-    async def _finish(self) -> None:
-        """Judge what was given if that was put off, else go on to the next step, or to the next unit of the queue, once
-        all is saved: what was not stays here."""
+    def _at_present(self) -> StepDialogue:
+        """Return the dialogue with what is typed and stored at this moment."""
+        return replace(self._edited(), facts=self.service.facts(self.bench_app.queue))
+
+    def _edited(self) -> StepDialogue:
+        if len(self._fields) != len(self.dialogue.lines):  # they are being laid out
+            return self.dialogue
+        lines = [field.input for field in self._fields]
+        cursor = next((n for n, line in enumerate(lines) if line is self.focused), None)
+        return self.dialogue.typed(tuple(line.value for line in lines), cursor)
+
+    async def _follow(self, turn: Turn) -> None:
+        self.dialogue = turn.state
+        if turn.words is not None:
+            super().say(turn.words.text, turn.words.role)
+        await self._draw()
+        for effect in turn.effects:
+            await self._execute(effect)
+
+    def say(self, words: str, role: str = "quiet") -> None:
+        self.dialogue = replace(self.dialogue, hints=False)
+        super().say(words, role)
+
+    def _later(self, event: Callable[..., Turn], *data: Any) -> None:
+        self.call_next(self.answer, event, *data)
+
+    async def _execute(self, effect: object) -> None:
+        match effect:
+            case Do.BELL:
+                self.app.bell()
+            case Do.SELECT:
+                if isinstance(self.focused, Input):
+                    self.focused.select_all()
+            case Do.JUDGE:
+                self._judge()
+            case Do.MEASURE:
+                self._measure()
+            case Do.STOP:
+                self.stop_or(lambda: None)
+            case Do.UNDO:
+                self.send(partial(self.session.undo, self.step.name), self._changed, "undoing")
+            case Do.END_QUEUE:
+                self.bench_app.queue = None
+            case Do.ASK_REASON:
+                words, lines = "The record keeps the earlier entries.", [QuestionLine("Reason")]
+                question = Question("Measure this step again", words, lines, required("Type the reason"))
+                self.app.push_screen(question, self._measure_again)
+            case Do.ASK_NOTE:
+                await ask_note(self, self.session, self.step, self.bench.records, self._noted)
+            case Do.ASK_REMEDY:
+                ask_remedy(self, self.bench, self.session, partial(self._later, dialogue.mended))
+            case do.LookForRecords():
+                await self._look(effect)
+            case do.Recognize():
+                kind = await asyncio.to_thread(self.service.recognize, effect, self.bench_app.is_secret)
+                await self.answer(dialogue.recognized, effect, kind)
+            case do.StoreEntry():
+                self._store(effect)
+            case do.Settle():
+                await self._settle(effect)
+            case do.Leave():
+                self.leave(effect.result)
+            case do.GoToUnit():
+                await self.saved()
+                if why := await self.bench_app.scanned(effect.serial, effect.queue):
+                    self.say(why, "bad")
+            case do.NextUnit():
+                if why := await self.bench_app.next_unit(effect.queue, effect.words, effect.goes_on):
+                    await self.answer(dialogue.no_next_unit, effect, why)
+            case do.PickFile():
+                await self._pick(effect)
+            case do.ReturnLater():
+                self.set_timer(TYPED_AHEAD_S, partial(self.answer, dialogue.returned, effect.place))
+
+    async def _settle(self, effect: do.Settle) -> None:
         await self.saved()
-        if (field := self._refused()) is not None:
-            self.set_focus(field.input)
-        elif self.complete and self.session.judgement(self.step.name) is None and not self.judging:
-            self.judge()
-        else:
-            await self.go_further()
+        for worker in [w for w in self.workers if effect.judged and w.node is self and w.group == "judge"]:
+            with suppress(WorkerFailed, WorkerCancelled):
+                await worker.wait()
+        await typed(self)  # what was refused last is known by now
+        await self.answer(dialogue.settled, effect.then)
 
-    async def _is_other_unit(self, field: Field, text: str) -> bool:
-        """Go to another unit if its serial was scanned into the line of a value or a file. Returns whether it was."""
-        place = field.place
-        if not any(map(str.isalpha, text)) or any(map(str.isspace, text)):
-            return False
-        if place.is_file:
-            if (self.bench.records / Path(text).expanduser()).exists():
-                return False
-        else:
-            with suppress(EntryError):
-                parse_number(text, place.unit)
-                return False
-        if text != self.session.serial and await asyncio.to_thread(self.bench.known_one, text) is None:
-            return False
-        field.input.value = ""
-        await self.saved()
-        if why := await self.bench_app.scanned(text, self.queue or self.own_queue):
-            self.say(why, "bad")
-        return True
-
-    async def _is_refused(self, field: Field) -> bool:
-        """Take a passphrase away that was typed for a value or a file. Returns whether it was one."""
-        text = field.input.value
-        is_file = field.place.is_file and (self.bench.records / Path(text.strip()).expanduser()).exists()
-        if refused := not is_file and await self.is_secret(text):
-            field.input.value = ""
-            self.app.bell()
-            self.say(NOT_TAKEN, "bad")
-        return refused
-
-    def _refused(self) -> Field | None:
-        """Return the first field whose entry was refused and still stands there: Enter tries it again before the cursor
-        is back, and does not go on without it."""
-        return next((f for f in self.query(Field) if f.has_class("refused") and f.input.value.strip()), None)
-
-    def _give(self, field: Field, text: str, repeat: bool, sure: bool = False) -> None:
-        """Send what was typed to the store, or say beside the field why not. sure: it was asked about already.
-
-        The cursor goes on at once, because what was typed ahead belongs to the next field, and comes back to what was
-        refused if nothing was.
-        """
-        place = field.place
-        try:
-            match place.declared:
-                case Series() | CsvTable() as declared:
-                    path = self.bench.records / Path(text.strip()).expanduser()  # an absolute one stays itself
-                    self._store(field, partial(self._link, declared, path), text)
-                case Vector() as declared if are_several(text, declared.size):
-                    self._take_all(parse_list(text, declared), text, sure)
-                case Scalar() as declared:
-                    self._take(field, parse_scalar(text, declared), repeat, text, sure)
-                case _:
-                    self._take(field, parse_number(text, place.unit), repeat, text, sure)
-        except EntryError as e:
-            field.refuse(text, str(e))
-            self.say(f"{field.place.name}: {e}", "bad")
-            self.app.bell()
-            self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
-        self._go_on(field)
-
-    def _link(self, declared: Series | CsvTable, path: Path) -> Event:
-        """Link a record, in a thread. Raises EntryError if it is refused, with what to do."""
-        try:
-            return self.session.link(self.step.name, declared, path)
-        except RecordError as e:
-            raise EntryError(f"{e}\n→ {self.session.link_advice(path, e)}") from e
-
-    def _return_to(self, field: Field) -> None:
-        """Put the cursor back to what was refused or asked about, unless it was saved or something was typed elsewhere
-        meanwhile: what is typed next is its correction, and no value of the next field. Nothing is done if the fields
-        of another form were laid out meanwhile."""
-        if not field.query(Input):
+    async def _look(self, look: do.LookForRecords) -> None:
+        if look.then in ("again", "turn"):
+            if self.is_current:
+                self.aside(
+                    lambda: (look, [(form, self.service.proposals(form)) for form in look.forms], time.time()),
+                    lambda looked: self._later(dialogue.looked, *looked),
+                    "records",
+                )
             return
-        here = self._focused_field()
-        if (field.has_class("refused") or field.doubted is not None) and (here is None or not here.input.value):
-            self.set_focus(field.input)
-            field.input.select_all()
+        found = []
+        with suppress(TimeoutError):
+            for form in look.forms:
+                proposals = asyncio.to_thread(self.service.proposals, form)
+                found.append((form, await asyncio.wait_for(proposals, LOOK_AT_MOST_S)))
+                if found[-1][1]:
+                    break
+        await self.answer(dialogue.looked, look, found, time.time())
 
-    def _take(self, field: Field, measured: Measured, repeat: bool, text: str, sure: bool) -> None:
-        place, step = field.place, self.step.name
-        if not sure and (question := self._doubt(place, measured.value)):
-            self._ask(field, text, question)
-            self.app.bell()
-            self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
-            return
-        self._store(
-            field,
-            lambda: self.session.take(step, place.declared, measured, index=place.index, repeat=repeat, text=text),
-            text,
-        )
+    async def look_again(self) -> None:
+        """Look into the folder of the records once more."""
+        for look in dialogue.looks(self._at_present()) if self.is_current else ():
+            await self._look(look)
 
-    def _doubt(self, place: FieldPlace, value: float) -> str:
-        declared = place.declared
-        if not isinstance(declared, Scalar | Vector):
-            return ""
-        limits = self.step.asked.limits
-        return doubt(value, place.unit, usual_range(declared, limits), passing_range(declared, limits))
+    def _store(self, entry: do.StoreEntry) -> None:
+        def stored(event: Event) -> None:
+            for gauge in self.query(Gauge):
+                gauge.forget()
+            self._later(dialogue.stored, entry, event.seq, event.data.get("origin", ""), event.data.get("file", ""))
+            self.call_next(self._watch)
 
-    def _take_all(self, values: list[float], text: str, sure: bool) -> None:
-        fields = list(self.query(Field))
-        unusual = next((q for f, v in zip(fields, values, strict=True) if (q := self._doubt(f.place, v))), "")
-        if unusual and not sure:
-            self._ask(fields[0], text, unusual)
-            self.say(f"{unusual}. F9: keep all", "doubt")
-            self.set_timer(TYPED_AHEAD_S, partial(self._return_to, fields[0]))
-            return
-        for field, value in zip(fields, values, strict=True):
-            self._take(field, Measured(value), False, f"{value:.9g} {field.place.unit}", True)
+        def failed(why: str) -> None:
+            is_there = entry.is_file and self.service.path(entry.text).is_file()
+            self._later(dialogue.not_stored, entry, why, is_there)
 
-    async def action_keep(self) -> None:
-        """Keep what the foot asks about as it was typed; without a question, go to the summary. Of several questions
-        each is shown before it is answered."""
-        here, asked = self._focused_field(), [field for field in self.query(Field) if field.doubted is not None]
-        field = here if here in asked else self._asked if self._asked in asked else next(iter(asked), None)
-        if field is None or field.doubted is None:
-            typed = next((each for each in self.query(Field) if each.input.value.strip()), None)
-            if typed is None:
-                await self.action_to_summary()
-            else:
-                self.say(f"{typed.place.name} is not saved. Enter: save it", "bad")
-        elif field is not self._asked:
-            self._ask(field, field.doubted, field.question)
-            self.set_focus(field.input)
-        elif field.input.value != field.doubted:  # it was typed again meanwhile: that is another entry
-            self.say("The entry was changed. Enter: save it", "bad")
+        self.send(lambda: self.service.store(entry), stored, self.service.doing(entry), failed)
+
+    def _judge(self) -> None:
+        work, done = partial(self.session.judge_step, self.step.name), partial(self._later, dialogue.judged)
+        failed = partial(self._later, dialogue.not_judged)
+        if self.step.check.model is None:
+            judge = Elsewhere(self.bench.worker).judge
+            self.aside(lambda: work(judge), done, "judge", failed)
         else:
-            self._asked = None
-            self._give(field, field.doubted, repeat=False, sure=True)
-
-    def _ask(self, field: Field, text: str, question: str) -> None:
-        """Ask about what was typed, beside the field and at the foot."""
-        self._asked = field
-        field.ask(text, question)
-        self.say(f"{field.place.name}: {question}. F9: keep it, or type another", "doubt")
-
-    def _store(self, field: Field, action: Callable[[], Event], text: str = "", doing: str = "saving") -> None:
-        field.send()
-        self.send(action, lambda event: self._stored(field, event), doing, lambda why: self._lost(field, text, why))
-
-    def _stored(self, field: Field, event: Event) -> None:
-        """Show a value that is on the disk."""
-        field.arrived()
-        self.show()
-        if field.place.is_file:  # what it was is proposed no more, what it replaces may be proposed again
-            taken = Path(str(event.data.get("origin", ""))).name
-            self._proposals = {name: file for name, file in self._proposals.items() if file.name != taken}
-            for other in self.query(Field):
-                self._propose(other)
-            self._look_again()
-        given, kept = Path(str(event.data.get("origin", ""))).name, str(event.data.get("file", ""))
-        saved = f"Saved ({event.seq}){f' as {kept}' if given != kept else ''}"
-        if self._early:
-            self.say(f"{saved}. The second F3 came too early: nothing was read. {self.what_now}", "doubt")
-        else:
-            self.say(f"{saved}. {self.what_now}", "saved")
-        self._early = False
-        for gauge in self.query(Gauge):
-            gauge.forget()
-        self._follow()
-        if self.complete and not self._awaited():
-            self.judge()
-
-    def _awaited(self) -> bool:
-        """Return whether the records of a step that needs none of them in particular are still coming in."""
-        return records_awaited(self.step, self.state) and self.focused is not None
-
-    def _lost(self, field: Field, text: str, why: str) -> None:
-        """Put back what was typed but is not on the disk, and the cursor, unless something else was typed already."""
-        field.arrived()
-        self._early = False
-        is_there = field.place.is_file and (self.bench.records / Path(text.strip()).expanduser()).is_file()
-        field.refuse("" if is_there else text, why)  # a file that is no use is not tried again: Enter takes another
-        refused = {Path(path).name for path in self.state.unusable}
-        self._proposals = {name: file for name, file in self._proposals.items() if file.name not in refused}
-        self._propose(field)
-        if is_there:
-            self.say(f"{Path(text).name}: not taken. {_sentence(why.rpartition('→ ')[2])}", "bad")
-        self._look_again()
-        self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
-
-    async def action_pick(self) -> None:
-        field = self._focused_field()
-        if field is None or not field.place.is_file:
-            files = [f for f in self.query(Field) if f.place.is_file]
-            empty = [f for f in files if not self._has(f.place)]
-            field = next(iter(empty or (files if len(files) == 1 else [])), None)  # the only one may be replaced
-        if field is None:
-            others = any(map(has_files, self.step.check.forms))
-            full = "No empty field for a file. ↑ ↓: choose the field to replace"
-            other = "This field wants a number. F6: take a file" if others else "This step takes no file"
-            self.say(full if has_files(self._form) else other, "bad")
-            return
-        chosen, declared = field, field.place.declared
-        if not isinstance(declared, Series | CsvTable):
-            return
-        await self.app.push_screen(
-            Pick(
-                chosen.place.name,
-                self.bench.records,
-                partial(self.session.may_fit, declared),
-                partial(self.session.name_score, self.step, declared),
-                chosen.proposed.name if chosen.proposed is not None else "",
-            ),
-            lambda path: self._give(chosen, self._from_records(path), repeat=False) if path else None,
-        )
-
-    def _from_records(self, path: Path) -> str:
-        """Return a file as it would be typed: the name alone if it is in the folder of the records."""
-        records = self.bench.records
-        return str(path.relative_to(records) if path.is_relative_to(records) else path)
-
-    def action_read(self) -> None:
-        """Take the instrument's value into the line; what is saved there already is replaced only when asked twice."""
-        field = self._focused_field()
-        if field is None and self._reading:
-            self._too_early()
-        elif field is None:
-            self.say("Step complete. ↑ ↓: choose a field to read again")
-        elif self._reading:
-            self._too_early()
-        elif self._has(field.place) and self._rereading is not field:
-            self._rereading = field
-            self.say(f"{field.place.name} is saved. F3 again: replace it. F4: one more reading of it", "doubt")
-        else:
-            self._read(field, repeat=False)
-
-    async def action_repeat(self) -> None:
-        """Take one more reading of the same value: what stands in the line, or what the instrument says."""
-        field = self._focused_field()
-        if field is not None and field.input.value.strip():
-            if not await self._is_refused(field):
-                self._give(field, field.input.value, repeat=True)
-        elif self._reading:
-            self._too_early()
-        elif field is not None:
-            self._read(field, repeat=True)
-        else:
-            self.say("Step complete: nothing was read. ↑ ↓: choose the field, F4: one more reading of it", "doubt")
-
-    def _too_early(self) -> None:
-        """Say that nothing is read for this key: the probe would still be at the point before."""
-        self._early = True
-        self.app.bell()
-        self.say("Wait: a reading is under way. Press F3 again when it is saved", "bad")
-
-    def _read(self, field: Field, repeat: bool) -> None:
-        place, step = field.place, self.step.name
-        if place.is_file and self.bench.instruments.recording(step) is not None:
-            self._ask_to_measure(field)
-            return
-        instrument = None if place.is_file else self._instrument(place)
-        if instrument is None:
-            self.say("No instrument for this field; type the value", "bad")
-            return
-        self._reading = True
-        self._store(
-            field,
-            lambda: self._read_now(
-                lambda: self.session.read(step, place.declared, instrument, index=place.index, repeat=repeat)
-            ),
-            doing=f"reading {instrument.name}",
-        )
-        self._go_on(field)
-
-    def _ask_to_measure(self, field: Field) -> None:
-        """Measure the whole step; where a record is proposed already, only when asked twice: it takes minutes."""
-        proposed = [f.proposed.name for f in self.query(Field) if f.proposed is not None]
-        if proposed and self._rereading is not field:
-            self._rereading = field
-            self.say(f"Enter: take {proposed[0]}. F3 again: measure at the rig, some minutes; Esc stops it", "doubt")
-        else:
-            self._measure()
+            send_to_worker(self, self.bench.worker, lambda e: work(e.judge), done, "comparing", failed)
 
     def _measure(self) -> None:
         """Measure the whole step by its recipe: the bench is set up as it asks, Escape stops it."""
         step, instruments = self.step.name, self.bench.instruments
         instrument = instruments.recording(step)
-        dialogue = CaptureDialogue(self, f"Measure: {self.step.guide.words}")
-        actions = instruments.staged or Person(dialogue.ask)
-        self._reading, self.stop = True, dialogue.stop
+        talk = CaptureDialogue(self, f"Measure: {self.step.guide.words}")
+        actions = instruments.staged or Person(talk.ask)
+        self.stop = talk.stop
 
         def measure() -> CaptureResult:
             try:
-                return capture(self.session, step, instrument, actions, dialogue.say, stopped=dialogue.stopped)
+                return capture(self.session, step, instrument, actions, talk.say, stopped=talk.stopped)
             finally:
-                self._reading, self.stop = False, None
+                self.stop = None
 
-        def measured(captured: CaptureResult) -> None:
-            dialogue.ended()
-            self._measured(captured)
+        def ended(captured: CaptureResult | str) -> None:
+            talk.ended()
+            self._later(dialogue.measured, None if isinstance(captured, str) else captured.notes)
 
-        doing = f"measuring with {instrument.name}, some minutes; Esc: stop"
-        self.send(measure, measured, doing, lambda _: dialogue.ended())
+        self.send(measure, ended, f"measuring with {instrument.name}, some minutes; Esc: stop", ended)
 
-    def _measured(self, captured: CaptureResult) -> None:
-        notes = f". {'; '.join(captured.notes)}" if captured.notes else ""
-        self.say(f"Saved{notes}", "saved")
-        self.show()
-        self._go_on(None)
-        if self.complete:
-            self.judge()
-
-    def _read_now(self, read: Callable[[], Event]) -> Event:
-        """Read in a thread: another reading may be asked for when this one has ended, well or not."""
-        try:
-            return read()
-        finally:
-            self._reading = False
-
-    def action_measure_again(self) -> None:
-        if not self.state.entries:
-            self.say("Nothing to repeat: this step has no entries", "bad")
-            return
-        words = "The record keeps the earlier entries."
-        question = Question("Measure this step again", words, [QuestionLine("Reason")], required("Type the reason"))
-        self.app.push_screen(question, self._anew)
-
-    def _anew(self, answer: list[str] | None) -> None:
+    def _measure_again(self, answer: list[str] | None) -> None:
         if answer is not None:
             self.send(lambda: self.session.remeasure(self.step.name, answer[0]), self._changed, "storing")
 
-    def action_put_right(self) -> None:
-        ask_remedy(self, self.bench, self.session, self._mended)
-
-    def _mended(self, step: str) -> None:
-        """Begin this step anew with the new records, or leave it for the one that they belong to."""
-        if step == self.step.name:
-            self.call_later(self._begin_anew)
-        else:
-            self.leave(False)
-
-    async def _begin_anew(self) -> None:
-        await self._look_for_records()
-        await self._lay_out()
-        self.show()
-        self.say(f"New records are there. {self.what_now}", "saved")
-
-    def action_undo(self) -> None:
-        """Undo the last entry of this step only: the technician would not see what goes elsewhere."""
-        self.send(partial(self.session.undo, self.step.name), self._changed, "undoing")
+    def _noted(self, event: Event) -> None:
+        self._later(Turn)  # a nonconformance holds the step that is shown
+        self.say(note_saved(event), "good")
 
     def _changed(self, event: Event) -> None:
-        if event.what == EntryUndone.KIND:
-            self.say(f"Undone: {self.session.words_of(event)}; the record keeps both", "saved")
-        else:
-            self.say(f"Saved ({event.seq}); the record keeps the earlier entries", "saved")
-        self.show()
-        self._go_on(None)
-        if self.complete:
-            self.judge()
+        undone = self.session.words_of(event) if event.what == EntryUndone.KIND else ""
+        self._later(dialogue.changed, event.seq, undone)
+
+    async def _pick(self, effect: do.PickFile) -> None:
+        declared, records = effect.declared, self.bench.records
+        fits, score = partial(self.session.may_fit, declared), partial(self.session.name_score, self.step, declared)
+        screen = Pick(declared.label, records, fits, score, effect.first)
+
+        def picked(path: Any) -> None:
+            if path is not None:
+                within = path.is_relative_to(records)
+                self._later(dialogue.picked, effect.place, str(path.relative_to(records) if within else path))
+
+        await self.app.push_screen(screen, picked)
+
+    async def _draw(self) -> None:
+        """Show the dialogue as it is now."""
+        async with self._laying_out:
+            if [field.place for field in self._fields] != [line.place for line in self.dialogue.lines]:
+                await self._lay_out()
+        if not self.alive or len(self._fields) != len(self.dialogue.lines):
+            return
+        self._show_fields()
+        d = self.dialogue
+        line = None if d.cursor is None else self._fields[d.cursor].input
+        if line is not self.focused:
+            self.set_focus(line)
+        if (shown := (d.facts, d.judging_words, d.whole)) != self._shown:
+            self._shown = shown
+            self.show()
+        self.refresh_bindings()
+
+    def _show_fields(self) -> None:
+        d = self.dialogue
+        judgement = d.facts.judgement if d.complete else None
+        for n, (field, line) in enumerate(zip(self._fields, d.lines, strict=True)):
+            stored = stored_words(line.place, self.step, d.facts.state, judgement)
+            field.show(line.text, stored, *d.reason(n), takes=d.proposed(n) is not None)
+
+    async def _lay_out(self) -> None:
+        """Lay out the lines of the present form."""
+        d, forms = self.dialogue, self.step.check.forms
+        others = ", ".join(f.name for f in forms if f is not d.form)
+        self.query_one("#way", Label).update(f"Input: {d.form.name}   (F6: {others})" if others else "")
+        self.query_one("#way").display = bool(others)
+        self.query_one("#upper").set_class(has_files(d.form) or len(d.lines) < 4, "files")
+        self.query_one("#main").set_class(has_files(d.form) and bool(self.step.guide.picture), "of-files")
+        self.query_one("#drawing", Static).update(self.step.guide.picture)
+        self._fields = ()
+        await self.query_one("#fields").remove_children()
+        if not self.alive:  # left while the old fields went
+            return
+        fields = [Field(line.place) for line in d.lines]
+        await self.query_one("#fields").mount(*fields)
+        self._fields = fields
+
+    def show(self) -> None:
+        """Show everything above the fields and around them."""
+        d = self.dialogue
+        self.query_one("#head", Static).update(head(self.session, self.step))
+        self.query_one("#setup", Static).update(setup(self.step))
+        done = d.complete and not d.awaits_records  # else the instruction is still to be read
+        self.query_one("#main").set_class(done, "complete")
+        findings, words = self.query_one(Findings), d.judging_words
+        judgement = d.facts.judgement if d.complete and not words else None
+        findings.whole = d.whole
+        findings.show(self.step.check, judgement, words or d.lacking, self.session.usual, d.facts.source_action or "")
+        self.query_one(Pictures).show(self.session.panels(self.step.name))
+        self.show_around()
+
+    def on_input_changed(self) -> None:
+        """Show a line that is typed into."""
+        self.dialogue = self._edited()
+        if len(self._fields) == len(self.dialogue.lines):
+            self._show_fields()
+
+    async def on_descendant_focus(self) -> None:
+        await self.answer(dialogue.moved)
+        self._watch()
+
+    def on_screen_resume(self) -> None:
+        self._watch()
+
+    def on_screen_suspend(self) -> None:
+        super().on_screen_suspend()
+        for gauge in self.query(Gauge):
+            gauge.leave()
+
+    def _watch(self) -> None:
+        """Show the instrument of the present line at the gauge, or what is stored there."""
+        line, state = self.dialogue.here, self.dialogue.facts.state
+        for gauge in self.query(Gauge):
+            if line is None or line.place.is_file:
+                gauge.follow(None, "", None, None)
+                continue
+            name, index = line.place.key
+            one = None if self.dialogue.complete else repeated(state.readings(name, index), self.step.asked, name)
+            stored = None if one is None else Measured(one.value, one.U)  # its finding shows it at a complete step
+            limit, usual = self.step.asked.limits.get(name), self.session.usual.get(name)
+            gauge.follow(self.service.instrument(line.place), line.place.unit, limit, stored, usual)
+
+    async def action_press(self, key: str) -> None:
+        """Hand on a key, unless Enter ends a serial that was scanned."""
+        if key != "enter" or not await self.take_scan():
+            await self.answer(dialogue.press, key)
+
+    async def take_value(self, text: str) -> None:
+        """Give a value to the line under the cursor, if it takes one."""
+        await self.answer(dialogue.take_value, text)
 
     @property
     def active_bindings(self) -> dict[str, ActiveBinding]:
-        """Return the bindings, with those that do nothing at the present field out of the row of keys."""
-        idle = self._idle() if self.is_mounted and self.query(Field) else set()
-        return {
-            key: active._replace(binding=replace(active.binding, show=False))
-            if active.node is self and active.binding.action in idle
-            else active
-            for key, active in super().active_bindings.items()
-        }
-
-    def _idle(self) -> set[str]:
-        """Return the actions that only say why they do nothing at present."""
-        field, form = self._focused_field(), self._form
-        is_value = field is not None and not field.place.is_file
-        reads = field is not None and self._instrument(field.place) is not None
-        does = {
-            "pick": has_files(form),
-            "read": reads or (not is_value and field is not None and self._is_measured),
-            "repeat": is_value and (reads or (field is not None and self._has(field.place))),
-            # behind F1 if there is no room for it
-            "measure_again": bool(self.state.entries) and not (is_value and self.app.size.width < WIDE_FROM),
-            "undo": bool(self.session.attempt.undoable),
-        }
-        return {action for action, active in does.items() if not active}
+        """Return the bindings as they are called here, those that do nothing at present out of the row of keys."""
+        idle, called = self.dialogue.idle(self.app.size.width >= WIDE_FROM), self.dialogue.called
+        bindings = super().active_bindings
+        for key, active in bindings.items():
+            if active.node is self:
+                own = active.binding
+                own = replace(own, show=own.show and key not in idle, description=called.get(key, own.description))
+                bindings[key] = active._replace(binding=own)
+        return bindings
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at this step out of the footer."""
-        if not self.is_mounted:
-            return True
-        match action:
-            case "put_right":
-                return self.bench.training is not None
-            case "way":
-                return len(self.step.check.forms) > 1
-            case _:
-                return super().check_action(action, parameters)
+        if action == "picture":
+            return not self.is_mounted or bool(self.session.panels(self.step.name))
+        return action != "press" or self.dialogue.means(str(parameters[0]))
 
-    def more_help(self) -> list[str]:
-        return [
-            "Numbers may carry a unit and an uncertainty: 4.99 uF, 4,99, 4.99 ± 0.02 uF. F3 reads the instrument; at a "
-            "record it measures the whole step. F4 takes one more reading of the same value: the mean counts, the "
-            "scatter is shown. If the decimal point or the unit looks mistyped, the program asks; F9 keeps the value.\n"
+    def help_text(self) -> str:
+        bounds = [
+            f"  {label_of(name)}: {limits(x.lower, x.upper)} {x.unit}, {x.rule}\n      {name}; {x.source}"
+            for name, x in self.step.asked.limits.items()
         ]
-
-
-def _sentence(words: str) -> str:
-    """Return words with a capital letter in front; names within keep theirs."""
-    return words[:1].upper() + words[1:]
+        told = f"{self.step.guide.words}\n{setup(self.step).plain}\n\n{self.step.guide.picture}\n"
+        return "\n".join([told, *([] if self.step.derived else [_HELP]), "Limits", *bounds])

@@ -12,10 +12,8 @@ from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
 from accept.store import Event
-from accept.tui.background.busy_screen import Working
-from accept.tui.background.load_module import load_module
+from accept.tui.background.busy_screen import ENDS, MOVES, Working, load_module
 from accept.tui.background.scanning import Scanning
-from accept.tui.screens.derived_step import DerivedScreen
 from accept.tui.screens.gap import WORDS, Explain, answer
 from accept.tui.screens.notes import ask_note, note_saved, note_words
 from accept.tui.screens.put_right import ask_remedy
@@ -23,9 +21,7 @@ from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, held_words
-from accept.tui.widgets.step_words import head, setup, standing
-from accept.tui.widgets.unit_bar import UnitBar
+from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, UnitBar, head, held_words, setup, standing
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.status import Status
@@ -39,6 +35,8 @@ class Steps(Scanning[bool]):
     """Dismisses True when the next unit is wanted, False when this one is left as it is."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        *MOVES,
+        *ENDS,
         Binding("enter", "open", "Open", priority=True),
         Binding("right", "open", show=False, priority=True),
         Binding("f2", "say_where_signed", show=False, priority=True),
@@ -47,12 +45,6 @@ class Steps(Scanning[bool]):
         Binding("f9", "summary", "Summary", priority=True),
         Binding("ctrl+r", "put_right", "Put right"),
         Binding("escape", "leave", "Other unit"),
-        Binding("up", "move(-1)", show=False, priority=True),  # before Enter, however fast they come
-        Binding("down", "move(1)", show=False, priority=True),
-        Binding("pageup", "move(-10)", show=False, priority=True),
-        Binding("pagedown", "move(10)", show=False, priority=True),
-        Binding("home", "to_row(0)", show=False, priority=True),  # a table's own go to the first and last column
-        Binding("end", "to_row(-1)", show=False, priority=True),
     ]
 
     def __init__(self, bench: Workbench, session: Session, words: str = "") -> None:
@@ -146,7 +138,8 @@ class Steps(Scanning[bool]):
         self.query_one("#head", Static).update(heading)
         text = held_words(self.session.nonconformances)
         text.append("\n\n" if text else "")
-        text.append_text(_gap_card(self.session) if step is None else card(self.session, step))
+        gap = Text(WORDS) if self.session.gap is None else answer(self.session.gap)
+        text.append_text(gap if step is None else card(self.session, step))
         self.query_one("#card", Hanging).hang(text)
 
     def _stand_at_next(self) -> None:
@@ -183,8 +176,7 @@ class Steps(Scanning[bool]):
         if step is None:
             await self.app.push_screen(Explain(self.bench, self.session), self._back)
         else:
-            kind = DerivedScreen if step.derived else StepScreen
-            await self.app.push_screen(kind(self.bench, self.session, step.name), self._back)
+            await self.app.push_screen(StepScreen(self.bench, self.session, step.name), self._back)
 
     async def begin_queue(self, step: str, words: str) -> None:
         """Open the step that is done at one unit after the other, the summary without one. words: said there."""
@@ -195,7 +187,9 @@ class Steps(Scanning[bool]):
         await self._open(self.session.step(step))
         shown = self.app.screen
         if words and isinstance(shown, Working):
-            shown.say(f"{words}. {shown.what_now}" if isinstance(shown, StepScreen) else words)
+            if isinstance(shown, StepScreen) and not shown.step.derived:
+                words = f"{words}. {shown.dialogue.what_now}"
+            shown.say(words)
 
     async def _back(self, goes_on: bool | None) -> None:
         """Stand at the next incomplete step, and open it if Enter asked for it; behind the last step open the summary.
@@ -219,15 +213,13 @@ class Steps(Scanning[bool]):
         rig = queue.step_at(self.session.waiting) if queue is not None and queue.name == RIG else ""
         return self.session.step(rig) if rig else None
 
-    def action_to_row(self, row: int) -> None:
-        self._asked_about = ""
-        rail = self.query_one(StepList)
-        rail.move_cursor(row=row % rail.row_count)
-
     def action_move(self, rows: int) -> None:
         self._asked_about = ""
-        rail = self.query_one(StepList)
-        rail.move_cursor(row=max(0, min(rail.cursor_row + rows, rail.row_count - 1)))
+        super().action_move(rows)
+
+    def action_to_row(self, row: int) -> None:
+        self._asked_about = ""
+        super().action_to_row(row)
 
     async def action_note(self) -> None:
         step = self._step_here() or self.session.step("frf")
@@ -294,8 +286,3 @@ def card(session: Session, step: WorkflowStep) -> Text:
     for note in session.state(step.name).notes:
         text.append(f"\n{note_words(note)}", HELD if note.nonconformance else "dim")
     return text
-
-
-def _gap_card(session: Session) -> Text:
-    found = session.gap
-    return Text(WORDS) if found is None else answer(found)

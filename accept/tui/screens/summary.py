@@ -24,26 +24,14 @@ from accept.store.payloads import RecordRefused, without_hashes
 from accept.tui.background.problems import words_of
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.background.scanning import Scanning
-from accept.tui.screens.ask import Check, Question, QuestionLine
-from accept.tui.screens.help import Help
+from accept.tui.screens.ask import Check, Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
-from accept.tui.widgets.step_list import HELD, held_words, listed, where_held
-from accept.tui.widgets.unit_bar import UnitBar
+from accept.tui.widgets.step_list import HELD, UnitBar, held_words, listed, where_held
+from accept.workflow import certify
 from accept.workflow.bench import Workbench
-from accept.workflow.certify import (
-    check_passphrase,
-    countersign_unit,
-    disposition_problem,
-    key_problem,
-    make_keys,
-    needs_why,
-    new_passphrase_problem,
-    reason_problem,
-    sign_unit,
-)
 from accept.workflow.session import Session
 from accept.workflow.shift import SigningShift
 from accept.workflow.status import Status, of_findings
@@ -182,7 +170,8 @@ class Summary(Scanning[bool]):
             return Status.HELD
         if self.session.refusal(f) is not None:
             return Status.REFUSED
-        return Status.NOT_DONE if _not_measured(f) else of_findings([f])
+        unmeasured = f.cause is not None and f.cause.cause is Cause.NOT_MEASURED and not f.cause.record
+        return Status.NOT_DONE if unmeasured else of_findings([f])
 
     def _open_in(self, result: UnitResult) -> list[str]:
         """Return what keeps a unit from being accepted, in words: quantities by what became of them."""
@@ -250,7 +239,7 @@ class Summary(Scanning[bool]):
             await self._ask_ahead()
         elif self.session.attempt.certificate is not None:
             self.say("Already signed. F3: countersign", "bad")
-        elif problem := key_problem(self.bench.home, keys.TECHNICIAN, self.session.operator):
+        elif problem := certify.key_problem(self.bench.home, keys.TECHNICIAN, self.session.operator):
             self.say(problem, "bad")
         elif (kept := self._shift.passphrase(self.session.operator)) is not None:
             words = self._what_is_signed().append(f"\n\n{_OPEN_KEY.format(self.session.operator)}", "not bold default")
@@ -270,9 +259,9 @@ class Summary(Scanning[bool]):
     def _asked_why(self) -> list[QuestionLine]:
         """Return the line that asks why a unit is signed that is not accepted, or a certificate is replaced."""
         result = self.session.result
-        if result is None or (result.verdict is UnitVerdict.ACCEPTED and not needs_why(self.session)):
+        if result is None or (result.verdict is UnitVerdict.ACCEPTED and not certify.needs_why(self.session)):
             return []
-        return [QuestionLine(_WHY_REPLACED if needs_why(self.session) else _WHY)]
+        return [QuestionLine(_WHY_REPLACED if certify.needs_why(self.session) else _WHY)]
 
     def _signs(self, secret: Callable[[list[str]], str], kept: str = "") -> Check:
         """Return a check of the lines by which a technician signs: why, if that is asked, then the passphrase. secret:
@@ -281,7 +270,7 @@ class Summary(Scanning[bool]):
 
         def check(place: int, given: list[str]) -> str:
             if place < asked:
-                return reason_problem(self.session, given[place], [kept, *given[asked:]])
+                return certify.reason_problem(self.session, given[place], [kept, *given[asked:]])
             return secret(given[: place + 1])
 
         return check
@@ -290,13 +279,13 @@ class Summary(Scanning[bool]):
         """Return why a passphrase that is chosen cannot be taken: said at its first line."""
         said, chosen = given[: len(self._asked_why)], given[len(self._asked_why) :]
         differ = "The passphrases differ" if len(set(chosen)) > 1 else ""
-        return new_passphrase_problem(self.session, chosen[0], said) or differ
+        return certify.new_passphrase_problem(self.session, chosen[0], said) or differ
 
     async def _ask_ahead(self) -> None:
         """Ask for the passphrase while the unit is still evaluated; what is signed is confirmed when it is known."""
         operator = self.session.operator
         self.say("Evaluating; then you confirm what is signed")
-        known = keys.exist(self.bench.home) and not key_problem(self.bench.home, keys.TECHNICIAN, operator)
+        known = keys.exist(self.bench.home) and not certify.key_problem(self.bench.home, keys.TECHNICIAN, operator)
         if not known or self._shift.passphrase(operator) is not None:
             return
 
@@ -329,7 +318,7 @@ class Summary(Scanning[bool]):
 
         def check(given: list[str]) -> str:
             try:
-                check_passphrase(self.session, role, given[-1])
+                certify.check_passphrase(self.session, role, given[-1])
             except AcceptError as e:
                 return _NOT_OPENED if isinstance(e.__cause__, LockedError) else words_of(e)
             return ""
@@ -342,7 +331,9 @@ class Summary(Scanning[bool]):
         *reason, first, _ = answer
         home, operator = self.bench.home, self.session.operator
         self.send(
-            lambda: make_keys(home, operator, first), lambda left: self._made([first, *reason], left), "making keys"
+            lambda: certify.make_keys(home, operator, first),
+            lambda left: self._made([first, *reason], left),
+            "making keys",
         )
 
     def _made(self, answer: list[str], left: Path) -> None:
@@ -357,7 +348,7 @@ class Summary(Scanning[bool]):
         """Sign the unit. answer: the passphrase, and the reason if one was asked."""
         if answer is not None:
             self.send(
-                lambda: sign_unit(self.session, *answer),
+                lambda: certify.sign_unit(self.session, *answer),
                 lambda report: self._signed(report, answer[0]),
                 "signing and verifying",
             )
@@ -375,7 +366,7 @@ class Summary(Scanning[bool]):
             self.say("The technician must sign first: F2", "bad")
         elif len(self.session.attempt.signatures) > 1:
             self.say("Already countersigned", "bad")
-        elif problem := key_problem(self.bench.home, keys.QA, self.session.operator):
+        elif problem := certify.key_problem(self.bench.home, keys.QA, self.session.operator):
             self.say(problem, "bad")
         else:
             self.app.push_screen(self._asked_of_qa(), self._countersign)
@@ -395,7 +386,7 @@ class Summary(Scanning[bool]):
             if place + 1 == len(lines):
                 return opens(given)
             choice, reason, passphrase = given
-            return disposition_problem(self.session, choice, reason if place else "-", [passphrase])
+            return certify.disposition_problem(self.session, choice, reason if place else "-", [passphrase])
 
         return Question(f"Countersign {self.session.serial}", words, lines, check)
 
@@ -403,7 +394,7 @@ class Summary(Scanning[bool]):
         if answer is not None:
             *disposition, passphrase = answer
             self.send(
-                lambda: countersign_unit(self.session, passphrase, *disposition),
+                lambda: certify.countersign_unit(self.session, passphrase, *disposition),
                 self._signed,
                 "countersigning and verifying",
             )
@@ -478,10 +469,6 @@ def _detail(f: Finding, refused: RecordRefused | None, said: str) -> str:
 
 
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
-
-
-def _not_measured(f: Finding) -> bool:
-    return f.cause is not None and f.cause.cause is Cause.NOT_MEASURED and not f.cause.record
 
 
 def _verdict(result: UnitResult, open_words: Sequence[str], refused: Sequence[RecordRefused]) -> Text:

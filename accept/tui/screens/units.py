@@ -9,7 +9,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.widgets import DataTable, Label
 
-from accept.tui.background.busy_screen import Working
+from accept.tui.background.busy_screen import MOVES, Working
 from accept.tui.screens.ask import which_unit
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import HELD
@@ -27,15 +27,12 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
     """Dismisses with the unit to open and the queue that it was chosen from, None for neither."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        *MOVES,
         Binding("enter", "open", "Open", priority=True),
         Binding("tab", "turn(1)", "Next list", priority=True),
         Binding("shift+tab", "turn(-1)", show=False, priority=True),
         Binding("f6", "add", "Add a tray", priority=True),
         Binding("ctrl+z", "take_off", "Take off", priority=True),
-        Binding("up", "move(-1)", show=False, priority=True),
-        Binding("down", "move(1)", show=False, priority=True),
-        Binding("pageup", "move(-10)", show=False, priority=True),
-        Binding("pagedown", "move(10)", show=False, priority=True),
         Binding("escape", "leave", "Back", priority=True),
     ]
 
@@ -174,10 +171,6 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         self._added.discard(serial)
         self.say(f"{serial} is off the list. {self._tray if self._adding else _SCAN}", "saved")
         self._look()
-
-    def action_move(self, rows: int) -> None:
-        table = self.query_one("#known", DataTable)
-        table.move_cursor(row=max(0, min(table.cursor_row + rows, table.row_count - 1)))
 
     async def action_open(self) -> None:
         """Open the unit that was scanned, else the one under the cursor; while a tray is added, add it."""

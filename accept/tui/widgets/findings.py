@@ -115,8 +115,3 @@ def _value(f: Finding) -> str:
     if f.value is None:
         return _ABOVE if f.reason == _ABOVE else "no value"
     return numbers(f.value, f.U, f.unit)
-
-
-def missing_words(labels: Sequence[str]) -> str:
-    """Return what was not given, as one sentence."""
-    return f"Missing: {', '.join(labels)}" if labels else ""

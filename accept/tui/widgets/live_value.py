@@ -7,8 +7,7 @@ from textual.message import Message
 from textual.widgets import Static
 
 from accept.tui.widgets.limit_bar import limit_bar, limits, numbers, usual_words
-from accept.workflow.instruments.live import Look, Watch
-from accept.workflow.instruments.port import InstrumentPort
+from accept.workflow.instruments.port import InstrumentPort, Look, Watch
 from checks.declare import Measured
 from specs.spec import Limit
 

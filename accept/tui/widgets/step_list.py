@@ -1,9 +1,9 @@
-"""The rail on the left of every screen of a unit: its steps, a mark for each, and where one stands."""
+"""On every screen of a unit: the bar on top and the steps on the left, each with its mark; a step in words."""
 
 from collections.abc import Sequence
 
 from rich.text import Text
-from textual.widgets import DataTable
+from textual.widgets import DataTable, Static
 
 from accept.pictures import signs
 from accept.pictures.labels import check_label
@@ -12,6 +12,7 @@ from accept.tui.widgets.limit_bar import after_number, numbers
 from accept.workflow.session import Session
 from accept.workflow.status import UNFINISHED, Status
 from accept.workflow.steps.plan import WorkflowStep
+from accept.workflow.steps.section import missing_labels
 from checks.rounding import rounded
 from checks.verdict import Finding, Verdict
 
@@ -123,3 +124,71 @@ def _number(f: Finding, status: Status) -> str:
 def _cut(text: Text, width: int) -> Text:
     text.truncate(width, overflow="ellipsis")
     return text
+
+
+def head(session: Session, step: WorkflowStep) -> Text:
+    """Return number, state and title, which is never cut."""
+    status = session.status(step)
+    number = 1 + [s.name for s in session.steps].index(step.name)
+    text = Text().append(f"{number}/{len(session.steps)}  ", "dim")
+    text.append(f"{status.mark} {status.word}", status.style)
+    text.append("  ·  ", "dim").append(step.title, "bold")
+    return text if step.required else text.append("  (not required)", "dim")
+
+
+def setup(step: WorkflowStep) -> Text:
+    """Return with which instrument, and who starts the drive at which amplitude."""
+    text = Text()
+    for label, words in (("Instrument", step.asked.instrument or ""), ("Drive", step.guide.drive)):
+        if words:
+            text.append(f"{label}: ", "bold").append(f"{words}\n", "")
+    text.rstrip()
+    return text
+
+
+def standing(session: Session, step: WorkflowStep) -> str:
+    """Return where a step stands that is not judged: what is missing, why it is measured again."""
+    status, state = session.status(step), session.state(step.name)
+    if status is Status.NOT_DONE:
+        return f"Measure again ({state.reasons[-1]})" if state.reasons else ""
+    if session.judgement(step.name) is None or status is Status.TAKEN:
+        wanted = ", ".join(missing_labels(step, state))
+        refused = [f"{record.line}\n→ {record.action}" for record in state.refused.values()]
+        done = (
+            "Complete, not judged yet"
+            if step.check.model is None
+            else "Not compared yet. Enter: compare with the model"
+        )
+        return "\n".join([*refused, f"Missing: {wanted}" if wanted else done])
+    return ""
+
+
+class UnitBar(Static):
+    """One line. Where the spec's title does not fit, its name stands there, or nothing; what is still longer than the
+    screen is cut at the end."""
+
+    def __init__(self, session: Session, where: str = "") -> None:
+        super().__init__("", id="unit", markup=False)
+        self._session, self._where = session, where
+
+    def on_mount(self) -> None:
+        self.show()
+
+    def on_resize(self) -> None:
+        self.show()
+
+    def show(self) -> None:
+        """Show the unit as it is now."""
+        spec = self._session.spec
+        lines = [self._line(words) for words in (spec.title, f"spec {spec.name}", "")]
+        self.update(next((line for line in lines if line.cell_len <= self.size.width), lines[-1]))
+
+    def _line(self, spec: str) -> Text:
+        session = self._session
+        done = sum(session.status(step) not in UNFINISHED for step in session.steps)
+        count = f"{done} of {len(session.steps)} steps{'' if session.responses is None else ', gap optional'}"
+        text = Text.assemble((f" {session.serial} ", "reverse bold"), "  ", (f"attempt {session.attempt.number}", ""))
+        for words in (self._where, count, session.operator, spec):
+            text.append("  ·  ", "dim").append(words) if words else None
+        text.no_wrap, text.overflow = True, "ellipsis"
+        return text

@@ -72,13 +72,8 @@ def is_needed(declared: Input) -> bool:
 
 def guide_of(check: Check) -> Guide:
     """Return the guide of a check, or one made of its declaration if it has none."""
-    return check.guide or Guide(f"{check.title}. Needed: {_ways(check)}.")
-
-
-def _ways(check: Check) -> str:
-    return ", or ".join(_needs(form) for form in check.forms)
-
-
-def _needs(form: Form) -> str:
-    words = [f"the file '{i.label}'" if isinstance(i, Series | CsvTable) else i.label for i in form.inputs]
-    return " and ".join(words)
+    ways = [
+        " and ".join(f"the file '{i.label}'" if isinstance(i, Series | CsvTable) else i.label for i in form.inputs)
+        for form in check.forms
+    ]
+    return check.guide or Guide(f"{check.title}. Needed: {', or '.join(ways)}.")

@@ -15,6 +15,7 @@ from accept.analysis import model_fit
 from accept.cli.main import app
 from accept.models.model_file import open_model
 from checks.fitting import Calibration, Dataset
+from checks.fitting import model_fit as fitting
 from checks.fitting.coordinates import Free
 from checks.model import Model
 from tests.shared.recorded_units import RecordedUnits
@@ -71,8 +72,8 @@ def test_a_worse_end_is_given_up_for_the_start(monkeypatch: pytest.MonkeyPatch, 
         H = good.model.frf(data.f, dict(zip(good.fit.names, values, strict=True)), data.channels)
         return replace(good, fit=replace(good.fit, values=values, residuals=(data.H - H,), prior_cost=1e9))
 
-    real = model_fit.calibrate
-    monkeypatch.setattr(model_fit, "calibrate", astray)
+    real = fitting.calibrate
+    monkeypatch.setattr(fitting, "calibrate", astray)
     found = model_fit.fit_unit(recorded_units.folder("S-01"), starts=1)
     assert not found.fit.converged
     assert "farther" in found.fit.message
@@ -87,7 +88,7 @@ def test_G_is_that_of_the_fitted_model(recorded_units: RecordedUnits) -> None:
     for c, channel in enumerate(data.channels):
         own = np.abs(data.H[:, c] - H[:, c]) ** 2 / (data.noise[:, c] + (0.01 * np.abs(H[:, c])) ** 2)
         assert found.after[channel].G == pytest.approx(own.mean(), rel=0.2), channel  # less what was determined
-    residual = model_fit.pictures(found)["de residual"]
+    residual = found.panels["de residual"]
     fitted = next(line for line in residual.items if getattr(line, "label", "") == "model fitted")
     expected = np.abs(data.H[:, 1] - H[:, 1]) / np.abs(H[:, 1])
     np.testing.assert_allclose(fitted.y, np.maximum(expected, 1e-4), rtol=1e-9)

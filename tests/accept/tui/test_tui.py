@@ -457,9 +457,9 @@ async def test_a_record_that_arrives_is_proposed_and_enter_takes_it(tmp_path: Pa
         await begin(pilot)
         await press(pilot, "enter", "f6")
         (field,) = pilot.app.screen.query(Field)
-        assert field.proposed is None
+        assert pilot.app.screen.dialogue.proposed(0) is None
         arrived(tmp_path / "flat.csv", 10)
-        await until(lambda: field.proposed is not None)
+        await until(lambda: pilot.app.screen.dialogue.proposed(0) is not None)
         assert "flat.csv" in words(pilot, "#status")
         assert pilot.app.focused is field.input
         await press(pilot, "enter")
@@ -474,12 +474,11 @@ async def test_a_record_of_another_unit_or_still_being_written_is_not_proposed(t
         await press(pilot, "enter", "enter", "escape", "escape")
         await begin(pilot)
         await press(pilot, "enter", "f6")
-        (field,) = pilot.app.screen.query(Field)
-        assert field.proposed is None
+        assert pilot.app.screen.dialogue.proposed(0) is None
         arrived(tmp_path / "now.csv", 0)
-        pilot.app.screen._look_again()
+        await pilot.app.screen.look_again()
         await settled(pilot)
-        assert field.proposed is None
+        assert pilot.app.screen.dialogue.proposed(0) is None
     assert not stored("record_linked")
 
 
@@ -498,7 +497,7 @@ async def test_every_check_has_a_step_made_from_its_declaration_alone():
             assert step is each
             for form in step.check.forms:
                 names = {field.place.declared.name for field in pilot.app.screen.query(Field)}
-                assert names == {i.name for i in pilot.app.screen._form.inputs}
+                assert names == {i.name for i in pilot.app.screen.dialogue.form.inputs}
                 await press(pilot, *(["f6"] if len(step.check.forms) > 1 else []))
                 assert form in step.check.forms
             await press(pilot, "escape")

@@ -3,7 +3,6 @@
 import asyncio
 import os
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +23,7 @@ from checks.acceptance import CHECKS
 from checks.declare import Series
 from hw.records import write_csv
 from specs.spec import Limit
-from tests.accept.tui.tui_help import HEIGHTS, begin, focused_again, loader, press, running, settled, type_line, words
-from tests.hw.instruments.fake_instrument import Fake, Only
+from tests.accept.tui.tui_help import HEIGHTS, begin, loader, press, running, settled, type_line, words
 from tests.soak import SOAK
 
 ENTRIES = st.lists(st.integers(-199, 199).map(lambda n: n / 4), min_size=8, max_size=8)
@@ -73,83 +71,6 @@ async def _typed_ahead(values: list[float], pauses: list[int], delays: list[floa
     assert [(e["index"], e["value"]) for e in stored(serial)] == list(enumerate(values))
 
 
-async def test_two_lines_of_a_scanner_land_in_their_two_fields():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "enter")
-        await burst(pilot, "4,93\n9940 nF\n", [0])
-        await settled(pilot)
-    assert [(e["input"], e["value"]) for e in stored("APA-02")] == [("sensor_uF", 4.93), ("actuator_uF", 9.94)]
-
-
-async def test_what_is_refused_keeps_its_field_and_the_next_entry_has_its_own():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "enter")
-        await burst(pilot, "4.99 V\n9.85\n", [0])
-        await settled(pilot)
-        first, second = pilot.app.screen.query(Field)
-        assert first.input.value == "4.99 V"
-        assert first.input.has_focus  # the only one that is still to be given
-        await press(pilot, *"4.99", "enter")  # what is selected is replaced
-        assert pilot.app.screen.complete
-        assert not second.input.value
-    assert [(e["input"], e["value"]) for e in stored("APA-02")] == [("actuator_uF", 9.85), ("sensor_uF", 4.99)]
-
-
-async def test_on_a_complete_step_nothing_is_overwritten_unseen():
-    async with running(lambda: replace(loader()(), instruments=Only("capacitance", Fake([4.99e-6])))) as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "enter")
-        await press(pilot, "f3", "f3")
-        assert len(stored("APA-02")) == 2
-        await press(pilot, "f3", *"77", "enter")  # the cursor stands in no field
-        assert len(stored("APA-02")) == 2
-        assert "No unit of that serial" in words(pilot, "#status")
-        assert pilot.app.screen.step.name == "capacitance"
-        await press(pilot, "enter")
-        assert pilot.app.screen.step.name == "stroke"
-        await press(pilot, "escape", "down", "enter", "up", "f3")
-        assert "F3 again: replace it" in words(pilot, "#status")
-        assert len(stored("APA-02")) == 2
-        await press(pilot, "f3")
-        assert [e["input"] for e in stored("APA-02")] == ["sensor_uF", "actuator_uF", "actuator_uF"]
-
-
-async def test_a_slip_of_the_point_is_asked_about_and_kept_only_when_confirmed():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "enter")
-        asked = pilot.app.focused
-        await type_line(pilot, "49.9")
-        assert "4.99 uF would be usual" in words(pilot, "#status")
-        assert not stored("APA-02")
-        await focused_again(pilot, asked)
-        await press(pilot, "enter")  # Enter does not confirm: a scanner sends it
-        assert not stored("APA-02")
-        await press(pilot, "f9")
-        assert [e["value"] for e in stored("APA-02")] == [49.9]
-
-
-async def test_what_is_typed_after_a_question_corrects_the_value_that_was_asked_about():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "enter")
-        for wrong, right in (("49.3", "4.93"), ("98.6", "9.86")):
-            asked = pilot.app.focused
-            await type_line(pilot, wrong)
-            await focused_again(pilot, asked)
-            await press(pilot, *right, "enter")
-    assert [(e["input"], e["value"]) for e in stored("APA-02")] == [("sensor_uF", 4.93), ("actuator_uF", 9.86)]
-
-
-async def test_what_is_refused_in_the_only_field_is_replaced_by_what_is_typed_next():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "down", "enter", *"abc", "enter", *"365", "enter")
-    assert [e["value"] for e in stored("APA-02")] == [365]
-
-
 async def test_a_file_that_is_refused_is_replaced_by_the_name_that_is_typed_next(tmp_path: Path):
     (tmp_path / "bad.csv").write_text("x_mm,y_mm\n1,2\n")
     points = "x_mm,y_mm,z_um\n0,0,0\n10,0,1\n10,10,-1\n0,10,1\n20,0,0\n30,0,1\n30,10,0\n20,10,1\n"
@@ -164,20 +85,9 @@ async def test_a_file_that_is_refused_is_replaced_by_the_name_that_is_typed_next
         assert not field.input.value  # a file that is no use is not tried again: Enter takes what is proposed
         assert "it has x_mm (1 rows)" in str(field.query_one(".reason", Static).render())
         await press(pilot, *"good.csv", "enter")
-        assert pilot.app.screen.complete
+        assert pilot.app.screen.dialogue.complete
         assert "good.csv" in str(field.query_one(".stored", Static).render())
         assert not field.input.placeholder  # its room is the name's
-
-
-async def test_all_heights_at_once_are_asked_about_together():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "enter")
-        await type_line(pilot, "0 1 2 3 99999 1 2 3")
-        assert "99999 um is unusual" in words(pilot, "#status")
-        assert not stored("APA-02")
-        await press(pilot, "f9")
-        assert [e["value"] for e in stored("APA-02")] == [0, 1, 2, 3, 99999, 1, 2, 3]
 
 
 async def test_escape_closes_the_nearest_thing():
@@ -263,53 +173,6 @@ async def test_keys_behind_a_known_serial_belong_to_its_unit():
         assert [note.text for note in pilot.app.session.state("flatness").notes] == ["apa"]
 
 
-async def test_f9_keeps_the_value_that_is_asked_about_and_no_other():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "enter")
-        sensor, actuator = pilot.app.screen.query(Field)
-        await type_line(pilot, "49.9")
-        await focused_again(pilot, sensor.input)
-        await press(pilot, "down", *"98.5", "enter")
-        await focused_again(pilot, sensor.input)  # the foot asks about the other one
-        assert str(words(pilot, "#status")).startswith("? C of the actuator") or "98.5" in actuator.doubted
-        await press(pilot, "f9")
-        assert not stored("APA-02")
-        assert sensor.place.name in words(pilot, "#status")
-        await press(pilot, "f9")
-        assert [(e["input"], e["value"]) for e in stored("APA-02")] == [("sensor_uF", 49.9)]
-        await press(pilot, "f9")
-        assert len(stored("APA-02")) == 1
-        assert actuator.place.name in words(pilot, "#status")
-        await press(pilot, "f9")
-        assert [e["value"] for e in stored("APA-02")] == [49.9, 98.5]
-
-
-async def test_a_failed_step_says_at_its_foot_what_to_do():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "enter", *"3.9", "enter", *"9.8", "enter")
-        assert "→ check that the leads are on the right stacks" in words(pilot, "#status")
-        assert "Step complete" not in words(pilot, "#status")
-
-
-async def test_the_foot_names_the_summary_and_f9_goes_there_from_a_complete_step():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "f9", "escape", "down", "enter")
-        await type_line(pilot, "4.99")
-        await press(pilot, "f9")
-        assert "Summary: Esc, then F9" in words(pilot, "#status")  # one value is missing
-        await type_line(pilot, "9.85")
-        await press(pilot, "escape", "enter", "escape", "down", "enter")
-        assert "Enter: next step" in pilot.app.screen.complete_words
-        assert "F9: summary" in pilot.app.screen.complete_words
-        await press(pilot, "up", *"4.98", "f9")
-        assert "is not saved" in words(pilot, "#status")  # and is not lost
-        await press(pilot, "enter", "f9")
-        assert type(pilot.app.screen).__name__ == "Summary"
-
-
 async def test_enter_at_the_last_step_opens_the_summary_of_a_strut_too(tmp_path: Path):
     """Red before: it landed in the list of steps, in which the keys of the summary do nothing."""
     async with running(loader("strut", tmp_path)) as pilot:
@@ -330,7 +193,7 @@ async def test_enter_at_the_last_step_opens_the_summary_of_a_strut_too(tmp_path:
         pilot.app.screen.query_one(StepList).stand_at(last.name)
         await press(pilot, "enter")
         assert pilot.app.screen.step is last
-        assert "Enter: summary" in pilot.app.screen.complete_words
+        assert "Enter: summary" in pilot.app.screen.dialogue.complete_words
         await press(pilot, "enter")
         assert type(pilot.app.screen).__name__ == "Summary"
 
@@ -344,29 +207,6 @@ async def test_eight_heights_that_are_pasted_as_a_column_are_eight_heights():
         await settled(pilot)
         await press(pilot, "enter")
         assert [e["value"] for e in stored("APA-02")] == [float(z) for z in HEIGHTS.split()]
-
-
-async def test_pasted_lines_in_a_field_of_one_value_are_refused():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "enter")
-        pilot.app.post_message(Paste("4.99\n9.85\n"))
-        await settled(pilot)
-        await press(pilot, "enter")
-        assert "not a number" in words(pilot, "#status")
-        assert not stored("APA-02")
-
-
-async def test_nothing_is_asked_about_an_emptied_field():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "enter")
-        await type_line(pilot, "49.9")
-        field = next(iter(pilot.app.screen.query(Field)))
-        await focused_again(pilot, field.input)
-        assert field.has_class("doubted")
-        await press(pilot, "backspace")
-        assert not field.has_class("doubted")
 
 
 async def test_an_empty_reason_leaves_the_question_of_measuring_again_open():

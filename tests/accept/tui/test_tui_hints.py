@@ -1,12 +1,10 @@
 """What a step says and proposes: the record that fits, why one cannot be taken and what to do, the key that gives what
 the present field wants; typing ahead loses nothing and goes nowhere else."""
 
-import math
 import os
 import re
 import time
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -18,32 +16,26 @@ from textual.widgets import DataTable, Input, Static
 from textual.widgets._footer import FooterKey
 
 from accept.base.home import home
-from accept.judging.advice import ADVICE
 from accept.judging.judge_unit import load_spec
 from accept.pictures.labels import label_of
 from accept.store import open_store
 from accept.store.payloads import NotedFile, StepNoted, without_hashes
-from accept.tui.background import busy_screen
 from accept.tui.screens import steps as steps_screen
 from accept.tui.screens import units as units_screen
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.start import Given
-from accept.tui.screens.step_form import field_of
-from accept.tui.screens.step_view import StepView
 from accept.tui.screens.units import _COLUMNS
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import StepList
 from accept.units import unit_folder
-from accept.workflow.bench import Begun, Workbench
+from accept.workflow.bench import Begun
 from accept.workflow.record_folder import PickableFile
 from accept.workflow.session import Session
 from accept.workflow.status import Status
-from accept.workflow.steps.plan import needs_rig
 from accept.workflow.training import open_training
 from accept.workflow.unit_list import RIG, KnownUnit, Queue, known_units
 from accept.workflow.worker.judging import judge_here
-from checks.cause import Cause
 from checks.declare import Measured, Series
 from checks.errors import RecordError
 from checks.rounding import rounded
@@ -53,7 +45,6 @@ from specs.strict import toml_of
 from tests.accept.tui.tui_help import (
     HEIGHTS,
     NARROW,
-    at_rest,
     begin,
     fill_values,
     loader,
@@ -65,7 +56,6 @@ from tests.accept.tui.tui_help import (
     type_line,
     words,
 )
-from tests.hw.instruments.fake_instrument import Fake, Only
 
 WHY = "the rest is measured tomorrow"
 AGO_S = 100.0  # the records were written to their ends
@@ -116,6 +106,11 @@ async def stand_at(pilot, name: str) -> None:
     await settled(pilot)
 
 
+def proposed(pilot, name: str) -> PickableFile | None:
+    d = pilot.app.screen.dialogue
+    return d.proposed(d.at((name, None)))
+
+
 def reason(pilot, name: str) -> str:
     return str(field(pilot, name).query_one(".reason", Static).render())
 
@@ -153,115 +148,19 @@ async def test_the_file_on_top_is_the_one_whose_name_speaks_for_the_field(record
         assert str(records) in words(pilot, "#folder")
 
 
-async def test_a_wrong_file_leaves_the_proposals_as_they_were(records: Path):
-    write_record(records / "frf_noise.csv")
-    write_record(records / "frf_noise_hf.csv")
-    write_record(records / "loops.csv", ("Va", "de"))
-    async with running(loader("strut", records)) as pilot:
-        await open_step(pilot, "frf")
-        await type_line(pilot, "loops.csv")  # lacks channels: refused
-        assert "loops.csv" in reason(pilot, "low")
-        assert "→ Enter: take frf_noise.csv" in reason(pilot, "low")
-        await stand_at(pilot, "low")  # where the cursor returns to by itself, a moment later
-        await press(pilot, "enter")
-        assert links() == {"low": "frf_noise.csv"}
-        await stand_at(pilot, "low")
-        await type_line(pilot, "frf_noise_hf.csv")  # in the wrong place
-        await stand_at(pilot, "low")
-        await type_line(pilot, "frf_noise.csv")  # put right
-        await shown(pilot, "#status", "frf_noise_hf.csv")
-        await press(pilot, "enter")
-        assert links() == {"low": "frf_noise.csv", "high": "frf_noise_hf.csv"}
-
-
-async def test_a_record_that_is_cut_says_so_at_once_with_what_to_do(records: Path):
-    write_record(records / "frf_noise.mat")
-    write_record(records / "frf_noise_hf.mat")
-    cut = (records / "frf_noise_hf.mat").read_bytes()
-    (records / "frf_noise_hf.mat").write_bytes(cut[: len(cut) * 2 // 3])
-    aged(records / "frf_noise_hf.mat")
-    async with running(loader("strut", records)) as pilot:
-        await open_step(pilot, "frf")
-        assert "frf_noise_hf.mat" in reason(pilot, "high")
-        assert "→ copy the file again, or record again" in reason(pilot, "high")
-        await press(pilot, "enter", "enter")  # the low one, then none for the high one
-        assert "frf_noise_hf.mat" in words(pilot, "#status")
-        assert "Copy the file again" in words(pilot, "#status")
-        (records / "frf_noise_hf.mat").write_bytes(cut)
-        aged(records / "frf_noise_hf.mat", AGO_S - 1.0)
-        await shown(pilot, "#status", "Enter: take")
-        assert field(pilot, "high").proposed is not None
-
-
-async def test_a_record_that_is_refused_says_what_to_do(records: Path):
-    write_record(records / "frf_noise.mat", gain=6.0)  # the converter ends at 10 V
-    async with running(loader("strut", records)) as pilot:
-        await open_step(pilot, "frf")
-        await press(pilot, "enter")
-        assert "clipped" in reason(pilot, "low")
-        assert "→ set the range of" in reason(pilot, "low")
-        assert field(pilot, "low").proposed is None  # Enter would only be refused again
-
-
 async def test_a_step_turns_to_the_input_whose_record_arrives_unless_something_was_typed(records: Path):
     async with running(loader("apa", records)) as pilot:
         await open_step(pilot, "stroke", "APA-02")
-        assert pilot.app.screen._form.name == "values"
+        assert pilot.app.screen.dialogue.form.name == "values"
         await press(pilot, "3")
         write_record(records / "stroke_one_stack.csv", ("V", "d"))
         for _ in range(2):
-            pilot.app.screen._look_again()
+            await pilot.app.screen.look_again()
             await settled(pilot)
-        assert pilot.app.screen._form.name == "values"
+        assert pilot.app.screen.dialogue.form.name == "values"
         await press(pilot, "backspace")
         await shown(pilot, "#status", "stroke_one_stack.csv")
-        assert pilot.app.screen._form.name == "records"
-
-
-async def test_f3_says_what_it_takes_and_one_that_comes_too_early_is_said(
-    records: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr(busy_screen, "_CLOCK_AFTER_S", math.inf)  # on a slow machine it soon says the same otherwise
-    fake = Fake([4.99e-6], hold=True)
-
-    def load() -> Workbench:
-        return replace(loader()(), instruments=Only("capacitance", fake))
-
-    async with running(load) as pilot:
-        await open_step(pilot, "capacitance", "APA-02")
-        assert "F3: take the reading" in words(pilot, "#status")
-        await pilot.press("f3", "f3", "f3")
-        await at_rest(pilot)
-        assert "under way" in words(pilot, "#status")
-        fake.let_go.set()
-        await settled(pilot)
-        assert "The second F3 came too early" in words(pilot, "#status")
-    with open_store() as store:
-        assert [e.data["input"] for e in store.events("APA-02", "value_taken")] == ["sensor_uF"]
-
-
-async def test_enter_at_an_open_optional_record_says_that_it_is_optional(
-    records: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr(StepView, "_is_bad", False)  # a step that is to be put right asks for that alone
-    for name in ("frf_noise.csv", "frf_noise_hf.csv"):
-        write_record(records / name)
-    async with running(loader("strut", records)) as pilot:
-        await open_step(pilot, "frf")
-        await press(pilot, "enter", "enter")
-        assert "Optional: " in words(pilot, "#status")
-        assert "Enter: keep 350 Hz" in words(pilot, "#status")
-
-
-async def test_a_key_without_a_use_here_says_so_and_stays_out_of_the_row_of_keys(records: Path):
-    async with running(loader("strut", records)) as pilot:
-        await open_step(pilot, "frf")
-        for key, said in (("f9", "F9 keeps a value"), ("f3", "No instrument"), ("f8", "Nothing to repeat")):
-            await press(pilot, key)
-            assert said in words(pilot, "#status")
-        assert {key.key for key in pilot.app.screen.query_one(KeyRow).query(FooterKey)} == {
-            *("f1", "f2", "f5", "escape"),
-        }
+        assert pilot.app.screen.dialogue.form.name == "records"
 
 
 @pytest.mark.slow
@@ -292,45 +191,13 @@ async def test_no_record_of_another_step_is_proposed_and_f2_has_the_proposal_on_
             ("sensor_highpass", "with_resistor", "sweep_lf_with_R.mat"),
         ):
             await open_step(pilot, step, "APA-01")
-            proposed = field(pilot, wanted).proposed
-            assert proposed is not None
-            assert proposed.name == expected
+            assert proposed(pilot, wanted).name == expected
             assert expected in words(pilot, "#status")
             await press(pilot, "f2")
             assert str(pilot.app.screen.query_one("#files", DataTable).get_row_at(0)[0]) == expected
             await press(pilot, "escape", "enter")
             assert links("APA-01")[wanted] == expected
             await press(pilot, "escape")
-
-
-async def test_the_foot_names_the_record_that_enter_takes_also_when_more_arrive_and_the_cursor_moves(
-    records: Path, monkeypatch: pytest.MonkeyPatch
-):
-    arrived: dict[str, PickableFile] = {}
-    monkeypatch.setattr(Session, "proposals", lambda *_: dict(arrived))
-    async with running(loader("apa", records)) as pilot:
-        await open_step(pilot, "spurious_modes", "APA-01")
-        fields = list(pilot.app.screen.query(Field))
-        arrived |= {
-            f.place.declared.name: PickableFile(f"{f.place.declared.name}.mat", time.time() - AGO_S, 1) for f in fields
-        }
-        pilot.app.screen._look_again()
-        await settled(pilot)
-        for _ in fields:
-            here = field_of(pilot.app.focused)
-            assert here.proposed is not None
-            assert here.proposed.name in words(pilot, "#status")
-            await press(pilot, "down")
-
-
-async def test_f2_at_the_only_record_offers_files_in_its_place(records: Path):
-    write_record(records / "hysteresis.mat")
-    async with running(loader("apa", records)) as pilot:
-        await open_step(pilot, "hysteresis", "APA-01")
-        await press(pilot, "enter")
-        assert links("APA-01") == {"record": "hysteresis.mat"}
-        await press(pilot, "f2")
-        assert type(pilot.app.screen).__name__ == "Pick"
 
 
 async def test_the_mark_of_a_step_follows_the_judgement_of_the_whole_unit():
@@ -391,24 +258,6 @@ async def begin_two(pilot: Pilot[None]) -> None:
         await begin(pilot, serial)
         await press(pilot, "escape")
     await begin(pilot, "APA-01")
-
-
-async def test_in_the_queue_of_the_rig_the_foot_says_that_the_unit_stays_mounted_until_its_last_step_there():
-    """It said "next unit" where Enter opened the next step of the same one: its records would be of another unit."""
-    async with running() as pilot:
-        await begin_two(pilot)
-        at_rig = [step for step in pilot.app.session.steps if needs_rig(step)]
-        assert len(at_rig) > 1
-        pilot.app.queue = Queue(RIG, "", "For the rig", ())
-        await open_step(pilot, at_rig[0].name)
-        for here, following in pairwise([*at_rig, None]):
-            assert (pilot.app.session.serial, pilot.app.screen.step.name) == ("APA-01", here.name)
-            await type_line(pilot, {"stroke": "365", "stiffness": "1.75"}[here.name])
-            said = words(pilot, "#status")
-            assert ("Leave APA-01 mounted" in said, "next unit" in said) == (following is not None, following is None)
-            assert following is None or f"Enter: its next step, {following.short}" in said
-            await press(pilot, "enter")
-        assert pilot.app.session.serial == "APA-02"
 
 
 async def test_the_same_step_of_the_next_unit_that_lacks_it_also_from_the_queue_of_the_rig():
@@ -525,21 +374,6 @@ async def test_a_contradiction_of_the_whole_unit_is_marked_after_a_restart_too()
         assert again.status(again.step("capacitance")) is Status.PASS
 
 
-async def test_after_no_result_the_foot_says_first_what_to_put_right(records: Path):
-    for name in ("frf_noise.csv", "frf_noise_hf.csv"):
-        write_record(records / name)
-    async with running(loader("strut", records)) as pilot:
-        await open_step(pilot, "frf")
-        await press(pilot, "enter", "enter")
-        session = pilot.app.session
-        assert session.status(session.step("frf")) is Status.NO_RESULT
-        assert words(pilot, "#status").startswith("✗ No result → ")
-        assert "Optional" not in words(pilot, "#status")  # the crossover puts nothing right
-        assert "F8: measure again. Enter: next step" in words(pilot, "#status")
-        await press(pilot, "enter")
-        assert pilot.app.screen.step.name != "frf"  # as it says
-
-
 async def test_long_lines_beside_the_list_of_steps_go_on_below_their_first_letter(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(steps_screen, "card", lambda *_: Text("    " + "reason " * 20))
     async with running() as pilot:
@@ -548,14 +382,6 @@ async def test_long_lines_beside_the_list_of_steps_go_on_below_their_first_lette
         lines = [card.render_line(y).text for y in range(card.size.height)]
     assert len(lines) > 1
     assert all(re.match(" {4}[a-z]", line) for line in lines), lines
-
-
-async def test_a_required_value_that_is_left_out_is_called_required():
-    async with running() as pilot:
-        await begin(pilot)
-        await open_step(pilot, "capacitance")
-        await press(pilot, "enter")
-        assert "is required" in words(pilot, "#status")
 
 
 async def test_one_value_stands_with_one_U_beside_its_finding():
@@ -568,20 +394,6 @@ async def test_one_value_stands_with_one_U_beside_its_finding():
         assert "±" not in shown_value
         found = pilot.app.session.judgement("capacitance").findings[0]
         assert shown_value == f"▪ {rounded(found.value, found.U)} uF"
-
-
-async def test_another_form_right_after_a_doubted_value_ends_no_program():
-    """The cursor would come back to a field that is no longer there."""
-    async with running() as pilot:
-        await begin(pilot)
-        await open_step(pilot, "stroke")
-        await type_line(pilot, "3.65")  # a hundredth of what is usual: it is asked about
-        old = field(pilot, "stroke_um")
-        assert old.doubted is not None
-        await press(pilot, "f6")
-        assert not old.is_attached
-        pilot.app.screen._return_to(old)  # as its timer does
-        assert pilot.app.focused is None or pilot.app.focused.is_attached
 
 
 async def test_a_refused_record_is_called_refused_in_list_and_summary_after_a_restart_too(records: Path):
@@ -597,7 +409,7 @@ async def test_a_refused_record_is_called_refused_in_list_and_summary_after_a_re
     async with running(loader("strut", records)) as pilot:
         await open_step(pilot, "frf")
         assert "clipped" in reason(pilot, "low")
-        assert field(pilot, "low").proposed is None
+        assert proposed(pilot, "low") is None
         await press(pilot, "escape")
         session = pilot.app.session
         assert session.status(session.step("frf")) is Status.REFUSED
@@ -619,18 +431,6 @@ async def test_a_refused_record_is_called_refused_in_list_and_summary_after_a_re
         await press(pilot, "enter")
         assert links()["low"] == "frf_noise.mat"
         assert not session.state("frf").refused
-
-
-async def test_a_damaged_record_that_is_given_by_enter_is_called_refused(records: Path):
-    (records / "frf_noise.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
-    aged(records / "frf_noise.mat")
-    async with running(loader("strut", records)) as pilot:
-        await open_step(pilot, "frf")
-        assert field(pilot, "low").damaged
-        await press(pilot, "enter")
-        assert "Copy the file again" in words(pilot, "#status")
-        (refused,) = pilot.app.session.state("frf").refused.values()
-        assert (refused.file, refused.action) == ("frf_noise.mat", ADVICE[Cause.FILE_DAMAGED])
 
 
 def test_a_refusal_is_over_when_the_step_is_given_otherwise_or_anew(tmp_path: Path):
@@ -683,20 +483,6 @@ async def test_undo_that_is_pressed_twice_takes_nothing_of_another_step_and_says
     assert known.last == ""
 
 
-async def test_a_record_is_not_proposed_for_another_field_because_its_own_was_given_wrongly(records: Path):
-    t = np.arange(0.0, 10.0, 1e-2)
-    volts = 65.0 + 85.0 * np.sin(0.2 * np.pi * t)
-    for name in ("stroke_one_stack.mat", "stroke_two_stacks.mat"):
-        write_mat(records / name, {"t": t, "V": volts, "d": 1e-6 * volts})
-        aged(records / name)
-    async with running(loader("apa", records)) as pilot:
-        await open_step(pilot, "stroke", "APA-01")
-        assert field(pilot, "one_stack").proposed.name == "stroke_one_stack.mat"
-        await type_line(pilot, "stroke_two_stacks.mat")
-        assert links("APA-01") == {"one_stack": "stroke_two_stacks.mat"}
-        assert field(pilot, "two_stacks").proposed is None
-
-
 async def test_a_held_unit_that_is_signed_waits_for_quality_assurance_alone():
     async with running() as pilot:
         await begin(pilot)
@@ -722,18 +508,6 @@ async def test_after_a_question_in_front_the_cursor_is_where_it_was():
         assert pilot.app.focused is None
         await press(pilot, "enter")
         assert pilot.app.screen.step.name == "capacitance"
-
-
-async def test_enter_stays_at_a_required_value_and_the_next_value_is_its_own():
-    async with running() as pilot:
-        await begin(pilot)
-        pilot.app.screen.query_one(StepList).stand_at("capacitance")
-        await press(pilot, "enter", "enter")
-        assert "is required" in words(pilot, "#status")
-        await type_line(pilot, "4.99")
-        await press(pilot, "down", "enter")
-        entries = pilot.app.session.state("capacitance").entries
-        assert [(entry.input, entry.value) for entry in entries] == [("sensor_uF", 4.99)]
 
 
 async def test_who_measured_stands_on_the_certificate_where_several_did():
@@ -832,26 +606,6 @@ async def test_the_line_in_which_is_typed_is_on_the_screen_below_long_words():
             assert pilot.app.screen.region.contains_region(line.region)
             assert line.parent.region.contains_region(line.region)
             await press(pilot, "enter")
-
-
-async def test_some_of_the_heights_in_one_line_are_told_apart_from_a_slip_of_one():
-    async with running() as pilot:
-        await open_step(pilot, "flatness")
-        for value in ("0", "-2.5 um"):  # a value with its unit is one
-            await type_line(pilot, value)
-        await type_line(pilot, "28 43 40 25")
-        assert "4 values; enter all 8" in words(pilot, "#status")
-        entries = pilot.app.session.state("flatness").entries
-        assert [(entry.index, entry.value) for entry in entries] == [(0, 0.0), (1, -2.5)]
-
-
-async def test_f4_where_no_field_has_the_cursor_says_how_to_read_once_more():
-    async with running() as pilot:
-        await open_step(pilot, "stroke")
-        await type_line(pilot, "365")
-        await press(pilot, "f4")
-        assert "F4" in words(pilot, "#status")
-        assert len(pilot.app.session.state("stroke").entries) == 1
 
 
 async def test_a_photo_that_a_note_holds_is_not_proposed_again(tmp_path: Path):

@@ -16,7 +16,7 @@ from accept.simulate import FAULTS, UnitRequest, simulate, write
 from accept.simulate.faults import remedies
 from accept.simulate.unit_request import SHORT_S
 from accept.store import open_store
-from accept.tui.screens.step_form import StepForm
+from accept.tui.screens.step import StepScreen
 from accept.units import unit_folder
 from accept.workflow.bench import Begun
 from accept.workflow.training import hidden_words, open_training, training_request
@@ -72,9 +72,9 @@ class Technician:
             screen = self.pilot.app.screen
             if self.screen == "Summary":
                 return
-            field = screen._focused_field() if isinstance(screen, StepForm) else None
-            readable = field is not None and not field.place.is_file and screen._instrument(field.place) is not None
-            await self.press("f3" if readable and not screen._has(field.place) else "enter")
+            d = screen.dialogue if isinstance(screen, StepScreen) else None
+            readable = d is not None and d.here is not None and d.here.place.key in d.facts.offers
+            await self.press("f3" if readable and not d.has(d.cursor) else "enter")
         raise AssertionError(f"no summary: {self.screen}")
 
     async def signs(self) -> None:

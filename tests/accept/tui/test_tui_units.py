@@ -301,7 +301,7 @@ async def test_values_typed_over_the_list_of_steps_go_into_the_step_under_the_cu
         assert (screen(pilot), pilot.app.session.serial) == ("StepScreen", TRAY[0])
         step = pilot.app.session.state("flatness")
         assert [(entry.index, entry.value) for entry in step.entries] == [(0, 0.0), (1, 24.05), (2, -3.0), (3, 18.0)]
-        assert pilot.app.screen._focused_field().place.index == 4
+        assert pilot.app.screen.dialogue.here.place.index == 4
     with open_store() as store:
         assert {event.subject for event in store.events(what="attempt_started")} == {TRAY[0]}
 

@@ -5,7 +5,7 @@ from accept.judging.judge_unit import load_spec
 from accept.store import Store, open_store
 from accept.tui.widgets.limit_bar import LIMIT, USUAL, VALUE, limit_bar
 from accept.workflow.session import Session
-from accept.workflow.usual_values import FEWEST, UNITS, usual_values
+from accept.workflow.state.usual_values import FEWEST, UNITS, usual_values
 from checks.declare import Measured
 
 

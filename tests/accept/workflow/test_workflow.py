@@ -21,8 +21,8 @@ from accept.store.payloads import CertificateSigned, EntryUndone, GoldenMissed, 
 from accept.units import unit_folder
 from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError, parse_number
-from accept.workflow.lock import UnitBusy
 from accept.workflow.session import Session
+from accept.workflow.state.lock import UnitBusy
 from accept.workflow.state.unit_state import fold_run
 from accept.workflow.status import Status
 from accept.workflow.worker.judging import judge_here

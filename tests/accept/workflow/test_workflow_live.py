@@ -11,7 +11,7 @@ from accept.store import open_store
 from accept.store.instrument_recall import touched
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.instruments.hardware import MOST_TRAFFIC, BenchInstruments, bounded
-from accept.workflow.instruments.live import BROKEN, Watch, look
+from accept.workflow.instruments.port import BROKEN, Watch, look
 from accept.workflow.session import Session
 from checks.declare import Measured
 from hw.errors import NoReply

@@ -1,0 +1,74 @@
+"""The lines of a form: one for each value that is typed and each file that is linked."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from accept.workflow.dialogue.step_effects import Place
+from accept.workflow.steps.plan import is_needed
+from checks.declare import CsvTable, Form, Input, Series, Vector
+
+
+@dataclass(frozen=True)
+class FieldPlace:
+    """Where one value or file goes; index: place in a vector."""
+
+    declared: Input
+    index: int | None = None
+    among_optional: bool = False  # no input of the form is needed more than the others
+
+    @property
+    def key(self) -> Place:
+        return self.declared.name, self.index
+
+    @property
+    def is_file(self) -> bool:
+        return isinstance(self.declared, Series | CsvTable)
+
+    @property
+    def unit(self) -> str:
+        return "" if self.is_file else str(getattr(self.declared, "unit", ""))
+
+    @property
+    def name(self) -> str:
+        """Return what it is called in a sentence."""
+        declared = self.declared
+        return declared.label if self.index is None else f"{getattr(declared, 'item', 'value')} {self.index + 1}"
+
+    @property
+    def label(self) -> str:
+        needed = "" if is_needed(self.declared) or self.among_optional else " (optional)"
+        return self.name[0].upper() + self.name[1:] + needed
+
+    @property
+    def default(self) -> float | None:
+        return getattr(self.declared, "default", None)
+
+    @property
+    def hint(self) -> str:
+        """Return what an empty field shows."""
+        if self.is_file:
+            return "F2: choose a file"
+        return f"{self.default:g} {self.unit}" if self.default is not None else self.unit
+
+
+def places(form: Form) -> Iterator[FieldPlace]:
+    """Yield the places of a form, one per value that is typed or file that is linked."""
+    alike = not any(map(is_needed, form.inputs))
+    for declared in form.inputs:
+        if isinstance(declared, Vector):
+            yield from (FieldPlace(declared, index) for index in range(declared.size))
+        else:
+            yield FieldPlace(declared, among_optional=alike)
+
+
+@dataclass(frozen=True)
+class FieldLine:
+    """One line. text: typed, not saved; pending: entries on their way to the store; doubted: the entry in question, as
+    it was typed, None without; refusal: why the last entry was not saved, "" without."""
+
+    place: FieldPlace
+    text: str = field(default="", repr=False)
+    pending: int = 0
+    doubted: str | None = field(default=None, repr=False)
+    question: str = field(default="", repr=False)
+    refusal: str = field(default="", repr=False)

@@ -1,0 +1,30 @@
+"""What follows from one event in a dialogue."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
+
+S = TypeVar("S")
+P = ParamSpec("P")
+
+
+@dataclass(frozen=True)
+class FootWords:
+    """The line at the foot. role: quiet, saved, doubt, good, bad."""
+
+    text: str
+    role: str = "quiet"
+
+
+@dataclass(frozen=True)
+class Turn(Generic[S]):
+    """The state that follows, the effects in order, and the words to show, None to leave the present ones."""
+
+    state: S
+    effects: tuple[Any, ...] = ()
+    words: FootWords | None = None
+
+    def then(self, event: "Callable[Concatenate[S, P], Turn[S]]", *data: P.args, **named: P.kwargs) -> "Turn[S]":
+        """Return this turn and what follows from another event as one."""
+        following = event(self.state, *data, **named)
+        return replace(following, effects=self.effects + following.effects, words=following.words or self.words)

@@ -1,0 +1,1 @@
+"""Execution of the effects of a dialogue, on the open unit and the bench."""
