@@ -19,6 +19,7 @@ from specs.model_sections import (
     Constants,
     DelaySection,
     EffectEntry,
+    ElementEntry,
     EncoderSection,
     FitRecord,
     Joints,
@@ -49,6 +50,7 @@ class ModelDocument(Strict):
     sensor: Sensor = Field(default_factory=Sensor)
     tolerance: Tolerance = Field(default_factory=Tolerance)
     effects: list[EffectEntry] = Field(default_factory=list)
+    elements: list[ElementEntry] = Field(default_factory=list)
     fit: FitRecord | None = None
     population: PopulationRecord | None = None
     learned_bench: LearnedBenchRecord | None = None
@@ -69,6 +71,9 @@ class ModelDocument(Strict):
             raise ValueError("[encoder] without [joint]: the bench's own encoder reads an APA that is alone")
         if self.constants.gs_V_per_N is not None and self.apa.type != "2dof":
             raise ValueError("[constants] gs_V_per_N is for apa.type '2dof'; give gs_V_per_m")
+        at = [(e.place, e.direction) for e in self.elements]
+        if len(at) > len(set(at)):
+            raise ValueError("elements: a place has two entries along one direction; expected one")
         return self
 
     def sections(self) -> Iterator[tuple[str, ModelSection]]:
@@ -78,10 +83,10 @@ class ModelDocument(Strict):
             named |= {"joint.bottom": self.joint.bottom, "joint.top": self.joint.top}
         else:
             named |= {"joint": self.joint}
-        named |= {"encoder": self.encoder, "bench": self.bench, "constants": self.constants}
-        named |= {"misalignment": self.misalignment, "delay": self.delay}
-        named |= {"amplifier": self.amplifier, "sensor": self.sensor}
+        rest = ("encoder", "bench", "constants", "misalignment", "delay", "amplifier", "sensor")
+        named |= {name: getattr(self, name) for name in rest}
         yield from ((name, section) for name, section in named.items() if section is not None)
+        yield from ((f"element.{e.place}.{e.direction}", e) for e in self.elements)
 
     @property
     def values(self) -> dict[str, float]:

@@ -60,8 +60,7 @@ class ModelSection(Strict):
     """A section whose numbers become parameters."""
 
     def numbers(self) -> Iterator[tuple[str, Value]]:
-        for key in type(self).model_fields:
-            held = getattr(self, key)
+        for key, held in self:
             if isinstance(held, Value):
                 yield key, held
             elif isinstance(held, list) and held and isinstance(held[0], Value):
@@ -281,6 +280,17 @@ class Tolerance(Strict):
     relative: Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)] = 0.0
     least: Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)] = 3e-4
     up_to_Hz: Annotated[float, Field(gt=0, le=5000.0, allow_inf_nan=False)] = 5000.0
+
+
+class ElementEntry(ModelSection):
+    """An element attached along one direction of a place. covariance: of its numbers with an sd, in their order."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+    __pydantic_extra__: dict[str, Number]
+    place: Words
+    direction: Literal["x", "y", "z", "Rx", "Ry", "Rz"]
+    kind: Words | None = None
+    covariance: list[list[Finite]] = Field(default_factory=list)
 
 
 class EffectEntry(BaseModel):

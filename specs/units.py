@@ -200,24 +200,14 @@ CHANNEL_LABELS = {
     "Track2": "rotation Track2",
 }
 
-_MODEL_VALUES = {
-    "kx": "stiffness kx",
-    "ky": "stiffness ky",
-    "kz": "axial stiffness kz",
-    "kRx": "bending stiffness kRx",
-    "kRy": "bending stiffness kRy",
-    "kRz": "torsional stiffness kRz",
-    "ga": "actuator constant ga",
-    "gs": "sensor constant gs",
-    "dx": "offset dx",
-    "dy": "offset dy",
-    "dz": "offset dz",
-    "c": "axial damping c",
-    "cR": "bending damping cR",
-    "k": "stiffness k",
-    "ke": "stiffness ke",
-    "ka": "stiffness ka",
+_NAMED = {
+    **dict.fromkeys(("k", "ke", "ka", "kx", "ky"), "stiffness"),
+    **dict.fromkeys(("kRx", "kRy"), "bending stiffness"),
+    **dict.fromkeys(("dx", "dy", "dz"), "offset"),
+    **{"kz": "axial stiffness", "kRz": "torsional stiffness", "c": "axial damping", "cR": "bending damping"},
+    **{"ga": "actuator constant", "gs": "sensor constant"},
 }
+_MODEL_VALUES = {symbol: f"{words} {symbol}" for symbol, words in _NAMED.items()}
 _PLACES = {"apa": "APA", "constants": "APA", "joint": "joints"}
 
 

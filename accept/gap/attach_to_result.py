@@ -45,8 +45,8 @@ def with_explanation(result: UnitResult, document: Mapping[str, Any], drawn: Map
 
 
 def _write_improved(done: analyse_unit.GapAnalysis, out: Path | None) -> str | None:
-    """Write the improved model if an effect was named and return its name within `out`. Raises OSError."""
-    if out is None or not done.result.named:
+    """Write the improved model if a cause was found and return its name within `out`. Raises OSError."""
+    if out is None or not done.result.found:
         return None
     name = f"{MODELS}/{done.measured.serial}.toml"
     write_improved(out / name, done.model, done.measured, done.result)

@@ -1,7 +1,10 @@
 """The improved model as a file: fitted values, the effects that were named, covariance, and their origin."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from accept.gap.responses import Responses
 from accept.models.model_file import OpenedModel, write_model
@@ -32,17 +35,34 @@ def write_improved(
     )
     weighed = {n: given.model.values[n] for n in (PAYLOAD,) if n in given.model.values}  # as the unit's folder says
     values = weighed | {n: fit.at[n] for n in own} | dict(result.bench_latency)
-    sds = {n: fit.sds[n] for n in own}
     effects = [(n.effect, {k: v.value for k, v in n.parameters.items()}) for n in result.named if n.effect in EFFECTS]
     name = spec.name if spec.name.endswith(measured.serial) else f"{spec.name}-{measured.serial}"
     write_model(
         path,
         spec,
         values,
-        sds,
+        {n: fit.sds[n] for n in own},
         effects=effects,
         unidentified=unidentified,
+        elements=tuple(element_entries(result)),
         damping=result.damping,
         record=record,
         name=name,
     )
+
+
+def element_entries(result: Result) -> Iterator[dict[str, Any]]:
+    """Yield the entries of fitted elements in a model file, one for each direction of a place."""
+    fit, of_name = result.fit, {e.name: e for e in result.after.response.effects}
+    for found in (e for e in result.elements if e.fitted):
+        of_head: dict[str, dict[str, str]] = {}
+        for parameter in of_name[found.fitted].parameters:
+            for target in parameter.sets:
+                head, _, quantity = target.rpartition(".")
+                of_head.setdefault(head, {})[quantity] = f"{found.fitted}.{parameter.name}"
+        for head, quantities in of_head.items():
+            _, place, direction = head.split(".")
+            at = [fit.names.index(name) for name in quantities.values()]
+            numbers = {q: {"value": fit.at[name], "sd": fit.sds[name]} for q, name in quantities.items()}
+            covariance = fit.cov[np.ix_(at, at)].tolist()
+            yield {"place": place, "direction": direction, "kind": found.kind, **numbers, "covariance": covariance}

@@ -20,12 +20,14 @@ from reportlab.platypus import (
 from accept.gap.empirical import AddedElement, elements_of
 from accept.gap.report_tables import tables
 from accept.gap.text import (
+    alternatives,
     chance,
     experiment_line,
     gap_number,
     headline_of_result,
     parameter_line,
     poles_of,
+    subject,
     value_words,
     words_of,
 )
@@ -41,10 +43,7 @@ from checks.picture import Panel
 
 HEAD = 20 * mm
 BODE = 27.0, 14.0, 15.5  # mm: axes of magnitude, phase and what is left, of three channels on a page
-BEFORE = (
-    "Before: the fitted model without the effects that were named; after: with them. Both on records that were not "
-    "fitted."
-)
+BEFORE = "Before: the fitted model without {}; after: with them. Both on records that were not fitted."
 BANDS = (
     "Bands hold 95 % at each frequency: of the measurement by its noise; of the model after by its stated tolerance "
     "and the covariance of its fitted values, the scatter of the APA's modes among them; of units as the model's file "
@@ -59,9 +58,9 @@ def render(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> b
     story: list[Flowable] = [
         *_findings(result),
         words("Where model and data disagree", page_style.HEADING),
-        *([words(BEFORE, page_style.QUIET)] if result.named else []),
+        *([words(BEFORE.format(subject(result)), page_style.QUIET)] if result.found else []),
         FigureRow([reduce_panel(drawn["map"])], 40.0),
-        *_table(shown.get("gap"), (24, 24, 24, 28, 24, 30, 28) if result.named else (46, 46, 46, 44)),
+        *_table(shown.get("gap"), (24, 24, 24, 28, 24, 30, 28) if result.found else (46, 46, 46, 44)),
         *_table(shown.get("steps"), (80, 34, 34, 34)),
         *_remarks(result),
         *_table(shown.get("reasons"), (66, 22, 24, 70)),
@@ -113,29 +112,19 @@ def _findings(result: Result) -> list[Flowable]:
     """Return the named effects in plain words, rivals that cannot be distinguished, and unidentified effects."""
     story: list[Flowable] = []
     for n in result.named:
-        story += [
-            words(n.sentence, page_style.STRONG),
-            words(f"{parameter_line(n)}; p {chance(n.p)}", page_style.SMALL),
-        ]
+        values = f"{parameter_line(n)}; p {chance(n.p)}"
+        story += [words(n.sentence, page_style.STRONG), words(values, page_style.SMALL)]
     for e in result.elements:
         story += [words(e.sentence, page_style.STRONG), words(f"Next experiment: {e.experiment}.", page_style.SMALL)]
     if result.verdict == GapVerdict.NO_MISSING:
-        story.append(
-            words("Noise, the stated tolerance and the calibrated values explain every channel.", page_style.STRONG)
-        )
-    for a in result.ambiguous:
-        story.append(
-            words(
-                f"Cannot be distinguished: {', '.join(map(words_of, a.effects))}. Next experiment: {a.experiment}.",
-                page_style.STRONG,
-            )
-        )
+        agrees = "Noise, the stated tolerance and the calibrated values explain every channel."
+        story.append(words(agrees, page_style.STRONG))
+    story += [words(alternatives(a.effects, a.experiment), page_style.STRONG) for a in result.ambiguous]
     for u in result.unnamed:
         poles = poles_of(u.poles_Hz, u.ci95, u.at_edge)
         zeros = ", ".join(f"{f:.1f} Hz" for f in u.zeros_Hz) or "none"
-        story.append(
-            words(f"Unidentified effect: {u.channel}, poles {poles}, zeros {zeros}. {u.words}", page_style.STRONG)
-        )
+        said = f"Unidentified effect: {u.channel}, poles {poles}, zeros {zeros}. {u.words}"
+        story.append(words(said, page_style.STRONG))
     return story
 
 
@@ -154,10 +143,8 @@ def _limits(result: Result) -> list[Flowable]:
         f"{words_of(effect)} ({', '.join(value_words(effect, k, v) for k, v in values.items())})"
         for effect, values in result.detection_limits.items()
     ]
-    return [
-        words("Would have been seen with 90 % power, from", page_style.HEADING),
-        words("; ".join(parts), page_style.SMALL),
-    ]
+    head = words("Would have been seen with 90 % power, from", page_style.HEADING)
+    return [head, words("; ".join(parts), page_style.SMALL)]
 
 
 def _remarks(result: Result) -> list[Flowable]:

@@ -6,7 +6,7 @@ from math import isfinite
 
 from accept.gap.empirical import AddedElement
 from accept.gap.reasons import candidates, moved_parameters, shift_words
-from accept.gap.text import TWO, gap_number, number, symbol, unit, words_of
+from accept.gap.text import TWO, gap_number, number, subject, symbol, unit, words_of
 from accept.models.value_labels import value_label
 from accept.pictures.interactive import PageTable
 from checks.fitting import identifiability_of_effects, likelihood_profile
@@ -43,11 +43,11 @@ def _gap(result: Result) -> PageTable:
         dB, deg, dB_after, deg_after = off[c]
         row = (c, gap_number(before.G), gap_number(result.gap_after.channels[c].G))
         rows.append((*row, f"{dB:.3g} dB", f"{dB_after:.3g} dB", f"{deg:.3g} deg", f"{deg_after:.3g} deg"))
-    if not result.named:
+    if not result.found:
         once = tuple((row[0], row[1], row[3], row[5]) for row in rows)  # after is before
         return PageTable("The gap by channel", f"{G_NOTE} {LEVEL_NOTE}.", ("Channel", "G", "level", "phase"), once)
     note = (
-        f"{G_NOTE} G before: the lowest that the model reaches without the named effects, fitted again. "
+        f"{G_NOTE} G before: the lowest that the model reaches without {subject(result)}, fitted again. "
         f"{LEVEL_NOTE}{_before_note(result)}."
     )
     head = ("Channel", "G before", "G after", "level before", "after", "phase before", "after")
@@ -56,8 +56,8 @@ def _gap(result: Result) -> PageTable:
 
 def _before_note(result: Result) -> str:
     """Return a note on the values behind the map and the curves before, if these are not the values behind G before."""
-    alike = bool(result.before.names) or not result.named
-    return "" if alike else ". Their before, as on the map: the named effects removed, all other values unchanged"
+    alike = bool(result.before.names) or not result.found
+    return "" if alike else f". Their before, as on the map: {subject(result)} removed, all other values unchanged"
 
 
 def _steps(result: Result) -> PageTable:

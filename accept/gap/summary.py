@@ -14,6 +14,7 @@ from accept.gap.text import (
     parameter_line,
     poles_of,
     step_line,
+    subject,
     value_words,
     words_of,
 )
@@ -28,7 +29,7 @@ _TIED = "\u00a0"  # where no line is broken
 def summary(serial: str, r: Result) -> list[str]:
     """Return at most 24 lines of 80 columns for a terminal; the gap itself is never cut."""
     lines = _wrap(f"{serial}: {headline_of_result(r)} (model {r.model}, damping {r.damping})", "")
-    before = "before (fitted without the named effects)" if r.named else "before"  # the steps have other values
+    before = f"before (fitted without {subject(r)})" if r.found else "before"  # the steps have other values
     gaps = [f"  gap on unseen records, {before} -> after:"]
     for c, gap in r.gap_before.channels.items():
         gaps.append(f"    {c}: G {gap_number(gap.G)} -> {gap_number(r.gap_after.channels[c].G)}")
@@ -42,7 +43,7 @@ def summary(serial: str, r: Result) -> list[str]:
 def _rivals(r: Result) -> list[str]:
     """Return the best candidates, each with its gain and why it was not named, if an effect is missing and none was
     named."""
-    if r.named or r.elements or r.verdict == GapVerdict.NO_MISSING:
+    if r.found or r.verdict == GapVerdict.NO_MISSING:
         return []
     best = [f"{words}: {gain}, {why}" for words, gain, _, why in list(candidates(r))[:RIVALS]]
     lines = [line for words in best for line in _wrap(words, "    ", most=2)]

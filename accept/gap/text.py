@@ -39,6 +39,22 @@ def headline_of(verdict: str, effects: Iterable[str], elements: Iterable[str] = 
     return f"{HEADLINE[verdict]}: {named}" if named else HEADLINE[verdict]
 
 
+def headline_of_document(document: Mapping[str, Any]) -> str:
+    """Return the headline of gap.json, or of a judged unit's key `gap`."""
+    kinds = [e["kind"] for e in document.get("elements", ())]
+    return headline_of(document["verdict"], [n["effect"] for n in document["named"]], kinds)
+
+
+def element_words(e: Mapping[str, Any]) -> str:
+    """Return the sentence of an entry of `elements`, and the measurement that tells more."""
+    return f"{e['sentence']} Next experiment: {e['experiment']}."
+
+
+def subject(r: "Result") -> str:
+    """Return the words for what was found and added to the model."""
+    return " and ".join(["the named effects"] * bool(r.named) + ["the elements"] * bool(r.elements))
+
+
 def headline_of_result(r: "Result") -> str:
     """Return the headline of a result."""
     return headline_of(r.verdict, [n.effect for n in r.named], [e.kind for e in r.elements])
@@ -195,9 +211,9 @@ def values_of(n: Mapping[str, Any]) -> list[Value]:
     return [(name, p["value"], *p["ci95"]) for name, p in found]
 
 
-def alternatives(a: Mapping[str, Any]) -> str:
+def alternatives(effects: Iterable[str], experiment: str) -> str:
     """Return the effects of an entry of `ambiguous`, and the experiment that distinguishes them."""
-    return f"Cannot be distinguished: {', '.join(map(words_of, a['effects']))}. Next experiment: {a['experiment']}."
+    return f"Cannot be distinguished: {', '.join(map(words_of, effects))}. Next experiment: {experiment}."
 
 
 def unidentified_words(u: Mapping[str, Any]) -> str:

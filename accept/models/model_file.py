@@ -14,7 +14,15 @@ from accept.base.atomic_files import write_atomic
 from checks.errors import ModelError
 from checks.gap import FittedElement, effect_named, with_effects
 from checks.misalignment import with_payload
-from checks.model import UNIDENTIFIED, Model, Superelement, UnidentifiedElement, build_model, unidentified_element
+from checks.model import (
+    ELEMENT,
+    UNIDENTIFIED,
+    Model,
+    Superelement,
+    UnidentifiedElement,
+    build_model,
+    unidentified_element,
+)
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, PopulationRecord
@@ -122,6 +130,7 @@ def write_model(
     *,
     effects: Effects = (),
     unidentified: Sequence[FittedElement] = (),
+    elements: Sequence[Mapping[str, Any]] = (),
     damping: str | None = None,
     record: FitRecord | None = None,
     population: PopulationRecord | None = None,
@@ -130,10 +139,10 @@ def write_model(
 ) -> ModelSpec:
     """Write a model file, `spec` with other values, and return the file read back.
 
-    values, sds: by flat name, in the names' units; a value without an sd keeps its sd. effects: added after those of
-    the file. population: the batch of the values; an earlier unit's fit and an earlier batch are removed. bench: its
-    unnamed part. Comments stay. The superelement's path is made relative to the new place. The file is read back before
-    it replaces anything, so that an existing file stays readable. Raises SpecError, ModelError, OSError."""
+    values, sds: by flat name, in the names' units; a value without an sd keeps its sd. effects, elements: added after
+    those of the file. population: the batch of the values; an earlier unit's fit and an earlier batch are removed.
+    bench: its unnamed part. Comments stay. The superelement's path is made relative to the new place. The file is read
+    back before it replaces anything, so that an existing file stays readable. Raises SpecError, ModelError, OSError."""
     document = tomlkit.parse(spec.text)
     if name is not None:
         document["name"] = name
@@ -144,9 +153,12 @@ def write_model(
     if spec.apa_file is not None:
         _section(document, ["apa"])["file"] = _relative_path(path.parent, spec.apa_file)
     for effect, parameters in effects:
-        _add_effect(document, effect, {key: float(value) for key, value in parameters.items()})
+        values_of = {key: float(value) for key, value in parameters.items()}
+        _append(document, "effects", {"name": effect} | values_of)
     for each in unidentified:
         _put_element(document, each)
+    for one in elements:
+        _append(document, "elements", one)
     if record is not None:
         document["fit"] = _record_table(record)
     if population is not None:
@@ -182,6 +194,8 @@ def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: f
         return
     note = table[key].trivia.comment if key in table else ""
     table[key] = number
+    if flat.startswith(ELEMENT):
+        table.pop("covariance", None)  # of the values before
     if note:
         table[key].comment(note.lstrip("# "))
 
@@ -202,6 +216,8 @@ def _list_entry(table: Any, key: str) -> tuple[str, int] | None:
 
 def _section(document: TOMLDocument, names: Sequence[str]) -> Any:
     table: Any = document
+    if names[:1] == [ELEMENT.rstrip(".")]:
+        return next(e for e in document["elements"] if [e["place"], e["direction"]] == list(names[1:]))
     for name in names:
         if name not in table:
             table[name] = tomlkit.table()
@@ -230,15 +246,20 @@ def _put_element(document: TOMLDocument, fitted: FittedElement) -> None:
     pairs = {"poles": [list(p) for p in element.poles], "zeros": [list(z) for z in element.zeros]}
     covariance = [[float(v) for v in row] for row in fitted.covariance]
     entry = {"channel": element.channel, "gain": element.gain, **pairs, "covariance": covariance}
-    _add_effect(document, UNIDENTIFIED, entry)
+    _append(document, "effects", {"name": UNIDENTIFIED} | entry)
 
 
-def _add_effect(document: TOMLDocument, name: str, parameters: Mapping[str, Any]) -> None:
-    if "effects" not in document:
-        document["effects"] = tomlkit.aot()
+def _append(document: TOMLDocument, key: str, values: Mapping[str, Any]) -> None:
+    """Append a table to an array of tables."""
+    if key not in document:
+        document[key] = tomlkit.aot()
     entry = tomlkit.table()
-    entry.update({"name": name} | dict(parameters))
-    document["effects"].append(entry)
+    for name, value in values.items():
+        entry[name] = value
+        if isinstance(value, dict):
+            entry[name] = tomlkit.inline_table()
+            entry[name].update(value)
+    document[key].append(entry)
 
 
 def with_moved_paths(text: bytes, old: Path, new: Path) -> bytes:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from checks.gap.conditions.simulated import under_experiment
     from checks.gap.conditions.trial import ConditionTrial
     from checks.gap.decision.bode_panels import bode_panels
+    from checks.gap.decision.elements import element_words
     from checks.gap.decision.gates import AT_LEAST
     from checks.gap.decision.next_experiment import every_experiment
     from checks.gap.decision.panels import channel_errors, gap_panels

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import BEYOND_DOUBT
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
 from checks.gap.preparation.inputs import Problem, possible_faults, with_fault
@@ -33,17 +32,11 @@ def calibrate(search: Search, problem: Problem) -> Candidate:
     # With modal damping, derivatives by the modes' factors take half the time: the first search is for that form.
     given = problem.inputs.model
     first = quicker(given) if given.scatters else given
-    own = _with_likelier_damping(search, search.fit(Augmented(first, members), {}, drawn=0))
+    own = search.with_likelier_damping(search.fit(Augmented(first, members), {}, drawn=0))
     if own.adequate or not given.scatters:
         return own
     other = search.fit_elsewhere(own)
-    return other if other.adequate or other is own else _with_likelier_damping(search, other)
-
-
-def _with_likelier_damping(search: Search, own: Candidate) -> Candidate:
-    """Return the candidate with the form of damping that is more likely beyond doubt."""
-    other = search.with_other_damping(own)
-    return own if other is None or not other.cost < own.cost - BEYOND_DOUBT else other
+    return other if other.adequate or other is own else search.with_likelier_damping(other)
 
 
 def _level_dependence(problem: Problem) -> float:

@@ -76,7 +76,7 @@ def _explain(problem: Problem, search: Search, base: Candidate) -> Result:
     if found.is_final:
         return build_result(problem, search, found, whole)
     by_elements = explain_by_elements(search, base, MOST_ELEMENTS)
-    if by_elements.is_final:
+    if by_elements.is_final and not (found.best.adequate and found.best.score > by_elements.best.score):
         return build_result(problem, search, by_elements, whole)
     beside = explain_beside(search, found)
     if beside.is_final:

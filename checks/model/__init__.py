@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from checks.model.model import Model, frequency_and_damping, frequency_grid
     from checks.model.parameter_sweep import PUBLISHED_SWEEPS, sweep_parameters
     from checks.model.parameters import is_mode_factor
+    from checks.model.structure.attached import ELEMENT
     from checks.model.structure.superelement import Nodes, Superelement
     from checks.model.structure.superelement_check import check_superelement
     from checks.model.time.hysteresis_creep import loops_of, stroke_of

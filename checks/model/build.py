@@ -17,6 +17,7 @@ from checks.model.model import Model, Values
 from checks.model.parameters import in_range, is_mode_factor, known, si
 from checks.model.structure.apa import ApaBody, superelement_body
 from checks.model.structure.apa_2dof import two_dof_body
+from checks.model.structure.attached import check_elements
 from checks.model.structure.frame import frame_matrices
 from checks.model.structure.frame_geometry import FrameGeometry
 from checks.model.structure.static_reduction import KEEP_ALL_HZ, KEEP_HZ, reduce_apa
@@ -48,6 +49,7 @@ def build_model(spec: ModelSpec, superelement: Superelement | None = None, reduc
     applied here. Raises ModelError."""
     values = _values(spec)
     in_range(values)
+    check_elements(values)
     apa, matrices = _apa(spec, superelement, reduced)
     sha256 = hashlib.sha256(spec.sha256.encode() + matrices).hexdigest()
     apa, more, sds = _with_mode_factors(spec, apa)

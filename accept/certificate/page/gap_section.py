@@ -11,8 +11,9 @@ from accept.certificate.page.body import padding
 from accept.gap.text import (
     REFUSED,
     alternatives,
+    element_words,
     gap_number,
-    headline_of,
+    headline_of_document,
     parameters,
     unidentified_words,
     values_of,
@@ -47,16 +48,15 @@ def explanation(result: Mapping[str, Any]) -> list[Flowable]:
 
 
 def _missing(found: Mapping[str, Any]) -> list[Flowable]:
-    """Return the effects that were named, their rivals with the experiment that distinguishes them, and unidentified
-    effects."""
-    story: list[Flowable] = [
-        words(headline_of(found["verdict"], [n["effect"] for n in found["named"]]) + ".", page_style.STRONG)
-    ]
+    """Return the effects that were named, elements, rivals with the experiment that distinguishes them, and
+    unidentified effects."""
+    story: list[Flowable] = [words(headline_of_document(found) + ".", page_style.STRONG)]
     for n in found["named"]:
         values = parameters(n["effect"], values_of(n), "{} {} ({} to {})", "; ")
         story.append(words(f"{n['sentence']} {words_of(n['effect'])}{': ' if values else ''}{values}", page_style.BODY))
+    story += [words(element_words(e), page_style.BODY) for e in found.get("elements", ())]
     for a in found["ambiguous"]:
-        story.append(words(alternatives(a), page_style.BODY))
+        story.append(words(alternatives(a["effects"], a["experiment"]), page_style.BODY))
     for u in found["unnamed"]:
         story.append(words(f"Unidentified effect: {unidentified_words(u)}", page_style.BODY))
     return story

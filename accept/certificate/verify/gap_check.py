@@ -20,6 +20,7 @@ from specs.model import builtin_models
 from specs.units import RESPONSE_UNITS
 
 _NUMBER = r"-?(?:[0-9.]{1,20}(?:e[-+]?[0-9]{1,3})?|nan|inf)"  # as an effect writes it
+ELEMENT_KINDS = {"spring", "mass", "damper", "resonator", "joint"}
 _NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}
 
 
@@ -63,6 +64,9 @@ def check_gap(unit: UnitFolder, gap: Mapping[str, Any] | None, panels: Mapping[s
             raise InvalidCertificate(f"the gap analysis describes '{named['effect']}' in words that are not its own")
         if unknown := _other_parameters(str(named["effect"]), named["parameters"]):
             raise InvalidCertificate(f"the gap analysis gives '{named['effect']}' the parameter '{unknown[0][:60]}'")
+    for one in (gap or {}).get("elements", ()):
+        if not _is_element(one):
+            raise InvalidCertificate("the gap analysis describes an element in words that are not its own")
     compared = (gap or {}).get("gap_before", {}).get("channels", {})
     for channel in (*(str(pole["channel"]) for pole in (gap or {}).get("unnamed", ())), *compared):
         if not re.fullmatch(_channel(), channel):
@@ -130,6 +134,14 @@ def _is_sentence(effect: str, text: str) -> bool:
     templates = (EFFECTS[effect].sentence, EFFECTS[effect].below, *EFFECTS[effect].earlier)
     patterns = (_NUMBER.join(map(re.escape, re.split(r"\{[^}]*\}", t))) for t in templates if t)
     return any(re.fullmatch(pattern, text) for pattern in patterns)
+
+
+def _is_element(one: Mapping[str, Any]) -> bool:
+    """Return whether an element is described in the words of the analysis, with any numbers."""
+    from checks.gap import element_words  # as `_is_sentence`
+
+    stated = zip(element_words(), ("sentence", "experiment"), strict=True)
+    return one["kind"] in ELEMENT_KINDS and all(re.fullmatch(own, str(one[key])) for own, key in stated)
 
 
 def _texts(panel: Any) -> Iterator[str]:

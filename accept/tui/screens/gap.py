@@ -11,8 +11,9 @@ from textual.widgets import Static
 from accept.gap.text import (
     REFUSED,
     alternatives,
+    element_words,
     gap_number,
-    headline_of,
+    headline_of_document,
     parameters,
     unidentified_words,
     values_of,
@@ -112,7 +113,7 @@ def headline(found: Mapping[str, Any]) -> Text:
     """Return the verdict in a few words, with mark and colour."""
     verdict = str(found["verdict"])
     sign = signs.GAP[verdict]
-    words = found["reason"] if verdict == REFUSED else headline_of(verdict, [n["effect"] for n in found["named"]])
+    words = found["reason"] if verdict == REFUSED else headline_of_document(found)
     return Text(f"{sign.mark} {words}", sign.tone.style)
 
 
@@ -125,8 +126,10 @@ def answer(found: Mapping[str, Any]) -> Text:
         text.append(f"  {effect['sentence']}\n", "bold")
         if values := values_of(effect):
             text.append(f"    {words_of(effect['effect'])}: {parameters(effect['effect'], values)}\n", "dim")
+    for element in found.get("elements", ()):
+        text.append(f"  {element_words(element)}\n", "bold")
     for rivals in found["ambiguous"]:
-        text.append(f"  {alternatives(rivals)}\n", "yellow")
+        text.append(f"  {alternatives(rivals['effects'], rivals['experiment'])}\n", "yellow")
     for nameless in found["unnamed"]:
         text.append(f"  Unidentified effect: {unidentified_words(nameless)}\n", "magenta")
     before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]

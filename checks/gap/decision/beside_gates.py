@@ -12,7 +12,6 @@ from functools import cached_property
 import numpy as np
 
 from checks.arrays import Array, Complex
-from checks.errors import ModelError
 from checks.fitting.fit import Fit
 from checks.gap.decision.gates import (
     AGREES,
@@ -24,13 +23,13 @@ from checks.gap.decision.gates import (
     Claim,
     Gate,
     NameEvidence,
-    chance_of_gain,
     failed_reasons,
 )
 from checks.gap.decision.result import Ambiguous
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.experiment import sharpest
 from checks.gap.modelling.slow_sines import Slow
+from checks.gap.search.candidate import Fitted
 from checks.gap.search.candidates import Effort, Search
 from checks.gap.search.disagreement import (
     ROUNDS,
@@ -70,18 +69,15 @@ class BesideEvidence(NameEvidence):
     """NameEvidence of an effect of an explanation beside its disagreement."""
 
     fitted: DisagreementFit
-    search: Search
 
     @cached_property
     def without(self) -> DisagreementFit:
-        """Return the explanation without the effect, everything else fitted anew."""
         name = self.effect.name
         at = {k: v for k, v in self.fitted.at.items() if not k.startswith(f"{name}.")}
         return settle(self.search, self.fitted.response.without(name), at, ROUNDS)
 
-    @property
-    def gain(self) -> float:
-        return self.fitted.lnL - self.without.lnL
+    def refitted(self, c: Fitted) -> DisagreementFit:
+        return settle(self.search.exchanged, c.response, c.at, CONFIRMING)
 
     @property
     def required_gain(self) -> float:
@@ -89,16 +85,6 @@ class BesideEvidence(NameEvidence):
         channel, as what is no effect of the library may be one in part."""
         more = 0.0 if self.left_of_channel < HARDLY_LEFT else self.table.delta_lnL
         return required_gain(self.table, self.effect) + more
-
-    @cached_property
-    def exchanged_gain(self) -> float:
-        """Return the same gain with the realisations exchanged: fitted to B, judged on A."""
-        search = self.search.exchanged
-        try:
-            more, less = (settle(search, fit.response, fit.at, CONFIRMING) for fit in (self.fitted, self.without))
-        except ModelError:
-            return -np.inf
-        return more.lnL - less.lnL
 
     @cached_property
     def _bare_residual(self) -> Complex:
@@ -219,7 +205,7 @@ def judge_claims_beside(
                 experiment = sharpest(e.experiment for e in (effect, *alike))
                 names = sorted({effect.name, *(e.name for e in alike)})
                 rivals.append(Ambiguous(tuple(names), experiment.value))
-        claims.append(Claim(effect, evidence.gain, chance_of_gain(evidence.gain, effect), tuple(reasons)))
+        claims.append(evidence.claim(reasons))
     return tuple(claims), tuple(rivals)
 
 

@@ -5,18 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from checks.arrays import Complex
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, FitPoint, finish
 from checks.gap.conditions.joint import Conditions
 from checks.gap.decision.beside_gates import judge_claims_beside
-from checks.gap.decision.detection_limits import detection_limits
+from checks.gap.decision.detection_limits import detection_limits, spring_limits
 from checks.gap.decision.elements import found_elements
-from checks.gap.decision.experiment_checks import check_by_experiments, disagreements
+from checks.gap.decision.experiments import (
+    FinalExplanation,
+    check_by_experiments,
+    disagreements,
+    resolve_by_experiments,
+)
 from checks.gap.decision.gates import Claim, accepted, chance_of_gain, judge_claims
 from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
 from checks.gap.decision.next_experiment import choose_experiments
-from checks.gap.decision.resolve_by_experiments import FinalExplanation, resolve_by_experiments
 from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Nameless, Result, StepShown, Tried
 from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
 from checks.gap.decision.verdict import (
@@ -75,9 +78,11 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     before = _left_before(whole, result, full, problem.B)
     gap_before = gaps_of(replace(shown_before, unseen=problem.measured_B) if problem.early else shown_before)
     limits: dict[str, dict[str, float]] = {}
+    springs: dict[str, float] = {}
     if verdict == NO_MISSING:
         search.say("detection limits")
         limits = detection_limits(base.seen, problem.effects, slow, table)
+        springs = spring_limits(base.seen, table)
     return Result(
         model=problem.inputs.model.name,
         verdict=verdict,
@@ -103,6 +108,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
             *_agrees_before(base, named, gap_before),
             *_ended(search, verdict),
             *_lags_of_bench(full),
+            *_springs_seen(springs),
         ),
         damping=result.best.response.model.damping,
         experiments=experiments,
@@ -199,7 +205,7 @@ def _fit_all_bins(problem: Problem, c: Candidate, channels: Sequence[str], *, be
     with the disagreement that the candidate leaves in the covariance."""
     A, B, response = problem.A.select(channels), problem.B.select(channels), c.response
     if beside:
-        A = with_disagreement(A, _residual(replace(c, unseen=A)))
+        A = with_disagreement(A, replace(c, unseen=A).residual)
     start = FitPoint(tuple(response.free(c.at)), c.cost)
     fit = finish(response, A, start, joint=response.model.joint)
     return fit, Candidate(response, fit.at, fit.cost, B, problem.table)
@@ -229,7 +235,7 @@ def _with_rivals(decision: FinalExplanation, result: SearchResult) -> FinalExpla
     full, good = decision.full, accepted(decision.claims)
     beside = tuple(a for a in decision.rivals if any(c.effect.name in a.effects for c in good))
     if result.steps:
-        full = replace(full, unseen=with_disagreement(full.unseen, _residual(full)))
+        full = replace(full, unseen=with_disagreement(full.unseen, full.residual))
     rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good), *lags_alike(full, good))
     rivals += (*forms_of_drive_lag(full, good), *early_channels(full, good))
     return replace(decision, rivals=rivals)
@@ -240,23 +246,12 @@ def _tried(result: SearchResult, claims: Sequence[Claim], failures: Mapping[str,
     found beside a disagreement; the best of what was tried; and what could not be evaluated."""
     base = result.base
     refused = [Tried((c.effect.name,), c.delta_lnL, c.p, "; ".join(c.reasons)) for c in claims if c.reasons]
-    near = [
-        Tried(
-            (m.label,), b.lnL - step.before.lnL, chance_of_gain(b.lnL - step.before.lnL, m), f"in the place of {name}"
-        )
-        for step in result.steps
-        for name in [step.member.name]
-        for m, b in step.rivals[:RIVALS]
-    ]
+    others = ((m, b.lnL - s.before.lnL, s.member.name) for s in result.steps for m, b in s.rivals[:RIVALS])
+    near = [Tried((m.label,), gain, chance_of_gain(gain, m), f"in the place of {name}") for m, gain, name in others]
     ranked = sorted(result.tried, key=lambda c: -c.lnL)
     every = (Tried(c.response.labels, c.lnL - base.lnL, c.adequacy.p) for c in ranked[:12])
     failed = (Tried((name,), np.nan, np.nan, f"could not be evaluated: {why}") for name, why in failures.items())
     return (*refused, *every, *near, *failed)
-
-
-def _residual(c: Candidate) -> Complex:
-    """Return the residual (F, C) of a candidate on the records that it is judged by."""
-    return c.unseen.H - c.response.frf(c.unseen.f, c.at, c.unseen.channels)
 
 
 def steps_of(after: Candidate) -> tuple[StepShown, ...]:
@@ -278,6 +273,12 @@ def steps_of(after: Candidate) -> tuple[StepShown, ...]:
 def _channel_G(c: Candidate) -> dict[str, float]:
     c = replace(c, at=c.response.own_values(c.at))
     return {channel: gap.G for channel, gap in gaps_of(c).channels.items()}
+
+
+def _springs_seen(springs: Mapping[str, float]) -> tuple[str, ...]:
+    """Return a note on the smallest elements that would have been seen."""
+    words = " and ".join(f"{k:.2g} N/um at the {place.replace('_', ' ')}" for place, k in springs.items())
+    return (f"a spring to ground, along z, would have been seen from {words}",) if words else ()
 
 
 def _ended(search: Search, verdict: str) -> tuple[str, ...]:

@@ -6,11 +6,13 @@ import numpy as np
 
 from checks import distributions as stats
 from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.element import SPRING, element
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.screen import directions
 from checks.gap.statistics.projected_residual import Projected
 
+SPRINGS_AT = ("payload", "top_interface")
 STEPS = 60  # halvings of an interval on a logarithmic scale
 
 
@@ -30,6 +32,13 @@ def detection_limits(
     return out
 
 
+def spring_limits(projected: Projected, table: Thresholds) -> dict[str, float]:
+    """Return the smallest spring [N/um] from some places to ground, along z, that would be seen in the same way."""
+    springs = [element(place, "z", SPRING) for place in SPRINGS_AT]
+    absent = [e for e in springs if not projected.response.model.elements.keys() & {t for p in e.sizes for t in p.sets}]
+    return {e.place: _limits(projected, e, _noncentrality(table))["k_N_per_um"] for e in absent}
+
+
 def _noncentrality(table: Thresholds) -> float:
     """Return the squared shift of a standard normal that a two-sided test sees with the stated power."""
     return float((stats.norm.isf(table.p_global / 2) + stats.norm.ppf(table.power)) ** 2)
@@ -40,15 +49,10 @@ def _limits(projected: Projected, effect: Effect, needed: float) -> dict[str, fl
     stated = {p.name: p.limit_at for p in effect.parameters if p.limit_at is not None}
     if linear:
         D = directions(projected, effect, {**stated, **{p.name: 0.0 for p in linear}})
-        return stated | {
-            p.name: _bounded(np.sqrt(needed / max(float(d @ d), 1e-300)), p) for p, d in zip(linear, D, strict=True)
-        }
+        sizes = [float(np.sqrt(needed / max(float(d @ d), 1e-300))) for d in D]
+        # an effect beyond its physical bounds cannot be seen at all
+        return stated | {p.name: min(x, max(abs(p.lo), abs(p.hi))) for p, x in zip(linear, sizes, strict=True)}
     return _searched(projected, effect, effect.parameters[0], needed)
-
-
-def _bounded(value: float, p: Parameter) -> float:
-    """Return a value within the physical bounds; an effect beyond them cannot be seen at all."""
-    return float(min(value, max(abs(p.lo), abs(p.hi))))
 
 
 def _searched(projected: Projected, effect: Effect, p: Parameter, needed: float) -> dict[str, float]:

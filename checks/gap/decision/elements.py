@@ -1,11 +1,24 @@
 """Generic elements of an explanation in words: place, kind, values, likely causes, the measurement that tells more."""
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 from checks.fitting.fit import Fit
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Ambiguous, FoundElement, FoundPlace, NamedValue
-from checks.gap.modelling.element import ACROSS, DAMPER, HOLDER, JOINT, MASS, RESONATOR, SPRING, GenericElement
+from checks.gap.effects import EFFECTS
+from checks.gap.modelling.element import (
+    ACROSS,
+    BESIDE_THE_AXIS,
+    DAMPER,
+    JOINT,
+    MASS,
+    OF_PLACE,
+    RESONATOR,
+    SPRING,
+    GenericElement,
+)
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 from checks.model.model import Model
@@ -39,6 +52,7 @@ OF_KIND = {
     RESONATOR: (HANGS,),
 }
 WORDS = {SPRING: "spring", MASS: "mass", DAMPER: "damper", RESONATOR: "mass on a spring"}
+OTHER_VALUES = "other values of"
 SHOWN = 3  # places besides the best that a sentence lists
 
 
@@ -54,7 +68,7 @@ def found_elements(
         others = _rivals_by_element(result, effect.name, alike)
         library = tuple(sorted(n for n in alike if n not in {e.name for e, _ in others}))
         if isinstance(effect, GenericElement):
-            out.append(_found(effect, others, fit, model, library))
+            out.append(replace(_found(effect, others, fit, model, library), fitted=effect.name))
         elif others:
             (first, rival), *rest = others
             out.append(_found(first, rest, again(rival), model, (effect.name, *library)))
@@ -63,15 +77,11 @@ def found_elements(
 
 def _rivals_by_element(result: SearchResult, name: str, alike: set[str]) -> list[tuple[GenericElement, Candidate]]:
     """Return the elements that do as well in the place of a member, the best first."""
-    found = []
-    for rival in sorted(result.rivals, key=lambda c: -c.score):
-        others = result.best.names - {name}
-        found += [
-            (e, rival) for e in rival.response.effects if isinstance(e, GenericElement) and e.name in alike - others
-        ]
     best: dict[str, tuple[GenericElement, Candidate]] = {}
-    for e, rival in found:
-        best.setdefault(e.name, (e, rival))
+    for rival in sorted(result.rivals, key=lambda c: -c.score):
+        for e in rival.response.effects:
+            if isinstance(e, GenericElement) and e.name in alike - (result.best.names - {name}):
+                best.setdefault(e.name, (e, rival))
     return [*best.values()]
 
 
@@ -89,7 +99,7 @@ def _found(
     for p in places:
         first.setdefault((p.part, p.against, p.direction), p)
     places = [*first.values()]
-    kind = SPRING if e.kind == HOLDER else e.kind
+    kind = e.of_kind
     values = _ratios(e, shown, model, fit) if e.kind == JOINT else {k: v for k, v in shown.items() if k[1:] != "_mm"}
     causes = tuple(dict.fromkeys(c for o in (e, *(o for o, _ in others)) for c in _causes(o)))
     words = _sentence(kind, places, values, causes[0], library)
@@ -97,8 +107,7 @@ def _found(
 
 
 def _causes(e: GenericElement) -> tuple[str, ...]:
-    kind = SPRING if e.kind == HOLDER else e.kind
-    return LOOKS_LIKE.get((kind, e.place)) or OF_KIND[kind]
+    return LOOKS_LIKE.get((e.of_kind, e.place)) or OF_KIND[e.of_kind]
 
 
 def _place(e: GenericElement, values: dict[str, float]) -> FoundPlace:
@@ -131,23 +140,21 @@ def _ratios(e: GenericElement, shown: dict[str, NamedValue], model: Model, fit: 
 
 
 def _sentence(
-    kind: str, places: Sequence[FoundPlace], values: dict[str, NamedValue], cause: str, library: tuple[str, ...]
+    kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], cause: str, library: tuple[str, ...]
 ) -> str:
+    what = f"{places[0].part} of other stiffness" if kind == JOINT else f"{WORDS[kind]} {_where(places[0])}"
     numbers = ", ".join(_value_words(name, v) for name, v in values.items())
-    if kind == JOINT:
-        head = f"Something like a {places[0].part} of other stiffness: {numbers}"
-    else:
-        head = f"Something like a {WORDS[kind]} {_where(places[0])}: {numbers}"
     more = [_where(p) for p in places[1 : 1 + SHOWN]]
     beyond = len(places) - 1 - len(more)
     others = f" As good: {'; '.join(more)}{f'; and {beyond} more' if beyond > 0 else ''}." if more else ""
-    names = f" {', '.join(n.replace('_', ' ') for n in library)} would explain it as well." if library else ""
-    return f"{head}; {cause} would look like this.{others}{names}"
+    names = f" Explained as well by {', '.join(map(_label, library))}." if library else ""
+    return f"Something like a {what}: {numbers}; {cause} would look like this.{others}{names}"
 
 
 def _where(p: FoundPlace) -> str:
     """Return a place in words: "to ground at the top interface, along z, at (0, -16) mm"."""
     to = p.against if p.against.startswith("across") else f"to {p.against} at the {p.part}"
+    to = "across the APA" if p.against == AGAINST["apa"] else to
     beside = p.point_mm is not None and max(abs(x) for x in p.point_mm) >= 1.0
     point = f", at ({p.point_mm[0]:.0f}, {p.point_mm[1]:.0f}) mm" if beside and p.point_mm else ""
     return f"{to}, {'about' if p.direction.startswith('R') else 'along'} {p.direction[-1]}{point}"
@@ -164,7 +171,33 @@ def _experiment(places: Sequence[FoundPlace], library: tuple[str, ...]) -> str:
     """Return the next measurement: without the part, a constant of the signal path would stay."""
     parts = " and ".join(dict.fromkeys(f"the {p.part}" for p in places))
     what = f"repeat the record with whatever touches or hangs on {parts} removed"
+    library = tuple(n for n in library if not n.startswith(OTHER_VALUES))
     if library:
-        return f"{what}: an element there is then gone, {' and '.join(n.replace('_', ' ') for n in library)} stays"
+        return f"{what}: an element there is then gone, {' and '.join(map(_label, library))} stays"
     more = ", one part after the other" if len(places) > 1 else ""
     return f"{what}{more}: it is then gone"
+
+
+def _label(name: str) -> str:
+    """Return an effect's name for readers, or other values of calibrated parameters as they are."""
+    return name if name.startswith(OTHER_VALUES) else name.replace("_", " ")
+
+
+def element_words() -> tuple[str, str]:
+    """Return the patterns of every sentence and of every next measurement, for any numbers."""
+    causes = {c for each in (*LOOKS_LIKE.values(), *OF_KIND.values()) for c in each}
+    parts = {"base", "ground", *(p.replace("_", " ") for p in (*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE))}
+    part, cause, kind = ("|".join(map(re.escape, words)) for words in (parts, causes, WORDS.values()))
+    value_of = r"\w+(?:\.\w+)+"
+    name = rf"(?:{'|'.join(n.replace('_', ' ') for n in EFFECTS)}|{OTHER_VALUES} {value_of}(?:, {value_of})*)"
+    number, point = r"-?[\d.e+-]{1,20}", r"(?:, at \(-?\d+, -?\d+\) mm)?"
+    where = rf"(?:across the (?:{part}|APA)|to (?:{part}) at the (?:{part})), (?:along|about) [xyz]{point}"
+    symbol = r"(?:[A-Za-z]{1,3}|(?:damping|kz|kR|kxy) ratio)"
+    value = rf"{symbol} {number}(?: [NmskgHzradu2/ ]{{1,9}})? \(95 %: {number} to {number}\)"
+    what = rf"Something like a (?:(?:{kind}) {where}|(?:{part}) of other stiffness): {value}(?:, {value})*"
+    others = rf"(?: As good: {where}(?:; {where})*(?:; and \d+ more)?\.)?"
+    library = rf"(?: Explained as well by {name}(?:, {name})*\.)?"
+    removed = rf"repeat the record with whatever touches or hangs on the (?:{part})(?: and the (?:{part}))* removed"
+    gone = rf"(?:it is then gone|an element there is then gone, {name}(?: and {name})* stays)"
+    experiment = rf"{removed}(?:, one part after the other)?: {gone}"
+    return rf"{what}; (?:{cause}) would look like this\.{others}{library}", experiment

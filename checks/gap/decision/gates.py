@@ -5,10 +5,11 @@ effect of an explanation of everything; `beside_gates.BESIDE_GATES` one that lea
 that fails any gate is not named; its reasons stand in gap.json.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidate import Candidate, Fitted
 from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import left_by_cell
 from checks.gap.search.forward import SearchResult, is_within_tolerance
@@ -53,29 +54,47 @@ def accepted(claims: Sequence[Claim]) -> tuple[Claim, ...]:
     return tuple(c for c in claims if not c.reasons)
 
 
-class FittedResponse(Protocol):
-    """A candidate or another response at fitted values. unseen: B."""
-
-    @property
-    def response(self) -> Augmented: ...
-
-    @property
-    def at(self) -> dict[str, float]: ...
-
-    @property
-    def unseen(self) -> Dataset: ...
-
-
 @dataclass(frozen=True, eq=False)
-class NameEvidence:
+class NameEvidence(ABC):
     """What is known of an effect of an explanation. fitted: the explanation; final: its fit to all bins; slow: the slow
     sines."""
 
     effect: Effect
-    fitted: FittedResponse
+    fitted: Fitted
     final: Fit
     slow: Slow | None
     table: Thresholds
+    search: Search
+
+    @property
+    def best(self) -> Fitted:
+        """Return the explanation as the search left it."""
+        return self.fitted
+
+    @property
+    @abstractmethod
+    def without(self) -> Fitted:
+        """Return the explanation without the effect, everything else fitted anew: its loss in log-likelihood of unseen
+        records is the gain of the effect."""
+
+    @abstractmethod
+    def refitted(self, c: Fitted) -> Fitted:
+        """Return an explanation fitted to B and judged on A."""
+
+    @property
+    def gain(self) -> float:
+        return self.best.lnL - self.without.lnL
+
+    @cached_property
+    def exchanged_gain(self) -> float:
+        """Return the same gain with the realisations exchanged. -inf if the strut is not held."""
+        try:
+            return self.refitted(self.best).lnL - self.refitted(self.without).lnL
+        except ModelError:
+            return -np.inf
+
+    def claim(self, reasons: Sequence[str]) -> Claim:
+        return Claim(self.effect, self.gain, chance_of_gain(self.gain, self.effect), tuple(reasons))
 
     @property
     def significant(self) -> bool:
@@ -169,14 +188,15 @@ class FullEvidence(NameEvidence):
     explanation covers."""
 
     fitted: Candidate
-    search: Search
     result: SearchResult
     left_out: Sequence[str] = ()
 
+    @property
+    def best(self) -> Candidate:
+        return self.result.best
+
     @cached_property
     def without(self) -> Candidate:
-        """Return the explanation without the effect, everything else fitted anew: its loss in log-likelihood of unseen
-        records is the gain of the effect."""
         result, name = self.result, self.effect.name
         less = result.best.response.without(name)
         known = [c for c in (result.base, *result.tried) if c.names == frozenset(less.names)]
@@ -185,20 +205,8 @@ class FullEvidence(NameEvidence):
         fit = self.search.fit_from_one_place if result.base in known else self.search.fit
         return max([*known, fit(less, start)], key=lambda c: c.lnL)
 
-    @property
-    def gain(self) -> float:
-        return self.result.best.lnL - self.without.lnL
-
-    @cached_property
-    def exchanged_gain(self) -> float:
-        """Return the same gain with the realisations exchanged: fitted to B, judged on A."""
-        search, best = self.search.exchanged, self.result.best
-        try:
-            more = search.refit(best.response, best.at)
-            less = search.refit(self.without.response, self.without.at)
-        except ModelError:
-            return -np.inf
-        return more.lnL - less.lnL
+    def refitted(self, c: Fitted) -> Candidate:
+        return self.search.exchanged.refit(c.response, c.at)
 
     @property
     def needless(self) -> bool:
@@ -326,7 +334,7 @@ def judge_claims(
     for effect in result.best.response.effects:
         evidence = FullEvidence(effect, full, final, slow, search.table, search, result, left_out)
         reasons = failed_reasons(FULL_GATES, evidence)
-        claims.append(Claim(effect, evidence.gain, chance_of_gain(evidence.gain, effect), tuple(reasons)))
+        claims.append(evidence.claim(reasons))
     return tuple(_refused_with_others(c, claims, search.table) for c in claims)
 
 

@@ -54,9 +54,7 @@ def _with_experiment(
     for name in a.effects:
         if name != claim.effect.name:
             rival = result.rival_of_names(frozenset({*full.names, name} - {claim.effect.name}))
-            if (
-                rival is None and name in EFFECTS
-            ):  # a lag of another form, which was not fitted: nothing on the menu changes either
+            if rival is None and name in EFFECTS:  # a lag of another form, not fitted: the menu changes neither
                 return a
             others.append(rival)
     first = {Experiment.RESISTOR: OTHER_RESISTOR}.get(claim.effect.experiment, ADDED_MASS)

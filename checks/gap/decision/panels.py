@@ -33,9 +33,9 @@ def responses(result: Result) -> tuple[Complex, Complex]:
 
 
 def shown(result: Result) -> tuple[Projected, Projected]:
-    """Return the models before and after; the same twice if no effect was named: then G before and after are equal
+    """Return the models before and after; the same twice if nothing was found: then G before and after are equal
     too."""
-    return (result.before, result.after) if result.named else (result.after, result.after)
+    return (result.before, result.after) if result.found else (result.after, result.after)
 
 
 def disagreement_map(result: Result) -> Panel:
@@ -46,11 +46,11 @@ def disagreement_map(result: Result) -> Panel:
     middle = np.sqrt(edges[1:] * edges[:-1])
     rows, names = [], []
     for c, name in enumerate(data.channels):
-        for words, H in list(zip(("before", "after"), responses(result), strict=True))[: 2 if result.named else 1]:
+        for words, H in list(zip(("before", "after"), responses(result), strict=True))[: 2 if result.found else 1]:
             near = data.around(H)
             G = np.abs(data.H[:, c] - H[:, c]) ** 2 / np.maximum(near.variance[:, c], 1e-300)
             rows.append(np.clip(np.log10(np.maximum(_by_cell(data.f, G, edges), 1e-3)), *SHOWN))
-            names.append(f"{name} {words}" if result.named else name)
+            names.append(f"{name} {words}" if result.found else name)
     image = Image(middle, np.arange(len(rows), dtype=float), np.array(rows), "log10 of G")
     title = "G by frequency and channel (dark: within noise and tolerance)"
     order = len(rows) - 0.5, -0.5  # the first channel on top

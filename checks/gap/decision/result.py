@@ -91,7 +91,8 @@ class FoundPlace:
 @dataclass(frozen=True)
 class FoundElement:
     """Something without a name: kind, the places that explain the records as well (the best first), values there,
-    likely causes in words, and the measurement that tells more. alike: library effects that explain them as well."""
+    likely causes in words, and the measurement that tells more. alike: library effects that explain them as well;
+    fitted: name of the member of the explanation, "" if another is in its place there."""
 
     kind: str
     places: tuple[FoundPlace, ...]
@@ -100,6 +101,7 @@ class FoundElement:
     looks_like: tuple[str, ...]
     experiment: str
     alike: tuple[str, ...] = ()
+    fitted: str = ""
 
 
 @dataclass(frozen=True)
@@ -184,3 +186,8 @@ class Result:
     bench_latency: Mapping[str, float] = field(default_factory=dict)
     elements: tuple[FoundElement, ...] = ()
     written_G: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def found(self) -> bool:
+        """Return whether a cause was found: effects, or elements."""
+        return bool(self.named or self.elements)

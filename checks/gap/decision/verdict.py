@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from checks.fitting.fit import Fit
 from checks.gap.decision.aliases import any_lag_explains, imitation
-from checks.gap.decision.gates import Claim
+from checks.gap.decision.gates import SMALL_BESIDE, Claim
 from checks.gap.decision.result import (
     AMBIGUOUS,
     EXPLAINED,
@@ -67,12 +67,22 @@ def indistinguishable(result: SearchResult, claims: Sequence[Claim], table: Thre
         for rival in result.rivals:
             # An explanation with more parameters has to earn them, or whatever is flexible would rival every name.
             apart = max(result.best.lnL - rival.lnL, result.best.score - rival.score)
-            if not rival.response.unmodelled_modes and 2.0 * apart < table.two_delta_lnL:
+            if rival.response.unmodelled_modes:
+                continue
+            beyond = SMALL_BESIDE * claim.delta_lnL if _elsewhere(claim, rival) else 0.0
+            if apart < max(0.5 * table.two_delta_lnL, beyond):
                 alike |= {n for n in rival.names - names if _up_to_form(rival.names - {n}) == others}
         if len(alike) > 1:
             experiment = sharpest(asks[name] for name in sorted(alike))
             out.append(Ambiguous(tuple(sorted(alike)), experiment.value))
     return tuple(out)
+
+
+def _elsewhere(claim: Claim, rival: Candidate) -> bool:
+    """Return whether a rival has an element of the same kind as a claim's at another place. Places are distinguished by
+    a model that is right to its tolerance only, and small differences of large gains are beyond that."""
+    kinds = {e.of_kind for e in rival.response.effects if isinstance(e, GenericElement)}
+    return isinstance(claim.effect, GenericElement) and claim.effect.of_kind in kinds
 
 
 def _up_to_form(names: frozenset[str]) -> list[str]:
@@ -89,20 +99,14 @@ def _is_of_one_channel(effect: Effect) -> bool:
 
 def imitable(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
     """Return the named effects that calibrated parameters imitate: only their priors favour the effect."""
-    out = []
-    for effect in (c.effect for c in claims):
-        if parameters := imitation(full, effect):
-            out.append(Ambiguous((effect.name, f"other values of {', '.join(parameters)}"), effect.experiment.value))
-    return tuple(out)
+    found = ((c.effect, ", ".join(imitation(full, c.effect))) for c in claims)
+    return tuple(Ambiguous((e.name, f"other values of {names}"), e.experiment.value) for e, names in found if names)
 
 
 def lags_alike(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
     """Return the named lags whose form the band does not show, with the others of their channels."""
-    out = []
-    for effect in (c.effect for c in claims):
-        if any_lag_explains(full, effect):
-            out.append(Ambiguous(_lags_on(effect.channels), effect.experiment.value))
-    return tuple(out)
+    found = (c.effect for c in claims if any_lag_explains(full, c.effect))
+    return tuple(Ambiguous(_lags_on(e.channels), e.experiment.value) for e in found)
 
 
 def _lags_on(channels: Sequence[str]) -> tuple[str, ...]:
@@ -125,18 +129,14 @@ def forms_of_drive_lag(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambigu
 def early_channels(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:
     """Return the named latencies of a channel that is early beside a lag of the drive, on a bench that was not learned,
     with those of the other channels: no converter is early, so the others may be late and the drive less so."""
-    response, latencies = full.response, [e for e in EFFECTS.values() if _is_latency(e)]
+    response, of_channel = full.response, set(LATENCIES.values())
+    latencies = [e for e in EFFECTS.values() if any(set(p.sets) & of_channel for p in e.parameters)]
     in_drive = any(e.lags and set(e.channels) == set(CHANNELS) for e in response.effects)
     if response.model.learned is not None or not in_drive:
         return ()
     early = [e for e in (c.effect for c in claims) if e in latencies and response.of(full.at, e.name)["tau_us"] < 0.0]
     names = tuple(sorted(e.name for e in latencies if set(e.channels) <= set(full.unseen.channels)))
     return tuple(Ambiguous(names, e.experiment.value) for e in early)
-
-
-def _is_latency(effect: Effect) -> bool:
-    """Return whether an effect is the latency of one channel."""
-    return any(set(p.sets) & set(LATENCIES.values()) for p in effect.parameters)
 
 
 def scale_or_lopsided(full: Candidate, claims: Sequence[Claim]) -> tuple[Ambiguous, ...]:

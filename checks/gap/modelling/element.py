@@ -55,6 +55,11 @@ class GenericElement(Effect):
         return True
 
     @property
+    def of_kind(self) -> str:
+        """Return its kind for readers: a holder is a spring that weighs something."""
+        return SPRING if self.kind == HOLDER else self.kind
+
+    @property
     def sizes(self) -> tuple[Parameter, ...]:
         """Return the parameters that say what it is: without those that say where."""
         return tuple(p for p in self.parameters if not p.name.endswith("_mm"))

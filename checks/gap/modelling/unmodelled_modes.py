@@ -65,6 +65,10 @@ class UnmodelledMode:
         """Return the function (values, s (F,)) -> (F,) by which the channel is multiplied."""
         return self.shape.factor
 
+    def stands_for(self, _: object) -> tuple[str, ...]:
+        """Return the model's parameters behind it: none."""
+        return ()
+
     def poles_and_zeros(self, values: Values) -> tuple[list[float], list[float]]:
         """Return the frequencies [Hz] of the poles and the zeros."""
         if self.shape.name == "mode":

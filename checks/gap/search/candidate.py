@@ -3,9 +3,11 @@
 It is fitted to one realisation (A) and compared on the other (B), which it has never seen.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
+from checks.arrays import Complex
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import FitPoint
 from checks.fitting.goodness import gaps
@@ -19,14 +21,31 @@ GROSS = 1e4  # of a channel's G: most of it is no calibration's business
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
-    """A response at values of its parameters. cost: half the squared whitened residuals on A, and priors; unseen: B;
-    settled: no step leads further down; coarse: the end of the search on few bins, if the fit began there."""
+class Fitted(ABC):
+    """A response at values of its parameters, fitted to A. cost: half the squared rows of the priors at least; unseen:
+    B."""
 
     response: Augmented
     at: dict[str, float]
     cost: float
     unseen: Dataset
+
+    @property
+    @abstractmethod
+    def lnL(self) -> float:
+        """Return the log-likelihood of B at the values from A, priors included, but for a constant."""
+
+    @cached_property
+    def residual(self) -> Complex:
+        """Return the residual (F, C) of B."""
+        return self.unseen.H - self.response.frf(self.unseen.f, self.at, self.unseen.channels)
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate(Fitted):
+    """An explanation of everything. cost: half the squared whitened residuals on A, and priors; settled: no step leads
+    further down; coarse: the end of the search on few bins, if the fit began there."""
+
     table: Thresholds
     settled: bool = False
     coarse: FitPoint | None = None
@@ -38,7 +57,6 @@ class Candidate:
 
     @cached_property
     def lnL(self) -> float:
-        """Return the log-likelihood of B at the values from A, priors included, but for a constant."""
         return -at_known(self.response, self.unseen, self.at).cost
 
     @cached_property

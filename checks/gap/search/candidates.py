@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import inf
@@ -235,8 +236,10 @@ class Search:
         adequate fit, the best of them and what stands at the likeliest places from the priors too: a calibration that
         lacked an element may have gone astray, and then only the place is told."""
         places = Places(project(base.response, self.A, base.at))
-        scores = sorted((s for s in places.scores() if s.p < WORTH_A_FIT), key=lambda s: -s.net)
-        first = scores[:ELEMENTS_TRIED]
+        if places.in_signal_path:
+            return []
+        scores = sorted(places.scores(), key=lambda s: -s.net)
+        first = [s for s in scores if s.p < WORTH_A_FIT][:ELEMENTS_TRIED]
         starts = [c for s in first if not self.over for c in self._from_screen(base.response, base.at, s)]
         found = self._race(starts)
         if any(c.adequate for c in found):
@@ -262,15 +265,15 @@ class Search:
         except ModelError:
             return None
 
-    def with_better_damping(self, c: Candidate) -> Candidate:
-        """Return a candidate with the form of damping that is more likely beyond doubt."""
+    def with_likelier_damping(self, c: Candidate) -> Candidate:
+        """Return the candidate with the form of damping that is more likely beyond doubt."""
         other = self.with_other_damping(c)
-        return other if other is not None and other.cost < c.cost - BEYOND_DOUBT and other.adequate else c
+        return other if other is not None and other.cost < c.cost - BEYOND_DOUBT else c
 
     def _from_screen(self, base: Augmented, at: Mapping[str, float], score: Score) -> list[Candidate]:
         response = base.with_member(score.member).holding_scatter(at)
         out = []
-        taken = _stood_for(score.member, response)
+        taken = score.member.stands_for(response.model)  # these return to their priors
         kept = {k: v for k, v in at.items() if k not in taken and not is_mode_factor(k)}
         for values in score.starts:
             start = {**kept, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
@@ -371,7 +374,8 @@ class Search:
         for c in sorted(candidates, key=lambda c: c.cost)[:FROM_FAR]:
             own = {k: v for k, v in c.at.items() if k.split(".")[0] in c.response.names}
             quick = replace(c.response, model=quicker(c.response.model))
-            out.append(self.refit(c.response, self._with_shrinking_tolerance(quick, own).at))
+            with suppress(ModelError):  # the strut is not held at the priors with these
+                out.append(self.refit(c.response, self._with_shrinking_tolerance(quick, own).at))
         return out
 
     def _finish_to_the_end(self, c: Candidate) -> Candidate:
@@ -383,7 +387,7 @@ class Search:
         """Return the best start of every set, the most promising ones fitted to the end. adequate: cost of an adequate
         explanation; a start far above it is no rival and is not fitted further."""
         done = []
-        for i, c in enumerate(best_of_each(sorted(started, key=lambda c: c.cost))):
+        for i, c in enumerate(best_of_each(started, lambda c: c.cost)):
             near = i < GO_ON and c.cost < NO_RIVAL * adequate
             done.append(self._finish_to_the_end(c) if near else self.free_scatter(c))
             if adequate == inf and near and done[-1].adequate:
@@ -391,10 +395,10 @@ class Search:
         return sorted(done, key=lambda c: -c.score)
 
 
-def best_of_each(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return the first candidate of every set of members."""
+def best_of_each(candidates: Sequence[Candidate], key: Callable[[Candidate], float] | None = None) -> list[Candidate]:
+    """Return the first candidate of every set of members, by a key or by falling score."""
     best: dict[frozenset[str], Candidate] = {}
-    for c in candidates:
+    for c in sorted(candidates, key=key or (lambda c: -c.score)):
         best.setdefault(c.names, c)
     return [*best.values()]
 
@@ -415,9 +419,3 @@ def _is_same_place(a: FitPoint, b: FitPoint) -> bool:
 def quicker(model: Model) -> Model:
     """Return the model with modal damping if it can have it: the derivatives are quicker, and a start is as good."""
     return with_damping(model, "modal") or model
-
-
-def _stood_for(member: Member, response: Augmented) -> set[str]:
-    """Return the calibrated parameters that an effect stands for: they return to their priors when the effect is
-    added."""
-    return set(member.stands_for(response.model)) if isinstance(member, Effect) else set()

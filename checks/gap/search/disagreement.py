@@ -28,7 +28,7 @@ from checks.fitting.prior import prior_rows
 from checks.gap.modelling.augmented import Augmented, Member, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
-from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidate import Candidate, Fitted
 from checks.gap.search.candidates import Search
 from checks.gap.search.places import Places
 from checks.gap.search.screen import screen
@@ -76,19 +76,8 @@ def with_disagreement(data: Dataset, residual: Complex) -> Dataset:
 
 
 @dataclass(frozen=True, eq=False)
-class DisagreementFit:
-    """A response at values fitted to A beside its disagreement. off_prior: half the squared prior rows at the values;
-    unseen: B."""
-
-    response: Augmented
-    at: dict[str, float]
-    off_prior: float
-    unseen: Dataset
-
-    @cached_property
-    def residual(self) -> Complex:
-        """Return the residual (F, C) of B."""
-        return self.unseen.H - self.response.frf(self.unseen.f, self.at, self.unseen.channels)
+class DisagreementFit(Fitted):
+    """An explanation beside its disagreement. cost: half the squared rows of the priors."""
 
     @cached_property
     def Q(self) -> Array:
@@ -98,7 +87,7 @@ class DisagreementFit:
     @property
     def lnL(self) -> float:
         """Return the profile log-likelihood of B over the sizes of the disagreement, but for a constant."""
-        return -0.5 * VALUES_PER_CELL * float(np.log(np.maximum(self.Q, 1.0)).sum()) - self.off_prior
+        return -0.5 * VALUES_PER_CELL * float(np.log(np.maximum(self.Q, 1.0)).sum()) - self.cost
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +178,7 @@ def _fit_with_member(search: Search, state: DisagreementFit, member: Member, val
     """Return a member added to a state and fitted from its own values, the scatter at its best; None if the strut is
     not held at them."""
     start = {**state.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
-    taken = set(member.stands_for(state.response.model)) if isinstance(member, Effect) else set()
+    taken = member.stands_for(state.response.model)
     start = {k: v for k, v in start.items() if k not in taken}
     held = state.response.with_member(member).holding_scatter(state.at)
     try:

@@ -64,7 +64,7 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
         for b in beam:
             if candidates and b.cost > NO_RIVAL * min(c.cost for c in candidates):
                 continue
-            candidates = _best_of_each_set([*candidates, *search.add_one(b, {c.names for c in candidates})])
+            candidates = best_of_each([*candidates, *search.add_one(b, {c.names for c in candidates})])
             adequate = [c for c in candidates[: 2 * GO_ON] if c.adequate]
             if adequate:
                 return _finish(search, base, adequate, (*tried, *candidates))
@@ -73,12 +73,12 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
             break
         again = search.refit_from_priors(candidates)
         again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c, MOVES)]
-        candidates = _best_of_each_set([*again, *candidates])
+        candidates = best_of_each([*again, *candidates])
         adequate = [c for c in again if c.adequate]
         if adequate:
             return _finish(search, base, adequate, (*tried, *candidates))
         swapped = [c for c in (search.with_other_damping(c) for c in candidates[:BOTH_WAYS]) if c is not None]
-        candidates = _best_of_each_set([*candidates, *swapped])
+        candidates = best_of_each([*candidates, *swapped])
         adequate = [c for c in swapped if c.adequate]
         tried += candidates
         if adequate:
@@ -102,7 +102,7 @@ def explain_by_elements(search: Search, base: Candidate, most: int) -> SearchRes
     for _ in range(most):
         found = search.add_element(best)
         if found and not any(c.adequate for c in found):
-            found = _best_of_each_set([*found, *search.refit_from_priors(found)])
+            found = best_of_each([*found, *search.refit_from_priors(found)])
         tried += found
         if adequate := [c for c in found if c.adequate]:
             return _finish(search, base, adequate, tried)
@@ -179,8 +179,8 @@ def _finish(search: Search, base: Candidate, adequate: Sequence[Candidate], trie
         best = search.prune(_prefer_named([*named, best]))
     elsewhere = [c for c in search.with_elements_elsewhere(best) if c.adequate]
     adequate, best = [*adequate, best, *elsewhere], max([best, *elsewhere], key=lambda c: c.score)
-    damped = search.with_better_damping(best)
-    if damped is not best:  # its rivals are compared with the same form
+    damped = search.with_likelier_damping(best)
+    if damped is not best and damped.adequate:  # its rivals are compared with the same form
         near = (c for c in adequate if c.score > best.score - RIVAL and c.names != best.names)
         adequate = [c for c in map(search.with_other_damping, near) if c is not None and c.adequate]
         best = damped
@@ -193,7 +193,3 @@ def _prefer_named(adequate: Sequence[Candidate]) -> Candidate:
     """Return the best candidate without unmodelled modes; failing that, the best one with them."""
     named = [c for c in adequate if not c.response.unmodelled_modes]
     return max(named or adequate, key=lambda c: c.score)
-
-
-def _best_of_each_set(candidates: Sequence[Candidate]) -> list[Candidate]:
-    return best_of_each(sorted(candidates, key=lambda c: -c.score))

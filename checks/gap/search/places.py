@@ -39,6 +39,7 @@ SETTLED = 0.05  # of twice the log-likelihood
 POLES = 14  # where a resonator is looked for, beside the peaks of the residual
 BEGUN = 2  # of these, that a fit begins from
 RATIO = 0.03  # damping ratio there
+EQUAL = 1e-6  # of a gain: of one channel alone every factor and every place explain the same
 
 NOTHING_KNOWN: Mapping[str, float] = {}
 Stiffness = Callable[[Array], tuple[Complex, Complex]]  # values (k,) -> dynamic stiffness (F,) and its slopes (k, F)
@@ -67,6 +68,14 @@ class Places:
     def gains(self) -> dict[Direction, float]:
         """Return the gain in twice the log-likelihood of every direction with any dynamic stiffness."""
         return {d: self.gain_of(self.along(d)[0]) for d in directions(self.receptances.places)}
+
+    @property
+    def in_signal_path(self) -> bool:
+        """Return whether any factor on one channel explains as much as any dynamic stiffness at the best place: what is
+        missing may then lie in the path of that channel. Each has one complex number for each frequency."""
+        H = self.projected.modelled
+        factors = (self.gain_of(H * one) for one in np.eye(H.shape[1]))
+        return max(factors) > (1.0 - EQUAL) * max(self.gains.values(), default=0.0)
 
     @cached_property
     def ranked(self) -> list[Direction]:
@@ -123,6 +132,8 @@ class Places:
         for d in self.ranked[:FOLLOWED]:
             for kind in kinds_at(d.place, kinds):
                 e = element(d.place, d.direction, kind)
+                if self._has(e):
+                    continue
                 for values, gain in self._fits(e, d, known):
                     if e.name not in out or gain > out[e.name].gain:
                         out[e.name] = Score(e, gain, len(e.sizes), len(self.gains), (values,))
@@ -131,11 +142,17 @@ class Places:
                 out[score.member.name] = score
         return sorted(out.values(), key=lambda s: -s.gain)
 
+    def _has(self, e: GenericElement) -> bool:
+        """Return whether the model has an element there already, whose values it calibrates."""
+        return any(t in self.projected.response.model.elements for q in e.sizes for t in q.sets)
+
     def _joint(self, place: str) -> Score | None:
         """Return the score of a joint of other stiffness and damping: small changes, each along its directions."""
         if place not in self.receptances.places:
             return None
         p, e = self.projected, joint(place)
+        if self._has(e):
+            return None
         s = self._s
         rows = []
         for parameter in e.parameters:

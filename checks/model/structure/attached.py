@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array, Complex
+from checks.errors import ModelError
 from checks.model.structure.matrix_builder import Builder
 from checks.model.structure.rigid_motion import lever
 
@@ -44,6 +45,20 @@ def quantities_of(direction: str) -> dict[str, str]:
     }
 
 
+def check_elements(values: Mapping[str, float]) -> None:
+    """Raise ModelError for a quantity that no element along its direction has, or for something that hangs and lacks
+    its mass, frequency or damping ratio."""
+    for head in dict.fromkeys(n.rpartition(".")[0] for n in values if n.startswith(ELEMENT)):
+        names = quantities_of(head.rpartition(".")[2])
+        hangs = {f"{head}.{q}" for q in (names["hung"], "hung_Hz", "hung_damping_ratio")}
+        have = {f"{head}.{q}" for q in (*names.values(), "point_x_mm", "point_y_mm")} | hangs
+        given = {n for n in values if n.startswith(f"{head}.")}
+        wrong = sorted(given - have) or (sorted(hangs - given) if given & hangs else [])
+        if wrong:
+            why = "is missing" if wrong[0] not in given else f"expected one of {', '.join(sorted(have))}"
+            raise ModelError(f"{wrong[0]}: {why}")
+
+
 def attached_of(values: Mapping[str, float]) -> tuple[Attached, ...]:
     """Return the elements that a model's values describe."""
     heads = dict.fromkeys(n.rpartition(".")[0] for n in values if n.startswith(ELEMENT))
@@ -64,7 +79,11 @@ def _attached(values: Mapping[str, float], head: str) -> Attached:
 
 
 def row_of(places: Places, place: str, direction: str, point: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """Return the row (n,) that reads the motion of a place along a direction."""
+    """Return the row (n,) that reads the motion of a place along a direction. Raises ModelError if the strut has no
+    such place."""
+    if place not in places:
+        have = ", ".join(places)
+        raise ModelError(f"an element is attached to {place}, which this strut does not have (has: {have})")
     row: Array = (lever((*point, 0.0)) @ places[place])[DIRECTIONS.index(direction)]
     return row
 

@@ -11,7 +11,7 @@ from checks.errors import ModelError
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS
 from checks.gap.conditions.simulated import under_experiment
 from checks.gap.conditions.trial import ConditionTrial, together
-from checks.gap.decision.experiment_checks import changed_channels
+from checks.gap.decision.experiments import changed_channels
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from tests.checks.gap.shared.experiment_cases import DAMPERS, SPRINGS, Case, known, random_case, scaled, with_effect

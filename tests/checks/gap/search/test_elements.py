@@ -10,14 +10,24 @@ import numpy as np
 import pytest
 
 from accept.gap.analyse_unit import run_gap
+from checks import distributions as stats
+from checks.gap.decision.detection_limits import spring_limits
 from checks.gap.decision.result import Result
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.element import Direction, directions, element, joint, kinds_at
+from checks.gap.modelling.thresholds import THRESHOLDS
+from checks.gap.modelling.unmodelled_modes import MODE
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidates import Search
 from checks.gap.search.places import Places
 from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import Inputs, run
 from checks.model import Model, is_mode_factor
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, TOLERANCE, F, drawn, recorded, strut
+from validation.model_files import write_model
+from validation.sets import Set
+from validation.shell import PUBLIC
+from validation.studies.elements import draw_cases
 
 HOLDER = {
     "element.top_interface.z.spring_N_per_um": 0.2,
@@ -108,6 +118,16 @@ def test_what_swings_on_the_payload_is_a_resonator() -> None:
     assert_holds(r, "m_kg", 0.045)
 
 
+def test_a_resonance_of_one_channel_is_no_pair_of_elements() -> None:
+    """Red while elements were not compared with a filter of one channel: two resonators, one at the sensor stack."""
+    given, resonance = hiding({}), {"f_Hz": 1116.0, "ratio": 0.028, "damping_ratio": 0.01}
+    factor = np.stack([MODE.factor(resonance, 2j * np.pi * F), *np.ones((2, F.size))], axis=1)
+    A, B = (replace(d, H=d.H * factor) for d in (given.A, given.B))
+    r = run(replace(given, A=A, B=B), lambda _: None)
+    assert (r.named, r.elements, r.verdict) == ((), (), "unexplained")
+    assert [n.channel for n in r.unnamed] == ["Vs"]
+
+
 @pytest.mark.parametrize("effects", [{}, {"crosstalk": {"V_per_V": 0.02}}, {"encoder_scale": {"relative": 0.03}}])
 def test_known_effects_keep_their_names_and_nothing_is_nothing(effects: dict[str, dict[str, float]]) -> None:
     r = run(hiding({}, effects), lambda _: None)
@@ -115,13 +135,24 @@ def test_known_effects_keep_their_names_and_nothing_is_nothing(effects: dict[str
     assert not r.elements
 
 
+def test_a_search_turns_back_from_an_element_with_which_the_strut_is_not_held_at_its_priors() -> None:
+    """Red while the refit from the priors began there: a recorded strut ended in an error of the model."""
+    e = element("top_interface", "z", "mass")
+    response = Augmented(exact()).with_member(e)
+    data = recorded(truth(), SEED)
+    at = response.own_values({}) | {f"{e.name}.m_kg": -30.0, f"{e.name}.x_mm": 0.0, f"{e.name}.y_mm": 0.0}
+    search = Search(data, data, (), THRESHOLDS, lambda _: None)
+    assert search.refit_from_priors([Candidate(response, at, 1.0, data, THRESHOLDS)]) == []
+
+
 class TestPlaces:
     """Place before kind, against closed forms."""
 
     @staticmethod
-    def places(model: Model) -> Places:
-        data = recorded(model, SEED)
-        data = replace(data, H=model.frf(F, channels=CHANNELS))  # no noise: what is left is the element alone
+    def places(model: Model, channels: tuple[str, ...] = CHANNELS, on_Vs: float = 0.0) -> Places:
+        H = model.frf(F, channels=CHANNELS)  # no noise: what is left is the element alone
+        H[:, 0] *= MODE.factor({"f_Hz": 400.0, "ratio": on_Vs, "damping_ratio": 0.02}, 2j * np.pi * F)
+        data = replace(recorded(model, SEED), H=H).select(channels)
         response = Augmented(exact())
         return Places(project(response, data, response.own_values({})))
 
@@ -139,6 +170,29 @@ class TestPlaces:
         assert best.member is element("payload", "z", "spring")
         # 5 %: the whitener's tolerance is a fraction of the response itself, which the element moves
         assert best.starts[0]["k_N_per_um"] == pytest.approx(0.01, rel=0.05)
+
+    @pytest.mark.parametrize(
+        ("elements", "on_Vs", "channels", "path"),
+        [
+            (HOLDER, 0.0, CHANNELS, False),
+            (CABLE, 0.0, CHANNELS, False),
+            ({}, 0.03, CHANNELS, True),  # a resonance of one channel
+            (CABLE, 0.0, ("da",), True),  # of one channel alone any factor explains all
+        ],
+    )
+    def test_a_factor_on_one_channel_is_a_rival_of_every_place(
+        self, elements: dict[str, float], on_Vs: float, channels: tuple[str, ...], path: bool
+    ) -> None:
+        found = self.places(strut().with_elements(elements), channels, on_Vs)
+        assert found.in_signal_path == path
+
+    def test_the_smallest_spring_that_would_be_seen_is_stated(self) -> None:
+        limits = spring_limits(self.places(strut()).projected, THRESHOLDS)
+        noncentral = (stats.norm.isf(THRESHOLDS.p_global / 2) + stats.norm.ppf(THRESHOLDS.power)) ** 2
+        for place, k in limits.items():
+            left = self.places(strut().with_elements({f"element.{place}.z.spring_N_per_um": 0.1 * k})).projected.left
+            assert left @ left == pytest.approx(0.01 * noncentral, rel=0.1)
+        assert limits.keys() == {"payload", "top_interface"}
 
     def test_a_joint_is_a_kind_of_its_own(self) -> None:
         scores = self.places(strut().with_elements({n: 0.1 * v for n, v in LOOSE.items()})).scores(("joint",))
@@ -162,8 +216,24 @@ HIDDEN: dict[str, tuple[str, tuple[str, str], dict[str, float]]] = {
     "E-02": ("spring", ("payload", "ground"), {"k_N_per_um": 0.07}),
     "E-03": ("resonator", ("payload", "ground"), {"m_kg": 0.045, "f_Hz": 88.0, "damping_ratio": 0.02}),
     "E-04": ("joint", ("bottom joint", "base"), {"kz_ratio": 0.6, "c_N_s_per_m": 200.0}),
-    "E-05": ("resonator", ("top interface", "ground"), {"f_Hz": 121.0}),  # a payload that rocks, seen along the axis
+    "E-05": ("resonator", ("payload", "ground"), {"f_Hz": 121.0}),  # a payload that rocks, seen along the axis
 }
+
+
+@pytest.mark.slow
+@pytest.mark.takes_data
+@pytest.mark.skipif(not PUBLIC.exists(), reason="the matrices of the shell are not there")
+def test_bellows_that_the_calibration_has_followed_are_found_from_the_priors(tmp_path: Path) -> None:
+    """Red while only elements that promise something at calibrated values were fitted: unexplained, with G below 1 in
+    every channel."""
+    case, truth = draw_cases(3, 9, 0.01)[2][1:]
+    gap = run_gap(case.write(tmp_path), write_model(Set(0, {}, 0.01, 0.01), tmp_path / "model"))
+    (one,) = gap["elements"]
+    assert not gap["named"]
+    assert one["kind"] == truth.kind == "spring"
+    assert ("payload", "ground") in [(p["part"], p["against"]) for p in one["places"]]
+    lo, hi = one["parameters"]["k_N_per_um"]["ci95"]
+    assert lo < truth.values["k_N_per_um"] < hi
 
 
 @pytest.mark.slow
