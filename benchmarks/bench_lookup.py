@@ -17,9 +17,8 @@ import numpy as np  # noqa: E402 - the thread count must be set first
 
 from accept.models.lookup_cache import Plan, build, read_table  # noqa: E402
 from accept.models.model_file import open_model  # noqa: E402
-from checks.misalignment.estimate import estimate  # noqa: E402
-from checks.misalignment.table import MisalignmentTable  # noqa: E402
-from checks.model.model import Model  # noqa: E402
+from checks.misalignment import MisalignmentTable, estimate_misalignment  # noqa: E402
+from checks.model import Model  # noqa: E402
 from tests.checks.misalignment.misaligned import draw  # noqa: E402
 from tests.checks.model.units_model import NOMINAL  # noqa: E402
 
@@ -66,7 +65,7 @@ def asked(model: Model, table: MisalignmentTable) -> None:
     row("query", f"{query * 1e3:.2f} ms", "<= 1 ms")
     row("  computing the same places anew takes", f"{direct / query:.0f} x")
     struts = [draw(model, k) for k in range(7)]
-    refined = [seconds(partial(estimate, model, d.first, table, d.second), 1) for d in struts]
+    refined = [seconds(partial(estimate_misalignment, model, d.first, table, d.second), 1) for d in struts]
     row("refined estimate, median of seven struts", f"{np.median(refined):.2f} s", "<= 3 s")
     row("  the slowest", f"{max(refined):.2f} s", "<= 3 s")
 

@@ -14,7 +14,7 @@ import control  # noqa: E402 - the thread count must be set first
 import numpy as np  # noqa: E402
 
 from accept.models.model_file import open_model  # noqa: E402
-from checks.model.build import build  # noqa: E402
+from checks.model import build_model  # noqa: E402
 from checks.model.dynamics.complex_modes import Modal, direct_frf  # noqa: E402
 from checks.model.structure.matrix_builder import System  # noqa: E402
 from hw.superelement import matrices_of  # noqa: E402
@@ -62,7 +62,7 @@ def modal_against_control(form: Modal, system: System) -> None:
 def change_to_response(name: str) -> None:
     spec = load_model(name)
     model = open_model(name)
-    whole = build(spec, matrices_of(spec), reduced=False)
+    whole = build_model(spec, matrices_of(spec), reduced=False)
     kz = iter(np.linspace(80.0, 100.0, 400))
     fast = seconds(lambda: model.frf(F, {"joint.kz_N_per_um": next(kz)}), 300)
     slow = seconds(lambda: whole.direct(F), 3)

@@ -246,7 +246,7 @@ class Cause(Enum):
     SERIAL_ALIKE = "its serial looks like {name}, which the store knows: which of the two was measured?"
     PART_DOUBTED = "each part is accepted before it is built in, and stands in one strut: {detail}"
     NONCONFORMANCE = "held: {detail}. Quality assurance decides"
-    SUPERSEDED = "not the newest measurement: {detail}. Quality assurance decides"
+    SUPERSEDED = "an earlier attempt is against it: {detail}. Quality assurance decides"
     MEMORY_LIMIT = "the records are too large: judging them takes more memory than a worker has ({most:g} GB)"
     INTERNAL_ERROR = "the check stopped on an internal error: {detail}"
     CANNOT_ESTIMATE = "no estimate: {detail}"

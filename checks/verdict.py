@@ -56,7 +56,8 @@ class UnitVerdict(StrEnum):
 class UsedInput:
     """An input that decided a finding, beside the samples: a number, a setting, the source of a channel, a record.
 
-    source: the file that states it; against: what spec or bench file state otherwise, None if nothing."""
+    source: the file that states it; against: what spec or bench file state otherwise, None if nothing; told: what the
+    spec states instead of the bench file that supports it."""
 
     name: str
     value: Any
@@ -64,6 +65,7 @@ class UsedInput:
     source: str
     U: float | None = None
     against: str | None = None
+    told: Annotated[str | None, Field(exclude_if=lambda told: told is None)] = None
 
 
 @dataclass(frozen=True)

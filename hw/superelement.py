@@ -9,9 +9,7 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.errors import ModelError
-from checks.model.build import file_nodes
-from checks.model.structure.superelement import Nodes, Superelement
-from checks.model.structure.superelement_check import check_superelement
+from checks.model import Nodes, Superelement, check_superelement, file_nodes
 from hw.records.source import SIGNATURE, USERBLOCK_BYTES
 from specs.files import read_bounded
 from specs.model import ModelSpec

@@ -433,7 +433,7 @@ HEAVY: Mapping[str, Heavy] = {
         "struts of the matching model; struts as built, in test_as_built_proof.py",
     ),
     "tests/accept/fleet/test_month.py": Heavy(
-        ["accept/fleet", "checks/process_control"],
+        ["accept/fleet"],
         ["test_the_causes_of_many_months_are_named", "test_a_baseline_of_the_first_days_finds_the_same_causes"],
         "each cause in one month",
     ),

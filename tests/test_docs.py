@@ -8,7 +8,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from accept.certificate.verify import statements
+from accept.certificate.contents import statements
 from accept.cli.main import app
 from accept.commands.units.check_docs import all_checks
 from accept.store import formats

@@ -67,11 +67,10 @@ def test_verifying_loads_no_analysis() -> None:
     assert done.stdout == "[]\n", done.stderr
 
 
-# Packages that load slowly, and the files that load them when they are called: pictures of a drive, simulated records,
-# charts of many units.
+# Packages that load slowly, and the files that load them when they are called: pictures of a drive, simulated records.
 LATE = {
     "scipy.signal": {"checks/signals/drive/excitation_panels.py", "checks/model/time/partial_fractions.py"},
-    "scipy.ndimage": {"checks/process_control/scale.py", "checks/process_control/control_chart.py"},
+    "scipy.ndimage": set(),
 }
 
 
@@ -165,13 +164,16 @@ def test_no_folder_holds_more_than_twenty_names(package: str) -> None:
 
 
 def test_no_folder_and_a_room_in_it_import_each_other() -> None:
-    """The contract compares folders that stand beside each other; this one a folder's own files with its rooms."""
+    """The contract compares folders that stand beside each other; this one a folder's own files with its rooms. The
+    names that a door shows are no imports: each is loaded when it is first used."""
     imports = set()
     for package in ("accept", "hw", "checks", "specs"):
         for path in (ROOT / package).rglob("*.py"):
             here = ".".join(path.parent.relative_to(ROOT).parts)
+            doors = [n for n in nodes(path) if isinstance(n, ast.If) and "__getattr__ = door(" in ast.unparse(n.orelse)]
+            shown = {id(n) for door in doors for n in door.body}
             for node in nodes(path):
-                if isinstance(node, ast.ImportFrom) and node.module:
+                if isinstance(node, ast.ImportFrom) and node.module and id(node) not in shown:
                     # `from folder import name`: a module of that folder, or what its `__init__` hands on
                     names = [f"{node.module}.{a.name}" for a in node.names]
                     files = [ROOT / f"{name.replace('.', '/')}.py" for name in (node.module, *names)]

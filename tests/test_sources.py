@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from checks.gap.effects import EFFECTS
+from checks.gap import EFFECTS
 from specs.spec import builtin, load
 from tests.shared.source_trees import nodes
 

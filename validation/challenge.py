@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.cluster.connect import connected
-from accept.base.cluster.work import Cluster, ClusterError, WorkFailed
+from accept.base.runner import ClusterError, Workers, WorkFailed
 from validation.cases import Case, seal
 from validation.model_files import write_model
 from validation.run_cases import METHOD, THREADS, Job, accept, run_all, talk
@@ -71,7 +71,7 @@ def control_jobs(jobs: Sequence[Job], number: int) -> list[Job]:
     return [replace(job, without=tuple(job.case.effects), misalign=False) for job in single]
 
 
-def challenge_set(name: str, a: argparse.Namespace, cluster: Cluster | None = None) -> tuple[list[Outcome], bool]:
+def challenge_set(name: str, a: argparse.Namespace, cluster: Workers | None = None) -> tuple[list[Outcome], bool]:
     """Draw, seal, run and score one set; return its outcomes, and whether every target is met."""
     it, out = SETS[name], a.out / name
     first = it.units if a.cases is None else a.cases

@@ -19,7 +19,7 @@ from pathlib import Path
 from threading import Timer
 from typing import Any
 
-from accept.base.cluster.work import Cluster, GivenUp
+from accept.base.runner import GivenUp, Workers
 from validation.cases import Case
 from validation.methods.call import PATIENCE_S, method_of
 from validation.scoring.results_store import Store, stamp
@@ -128,7 +128,7 @@ def accept(*arguments: str) -> Ran:
 
 
 def run_all(
-    jobs: Sequence[Job], workers: int, store: Store | None = None, cluster: Cluster | None = None
+    jobs: Sequence[Job], workers: int, store: Store | None = None, cluster: Workers | None = None
 ) -> list[Outcome]:
     """Run all jobs and return their outcomes, in the order of the jobs. workers: processes of this machine, 0 for none
     beside this one; cluster: works instead of them. store: of finished ones, which are not run again. Raises Mixed,
@@ -160,7 +160,7 @@ def _finished(jobs: Sequence[Job], workers: int) -> Iterable[tuple[Job, Outcome]
             yield running[future], future.result()
 
 
-def _far(jobs: Sequence[Job], cluster: Cluster) -> Iterable[tuple[Job, Outcome]]:
+def _far(jobs: Sequence[Job], cluster: Workers) -> Iterable[tuple[Job, Outcome]]:
     """Yield jobs and outcomes from a cluster; a unit that no worker could do counts as a crash of the workflow."""
     looks = {model: looks_of(model) for model in {job.model for job in jobs}}
     for (job, _), found in cluster.unordered(run_far, [(job, looks[job.model]) for job in jobs]):

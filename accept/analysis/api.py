@@ -19,11 +19,9 @@ from accept.analysis.imported_response import ImportedResponse, import_response
 from accept.analysis.misalignment import estimate_unit
 from accept.analysis.model_export import save_state_space
 from accept.analysis.model_export import to_control as as_control
-from accept.analysis.model_fit import FittedModel, fit_unit, pictures
+from accept.analysis.model_fit import FittedModel, fit_unit
 from accept.analysis.record_responses import (
     OF_RECORDS,
-    Estimator,
-    EstimatorSettings,
     MeasuredResponse,
     read_any,
     responses_of,
@@ -45,21 +43,14 @@ from accept.simulate import simulate as _simulate
 from accept.units.loaded_unit import LoadedUnit, loaded
 from checks.cause import NoResult as NoResult
 from checks.errors import RecordError
-from checks.fitting.calibrate import Calibration
-from checks.fitting.dataset import F_HI, F_LO, Dataset
-from checks.fitting.fit import Fit
-from checks.fitting.fit_panels import fit_panels, frf_panels
-from checks.gap.decision.bode_panels import bode_panels
-from checks.gap.decision.panels import disagreement
-from checks.misalignment.estimate_types import MisalignmentEstimate
-from checks.misalignment.panels import panels as misalignment_panels
-from checks.model.model import Model
-from checks.model.time.state_space import StateSpace, state_space
+from checks.fitting import F_HI, F_LO, Calibration, Dataset, Fit, fit_panels, frf_panels
+from checks.gap import bode_panels
+from checks.misalignment import MisalignmentEstimate
+from checks.misalignment import misalignment_panels as misalignment_panels
+from checks.model import Model, StateSpace, state_space
 from checks.picture import Panel
 from checks.record import Record
-from checks.signals.impact.impacts import ImpactRules
-from checks.signals.spectral.bode import bode
-from checks.signals.spectral.frf import Frf
+from checks.signals import Estimator, EstimatorSettings, Frf, ImpactRules, bode
 from specs.errors import AcceptError as AcceptError
 from specs.units import RESPONSE_UNITS
 
@@ -488,9 +479,9 @@ def _picture_of(what: Drawable) -> Plot:
         case MisalignmentEstimate():
             return Plot(misalignment_panels(what), "misalignment")
         case FittedModel():
-            return Plot(pictures(what), what.measured.serial)
+            return Plot(what.panels, what.measured.serial)
         case GapAnalysis():
-            return Plot({"map": disagreement(what.result), **bode_panels(what.result)}, what.measured.serial)
+            return Plot(bode_panels(what.result), what.measured.serial)
         case Model():
             f = np.geomspace(10.0, min(2000.0, what.up_to_Hz), 1000)
             return Plot(dict(frf_panels(f, what.frf(f), what.channels)), what.name)

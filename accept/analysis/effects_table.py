@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
-from checks.gap.effects import EFFECTS
+from checks.gap import EFFECTS
 from specs import plugins
 
 PAGE = Path("docs/decisions/contracts.md")  # in the working folder, which is the repository's

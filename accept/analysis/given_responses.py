@@ -12,7 +12,7 @@ from accept.analysis.record_responses import UNITS, MeasuredResponse
 from accept.gap.responses import Responses
 from checks.cause import together
 from checks.errors import RecordError
-from checks.fitting.dataset import Dataset, dataset_of
+from checks.fitting import Dataset, dataset_of
 
 Given = Responses | Dataset | MeasuredResponse
 CHANNELS = ("Vs", "de", "da")

@@ -10,8 +10,7 @@ import numpy as np
 from accept.analysis.record_responses import UNITS, MeasuredResponse
 from accept.base.console import say
 from checks.errors import RecordError
-from checks.signals.spectral.conjugate import conjugate_resonances
-from checks.signals.spectral.frf import Frf
+from checks.signals import Frf, conjugate_resonances
 from hw.records import ResponseFile, read_response_file
 from specs.units import UnitMismatch, factor
 

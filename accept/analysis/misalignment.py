@@ -11,9 +11,8 @@ from accept.models.model_file import AS_BUILT, as_weighed, open_model_file
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
 from checks.cause import NoResult, Reason
 from checks.errors import RecordError
-from checks.fitting.dataset import F_HI, F_LO
-from checks.misalignment.estimate import RATIO, WITH_SENSOR, estimate
-from checks.misalignment.estimate_types import MisalignmentEstimate
+from checks.fitting import F_HI, F_LO
+from checks.misalignment import RATIO_CHANNELS, SENSOR_CHANNELS, MisalignmentEstimate, estimate_misalignment
 from checks.verdict import Verdict
 from specs.plugins import product_named
 
@@ -42,7 +41,7 @@ def estimate_or_reason(
     table = table_for(given.model, say, workers=workers)
     try:
         weighed = as_weighed(given, measured.serial, measured.payload_kg).model
-        return estimate(weighed, measured.first, table, measured.second)
+        return estimate_misalignment(weighed, measured.first, table, measured.second)
     except NoResult as e:
         return e.reason
 
@@ -50,16 +49,16 @@ def estimate_or_reason(
 def _responses_of(unit: UnitFolder | Given) -> Responses:
     """Return the responses, with the sensor stack's if recorded: they help the fit."""
     if isinstance(unit, Given):
-        found = responses_given(unit, 0.0, F_LO, F_HI, WITH_SENSOR)
-        if missing := [c for c in RATIO if c not in found.first.channels]:
+        found = responses_given(unit, 0.0, F_LO, F_HI, SENSOR_CHANNELS)
+        if missing := [c for c in RATIO_CHANNELS if c not in found.first.channels]:
             raise RecordError(f"{found.serial}: lacks {' and '.join(missing)}; a misalignment shows in de over da")
         return found
     if why := product_named(unit.kind).absent.get("misalignment"):
         raise UnitError(unit.path / UNIT_FILE, [f"kind = '{unit.kind}': {why}, so de over da shows no misalignment"])
     try:
-        return responses(unit, channels=WITH_SENSOR)
+        return responses(unit, channels=SENSOR_CHANNELS)
     except RecordError:
-        return responses(unit, channels=RATIO)
+        return responses(unit, channels=RATIO_CHANNELS)
 
 
 def as_document(serial: str, found: MisalignmentEstimate | Reason) -> MisalignmentDocument:

@@ -6,7 +6,7 @@ from typing import Any
 from accept.analysis.record_responses import control_package
 from accept.base.atomic_files import write_atomic
 from checks.errors import ModelError
-from checks.model.time.state_space import StateSpace
+from checks.model import StateSpace
 from hw.records import ss_mat
 
 

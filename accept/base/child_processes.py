@@ -63,10 +63,10 @@ class _Spawn(SpawnContext):
     Process = _Process
 
 
-def process_pool(count: int, initializer: Any = None, initargs: tuple[Any, ...] = ()) -> ProcessPoolExecutor:
-    """Return a pool of fresh processes, which share nothing with this one."""
+def process_pool(count: int) -> ProcessPoolExecutor:
+    """Return a pool of fresh processes, which share nothing with this one, end with it and have a limit of memory."""
     with protected(_SECRET):  # the helper that watches over semaphores is started here
-        return ProcessPoolExecutor(count, mp_context=_Spawn(), initializer=initializer, initargs=initargs)
+        return ProcessPoolExecutor(count, mp_context=_Spawn(), initializer=worker_process.begin)
 
 
 class Exhausted(AcceptError, RuntimeError):

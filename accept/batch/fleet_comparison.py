@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from accept.batch.outliers import MIN_UNITS, Scores, robust_scale, scores
 from accept.judging.result import UnitResult
 from checks.arrays import Array
 from checks.picture import Item, Line, Panel, PanelKind
 from checks.quantity import COVERAGE_FACTOR
-from checks.signals.outliers import MIN_UNITS, Scores, robust_scale, scores
 from specs.units import unit_of
 
 OVERLAID = (PanelKind.RESPONSE, PanelKind.CURVE)

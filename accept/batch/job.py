@@ -1,15 +1,15 @@
 """One unit to be judged, and the outcome: plain data, so that another process or machine can do it."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from accept.base.console import say as say_on_stderr
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.base.worker_process import too_large
 from accept.certificate.contents.content import CertificateContent, ContentError, content_of
+from accept.certificate.contents.provenance import Provenance
 from accept.certificate.trust.provenance import signed_by_bench
 from accept.gap.start_model import StartModel, applies
 from accept.judging.calibration import Statement
@@ -63,7 +63,7 @@ class UnitJob:
     start: StartModel | None = None
     out: Path | None = None
     certificate: Path | None = None
-    provenance: Mapping[str, Any] | None = None
+    provenance: Provenance | None = None
     home: Path = Path()
     draws: bool = True
     uncertified: int | None = None
@@ -80,8 +80,8 @@ class UnitJob:
             result = explain_result(result, held, self.start, say, self.out)
         if self.certificate is None:
             return Judgement(replace(result, panels={}))
-        head = (self.provenance or {}).get("head")
-        if not self.draws or (head and bench_of(self.home / BENCH_KEY) != head["bench"]):  # another machine has no key
+        head = self.provenance.head if self.provenance else None
+        if not self.draws or (head and bench_of(self.home / BENCH_KEY) != head.bench):  # another machine has no key
             return Judgement(result)
         contents = self.contents(result, held)
         return Judgement(replace(result, panels=contents.pictures), drawn(contents))

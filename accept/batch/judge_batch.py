@@ -11,19 +11,19 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import remove_leftovers
-from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.plain_text import as_utf8
 from accept.base.progress import steps
-from accept.batch.executors import executor
+from accept.base.runner import GivenUp, Workers
+from accept.batch.executors import run_jobs
 from accept.batch.job import Judgement, Refusal, UnitJob
 from accept.batch.pipeline import Pipeline, spec_for
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.roster import Roster
 from accept.certificate.contents.content import ContentError
 from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.provenance import Earlier
 from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.provenance import earlier_attempts
 from accept.fleet.findings_file import FEW, keep_findings
 from accept.gap.text import one_line
 from accept.judging.golden import BenchStopped
@@ -65,7 +65,7 @@ class BatchRequest:
     on: date = field(default_factory=lambda: datetime.now(UTC).date())
     model: str | None = None
     pool: ProcessPoolExecutor | None = None
-    cluster: Cluster | None = None
+    cluster: Workers | None = None
     refused: Sequence[tuple[str, str]] = ()
     confirm: Callable[[str], bool | None] = lambda _: None
     reason: str | None = None
@@ -114,7 +114,7 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         if request.cluster is None:
             jobs = list(jobs)
         of = len(jobs) if isinstance(jobs, list) else roster.count()
-        done = executor(request.workers, request.pool, request.cluster).run(jobs)
+        done = run_jobs(jobs, request.workers, request.pool, request.cluster)
         for number, (job, outcome) in enumerate(steps(done, "units judged", of), 1):
             batch.keep(job, outcome, f"[{number}/{of}] ")
         batch.settle_doubted_again()
@@ -269,7 +269,8 @@ class _Batch:
                 entry = UnitJudged.of(judged).result.to_json() | {"certificate": certificate}
                 if attempts := earlier + len(more):
                     before = fold(e for e in self.pipeline.events(serial) if e.seq < judged.seq).units.get(serial)
-                    entry |= {"attempt": attempts + 1, "earlier": earlier_attempts(before)}
+                    ended = Earlier.of(before)
+                    entry |= {"attempt": attempts + 1, "earlier": ended and ended.to_json()}
                 report.verdicts[entry["verdict"]] += 1
                 kinds.add(entry["kind"])
                 results.add(entry, attempt=earlier + len(more) + 1, time=judged.time, operator=judged.who)

@@ -29,10 +29,13 @@ from accept.batch.job import Judgement, UnitJob, drawn
 from accept.capture.reference_check import days_checked
 from accept.certificate.certify import set_aside, sign_into
 from accept.certificate.contents.content import canonical
+from accept.certificate.contents.provenance import Earlier, Provenance, amended
+from accept.certificate.trust import keys
 from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import amended, earlier_attempts, needs_reason, numbers_of, provenance
+from accept.certificate.trust.provenance import needs_reason, numbers_of, provenance
+from accept.certificate.trust.spec_approval import approval_of
 from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
 from accept.judging.calibration import Statement
@@ -42,6 +45,7 @@ from accept.judging.golden import check_may_judge, goldens, missed
 from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations
 from accept.judging.result import UnitResult
+from accept.judging.superseded import Approval
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import Event, SignedHead, Store, UnitState, fold
 from accept.store.errors import Overtaken
@@ -116,6 +120,7 @@ class Pipeline:
         self.home = place or home()
         self._models: dict[str, dict[str, dict[str, str]]] = {}
         self._starts: dict[str, StartModel | None] = {}
+        self._approvals: dict[str, Approval | None] = {}
         self._head: SignedHead | None = None
         self._stopped: bool | None = None
         self._confirm, self._confirmed = confirm, set[Path]()
@@ -246,7 +251,7 @@ class Pipeline:
             if self.credential is None:
                 write_atomic(job.certificate, page)
             else:
-                number = str((job.provenance or {}).get("number", ""))
+                number = job.provenance.number if job.provenance else ""
                 sign_into(
                     job.certificate, page, self.credential, self.store, result.serial, self.operator, result.spec,
                     number=number, simulated=result.simulated, reason=because, judged=seq,
@@ -285,7 +290,21 @@ class Pipeline:
 
     def _reservations(self, unit: UnitFolder, result: UnitEntry | None) -> Reservations:
         confirmed_by = self.operator if unit.path in self._confirmed else ""
-        return Reservations.known(self.store, unit, result, confirmed_by, self.events(unit.serial))
+        past = self.events(unit.serial)
+        approval = self._approval(unit.kind) if past else None
+        return Reservations.known(self.store, unit, result, confirmed_by, past, approval)
+
+    def _approval(self, kind: str) -> Approval | None:
+        """Return the approval of the spec of a kind by quality assurance, None without a valid one."""
+        if kind not in self._approvals:
+            spec = self.specs[kind]
+            try:
+                stated = approval_of(spec, self.home, keys.ca(self.home), keys.revoked(self.home))
+            except AcceptError:
+                stated = {}
+            approved = Approval(f"{spec.name}@{spec.sha256}", stated["time"]) if "time" in stated else None
+            self._approvals[kind] = approved
+        return self._approvals[kind]
 
     def _model_hashes(self, kind: str) -> dict[str, dict[str, str]]:
         """Return the hashes of the model files that the spec of this kind names: if one changes, so may the verdict."""
@@ -343,16 +362,17 @@ class Pipeline:
         due: UnitState | None,
         because: str = "",
         amends: str = "",
-    ) -> dict[str, Any]:
+    ) -> Provenance:
         if self._head is None:
             self._head = self.store.signed_head()
         taken = numbers_of(self.events(serial))
         today = datetime.now(UTC).date().isoformat()
         judged = due.time if due is not None and due.time[:10] != today else ""
         return provenance(
-            self.store, self.operator, spec, serial, before, self._head, self.home, self.credential,
-            taken=taken, reason=reason, signed_because=because, amends=amends, judged=judged,
-            earlier=earlier_attempts(before),
+            self.store, self.operator, spec, serial, before, self._head, self.home, self.credential, taken,
+            Provenance(
+                reason=reason, earlier=Earlier.of(before), amends=amends, judged=judged, signed_because=because
+            ),
         )  # fmt: skip
 
     def _lacks_only_certificate(self, unit: UnitFolder, before: UnitState | None) -> bool:

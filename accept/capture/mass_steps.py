@@ -3,7 +3,7 @@
 import numpy as np
 
 from accept.capture.setup import CaptureResult, CaptureSetup, RecordFile
-from checks.acceptance.stiffness import deflection_of
+from checks.acceptance import deflection_of
 from checks.cause import NoResult
 from checks.declare import Measured
 from checks.record import Record

@@ -8,7 +8,7 @@ import numpy as np
 
 from accept.capture.mass_steps import stiffness
 from accept.capture.setup import CaptureResult, CaptureSetup, RecordFile
-from checks.acceptance.flatness import POSITIONS_MM
+from checks.acceptance import POSITIONS_MM
 from checks.declare import Measured
 from hw import records
 from hw.errors import Implausible

@@ -3,19 +3,18 @@
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
+from operator import methodcaller
 
 import numpy as np
 
 from accept.capture.operator_actions import OperatorActions
 from accept.capture.reading_loop import CaptureStopped, Say
 from accept.capture.setup import CaptureResult, RecordFile
-from checks.acceptance import spurious_modes
+from checks.acceptance import HAMMER_RECORDS, hammer_progress
 from checks.cause import record_label
 from checks.declare import Input, Series
 from checks.record import Record
-from checks.signals.drive import excitation
-from checks.signals.drive.excitation import Excitation, Rig
+from checks.signals import Excitation, Rig
 from hw import records
 from hw.errors import Implausible
 from hw.recorders import Recorder
@@ -76,13 +75,9 @@ def responses(at: Recording) -> CaptureResult:
     for number, key in enumerate(("low", "high", "low_repeat", "high_repeat")):
         (lo, hi), rms = (LOW_HZ, LOW_RMS_V) if key.startswith("low") else (HIGH_HZ, HIGH_RMS_V)
         seconds = at.recorder.entry.response_s
-        record = at.driven(key, channels, DRIVEN_Hz, partial(_noise, lo, hi, seconds, rms, number))
+        record = at.driven(key, channels, DRIVEN_Hz, methodcaller("noise", lo, hi, seconds, rms, number))
         files[key] = _file(STEMS[key], record)
     return CaptureResult(files=files, notes=tuple(at.notes))
-
-
-def _noise(lo: float, hi: float, seconds: float, rms: float, seed: int, rig: Rig) -> Excitation:
-    return excitation.noise(rig, lo, hi, seconds, rms, seed)
 
 
 def hysteresis(at: Recording) -> CaptureResult:
@@ -91,7 +86,7 @@ def hysteresis(at: Recording) -> CaptureResult:
     channels = dict(declared.channels)
     channels |= {c: unit for c, unit in declared.optional_channels.items() if c in at.recorder.entry.channels}
     at.actions.stand_by("Connect the amplifier to the two actuator stacks; from now on the unit is driven")
-    record = at.driven("record", channels, SLOW_Hz, lambda rig: excitation.sines(rig, SINES_HZ, SINES_V))
+    record = at.driven("record", channels, SLOW_Hz, lambda rig: rig.sines(SINES_HZ, SINES_V))
     return CaptureResult(files={"record": _file(STEMS["record"], record)}, notes=tuple(at.notes))
 
 
@@ -100,8 +95,7 @@ def stroke(at: Recording) -> CaptureResult:
     files = {}
     for key in ("one_stack", "two_stacks"):
         at.actions.connect(key)
-        drive = partial(excitation.full_range, f_Hz=STROKE_HZ)
-        record = at.driven(key, _series_of(at, key).channels, SLOW_Hz, drive)
+        record = at.driven(key, _series_of(at, key).channels, SLOW_Hz, lambda rig: rig.full_range(STROKE_HZ))
         files[key] = _file(f"stroke_{key}", record)
     return CaptureResult(files=files, notes=tuple(at.notes))
 
@@ -109,7 +103,7 @@ def stroke(at: Recording) -> CaptureResult:
 def hammer(at: Recording) -> CaptureResult:
     """Record the hits of the hammer at each place, each judged at once. A place is done with enough good hits."""
     files = {}
-    for key in spurious_modes.RECORDS:
+    for key in HAMMER_RECORDS:
         at.actions.hammer(key, record_label(key))
         files[key] = _file(f"hammer_{key}", _hits(at, key))
     return CaptureResult(files=files, notes=tuple(at.notes))
@@ -126,7 +120,7 @@ def _hits(at: Recording, key: str) -> Record:
         began, record = time.monotonic(), make()
         if record.t[-1] < next_s:  # judging a long record takes a while, in which more has come
             return False
-        so_far = spurious_modes.progress(record, asked, HITS)
+        so_far = hammer_progress(record, asked, HITS)
         next_s = float(record.t[-1]) + time.monotonic() - began
         if len(so_far.hits) > reported:
             at.say(f"{record_label(key)}, {so_far.words_after(reported)}")  # two, if judging took longer than a hit
@@ -137,7 +131,7 @@ def _hits(at: Recording, key: str) -> Record:
     record = at.recorder.record(channels, rate, HAMMER_s, follow=enough, stopped=at.stopped)
     if at.stopped():
         raise CaptureStopped("stopped; nothing was entered")
-    so_far = spurious_modes.progress(record, asked)
+    so_far = hammer_progress(record, asked)
     if so_far.more:
         raise Implausible(f"{record_label(key)}: {so_far.words} within {HAMMER_s:g} s; begin this step again")
     at.notes.append(f"{record_label(key)}: {so_far.good} of {len(so_far.hits)} hits good")

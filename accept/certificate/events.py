@@ -47,13 +47,7 @@ def signed(
                 decision, signed=sign_decision(DISPOSITION, content_of(serial, decision, before), signer)
             )
     event = CertificateSigned(
-        str(path.resolve()),
-        hashlib.sha256(content).hexdigest(),
-        role,
-        disposition=decision,
-        before=before,
-        number=number,
-        reason=reason,
-        judged=judged,
-    )
+        str(path.resolve()), hashlib.sha256(content).hexdigest(), role, disposition=decision, before=before,
+        number=number, reason=reason, judged=judged,
+    )  # fmt: skip
     return store.write_all([*about, event], serial, who=who, spec=spec, after=after)[-1]

@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 
 from accept.fleet.errors import FleetError
+from accept.fleet.process_control.gauge_bias import BiasStudy, LinearityStudy, bias_study, linearity_study
+from accept.fleet.process_control.gauge_study import STUDY_SIGMAS, GaugeStudy, gauge_study
 from accept.fleet.yields import bars, row_panel
 from checks.arrays import Array
 from checks.errors import RecordError
 from checks.picture import Line, Mark, Panel, Text
-from checks.process_control.gauge_bias import BiasStudy, LinearityStudy, bias_study, linearity_study
-from checks.process_control.gauge_study import STUDY_SIGMAS, GaugeStudy, gauge_study
 from hw.records import ReadLimits, load_bytes, read_text
 from specs.units import parse_column
 

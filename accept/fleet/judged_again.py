@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.documents.results import UnitEntry
 from accept.base.progress import steps
+from accept.base.runner import GivenUp, Workers
 from accept.judging.calibration import weakened
 from accept.judging.inputs import input_doubts
 from accept.judging.judge_unit import judge_unit
@@ -46,7 +46,7 @@ class JudgedAgain:
 
 
 def judged_again(
-    store: Store, specs: Mapping[str, Spec], from_records: bool, cluster: Cluster | None = None
+    store: Store, specs: Mapping[str, Spec], from_records: bool, cluster: Workers | None = None
 ) -> Iterator[JudgedAgain]:
     """Yield every unit of the store whose kind has a spec, as its last judgement has it if that is not void: by serial,
     on a cluster as they come back; they are not collected. Raises StoreError, ClusterError.

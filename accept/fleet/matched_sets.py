@@ -8,9 +8,9 @@ import pandas as pd
 
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import GOLDEN, in_order_of_measurement, latest
+from accept.fleet.process_control.matching import MatchedSets, ideal_replacement, match
 from accept.fleet.trend import equal_values, whose
 from checks.arrays import Array
-from checks.process_control.matching import MatchedSets, ideal_replacement, match
 
 COLUMNS = (  # what a pool is made of
     "seq", "serial", "kind", "unit_verdict", "quantity", "value", "U", "unit", "simulated", GOLDEN,

@@ -11,13 +11,8 @@ from numpy.typing import NDArray
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import NOT_STATED
 from accept.fleet.measurements import first_attempts, in_order_of_measurement, of_quantity
-from accept.pictures.labels import label_of
-from accept.store import Store
-from accept.store.payloads import BaselineSet
-from checks.arrays import Array
-from checks.picture import Line, Mark, Panel
-from checks.process_control.capability import Capability, Index, capability
-from checks.process_control.control_chart import (
+from accept.fleet.process_control.capability import Capability, Index, capability
+from accept.fleet.process_control.control_chart import (
     DRIFT,
     EQUAL,
     LEAST,
@@ -30,9 +25,14 @@ from checks.process_control.control_chart import (
     estimate_baseline,
     false_alarm_rate,
 )
-from checks.process_control.equal_runs import FALSE_ALARM, EqualRun, equal_runs
-from checks.process_control.places import Place, chart_by_place
-from checks.process_control.scale import as_measured, scale_of, to_scale
+from accept.fleet.process_control.equal_runs import FALSE_ALARM, EqualRun, equal_runs
+from accept.fleet.process_control.places import Place, chart_by_place
+from accept.fleet.process_control.scale import as_measured, scale_of, to_scale
+from accept.pictures.labels import label_of
+from accept.store import Store
+from accept.store.payloads import BaselineSet
+from checks.arrays import Array
+from checks.picture import Line, Mark, Panel
 from checks.rounding import with_U
 
 PLACES = ("bench", "operator", "lot", "supplier", "shift")  # what a shift may be confined to
@@ -56,7 +56,7 @@ class Trend:
     """One group. rows: first attempts in the order of measurement; compared (K,): indices of those that the chart
     compares, all but equal values in a row; chart, capability: None if there are too few values or the limits differ,
     and `why` then; alarms: of the chart and of equal values, by the indices of rows; baseline: the stored one, if there
-    is one; scale: on which the values are compared (`checks.process_control.scale`)."""
+    is one; scale: on which the values are compared (`accept.fleet.process_control.scale`)."""
 
     name: str
     quantity: str

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -34,22 +34,24 @@ from accept.gap.text import words_of
 from accept.models.model_file import OpenedModel, as_weighed, open_model_file
 from accept.units.loaded_unit import RESPONSES, LoadedUnit, loaded
 from accept.units.unit_folder import UnitFolder
-from checks.errors import ModelError, NotHeld, RecordError
-from checks.fitting.dataset import CHANNELS, F_HI, Dataset
-from checks.fitting.fit import CONTRADICTION
-from checks.fitting.identifiability import Identifiability, LikelihoodProfile, determined, profile
-from checks.gap.decision.gates import AT_LEAST
-from checks.gap.decision.result import Gaps, Result
-from checks.gap.effects import EFFECTS, effect_named
-from checks.gap.workflow import GapRefused, Inputs, Say, run
-from checks.model.model import Model
+from checks.errors import ModelError, RecordError
+from checks.fitting import (
+    CHANNELS,
+    F_HI,
+    Dataset,
+    Identifiability,
+    LikelihoodProfile,
+    identifiability_of_effects,
+    likelihood_profile,
+)
+from checks.gap import AT_LEAST, EFFECTS, GapRefused, Inputs, Result, effect_named, run
+from checks.model import Model
 from checks.record import Record
-from checks.signals.disturbances import Hum, at_rail, bursts, hum, is_motion
-from checks.signals.interpolation import error_notes
+from checks.signals import disturbance_notes, error_notes
 from specs.plugins import product_named
 
+Say = Callable[[str], None]
 SLOW_SINES = "hysteresis"  # section of unit.toml with the record of slow sines
-SHOWN_IN = {"Vs": (1e3, "mV"), "de": (1e9, "nm"), "da": (1e9, "nm")}
 FEWER = (("Vs", "da"), ("de", "da"), ("Vs", "de"), ("da",), ("de",))  # channels to go on with
 NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
 
@@ -70,13 +72,13 @@ class GapAnalysis:
     def identifiability(self) -> dict[str, Identifiability]:
         """Return how well the responses determine each named value beside all others that were fitted, by
         `effect.parameter`. Names found without a fit (signs, slow sines) have no entry."""
-        return determined(self.result.fit, [n.effect for n in self.result.named])
+        return identifiability_of_effects(self.result.fit, [n.effect for n in self.result.named])
 
     def profile(self, name: str) -> LikelihoodProfile:
         """Return the profile of the likelihood of a fitted value, such as "misalignment.dy_um": a fit for each of seven
         values about it, on all that was fitted: unnamed effects and experiments too. Raises ModelError for a name that
         was not fitted."""
-        return profile(self.result.fit, name)
+        return likelihood_profile(self.result.fit, name)
 
     @property
     def document(self) -> dict[str, Any]:
@@ -128,14 +130,10 @@ def analyse(
         merge_Hz=measured.merge_Hz,
         slow=_slow(held),
         without=frozenset(without),
-        notes=(*notes, *more, *_quality(A), *_disturbances(low), *error_notes(measured.first.taken_out), *lost),
+        notes=(*notes, *more, *_quality(A), *disturbance_notes(low), *error_notes(measured.first.taken_out), *lost),
         trials=trials,
     )
-    try:
-        return GapAnalysis(run(inputs, say), measured, given, inputs)
-    except NotHeld as e:
-        given.model.modal()  # raises if the model itself is not held, before any search
-        raise GapRefused(f"{CONTRADICTION}; {e}") from e
+    return GapAnalysis(run(inputs, say), measured, given, inputs)
 
 
 def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = False) -> tuple[AddedElement, ...]:
@@ -203,37 +201,6 @@ def _quality(A: Dataset) -> tuple[str, ...]:
     return tuple(f"{c} hardly follows the drive in {100 * p:.0f} % of the bins" for c, p in poor.items() if p > 0.5)
 
 
-def _disturbances(low: Record) -> tuple[str, ...]:
-    """Return notes on what disturbs the low record: lines, bursts, a drive that was cut off."""
-    outputs = tuple(SHOWN_IN)
-    lines = hum(low, outputs)
-    near = {c: line for c, line in lines.items() if line.may_be_mains}
-    far = {c: line for c, line in lines.items() if c not in near}
-    hummed = "mains hum or a motion of {} Hz in the records" if is_motion(near) else "mains hum of {} Hz in the records"
-    notes = [*_line_notes(hummed, near)]
-    motion = (
-        "a motion of {} Hz that the drive does not explain, not the mains: de and da show it as they show the payload"
-    )
-    notes += _line_notes(motion if is_motion(far) else "a line of {} Hz that the drive does not explain", far)
-    for burst in bursts(low, outputs):
-        where = f"{burst.channels[0]} alone" if len(burst.channels) == 1 else ", ".join(burst.channels)
-        begun = f"a burst of {1e3 * burst.seconds:.2g} ms in {where} at {burst.at_s:.2f} s"
-        notes.append(f"{begun}, which the drive does not explain")
-    if (rail := at_rail(low["Va"])) is not None:
-        words = "what an amplifier or converter at its end adds is no linear response"
-        notes.append(f"the drive Va is at its rail: {rail[0]} samples hold {rail[1]:.3g} V; {words}")
-    return tuple(notes)
-
-
-def _line_notes(words: str, lines: Mapping[str, Hum]) -> tuple[str, ...]:
-    if not lines:
-        return ()
-    sizes = {c: line.amplitude * SHOWN_IN[c][0] for c, line in lines.items()}
-    most = lines[max(sizes, key=lambda c: sizes[c])].f_Hz
-    listed = ", ".join(f"{c} {size:.2g} {SHOWN_IN[c][1]}" for c, size in sizes.items())
-    return (f"{words.format(f'{most:.2f}')}: {listed}",)
-
-
 def _slow(unit: LoadedUnit) -> Record | None:
     if SLOW_SINES not in unit.folder.sections:
         return None
@@ -246,11 +213,12 @@ def _slow(unit: LoadedUnit) -> Record | None:
 
 def to_json(serial: str, r: Result) -> dict[str, Any]:
     """Return gap.json ([DESIGN] 6)."""
+    gap_before, gap_after = _gap_sizes(r)
     return GapDocument(
         serial=serial,
         model=r.model,
-        verdict=r.verdict,
-        gap_before=_gap_size(r.gap_before),
+        verdict=str(r.verdict),
+        gap_before=gap_before,
         where=tuple(GapBand(w.channel, w.f_lo_Hz, w.f_hi_Hz, w.p, w.excess_dB) for w in r.where),
         named=tuple(
             NamedEffect(
@@ -291,7 +259,7 @@ def to_json(serial: str, r: Result) -> dict[str, Any]:
         ),
         steps=tuple(GapStep(s.effect, s.channels) for s in r.steps),
         detection_limits=r.detection_limits,
-        gap_after=_gap_size(r.gap_after),
+        gap_after=gap_after,
         p_before=r.p_before,
         p_after=r.p_after,
         damping=r.damping,
@@ -305,8 +273,12 @@ def to_json(serial: str, r: Result) -> dict[str, Any]:
     ).to_json()
 
 
-def _gap_size(g: Gaps) -> GapSize:
-    return GapSize(g.G, {c: gap.G for c, gap in g.channels.items()}, tuple(GapAtMode(m.f_Hz, m.G) for m in g.modes))
+def _gap_sizes(r: Result) -> list[GapSize]:
+    """Return the gap before and after."""
+    return [
+        GapSize(g.G, {c: gap.G for c, gap in g.channels.items()}, tuple(GapAtMode(m.f_Hz, m.G) for m in g.modes))
+        for g in (r.gap_before, r.gap_after)
+    ]
 
 
 def _finite(value: float) -> float | None:

@@ -17,8 +17,7 @@ from accept.judging.result import GAP_PICTURES, UnitResult
 from accept.units.loaded_unit import LoadedUnit
 from accept.units.unit_folder import UnitError
 from checks.errors import ModelError, RecordError
-from checks.gap.decision.panels import panels
-from checks.gap.workflow import GapRefused
+from checks.gap import GapRefused, gap_panels
 from checks.picture import Panel
 from specs.strict import SpecError
 
@@ -36,7 +35,7 @@ def explain_result(result: UnitResult, unit: LoadedUnit, start: StartModel, say:
     except NO_ANSWER as e:
         return replace(result, gap=start.refused(str(e)))
     document = start.answer(done.document) | {"improved": improved}
-    return with_explanation(result, document, panels(done.result) if on_certificate(document) else {})
+    return with_explanation(result, document, gap_panels(done.result) if on_certificate(document) else {})
 
 
 def with_explanation(result: UnitResult, document: Mapping[str, Any], drawn: Mapping[str, Panel]) -> UnitResult:

@@ -9,13 +9,9 @@ from typing import Any
 from accept.gap.improved_model import write_improved
 from accept.gap.responses import Responses
 from accept.models.model_file import OpenedModel, open_model
-from checks.fitting.dataset import Dataset
-from checks.fitting.goodness import gaps
-from checks.gap.decision.result import Result
-from checks.gap.empirical import FittedElement, fitted
-from checks.gap.preparation.inputs import Inputs
-from checks.model.model import Model
-from checks.model.unidentified import Element
+from checks.fitting import Dataset, gaps
+from checks.gap import FittedElement, Inputs, Result, fit_element
+from checks.model import Model, UnidentifiedElement
 
 AGREES = 1.0  # G of a channel up to which there is nothing to add
 
@@ -55,7 +51,7 @@ def write_with_elements(
     for channel, G in before.items():
         if G > AGREES:
             M = [model.frf(d.f, channels=(channel,))[:, 0] for d in (A, B)]
-            found[channel] = fitted(channel, M[0], A, B, M[1])
+            found[channel] = fit_element(channel, M[0], A, B, M[1])
     elements = {c: f for c, f in found.items() if f is not None}
     if elements:
         write_improved(path, given, measured, result, tuple(elements.values()))
@@ -83,7 +79,7 @@ def _G(model: Model, data: Dataset) -> dict[str, float]:
     return {c: g.G for c, g in gaps([data.around(H)], [data.H - H]).items()}
 
 
-def elements_of(added: Sequence[AddedElement]) -> dict[str, Element]:
+def elements_of(added: Sequence[AddedElement]) -> dict[str, UnidentifiedElement]:
     """Return the added elements by channel."""
     return {a.channel: a.fitted.element for a in added if a.fitted is not None}
 

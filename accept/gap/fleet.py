@@ -6,13 +6,14 @@ from typing import Any
 
 from accept.gap.text import number, value_words, words_of
 from checks import distributions as stats
-from checks.gap.decision.result import EXPLAINED, NO_MISSING
+from checks.gap import GapVerdict
 from checks.quantity import TWO_SIDED_95
 
 Document = Mapping[str, Any]
 
 SAME = 1e-3  # chance of such a spread of a parameter, were it the same in all units
-SETTLED = (NO_MISSING, EXPLAINED)  # nothing is missing beyond what is named: an effect that is not named is not there
+# Nothing is missing beyond what is named: an effect that is not named is not there.
+SETTLED = (GapVerdict.NO_MISSING, GapVerdict.EXPLAINED)
 
 
 def common(documents: Sequence[Document]) -> dict[str, Any]:

@@ -5,9 +5,7 @@ from pathlib import Path
 
 from accept.gap.responses import Responses
 from accept.models.model_file import OpenedModel, write_model
-from checks.gap.decision.result import Result
-from checks.gap.effects import EFFECTS
-from checks.gap.empirical import FittedElement
+from checks.gap import EFFECTS, FittedElement, Result
 from specs.model_sections import FitRecord
 
 PAYLOAD = "bench.payload_kg"

@@ -10,11 +10,10 @@ from accept.gap.responses import Responses, records_of, refuse_faults
 from accept.units.loaded_unit import LoadedUnit
 from checks.arrays import Array
 from checks.errors import RecordError
-from checks.fitting.dataset import Dataset, dataset_from_records
-from checks.gap.conditions.trial import ConditionTrial
-from checks.gap.workflow import GapRefused, check_same_unit
+from checks.fitting import Dataset, dataset_from_records
+from checks.gap import ConditionTrial, GapRefused, check_same_unit
 from checks.record import Record
-from checks.signals.mode_shifts import BANDS_Hz, ModeShift, mode_shifts
+from checks.signals import ModeShift, find_mode_shifts
 
 F_LO = 5.0  # [Hz] below [STB]'s 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
 RESISTOR = ("sensor_highpass", "resistor_ohm")  # section and key of unit.toml with the unit's own resistor
@@ -64,8 +63,8 @@ def _mode_shifts(A: Dataset, B: Dataset, measured: Responses) -> tuple[ModeShift
     k, noise = A.channels.index(channel), A.noise + B.noise
     change = gain_change(A, B, 1.0 / noise)
     off = np.abs(B.H[:, k] - (1.0 + change[k]) * A.H[:, k]) > OFF * np.sqrt(noise[:, k])
-    bands = [(lo, hi) for lo, hi in BANDS_Hz if hi <= measured.merge_Hz and off[(A.f >= lo) & (A.f <= hi)].any()]
-    return mode_shifts(measured.records["low"], measured.records["low_repeat"], channel, bands)
+    low, repeat = measured.records["low"], measured.records["low_repeat"]
+    return find_mode_shifts(low, repeat, channel, A.f[off & (A.f <= measured.merge_Hz)], measured.merge_Hz)
 
 
 def _shift_notes(shifts: Sequence[ModeShift]) -> tuple[str, ...]:

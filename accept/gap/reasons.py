@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from accept.gap.text import chance, words_of
-from checks.gap.decision.result import EXPLAINED, Result, Tried
+from checks.gap import GapVerdict, Result, Tried
 from checks.rounding import fixed
 
 SHOWN = 8  # of each: the others add little
@@ -53,7 +53,7 @@ def considered_explanations(result: Result) -> list[tuple[Tried, str]]:
 
 def _named_explanation(result: Result) -> Tried | None:
     """Return a note on the named effects if the explanation first held others that proved to be unnecessary."""
-    if not result.named or result.verdict != EXPLAINED:
+    if not result.named or result.verdict != GapVerdict.EXPLAINED:
         return None
     gain = result.named[0].delta_lnL if len(result.named) == 1 else math.nan
     return Tried(tuple(n.effect for n in result.named), gain, result.p_after)

@@ -7,16 +7,13 @@ from accept.gap.report_tables import tables
 from accept.gap.summary import result_lines
 from accept.gap.text import headline_of_result
 from accept.pictures.interactive import page
-from checks.gap.decision.bode_panels import bode_panels
-from checks.gap.decision.panels import disagreement
-from checks.gap.decision.result import Result
+from checks.gap import Result, bode_panels
 
 
 def render_html(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> bytes:
     """Return the page. Raises PictureError if plotly is not installed."""
-    panels = {"map": disagreement(result), **bode_panels(result, elements_of(added))}
     return page(
-        panels,
+        bode_panels(result, elements_of(added)),
         f"{serial}: {headline_of_result(result)}",
         [f"Model {result.model}, damping {result.damping}.", *(words for words, _ in result_lines(result))],
         list(tables(result, added).values()),

@@ -1,7 +1,7 @@
 """gap.pdf: the gap report for people. Equal answers give equal bytes."""
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
@@ -36,9 +36,8 @@ from accept.pictures.pdf.figure_row import FigureRow, FigureStack
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 from accept.pictures.pdf.page_style import words
 from accept.pictures.reduce import reduce_panel
-from checks.gap.decision.bode_panels import bode_panels
-from checks.gap.decision.panels import disagreement
-from checks.gap.decision.result import NO_MISSING, Result
+from checks.gap import GapVerdict, Result, bode_panels
+from checks.picture import Panel
 
 HEAD = 20 * mm
 BODE = 27.0, 14.0, 15.5  # mm: axes of magnitude, phase and what is left, of three channels on a page
@@ -56,12 +55,12 @@ BANDS = (
 def render(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> bytes:
     """Return the report as a PDF. added: elements that were added to the improved model without a name."""
     register()
-    shown = tables(result, added)
+    shown, drawn = tables(result, added), bode_panels(result, elements_of(added))
     story: list[Flowable] = [
         *_findings(result),
         words("Where model and data disagree", page_style.HEADING),
         *([words(BEFORE, page_style.QUIET)] if result.named else []),
-        FigureRow([reduce_panel(disagreement(result))], 40.0),
+        FigureRow([reduce_panel(drawn["map"])], 40.0),
         *_table(shown.get("gap"), (24, 24, 24, 28, 24, 30, 28) if result.named else (46, 46, 46, 44)),
         *_table(shown.get("steps"), (80, 34, 34, 34)),
         *_remarks(result),
@@ -73,7 +72,7 @@ def render(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> b
         PageBreak(),
         words("Bode plots, on records that were not fitted", page_style.HEADING),
         words(BANDS, page_style.QUIET),
-        *_bode(result, added),
+        *_bode(result, drawn),
     ]
     buffer = io.BytesIO()
     document = BaseDocTemplate(buffer, pagesize=(page_style.WIDTH, page_style.HEIGHT), invariant=1, pageCompression=1)
@@ -120,7 +119,7 @@ def _findings(result: Result) -> list[Flowable]:
         ]
     for e in result.elements:
         story += [words(e.sentence, page_style.STRONG), words(f"Next experiment: {e.experiment}.", page_style.SMALL)]
-    if result.verdict == NO_MISSING:
+    if result.verdict == GapVerdict.NO_MISSING:
         story.append(
             words("Noise, the stated tolerance and the calibrated values explain every channel.", page_style.STRONG)
         )
@@ -140,10 +139,9 @@ def _findings(result: Result) -> list[Flowable]:
     return story
 
 
-def _bode(result: Result, added: Sequence[AddedElement]) -> list[Flowable]:
+def _bode(result: Result, drawn: Mapping[str, Panel]) -> list[Flowable]:
     """Return the magnitude, phase and residual of every channel, on one frequency axis each."""
     channels = result.before.data.channels
-    drawn = bode_panels(result, elements_of(added))
     heights = [h * min(3.0 / len(channels), 1.6) for h in BODE]
     kinds = ("magnitude", "phase", "deviation")
     return [FigureStack([reduce_panel(drawn[f"{c} {kind}"]) for kind in kinds], heights) for c in channels]

@@ -9,10 +9,8 @@ from accept.gap.reasons import candidates, moved_parameters, shift_words
 from accept.gap.text import TWO, gap_number, number, symbol, unit, words_of
 from accept.models.value_labels import value_label
 from accept.pictures.interactive import PageTable
-from checks.fitting.identifiability import determined, profile
-from checks.gap.decision.panels import errors
-from checks.gap.decision.result import Result
-from checks.model.unidentified import Pair
+from checks.fitting import identifiability_of_effects, likelihood_profile
+from checks.gap import Result, channel_errors
 from checks.rounding import rounded, with_U
 from specs.units import with_unit
 
@@ -39,7 +37,7 @@ def tables(result: Result, added: Sequence[AddedElement] = ()) -> dict[str, Page
 
 
 def _gap(result: Result) -> PageTable:
-    off = errors(result)
+    off = channel_errors(result)
     rows = []
     for c, before in result.gap_before.channels.items():
         dB, deg, dB_after, deg_after = off[c]
@@ -91,10 +89,10 @@ def _identifiability(result: Result) -> PageTable:
     )
     head = ("Named value", "95 % by curvature", "95 % by profile", "wider by", "most alike")
     rows = []
-    for name, it in determined(result.fit, [n.effect for n in result.named]).items():
+    for name, it in identifiability_of_effects(result.fit, [n.effect for n in result.named]).items():
         effect, _, parameter = name.partition(".")
         label = f"{words_of(effect)}: {symbol(effect, parameter)} [{unit(effect, parameter) or '1'}]"
-        ends = (result.fit.interval(name), profile(result.fit, name).ci95)
+        ends = (result.fit.interval(name), likelihood_profile(result.fit, name).ci95)
         shown = (" to ".join(rounded(x, it.sd) if isfinite(x) else "open" for x in pair) for pair in ends)
         rival = value_label(result.after.response.model, it.rival)
         rows.append((label, *shown, f"{it.inflation:.3g}", f"{rival} ({it.correlation:+.3f})"))
@@ -136,6 +134,6 @@ def _fitted_values(result: Result, most: int) -> PageTable:
     )
 
 
-def _pairs(of: Sequence[Pair]) -> str:
+def _pairs(of: Sequence[tuple[float, float]]) -> str:
     """Return pairs of frequency and damping as text: `750.4 Hz, 0.01; 5999 Hz, 0.7`."""
     return "; ".join(f"{number(f)} Hz, {ratio:.2g}" for f, ratio in of)

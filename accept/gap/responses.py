@@ -7,13 +7,12 @@ from pathlib import Path
 from accept.units import unit_folder as units
 from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.unit_folder import UnitError, UnitFolder
-from checks.acceptance import CHECKS
-from checks.acceptance.responses.rules import unusable
+from checks.acceptance import CHECKS, record_faults
 from checks.cause import together
 from checks.declare import Measured, Scalar, Values
 from checks.errors import RecordError
-from checks.fitting.dataset import CHANNELS, F_HI, F_LO, Dataset, dataset_from_records
-from checks.model.learned_bench import LearnedBench
+from checks.fitting import CHANNELS, F_HI, F_LO, Dataset, dataset_from_records
+from checks.model import LearnedBench
 from checks.record import Record
 from specs.plugins import product_named
 
@@ -42,7 +41,7 @@ class Responses:
         return [words for record in self.records.values() for words in record.remarks]
 
     def on_bench(self, learned: LearnedBench | None) -> "Responses":
-        """Return the same with the learned bench's scatter between units, if the model has a learned bench."""
+        """Return the dataset with the scatter of a learned bench between units, if the model has one."""
         second = None if self.second is None else self.second.on_bench(learned)
         return replace(self, first=self.first.on_bench(learned), second=second)
 
@@ -103,7 +102,7 @@ def channels_of(kind: str) -> tuple[str, ...]:
 def refuse_faults(records: Mapping[str, Record]) -> None:
     """Raise RecordError for records with faults that no model explains, as judging refuses them: a channel in another
     unit, clipped, held, with samples missing or of scattered times. records: by input name."""
-    found = [r.within(key, record.name) for key, record in records.items() for r in unusable(record)]
+    found = [r.within(key, record.name) for key, record in records.items() for r in record_faults(record)]
     if found:
         raise RecordError(together(found))
 

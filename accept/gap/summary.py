@@ -17,7 +17,7 @@ from accept.gap.text import (
     value_words,
     words_of,
 )
-from checks.gap.decision.result import EXPLAINED, NO_MISSING, Result
+from checks.gap import GapVerdict, Result
 
 LINES, COLUMNS = 24, 80  # of a terminal
 MISALIGNMENT = "misalignment"  # `accept misalign` estimates it too, from fewer data: the report says which these are
@@ -42,7 +42,7 @@ def summary(serial: str, r: Result) -> list[str]:
 def _rivals(r: Result) -> list[str]:
     """Return the best candidates, each with its gain and why it was not named, if an effect is missing and none was
     named."""
-    if r.named or r.elements or r.verdict == NO_MISSING:
+    if r.named or r.elements or r.verdict == GapVerdict.NO_MISSING:
         return []
     best = [f"{words}: {gain}, {why}" for words, gain, _, why in list(candidates(r))[:RIVALS]]
     lines = [line for words in best for line in _wrap(words, "    ", most=2)]
@@ -69,7 +69,7 @@ def result_lines(r: Result) -> Iterator[tuple[str, str]]:
         yield f"unidentified effect: {u.channel}, poles {poles_of(u.poles_Hz, u.ci95, u.at_edge)}{level}", "  "
     for t in r.experiments:
         yield experiment_line(t), "  "
-    if r.where and r.verdict != EXPLAINED:
+    if r.where and r.verdict != GapVerdict.EXPLAINED:
         w = r.where[0]
         yield f"worst: {w.channel}, {w.f_lo_Hz:.1f} to {w.f_hi_Hz:.1f} Hz, {w.excess_dB:.0f} dB above chance", "  "
     for note in r.notes:

@@ -3,24 +3,23 @@
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Tested
+from checks.gap import GapVerdict, Named, Tested
 from checks.rounding import rounded
 
 if TYPE_CHECKING:
-    from checks.fitting.fit import Fit
-    from checks.gap.decision.result import Result
-    from checks.gap.effects import Parameter
+    from checks.fitting import Fit
+    from checks.gap import Parameter, Result
 
 Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
 TWO = 2  # steps: the model alone and one effect, which the gap before and after says already
 AT_EDGE = " (at an end of the band: a slope that goes on outside looks like a pole there)"
-HEADLINE = {
-    NO_MISSING: "Model and data agree",
-    EXPLAINED: "Cause found",
-    AMBIGUOUS: "Several causes are possible",
-    PARTLY: "Partly explained",
-    UNEXPLAINED: "Unidentified effect",
+HEADLINE: dict[str, str] = {
+    GapVerdict.NO_MISSING: "Model and data agree",
+    GapVerdict.EXPLAINED: "Cause found",
+    GapVerdict.AMBIGUOUS: "Several causes are possible",
+    GapVerdict.PARTLY: "Partly explained",
+    GapVerdict.UNEXPLAINED: "Unidentified effect",
 }
 
 
@@ -28,7 +27,7 @@ def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the names of the pictures that a certificate shows: magnitude and residual, before and after, of the
     channel that fitted worst; none if nothing is missing or nothing was found."""
     channels = {c: G for c, G in document.get("gap_before", {}).get("channels", {}).items() if G is not None}
-    if not channels or document["verdict"] == NO_MISSING:
+    if not channels or document["verdict"] == GapVerdict.NO_MISSING:
         return ()
     worst = max(channels, key=lambda name: channels[name])
     return f"{worst} magnitude", f"{worst} residual"
@@ -93,7 +92,10 @@ def unit(effect: str, parameter: str) -> str:
 
 def _parameter(effect: str, parameter: str) -> "Parameter":
     """Return the parameter as its effect declares it; for an effect that is not installed here, by its name."""
-    from checks.gap.effects import EFFECTS, Parameter  # loads slowly: only when an effect is named
+    from checks.gap import (
+        EFFECTS,  # loads slowly: only when an effect is named
+        Parameter,  # loads slowly: only when an effect is named
+    )
 
     parameters = {p.name: p for p in EFFECTS[effect].parameters} if effect in EFFECTS else {}
     return parameters.get(parameter) or Parameter(parameter, lo=0.0, hi=0.0, off=0.0, start=0.0, scale=0.0)
@@ -145,7 +147,7 @@ def one_line(document: Mapping[str, Any]) -> str:
     channel."""
     if document["verdict"] == REFUSED:
         return f"not compared with model {document['start']}: {document['reason']}"
-    if document["verdict"] == NO_MISSING:
+    if document["verdict"] == GapVerdict.NO_MISSING:
         worst = max(document["gap_after"]["channels"].values())
         return f"agrees with model {document['model']} (largest G {worst:.2g})"
     parts = [_effect_with_values(n) for n in document["named"]]
@@ -181,7 +183,7 @@ def _effect_with_values(n: Mapping[str, Any]) -> str:
 def in_order(n: Mapping[str, Any]) -> list[str]:
     """Return the parameters of an entry of `named` as its effect declares them: stored JSON has them in alphabetical
     order."""
-    from checks.gap.effects import EFFECTS  # the whole library: only if an effect was found
+    from checks.gap import EFFECTS  # the whole library: only if an effect was found
 
     declared = [p.name for p in EFFECTS[n["effect"]].parameters] if n["effect"] in EFFECTS else []
     return sorted(n["parameters"], key=lambda k: (declared.index(k) if k in declared else len(declared), k))

@@ -14,7 +14,7 @@ from typing import Any
 from accept.judging.result import UnitResult
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because
-from checks.consistency.relations import PAYLOAD
+from checks.consistency import PAYLOAD
 from checks.verdict import Finding, Verdict, unit_verdict
 
 RESONANCE, BY_RESONANCE = "axial_resonance_Hz", "k_resonance_N_per_um"
@@ -73,7 +73,7 @@ def _by_gap(resonance: Finding, gap: Mapping[str, Any] | None, stated: float) ->
     """Return the interval of the mass beyond the stated one [kg] that the gap analysis names."""
     if gap is None or resonance.value is None:
         return None
-    from checks.gap.effects import EFFECTS  # loads the library: only for a unit whose responses were searched
+    from checks.gap import EFFECTS  # loads the library: only for a unit whose responses were searched
 
     of_payload = {name for name, effect in EFFECTS.items() if any(ADDED_MASS in p.adds for p in effect.parameters)}
     named = next((n for n in gap.get("named", []) if n["effect"] in of_payload), None)

@@ -25,7 +25,7 @@ from accept.units.attempt_folder import attempt_number
 from accept.units.samples import is_typed
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
-from checks.signals.sketch import Sketch
+from checks.signals import Sketch
 from checks.verdict import Finding, Verdict, unit_verdict
 from specs.errors import AcceptError
 

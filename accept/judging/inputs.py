@@ -74,7 +74,8 @@ def inputs_words(result: Mapping[str, Any]) -> dict[str, str]:
     for check, inputs in stated_inputs(result).items():
         by_source: dict[str, list[str]] = {}
         for one in inputs:
-            words = input_words(check, one) + (f" ({one.against})" if one.against else "")
+            other = one.against or one.told
+            words = input_words(check, one) + (f" ({other})" if other else "")
             by_source.setdefault(one.source, []).append(words)
         found[check] = "; ".join(f"{source}: {', '.join(words)}" for source, words in by_source.items())
     return found
@@ -125,13 +126,12 @@ def _entries(check: Check, section: UnitSection[Check], spec: Spec, stated: Stat
         if isinstance(given, FileEntry):
             yield UsedInput(name, given.name, "", UNIT_FILE)
         elif isinstance(given, Measured):
-            against = _against(check, name, given.value, spec, stated) if section.files else None
-            yield UsedInput(name, given.value, unit_of(name), UNIT_FILE, given.U, against)
+            others = _others(check, name, given.value, spec, stated) if section.files else (None, None)
+            yield UsedInput(name, given.value, unit_of(name), UNIT_FILE, given.U, *others)
         elif given is not None:
             yield UsedInput(name, given.tolist(), unit_of(name), UNIT_FILE)
         elif isinstance(declared, Scalar) and section.files and (told := _told([check], name, spec)):
-            against = _against(check, name, told[0], spec, stated)
-            yield UsedInput(name, told[0], unit_of(name), told[1], None, against)
+            yield UsedInput(name, told[0], unit_of(name), told[1], None, *_others(check, name, told[0], spec, stated))
 
 
 def _told(checks: list[Check], name: str, spec: Spec) -> tuple[float, str] | None:
@@ -146,20 +146,26 @@ def _told(checks: list[Check], name: str, spec: Spec) -> tuple[float, str] | Non
     return (float(defaults[0]), DEFAULT) if defaults else None
 
 
-def _against(check: Check, name: str, value: float, spec: Spec, stated: Statement) -> str | None:
-    """Return what the bench file, or if it does not mention it the spec, states of a number instead, None if the same
-    within the U that the spec states for it."""
-    told = _told([check, CHECKS[check.reads]], name, spec)
+def _others(check: Check, name: str, value: float, spec: Spec, stated: Statement) -> tuple[str | None, str | None]:
+    """Return what the bench file, or if it does not mention it the spec, states of a number instead, and what the spec
+    does if the bench file supports the number; None where they state the same within the U that the spec states."""
+    checks = [check, CHECKS[check.reads]]
+    told = _told(checks, name, spec)
+    allowed = (spec.checks[c.name].uncertainty.get(name) for c in checks if c.name in spec.checks)
+    uncertainty = next((u for u in allowed if u is not None), None)
+
+    def other(source: str, number: float) -> str | None:
+        U = uncertainty.at(number) if uncertainty else 0.0
+        if math.isclose(value, number, rel_tol=1e-9, abs_tol=U):
+            return None
+        return f"the {source} {'is' if source == DEFAULT else 'says'} {number:.10g} {unit_of(name)}"
+
+    by_spec = other(told[1], told[0]) if told else None
     at_bench = stated.get("values", {}).get(check.reads, {}).get(name)
-    if at_bench is not None:
-        told = at_bench, "bench file"
-    if told is None:
-        return "neither spec nor bench file state it"
-    allowed = (spec.checks[c].uncertainty.get(name) for c in (check.name, check.reads) if c in spec.checks)
-    U = next((u.at(told[0]) for u in allowed if u is not None), 0.0)
-    if math.isclose(value, told[0], rel_tol=1e-9, abs_tol=U):
-        return None
-    return f"the {told[1]} {'is' if told[1] == DEFAULT else 'says'} {told[0]:.10g} {unit_of(name)}"
+    if at_bench is None:
+        return (by_spec if told else "neither spec nor bench file state it"), None
+    against = other("bench file", at_bench)
+    return against, None if against or by_spec is None else f"as the bench file says; {by_spec}"
 
 
 def _channels(held: LoadedUnit, section: UnitSection[Check], stated: Statement) -> Iterator[UsedInput]:

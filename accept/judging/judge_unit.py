@@ -21,10 +21,9 @@ from accept.units import unit_folder as units
 from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.samples import samples_of
 from accept.units.unit_folder import UnitError, UnitFolder
-from checks.acceptance import CHECKS
-from checks.acceptance.common.typed_value import with_temperature
+from checks.acceptance import CHECKS, with_temperature
 from checks.cause import Cause, NoResult, Reason, because
-from checks.consistency.contradictions import check_consistency
+from checks.consistency import check_consistency
 from checks.declare import Check, Measured
 from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
@@ -37,7 +36,7 @@ from specs.spec import NAME, CheckSpec, Spec, load
 from specs.strict import SpecError
 
 if TYPE_CHECKING:
-    from checks.model.model import Model
+    from checks.model import Model
 
 
 def default_spec(kind: str) -> Spec:

@@ -7,7 +7,7 @@ again; to return or to scrap it does not. A decision is about the nonconformance
 later holds the unit, and what is outside its limits stays so.
 
 An attempt that quality assurance declared void does not become good by being judged once more: one with the same values
-is held in the same way. So is what was measured before an attempt that was not accepted (`accept.judging.superseded`).
+is held in the same way. So is what an earlier attempt holds against its evidence (`accept.judging.superseded`).
 Only the disposition to use it as it is releases what was measured before.
 """
 
@@ -18,7 +18,7 @@ from typing import Any
 
 from accept.base.documents.results import UnitEntry
 from accept.judging.decisions import DecisionError, Signer, problem_here, sign_decision
-from accept.judging.superseded import are_same, measured_values, superseded
+from accept.judging.superseded import Approval, are_same, measured_values, superseded
 from accept.judging.voids import Void, voids
 from accept.pictures.signs import CONCESSION
 from accept.store import Event, Store
@@ -59,7 +59,7 @@ def in_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:
 class Standing:
     """open: nonconformances that hold a unit. decided: what quality assurance decided about its nonconformances, with a
     valid signature, in order; released: those by which one of them holds it no more. superseded: check -> the open one
-    that says that its evidence is older than an attempt that was not accepted."""
+    of what earlier attempts hold against its evidence."""
 
     open: tuple[str, ...]
     decided: tuple[NonconformanceDecided, ...] = ()
@@ -81,18 +81,20 @@ def standing(
     entry: UnitEntry | None = None,
     until: datetime | None = None,
     past: Sequence[Event] | None = None,
+    approval: Approval | None = None,
 ) -> Standing:
     """Return which nonconformances hold a unit and what was decided.
 
     notes: those of its folder. entry: of the judgement in question; None: a void attempt, what was measured
     before and what is to be measured again hold the unit only if its last judgement states so. until: later judgements
-    supersede nothing. past: the unit's events, if they were read before. Raises StoreError."""
+    supersede nothing. past: the unit's events, if they were read before. approval: of the spec that judges it. Raises
+    StoreError."""
     read = [*store.events(serial)] if past is None else past
     judged = {event.seq: (event, UnitJudged.of(event)) for event in read if event.what == UnitJudged.KIND}
     results = [payload.result for _, payload in judged.values()]
     void = voids(store, serial)
     known = [j for j in judged.values() if until is None or datetime.fromisoformat(j[0].time) <= until]
-    older = superseded(known, void, entry) if entry is not None else {}
+    older = superseded(known, void, entry, approval) if entry is not None else {}
     noted = any(event.what == StepNoted.KIND for event in read)
     if not (void or older or noted or any(r.nonconformances or r.dispositions for r in results)):  # as for most units
         return Standing(tuple(in_notes(notes)))

@@ -1,10 +1,12 @@
-"""The same recording, read otherwise: judged before with another scale, channel, number beside it or setting.
+"""The same recording, read otherwise: judged before with another scale, channel, number beside it or setting, or from a
+file that gave another value: scaled, cut or with another time.
 
 The samples show what was measured, so a value that another number makes of them is no new measurement. If a finding was
 not passed by the earlier reading, it is conditional at best until quality assurance decides; a void judgement does not
 count (`accept.judging.voids`).
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -23,9 +25,12 @@ Rereading = Mapping[str, str]
 """words: how the earlier reading differs, and of which judgement; was: its verdict."""
 
 
-def rereadings(store: Store, serial: str, samples: Samples, findings: Sequence[Finding]) -> dict[str, Rereading]:
+def rereadings(
+    store: Store, serial: str, samples: Samples, findings: Sequence[Finding], files: Mapping[str, str]
+) -> dict[str, Rereading]:
     """Return quantity -> the last judgement in the store that read the same recording otherwise, one that did not pass
-    before one that did. A judgement of an earlier program does not state how it read. Raises StoreError."""
+    before one that did. files: sha256 of each file that was read. A judgement of an earlier program does not state how
+    it read. Raises StoreError."""
     own = {name: channels for name, channels in samples.items() if not is_typed(name)}
     found: dict[str, Rereading] = {}
     void: dict[str, set[int]] = {}
@@ -35,17 +40,18 @@ def rereadings(store: Store, serial: str, samples: Samples, findings: Sequence[F
         if event.subject not in void:
             void[event.subject] = set(voids(store, event.subject))
         if event.seq not in void[event.subject]:
-            for quantity, reading in _differences(event, serial, own, findings):
+            for quantity, reading in _differences(event, serial, own, findings, files):
                 if quantity not in found or reading["was"] != Verdict.PASS or found[quantity]["was"] == Verdict.PASS:
                     found[quantity] = reading
     return found
 
 
 def _differences(
-    event: Event, serial: str, own: Samples, findings: Sequence[Finding]
+    event: Event, serial: str, own: Samples, findings: Sequence[Finding], files: Mapping[str, str]
 ) -> Iterator[tuple[str, Rereading]]:
     """Yield the quantities that a judgement found in the same recordings, read otherwise."""
-    result = UnitJudged.of(event).result
+    judgement = UnitJudged.of(event)
+    result = judgement.result
     pairs = [(a, b) for a in own for b in result.samples if same_recording(own[a], result.samples[b])]
     then = {f.quantity: f for f in result.findings if f.inputs}
     for now in findings:
@@ -54,10 +60,27 @@ def _differences(
         if before is None or not shared or not now.inputs:
             continue
         changes = [*_changes(now.check, now.inputs, before.inputs), *(f"{a}, before {b}" for a, b in shared if a != b)]
+        names = {i.name: str(i.value) for i in now.inputs if _is_record(now.check, i)}
+        read = [names[a.partition("/")[2]] for a, _ in shared if a.partition("/")[2] in names]
+        if not _is_same_value(now, before) and any(files.get(name) not in judgement.inputs.values() for name in read):
+            changes.append(f"{' and '.join(read)} gives {_value(now)}, before {_value(before)}")
         if changes:
             whose = "" if event.subject == serial else f" of {event.subject}"
             judged = f"{before.verdict.replace('_', ' ')} on {event.time[:10]}{whose}"
             yield now.quantity, {"words": f"{', '.join(changes)} ({judged})", "was": str(before.verdict)}
+
+
+def _is_same_value(now: Finding, before: Finding) -> bool:
+    """Return whether two findings have one value, but for digits that a file was written without. A copy that was
+    withheld had none for another reason."""
+    withheld = before.cause is not None and Cause.SAMPLES_COPIED in {one.cause for one in before.cause.all()}
+    if now.value is None or before.value is None:
+        return now.value is None or withheld
+    return math.isclose(now.value, before.value, rel_tol=1e-5)
+
+
+def _value(finding: Finding) -> str:
+    return "no result" if finding.value is None else f"{finding.value:.6g} {finding.unit}"
 
 
 def _changes(check: str, now: Sequence[UsedInput], before: Sequence[UsedInput]) -> list[str]:

@@ -2,8 +2,8 @@
 verdict.
 
 A recording that is filed twice does not count (`accept.judging.copies`), one that was read otherwise before makes no
-finding pass that did not (`accept.judging.rereadings`), nor does one that is older than an attempt that was not
-accepted (`accept.judging.superseded`); a strut with a part that was not accepted (`accept.judging.parts`) is
+finding pass that did not (`accept.judging.rereadings`), nor does one that an earlier attempt holds something against
+(`accept.judging.superseded`); a strut with a part that was not accepted (`accept.judging.parts`) is
 conditional at best. So is a unit with a nonconformance (`accept.judging.nonconformance`), which changes no finding:
 each is a statement of conformity about what was measured ([ISO17025] 7.8.6).
 Every judgement is given its reservations here: those of batch, report and workflow, one by another spec, and that of
@@ -22,6 +22,7 @@ from accept.judging.nonconformance import RELEASING, in_notes, standing
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import Rereading, rereadings, weaken_reread
 from accept.judging.result import UnitResult
+from accept.judging.superseded import Approval
 from accept.store import Event, Store
 from accept.units.unit_folder import UnitFolder
 from checks.acceptance import CHECKS
@@ -32,9 +33,9 @@ from checks.verdict import Finding, unit_verdict
 @dataclass(frozen=True)
 class Reservations:
     """copies: recordings of the unit that are filed elsewhere too. part_doubts: doubts about its parts, a sentence
-    each. nonconformances: those that hold it; superseded: check -> the one of them that says that its evidence is older
-    than an attempt that was not accepted. dispositions: what quality assurance decided about those that hold it no
-    more. folder: its name if that is another unit's serial, and the serial that looks like its own. rereadings: by
+    each. nonconformances: those that hold it; superseded: check -> the one of them that an earlier attempt holds
+    against its evidence. dispositions: what quality assurance decided about those that hold it no more. folder: its
+    name if that is another unit's serial, and the serial that looks like its own. rereadings: by
     quantity, of recordings that were read otherwise before. of_findings: an earlier program made a nonconformance a
     doubt about every finding."""
 
@@ -55,20 +56,28 @@ class Reservations:
         entry: UnitEntry | None,
         confirmed_by: str = "",
         past: Sequence[Event] | None = None,
+        approval: Approval | None = None,
     ) -> "Reservations":
         """Return what the store knows now of a unit with this result, None before the first. confirmed_by: who
         confirmed that a folder with another serial as its name is of this unit. past: the unit's events, if they were
-        read before. Raises StoreError."""
+        read before. approval: of the spec that judges it. Raises StoreError."""
         samples: Samples = {} if entry is None else entry.samples
-        now = standing(store, unit.serial, unit.notes, entry, past=past)
-        return cls(
+        alone = cls(
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
             tuple(part_doubts(store, unit.serial, unit.parts)),
-            now.open,
-            tuple(decided.to_json() for decided in now.released),
-            doubted_folder(store, unit, confirmed_by),
-            rereadings(store, unit.serial, samples, () if entry is None else entry.findings),
-            now.superseded,
+            folder=doubted_folder(store, unit, confirmed_by),
+            rereadings=rereadings(
+                store, unit.serial, samples, () if entry is None else entry.findings, unit.input_hashes()
+            ),
+        )
+        if entry is not None:  # what is held already needs no earlier attempt
+            entry = replace(entry, findings=alone.weaken(entry.findings), copies=tuple(alone.copies))
+        now = standing(store, unit.serial, unit.notes, entry, past=past, approval=approval)
+        return replace(
+            alone,
+            nonconformances=now.open,
+            dispositions=tuple(decided.to_json() for decided in now.released),
+            superseded=now.superseded,
         )
 
     @classmethod

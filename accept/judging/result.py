@@ -29,7 +29,7 @@ class UnitResult:
     samples : sketches of its records (`accept.units.samples`); in the JSON only if it has records.
     copies : its recordings that exist elsewhere too (`accept.judging.copies`); in the JSON only if any does.
     nonconformances : those of the part that hold it (`accept.judging.nonconformance`); likewise. superseded: check ->
-    the one of them that its evidence is older than an attempt that was not accepted.
+    the one of them that earlier attempts hold against its evidence.
     dispositions : what quality assurance decided about nonconformances of the unit; likewise.
     folder : name of its folder if that is another unit's serial (`accept.judging.folder_name`); likewise.
     rereadings : of its recordings that were read otherwise before (`accept.judging.rereadings`); likewise.

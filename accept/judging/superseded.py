@@ -1,25 +1,36 @@
-"""The newest measurement counts: what was measured before an attempt that was not accepted does not replace it.
+"""What an earlier attempt holds against a finding: it is conditional until quality assurance decides.
 
-A finding is superseded if one of its recordings is that of an attempt before one that was not accepted and that does
-not hold it; so are typed values beside such recordings, those of a unit where all were typed and are the same, and
-those in whose place others did not pass. Single values that were typed may be equal by chance. It is conditional until
-quality assurance decides. An attempt that is void supersedes nothing, nor does an incomplete one in which the section
-was not measured. What an earlier attempt holds as simulated does not become measured: it is held in the same way.
+The newest measurement counts: a finding is superseded if one of its recordings is that of an attempt before one that
+was not accepted and that does not hold it; so are typed values beside such recordings, those of a unit where all were
+typed and are the same, and those in whose place others did not pass. Single values that were typed may be equal by
+chance. An attempt that is void supersedes nothing, nor does an incomplete one in which the section was not measured.
+What an earlier attempt holds as simulated does not become measured: it is held in the same way.
+
+A doubt stays with its evidence: a finding that did not pass in an earlier attempt does not pass by the same recordings
+or values, whatever was deleted or replaced since, nor by values that were typed in place of its recordings. If the
+spec requires it no longer, the unit is held by what else it shares with that attempt. Doubts that the store raises
+itself are its own to raise again. A spec that quality assurance approved since judges the same data anew.
 """
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from datetime import datetime
+from typing import NamedTuple
 
 from accept.base.documents.results import Information, UnitEntry
 from accept.judging.copies import Channels, same_recording
 from accept.store import Event
 from accept.store.payloads import UnitJudged
 from accept.units.samples import is_typed
+from accept.units.unit_folder import UNIT_FILE
 from checks.acceptance import CHECKS
 from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
 
 _UNREAD = {Cause.FILE_DAMAGED, Cause.IN_WORDS, Cause.CHANNEL_MISSING}  # nothing is known of what such a file holds
+# Doubts that the store raises itself, from what it knows of the unit by its serial: as long as they last.
+_OF_STORE = {Cause.SUPERSEDED, Cause.NONCONFORMANCE, Cause.READ_OTHERWISE, Cause.SERIAL_ALIKE, Cause.FOLDER_NAME}
+_NAMED = 3  # files that the words of a doubt name
 SAME = 1e-9  # relative: the same data judged twice, on whatever processor; two readings do not agree by so much
 
 
@@ -35,10 +46,38 @@ def are_same(values: Mapping[str, float], others: Mapping[str, float]) -> bool:
     return bool(common) and all(math.isclose(values[q], others[q], rel_tol=SAME) for q in common)
 
 
-def superseded(judged: Sequence[tuple[Event, UnitJudged]], void: Collection[int], entry: UnitEntry) -> dict[str, str]:
-    """Return check -> where its evidence was first judged, and which attempt superseded it. judged: the unit's
-    judgements, in order; void: numbers of those that were declared void."""
-    past = [(f"attempt {n}", e.time[:10], j.result) for n, (e, j) in enumerate(judged, 1) if e.seq not in void]
+class Approval(NamedTuple):
+    """Approval of a spec by quality assurance. spec: as events name it; time: ISO 8601."""
+
+    spec: str
+    time: str
+
+    def revises(self, event: Event) -> bool:
+        """Return whether the spec is another version of that of a judgement, approved since."""
+        name, _, sha256 = (event.spec or "").partition("@")
+        since = datetime.fromisoformat(self.time) > datetime.fromisoformat(event.time)
+        return since and self.spec.startswith(f"{name}@") and self.spec != f"{name}@{sha256}"
+
+
+def superseded(
+    judged: Sequence[tuple[Event, UnitJudged]],
+    void: Collection[int],
+    entry: UnitEntry,
+    approval: Approval | None = None,
+) -> dict[str, str]:
+    """Return check -> what earlier attempts hold against it. judged: the unit's judgements, in order; void: numbers of
+    those that were declared void; approval: of the spec that the unit is judged by."""
+    counted = [(n, event, payload.result) for n, (event, payload) in enumerate(judged, 1) if event.seq not in void]
+    older = _older([(f"attempt {n}", event.time[:10], result) for n, event, result in counted], entry)
+    revised = [approval is not None and approval.revises(e) and _has_same_data(entry, r) for _, e, r in counted]
+    held = _inherited([(f"attempt {n} of {e.time[:10]}", r) for n, e, r in counted], revised, entry)
+    return {
+        check: f"{check}: {'; '.join(w[check] for w in (older, held) if check in w)}" for check in {**older, **held}
+    }
+
+
+def _older(past: Sequence[tuple[str, str, UnitEntry]], entry: UnitEntry) -> dict[str, str]:
+    """Return check -> where its evidence was first judged, and which attempt superseded it."""
     accepted = all(result.verdict == UnitVerdict.ACCEPTED for _, _, result in past[1:])
     if accepted and (entry.simulated or not any(result.simulated for _, _, result in past)):  # as for most units
         return {}
@@ -53,7 +92,7 @@ def superseded(judged: Sequence[tuple[Event, UnitJudged]], void: Collection[int]
                 if not same or not result.simulated or entry.simulated:
                     continue
                 if record is not None or any(checks[other] for other in found) or _is_typed_again(entry, result):
-                    found[check] = f"{check}: measured in {number}, which was simulated"
+                    found[check] = f"measured in {number}, which was simulated"
                     break
             if check in found:
                 continue
@@ -63,13 +102,122 @@ def superseded(judged: Sequence[tuple[Event, UnitJudged]], void: Collection[int]
                 beside = any(checks[other] for other in found)  # a recording that is as old
                 if record is not None or beside or _tells(entry, past[first][2], result, check):
                     rejected = f"{number}, which was {result.verdict} on {day}"
-                    found[check] = f"{check}: measured in {past[first][0]}, before {rejected}"
+                    found[check] = f"measured in {past[first][0]}, before {rejected}"
     return found
+
+
+def _inherited(past: Sequence[tuple[str, UnitEntry]], revised: Sequence[bool], entry: UnitEntry) -> dict[str, str]:
+    """Return check -> the last attempt in which it did not pass, and how its evidence is used again. revised: whether
+    the spec was since."""
+    found = dict[str, str]()
+    for i, (number, result) in reversed([*enumerate(past)]):
+        for finding in () if revised[i] else result.findings:
+            check = finding.check
+            if check in found or not _is_doubted(finding, result, entry):
+                continue
+            if how := _used_again(finding, result, entry, [later for _, later in past[i + 1 :]]):
+                was, changes = finding.verdict.replace("_", " "), ", ".join(_changes(entry, result))
+                found[check] = f"{was} in {number}, and {how}" + (f"; {changes}" if changes else "")
+    return found
+
+
+def _is_doubted(finding: Finding, result: UnitEntry, entry: UnitEntry) -> bool:
+    """Return whether a finding of an earlier attempt did not pass by more than the store would hold against it now."""
+    if finding.verdict is Verdict.PASS:
+        return False
+    causes = set() if finding.cause is None else {one.cause for one in finding.cause.all()}
+    of_store = _OF_STORE | ({Cause.PART_DOUBTED} if result.parts == entry.parts else set())
+    if _section(finding.check) in {copy["sample"].partition("/")[0] for copy in entry.copies}:
+        of_store |= {Cause.SAMPLES_COPIED}
+    return not causes or not causes <= of_store
+
+
+def _used_again(finding: Finding, result: UnitEntry, entry: UnitEntry, later: Sequence[UnitEntry]) -> str:
+    """Return how a finding of an earlier attempt would be better now by the same evidence, "" if it would not. later:
+    the attempts since; one that measured it anew settles it, unless its recordings are used again."""
+    now, check = next((f for f in entry.findings if f.quantity == finding.quantity), None), finding.check
+    held = now is not None and now.cause is not None and {one.cause for one in now.cause.all()} == {Cause.SUPERSEDED}
+    passes = now is not None and (now.verdict is Verdict.PASS or held)
+    if passes and _is_new(entry, result, finding):
+        return ""
+    if passes and _is_recorded(entry, check):
+        names = [name for name, sha256 in _files(entry, check).items() if sha256 in result.inputs.values()]
+        return f"its recordings ({_listed(names)}) are used again" if names else "its recordings are used again"
+    if any(_passes_anew(each, finding, result) for each in later):
+        return ""
+    if passes:
+        return "is typed now" if _is_recorded(result, check) else "its typed values are used again"
+    if not finding.required or (now is not None and now.required):
+        return ""
+    shared = set(entry.inputs.values()) & set(result.inputs.values())
+    if not shared and all(_is_new(entry, result, f) for f in entry.findings):
+        return ""
+    return f"the spec does not require {finding.quantity} now, and what else was measured is used again"
+
+
+def _passes_anew(later: UnitEntry, finding: Finding, result: UnitEntry) -> bool:
+    """Return whether a later attempt measured a finding anew, with a pass that no concession gave."""
+    passes = any(f.quantity == finding.quantity and f.verdict is Verdict.PASS for f in later.findings)
+    return passes and not later.dispositions and _is_new(later, result, finding)
+
+
+def _is_new(entry: UnitEntry, result: UnitEntry, finding: Finding) -> bool:
+    """Return whether the evidence of a finding is not that of an earlier attempt, nor typed in place of a recording."""
+    check, values = finding.check, (measured_values(entry), measured_values(result))
+    if are_same(*({finding.quantity: v[finding.quantity]} if finding.quantity in v else {} for v in values)):
+        return False
+    if not _is_recorded(entry, check):
+        return not _is_recorded(result, check) and _entries(entry, check) != _entries(result, check)
+    shared = set(_files(entry, check).values()) & set(_files(result, check).values())
+    return not shared and not any(same_recording(a, b) for a in _records(entry, check) for b in _records(result, check))
+
+
+def _entries(result: UnitEntry, check: str) -> list[tuple[str, str]]:
+    """Return what was typed for a check."""
+    used = {
+        u.name: str(u.value) for f in result.findings if f.check == check for u in f.inputs if u.source == UNIT_FILE
+    }
+    return sorted(used.items())
+
+
+def _files(result: UnitEntry, check: str) -> dict[str, str]:
+    """Return the hash of each file that a check reads, by name."""
+    stated = (str(used.value) for f in result.findings if f.check == check for used in f.inputs)
+    return {name: result.inputs[name] for name in stated if name in result.inputs}
+
+
+def _is_recorded(result: UnitEntry, check: str) -> bool:
+    return bool(_files(result, check) or _records(result, check))
+
+
+def _changes(entry: UnitEntry, result: UnitEntry) -> list[str]:
+    """Return what an earlier attempt had and this one has not, or has otherwise."""
+    gone = [name for name in result.inputs if name not in entry.inputs]
+    changed = [name for name, sha256 in result.inputs.items() if entry.inputs.get(name, sha256) != sha256]
+    words = [f"{_listed(names)} {was}" for names, was in ((gone, "is gone"), (changed, "was changed")) if names]
+    return words if _bench(entry) == _bench(result) else [*words, "the bench file is another one or gone"]
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+
+
+def _bench(result: UnitEntry) -> object:
+    return (result.calibration or {}).get("sha256")
+
+
+def _has_same_data(entry: UnitEntry, result: UnitEntry) -> bool:
+    return dict(entry.inputs) == dict(result.inputs) and _bench(entry) == _bench(result)
+
+
+def _section(check: str) -> str:
+    """Return the section that a check reads; one of a package that is not installed any more reads its own."""
+    return CHECKS[check].reads if check in CHECKS else check
 
 
 def _records(entry: UnitEntry, check: str) -> list[Channels]:
     """Return the recordings that a check reads."""
-    section = CHECKS[check].reads
+    section = _section(check)
     return [c for name, c in entry.samples.items() if name.partition("/")[0] == section and not is_typed(name)]
 
 
@@ -85,7 +233,7 @@ def _speaks(result: UnitEntry, check: str) -> bool:
     recorded, as of a dead unit, there are no values and no sketch, but a file that was read."""
     if _records(result, check) or measured_values(result, check) or result.verdict != UnitVerdict.INCOMPLETE:
         return True
-    mine = [f for f in result.findings if f.check == check and any(str(i.value) in result.inputs for i in f.inputs)]
+    mine = [f for f in result.findings if f.check == check] if _files(result, check) else []
     return any(f.cause is not None and not {one.cause for one in f.cause.all()} & _UNREAD for f in mine)
 
 

@@ -19,7 +19,7 @@ from specs.strict import SpecError
 
 if TYPE_CHECKING:
     from accept.models.model_file import OpenedModel
-    from checks.model.model import Model
+    from checks.model import Model
 
 
 ModelFiles = Mapping[str, bytes]  # of a model that is a file: its TOML first, then the files of matrices that it names

@@ -11,7 +11,6 @@ import os
 import shutil
 import zipfile
 from collections.abc import Callable, Iterator
-from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,16 +18,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accept.base import worker_process
 from accept.base.atomic_files import write_atomic
-from accept.base.child_processes import process_pool
-from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.home import home
 from accept.base.progress import steps
+from accept.base.runner import GivenUp, Processes, Workers
 from checks.arrays import Array
-from checks.fitting.calibrate import with_damping
-from checks.misalignment.table import MisalignmentTable, check_tabulated, grid, ratios, table_frequencies
-from checks.model.model import Model
+from checks.misalignment import MisalignmentTable, table_axes, table_row
+from checks.model import Model
 from specs.errors import AcceptError
 
 Row = NDArray[np.complex64]
@@ -56,11 +52,9 @@ class Plan:
 
     @classmethod
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
-        """Return the plan of a model's table. A model with uncertain modes is tabulated with real modes, which is close
-        enough. Raises ModelError for too small a grid and a model without encoder or joints."""
-        check_tabulated(model)
-        quick = with_damping(model, "modal") if model.scatters else None
-        return cls(quick or model, *grid(model, nx, ny), table_frequencies())
+        """Return the plan of a model's table. Raises ModelError for a grid that is too small or a model without encoder
+        or joints."""
+        return cls(*table_axes(model, nx, ny))
 
     @property
     def sha256(self) -> str:
@@ -83,13 +77,13 @@ class Plan:
 
     def row(self, i: int) -> Row:
         """Return (Y, F) row of dx[i]."""
-        return ratios(self.model, float(self.dx[i]), self.dy, self.f)
+        return table_row(self.model, float(self.dx[i]), self.dy, self.f)
 
     def agrees(self, i: int, row: Row) -> bool:
         """Return whether the first entry of a stored row equals this program's."""
         if row.shape != (self.dy.size, self.f.size) or not np.isfinite(row).all():
             return False
-        first = ratios(self.model, float(self.dx[i]), self.dy[:1], self.f)[0]
+        first = table_row(self.model, float(self.dx[i]), self.dy[:1], self.f)[0]
         return bool(np.median(np.abs(row[0] / first - 1.0)) < SAME)
 
 
@@ -105,7 +99,7 @@ def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int 
     return build(plan, say, workers)
 
 
-def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Cluster | None = None) -> MisalignmentTable:
+def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Workers | None = None) -> MisalignmentTable:
     """Compute the missing rows, on all cores or on a cluster, and store the table. Raises TableError if a row from the
     cluster differs from this machine's."""
     ready = dict(_stored_rows(plan))
@@ -196,40 +190,12 @@ def _stored_rows(plan: Plan) -> Iterator[tuple[int, Row]]:
 
 
 def _rows_from(
-    cluster: Cluster | None, plan: Plan, missing: list[int], workers: int | None
+    cluster: Workers | None, plan: Plan, missing: list[int], workers: int | None
 ) -> Iterator[tuple[int, Row]]:
-    if cluster is None:
-        yield from _compute_rows(plan, missing, workers or os.cpu_count() or 1)
-        return
-    for i, row in cluster.unordered(plan.row, missing):
-        if isinstance(row, GivenUp) or not plan.agrees(i, row):
+    here = Processes(min(workers or os.cpu_count() or 1, len(missing) // ROWS_WORTH_A_PROCESS))
+    for i, row in (cluster or here).unordered(plan.row, missing):
+        if isinstance(row, GivenUp) or (cluster and not plan.agrees(i, row)):
             words = str(row) if isinstance(row, GivenUp) else "a worker computes it otherwise"
-            raise TableError(f"{plan.path.name}: row {i} of dx: {words}; build the table without a cluster")
+            way = "without a cluster" if cluster else "again, with fewer workers"
+            raise TableError(f"{plan.path.name}: row {i} of dx: {words}; build the table {way}")
         yield i, row
-
-
-def _compute_rows(plan: Plan, missing: list[int], workers: int) -> Iterator[tuple[int, Row]]:
-    workers = min(workers, len(missing) // ROWS_WORTH_A_PROCESS)
-    if workers <= 1:
-        yield from ((i, plan.row(i)) for i in missing)
-        return
-    with process_pool(workers, _hold, (plan,)) as pool:
-        pending = {pool.submit(_held_row, i): i for i in missing}
-        try:
-            for done in as_completed(pending):
-                yield pending[done], done.result()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
-
-
-_PLAN: list[Plan] = []
-
-
-def _hold(plan: Plan) -> None:
-    """Keep the plan in a worker process, so that a task is only a number."""
-    worker_process.begin()
-    _PLAN[:] = [plan]
-
-
-def _held_row(i: int) -> Row:
-    return _PLAN[0].row(i)

@@ -12,14 +12,9 @@ from tomlkit import TOMLDocument
 
 from accept.base.atomic_files import write_atomic
 from checks.errors import ModelError
-from checks.gap.effects import effect_named, with_effects
-from checks.gap.empirical import FittedElement
-from checks.misalignment.estimate import with_payload
-from checks.model.build import build
-from checks.model.model import Model
-from checks.model.structure.superelement import Superelement
-from checks.model.unidentified import NAME as UNIDENTIFIED
-from checks.model.unidentified import Element, element
+from checks.gap import FittedElement, effect_named, with_effects
+from checks.misalignment import with_payload
+from checks.model import UNIDENTIFIED, Model, Superelement, UnidentifiedElement, build_model, unidentified_element
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, PopulationRecord
@@ -83,7 +78,7 @@ def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement 
     effects = effects_of(spec)
     built_in = [each for each in effects if effect_named(each[0]).in_model]
     left_out = tuple(name for name, _ in effects if not effect_named(name).in_model)
-    model = with_effects(build(spec, matrices(spec)), built_in)
+    model = with_effects(build_model(spec, matrices(spec)), built_in)
     for one in elements_of(spec):  # channels are multiplied by elements without a name
         model = replace(model, values={**model.values, **one.values()})
     return OpenedModel(spec, model, left_out)
@@ -108,11 +103,11 @@ def effects_of(spec: ModelSpec) -> list[tuple[str, dict[str, float]]]:
     return out
 
 
-def elements_of(spec: ModelSpec) -> list[Element]:
+def elements_of(spec: ModelSpec) -> list[UnidentifiedElement]:
     """Return the unidentified elements of the file, one for a channel. Raises ModelError."""
-    found: dict[str, Element] = {}
+    found: dict[str, UnidentifiedElement] = {}
     for entry in (e for e in spec.effects if e.name == UNIDENTIFIED):
-        one = element(entry.parameters, f"{spec.name}: effect '{UNIDENTIFIED}'")
+        one = unidentified_element(entry.parameters, f"{spec.name}: effect '{UNIDENTIFIED}'")
         if one.channel in found:
             raise ModelError(f"{spec.name}: effect '{UNIDENTIFIED}': {one.channel} has two; expected one for a channel")
         found[one.channel] = one

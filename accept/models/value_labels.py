@@ -1,7 +1,6 @@
 """Labels of a model's values for people."""
 
-from checks.model.free_apa_modes import ModalApa
-from checks.model.model import Model
+from checks.model import ModalApa, Model
 from specs.units import model_label
 
 

@@ -6,9 +6,9 @@ from functools import cache
 @cache
 def label_of(quantity: str) -> str:
     """Return the label that the quantity's check declares, else words from its name."""
-    from checks import acceptance  # loads slowly: only when a label is asked for
+    from checks.acceptance import label_of as declared  # loads slowly: only when a label is asked for
 
-    return acceptance.label_of(quantity)
+    return declared(quantity)
 
 
 def check_label(check: str) -> str:

@@ -5,18 +5,14 @@ from typing import Any
 
 import numpy as np
 
+from accept.simulate.converters import in_steps
 from accept.simulate.hammer_records import FS, DoubleHits, ShellMode, hammer_record
 from accept.simulate.records import Columns, DrivenUnit, slow_record
 from accept.simulate.unit_request import UnitRequest
-from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
-from checks.acceptance.spurious_modes import AXIAL_Hz, TORSION_Hz
+from checks.acceptance import POSITIONS_MM, AXIAL_Hz, TORSION_Hz, minimum_zone
 from checks.arrays import Array
-from checks.model.electrical import highpass_corner
-from checks.model.time.adc_dac import in_steps
-from checks.model.time.hysteresis_creep import mass_steps, stroke_of
-from checks.model.time.time_response import answer
-from checks.signals.drive import excitation
-from checks.signals.drive.excitation import Rig
+from checks.model import highpass_corner, stroke_of, time_simulation
+from checks.signals import Rig
 from specs.bench import STACK_V
 
 UM = 1e-6
@@ -27,6 +23,8 @@ MASS_FS, MASS_S = 100.0, 30.0  # rate and length of a mass step record
 # When the mass is added and removed: drawn between ([STB] 3.1.7: about 15 and 22 s).
 PUT_S, TAKEN_S = (14.0, 16.0), (21.0, 23.0)
 GRAVITY = 9.80665
+RISE_S = 0.02  # of a mass put down by hand
+RING_HZ, RING_S, RING_SHARE = 14.0, 0.08, 0.1  # of its ringing: the unit under the added mass
 LF_FS, LF_S, LF_V, LF_HZ = 200.0, 150.0, 0.5, (0.1, 5.0)  # slow sweep for the high-pass of the sensor stack
 PROBE_STEP_UM = 0.5  # last digit of the probe readout; heights of [STB] 2.1 are multiples of it
 HAMMERED = {"x_bending": "bending_X_top", "y_bending": "bending_Y_top"} | {
@@ -132,13 +130,25 @@ def _mass(request: UnitRequest, figures: Figures, k_N_per_um: float, name: str) 
     return {"t": t, "de": request.converters.read("de", de, rng)}
 
 
+def mass_steps(t: Array, moments: tuple[float, float], deflection: float, per_decade: float) -> Array:
+    """Return the deflection (N,) at t (N,) [s] under a mass added and removed at these moments. `deflection` is reached
+    0.1 s after each step and creeps by per_decade per decade of time; steps rise within 20 ms and ring a little."""
+    out = np.zeros(t.size)
+    for moment, sign in zip(moments, (1.0, -1.0), strict=True):
+        after = np.maximum(t - moment, 0.0)
+        creep = 1.0 + per_decade * np.log10(np.maximum(after, 1e-3) / 0.1)
+        ring = RING_SHARE * np.sin(2 * np.pi * RING_HZ * after) * np.exp(-after / RING_S)
+        out += sign * deflection * np.minimum(after / RISE_S, 1.0) * (creep + ring)
+    return out
+
+
 def _highpass(bench: DrivenUnit, corner_Hz: float, name: str) -> Columns:
     """Return a slow sweep and the sensor stack's answer, with a resistor across it (corner_Hz) or none (0)."""
     request = bench.request
     rig = Rig(fs=LF_FS, mean_V=0.0, ramp_s=0.0)
-    Va = request.converters.dac(excitation.sweep(rig, *LF_HZ, LF_S, LF_V).proper)
+    Va = request.converters.dac(rig.sweep(*LF_HZ, LF_S, LF_V).proper)
     model = bench.model.with_values({"sensor.highpass_Hz": corner_Hz})
-    Vs = answer(model, Va.size, LF_FS, channels=("Vs",))(Va)["Vs"]
+    Vs = time_simulation(model, Va.size, LF_FS, channels=("Vs",))(Va)["Vs"]
     read = request.converters.read("Vs", Vs, request.rng(f"noise of {name}"))
     return {"t": np.arange(Va.size) / LF_FS, "Va": Va, "Vs": read}
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from accept.simulate.apa import Figures, dead_stack, heights
+from accept.simulate.converters import NOISE, RANGE_V
 from accept.simulate.hammer_records import DoubleHits
 from accept.simulate.records import Columns
-from checks.model.time.adc_dac import NOISE, RANGE_V
 from specs.plugins import product_named
 
 WITH_ENCODER = ("apa", "strut")

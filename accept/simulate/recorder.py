@@ -10,12 +10,12 @@ from pydantic import Field
 
 from accept.models.model_file import SIMULATED_MODEL, open_model
 from accept.simulate import apa
+from accept.simulate.converters import RANGE_V, in_steps
 from accept.simulate.hammer_records import DoubleHits, hammer_record
 from accept.simulate.records import AMPLITUDES_V, DrivenUnit
 from accept.simulate.unit_request import UnitRequest, drawn, on_bench
 from checks.arrays import Array
-from checks.model.time.adc_dac import RANGE_V, in_steps
-from checks.model.time.hysteresis_creep import loops_of, stroke_of
+from checks.model import loops_of, stroke_of
 from checks.record import motion_of
 from hw.errors import InstrumentRefused, SettingsError
 from hw.instruments import Identity, settings_of

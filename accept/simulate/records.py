@@ -1,20 +1,18 @@
 """Records of a modelled unit: frequency responses and slow sines, as the bench stores them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from accept.simulate.unit_request import UnitRequest
 from checks.arrays import Array
-from checks.model.model import Model, frequency_and_damping
-from checks.model.time.hysteresis_creep import loops_of
-from checks.model.time.time_response import Answer, answer
+from checks.model import Model, frequency_and_damping, loops_of, time_simulation
 from checks.record import motion_of
-from checks.signals.drive import excitation
-from checks.signals.drive.excitation import Rig
-from checks.signals.drive.shapes import Notch
+from checks.signals import Notch, Rig
 
 Columns = dict[str, Array | float]
+Simulation = Callable[[Array], dict[str, Array]]  # of a drive Va (N,) to every channel (N,)
 
 FS, SLOW_FS = 10_000.0, 1_000.0
 MERGE_HZ = 350.0  # from the low record to the high one; both have drive there
@@ -32,7 +30,7 @@ class DrivenUnit:
 
     request: UnitRequest
     model: Model
-    known: dict[tuple[int, float], Answer] = field(default_factory=dict)
+    known: dict[tuple[int, float], Simulation] = field(default_factory=dict)
 
     def play(self, name: str, Va: Array, fs: float) -> Columns:
         """Return the record of a drive Va (N,) about its mean: t, Va and the model's channels."""
@@ -44,9 +42,11 @@ class DrivenUnit:
         read = {c: converters.read(c, truth[c], rng) for c in self.model.channels}
         return {"t": np.arange(given.size) / fs, "Va": given, **read}
 
-    def answer(self, samples: int, fs: float) -> Answer:
+    def answer(self, samples: int, fs: float) -> Simulation:
         if (samples, fs) not in self.known:
-            self.known[samples, fs] = answer(self.model, samples, fs, self.request.hold, filters=self.request.filters)
+            self.known[samples, fs] = time_simulation(
+                self.model, samples, fs, self.request.hold, filters=self.request.filters
+            )
         return self.known[samples, fs]
 
 
@@ -56,14 +56,14 @@ def noise_record(bench: DrivenUnit, name: str, high: bool, level: float = 1.0) -
     lo, hi = HIGH_HZ if high else LOW_HZ
     length, rms = (request.high_s, HIGH_RMS_V) if high else (request.low_s, LOW_RMS_V)
     seed = int(request.rng(f"drive of {name}").integers(2**31))
-    return bench.play(name, excitation.noise(_rig(FS), lo, hi, length, level * rms, seed).proper, FS)
+    return bench.play(name, _rig(FS).noise(lo, hi, length, level * rms, seed).proper, FS)
 
 
 def sweep_record(bench: DrivenUnit, name: str) -> Columns:
     """Return a log sweep, notched at the axial resonance ([STB] 3.1.1)."""
     f_Hz = axial_Hz(bench.model)
     shape = Notch(f_Hz, 0.2 * f_Hz, 0.15)
-    played = excitation.sweep(_rig(FS), *SWEEP_HZ, bench.request.low_s, SWEEP_V, shape=shape)
+    played = _rig(FS).sweep(*SWEEP_HZ, bench.request.low_s, SWEEP_V, shape=shape)
     return bench.play(name, played.proper, FS)
 
 
@@ -72,7 +72,7 @@ def slow_record(bench: DrivenUnit, name: str, own_width: float = 0.0) -> Columns
     width of the loop that the displacement alone shows at the largest of them (on Vs none is seen: [STB] 3.1.6)."""
     request = bench.request
     amplitudes = AMPLITUDES_V[request.family]
-    played = excitation.sines(_rig(SLOW_FS), 1.0, amplitudes, CYCLES)
+    played = _rig(SLOW_FS).sines(1.0, amplitudes, CYCLES)
     Va = played.proper
     columns = bench.play(name, Va, SLOW_FS)
     if own_width:

@@ -15,7 +15,7 @@ from accept.simulate.records import MERGE_HZ, Columns, DrivenUnit, noise_record,
 from accept.simulate.unit_request import FIGURES, UnitRequest, UnitRequestError
 from accept.units.unit_experiments import EXPERIMENTS
 from accept.units.unit_folder import UNIT_FILE
-from checks.gap.conditions.simulated import SENSOR_F, drive, under
+from checks.gap import under_experiment
 from hw.records import csv_bytes, mat_bytes
 from specs.plugins import product_named
 
@@ -52,7 +52,7 @@ def simulate(request: UnitRequest) -> SimulatedUnit:
         records, tables, own = {"hysteresis": slow_record(bench, "hysteresis")}, {}, {}
         sections = {"hysteresis": {"record": "hysteresis.mat"}}
     responses, section = _responses(bench)
-    sensor_F = 1e-6 * own["sensor_uF"] if "sensor_uF" in own else SENSOR_F
+    sensor_F = 1e-6 * own["sensor_uF"] if "sensor_uF" in own else None
     more, listed, done = _experiments(bench, sensor_F)
     files = _files(request, records | responses | more, fault) | tables
     document = _document(request, {**sections, "frf": section} | ({EXPERIMENTS: listed} if listed else {}))
@@ -87,7 +87,7 @@ def _responses(bench: DrivenUnit) -> tuple[dict[str, Columns], dict[str, Any]]:
     return records, section | {"merge_Hz": MERGE_HZ, "payload_kg": payload}
 
 
-def _experiments(bench: DrivenUnit, sensor_F: float) -> tuple[dict[str, Columns], list[Any], list[Any]]:
+def _experiments(bench: DrivenUnit, sensor_F: float | None) -> tuple[dict[str, Columns], list[Any], list[Any]]:
     """Return the records of the responses under every experiment, their entries of unit.toml, and the true values of
     the parameters that the experiments change. Each has its own noise."""
     request = bench.request
@@ -95,12 +95,12 @@ def _experiments(bench: DrivenUnit, sensor_F: float) -> tuple[dict[str, Columns]
     listed: list[dict[str, Any]] = []
     done: list[dict[str, Any]] = []
     for number, asked in enumerate(request.experiments, 1):
-        model = under(bench.model, asked.kind, asked.value, sensor_F)
+        model = under_experiment(bench.model, asked.kind, asked.value, sensor_F)
         other = DrivenUnit(request, model)
         stems = {key: f"{stem}_x{number}" for key, stem in RESPONSES.items()}
         if request.repeats:
             stems |= {f"{key}_repeat": f"{stem}_2" for key, stem in stems.items()}
-        level = drive(asked.kind, asked.value)
+        level = asked.kind.drive_factor(asked.value)
         for key, stem in stems.items():
             records[stem] = noise_record(other, stem, key.startswith("high"), level)
         value = {} if asked.kind.value is None else {asked.kind.value.name: asked.value}

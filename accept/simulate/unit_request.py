@@ -7,15 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from accept.models.model_file import SIMULATED_MODEL
+from accept.simulate.converters import Converters
 from accept.units.unit_folder import SERIAL
 from checks.arrays import Array
 from checks.errors import ModelError
-from checks.gap.conditions.kinds import EXPERIMENT_KINDS, ExperimentKind
-from checks.gap.effects import effect_named, with_effects
-from checks.model.model import Model
-from checks.model.parameters import rule
-from checks.model.time.adc_dac import Converters
-from checks.model.time.partial_fractions import Fractions
+from checks.gap import EXPERIMENT_KINDS, ExperimentKind, effect_named, with_effects
+from checks.model import Fractions, Model
 from specs.errors import AcceptError
 from specs.plugins import product_named
 
@@ -153,18 +150,8 @@ class UnitRequest:
 
 
 def drawn(model: Model, seed: int, most: float = 2.0) -> Model:
-    """Return the model with every uncertain parameter drawn from its prior, within so many standard deviations and its
-    bounds."""
-    rng = np.random.default_rng([seed, zlib.crc32(b"parameters")])
-    c = model.calibrated
-    away = np.clip(rng.standard_normal(len(c.names)), -most, most)
-    values = c.values + away * c.sds
-    return model.with_values(
-        {
-            n: max(float(v), 0.2 * float(nominal)) if rule(n).lo == 0.0 else float(v)
-            for n, v, nominal in zip(c.names, values, c.values, strict=True)
-        }
-    )
+    """Return the model with its uncertain parameters as a seed draws them."""
+    return model.drawn(np.random.default_rng([seed, zlib.crc32(b"parameters")]), most)
 
 
 def on_bench(model: Model, kind: str) -> Model:

@@ -64,12 +64,12 @@ class EventIndex:
 
 def sample_keys(samples: Mapping[str, Mapping[str, str]]) -> set[int]:
     """Return the keys of a result's samples. Raises ValueError if a text is not a sketch."""
-    from checks.signals.sketch import Sketch, key_of  # loads numpy: only if a result has samples
+    from checks.signals import Sketch, sketch_key  # loads numpy: only if a result has samples
 
     found: set[int] = set()
     for channels in samples.values():
         for channel, text in channels.items():
-            found.update([key_of(text.encode())] if channel == TABLE else Sketch.parse(text).keys())
+            found.update([sketch_key(text.encode())] if channel == TABLE else Sketch.parse(text).keys())
     return found
 
 

@@ -19,7 +19,7 @@ from sqlalchemy import (
 
 from accept.store.chain import START
 from accept.store.engine import has_index
-from accept.store.spelling import LOOKS
+from accept.store.spelling import LOOKS, UNSEEN
 
 SCHEMA = 2  # of the tables; a store of the one before is brought up to it when it is opened
 EARLIER = 1  # without the index of parts, which a program that writes such a store does not fill
@@ -45,9 +45,9 @@ Index("events_by_subject", events.c.subject, events.c.what, events.c.seq)
 BY_KIND = "events_by_kind"
 _BY_KIND = Index(BY_KIND, events.c.what, events.c.seq)
 # By the key that serials share that look alike. Earlier stores get it when they are opened.
-BY_LOOK = "events_by_look"
+BY_LOOK = "events_by_spelling"
 LOOK = func.lower(events.c.subject)
-for _letter, _digit in zip(*LOOKS, strict=True):
+for _letter, _digit in [*zip(*LOOKS, strict=True), *((character, "") for character in UNSEEN)]:
     LOOK = func.replace(LOOK, literal_column(f"'{_letter}'"), literal_column(f"'{_digit}'"))
 _BY_LOOK = Index(BY_LOOK, LOOK, events.c.what, events.c.subject)
 

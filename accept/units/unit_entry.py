@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.declare import Check, CsvTable, Input, Measured, Scalar, Series, Vector
-from checks.gap.conditions.kinds import ExperimentKind
+from checks.gap import ExperimentKind
 from specs.units import factor
 
 # What a certificate attaches beside the records; a record of such a name could not be attached and judged again.

@@ -5,7 +5,7 @@ from typing import Any
 
 from accept.units.unit_entry import UnitSection, section_of
 from checks.acceptance import check_for
-from checks.gap.conditions.kinds import EXPERIMENT_KINDS, ExperimentKind
+from checks.gap import EXPERIMENT_KINDS, ExperimentKind
 
 EXPERIMENTS = "experiments"
 RECORDS = ("low", "high", "low_repeat", "high_repeat")

@@ -10,13 +10,14 @@ from accept.batch.job import drawn
 from accept.certificate.certify import set_aside, sign_into
 from accept.certificate.contents.content import CertificateContent, content_of
 from accept.certificate.contents.disposition import parse_disposition, parse_signing_reason
+from accept.certificate.contents.provenance import Earlier, Provenance
 from accept.certificate.contents.step import Step
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import earlier_attempts, numbers_of, provenance, signed_by_bench
+from accept.certificate.trust.provenance import numbers_of, provenance, signed_by_bench
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge
@@ -56,16 +57,17 @@ def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verificati
     number, past = session.attempt.number, list(session.store.events(session.serial))
     before = fold(session.before_attempt()).units.get(session.serial)
     judged = fold(past).units[session.serial]
-    earlier = earlier_attempts(fold(e for e in past if e.seq < judged.seq).units.get(session.serial))
+    earlier = Earlier.of(fold(e for e in past if e.seq < judged.seq).units.get(session.serial))
     stated = provenance(
         session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
-        session.home, credential, number, numbers_of(past), judged.reason, why, amends, earlier=earlier,
+        session.home, credential, numbers_of(past),
+        Provenance(number, reason=judged.reason, earlier=earlier, amends=amends, signed_because=why),
     )  # fmt: skip
     contents = content_of(result, session.spec, session.folder, credential.person, provenance=stated)
     page = drawn(signed_by_bench(contents, session.home))
     path = session.home / "certificates" / certificate_name(session.serial, number)
     set_aside(path)
-    own = str(stated.get("number", ""))
+    own = stated.number
     sign_into(
         path, page, credential, session.store, session.serial, credential.person, result.spec,
         number=own, simulated=result.simulated, reason=why, judged=judged.seq,

@@ -17,7 +17,7 @@ from accept.base.documents.results import Information
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
-from accept.certificate.trust.provenance import amended
+from accept.certificate.contents.provenance import amended
 from accept.gap.attach_to_result import with_explanation
 from accept.judging.advice import ADVICE, action, record_advice
 from accept.judging.bench_errors import BY_RESONANCE, withhold_bench_errors
@@ -68,7 +68,7 @@ from accept.workflow.steps.section import note_lines, ready, value_words
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
 from checks.cause import Cause
-from checks.consistency.contradictions import check_consistency
+from checks.consistency import check_consistency
 from checks.declare import CsvTable, Form, Input, Measured, Scalar, Series
 from checks.errors import RecordError
 from checks.picture import Panel

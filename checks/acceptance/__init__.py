@@ -1,13 +1,22 @@
 """The acceptance checks: each file of this folder is the check of its name and holds its `CHECK`; code shared by
-several checks is in the subfolders. Other packages add theirs under `accept.checks`."""
+several checks is in the subfolders. Other packages add theirs under `accept.checks`.
+
+    check = check_for("capacitance", kind="apa")  # as units of that product are measured
+    check.inputs, check.settings, check.quantities  # as declared (`checks.declare`)
+    outcome = check.measure(values, spec.checks["capacitance"])  # values by input, or a NoResult with its cause
+    [(q.name, q.value, q.U, q.unit) for q in outcome.quantities]
+
+    CHECKS["frf"]  # any check by name; a check is loaded when it is first asked for
+    record_faults(record), size_faults(record)  # why judging refuses a record"""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from itertools import chain
 from pkgutil import iter_modules
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from checks import door
 from checks.cause import Cause, NoResult
 from checks.declare import Check, Values
 from checks.quantity import Outcome, Quantity
@@ -15,6 +24,15 @@ from specs import plugins
 from specs.plugins import products
 from specs.spec import CheckSpec
 from specs.units import label_from_name
+
+if TYPE_CHECKING:
+    from checks.acceptance.common.typed_value import with_temperature
+    from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
+    from checks.acceptance.responses.rules import record_faults, size_faults
+    from checks.acceptance.spurious_modes import HAMMER_RECORDS, AXIAL_Hz, TORSION_Hz, hammer_progress
+    from checks.acceptance.stiffness import deflection_of
+else:
+    __getattr__ = door(__name__)
 
 RESERVED = (  # keys and sections of a unit.toml that are of the unit: all others are those of checks
     "serial", "kind", "parts", "channels", "measured", "notes", "experiments", "origin", "environment", "provided",

@@ -8,16 +8,16 @@ edge."""
 import numpy as np
 
 from checks.acceptance import frf
-from checks.acceptance.responses.rules import dead_channels, unusable
+from checks.acceptance.responses.rules import dead_channels, record_faults
 from checks.cause import Cause, NoResult, together
 from checks.declare import Check, Guide, Measured, Setting, Values
 from checks.errors import ModelError, RecordError
 from checks.fitting.calibrate import with_damping
 from checks.fitting.dataset import Dataset, dataset_from_records
-from checks.misalignment.estimate import RATIO, WITH_SENSOR, estimate, with_payload
+from checks.misalignment.estimate import RATIO_CHANNELS, SENSOR_CHANNELS, estimate_misalignment, with_payload
 from checks.misalignment.estimate_types import MisalignmentEstimate
-from checks.misalignment.panels import panels
-from checks.misalignment.table import MisalignmentTable, grid, ratios, table_frequencies
+from checks.misalignment.panels import misalignment_panels
+from checks.misalignment.table import MisalignmentTable, grid, table_frequencies, table_row
 from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
@@ -38,7 +38,7 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
     faults = [
         reason.within(key, record.name)
         for key, record in records.items()
-        for reason in dead_channels(record) or unusable(record)
+        for reason in dead_channels(record) or record_faults(record)
     ]
     if faults:
         raise NoResult(together(faults))
@@ -46,7 +46,7 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
     if data is None:
         raise NoResult(Cause.NOT_MEASURED, record=" and ".join(k for k in ("low", "high") if k not in values))
     try:
-        found = estimate(
+        found = estimate_misalignment(
             _with_payload(model, values), data, _coarse_table(model), _dataset(values, "low_repeat", "high_repeat")
         )
     except ModelError as e:
@@ -55,7 +55,7 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
     notes = [] if found.reason is not None else [f"dx, dy: {found.meaning}"]
     if found.repeat is None:
         notes.append("one realisation only: the model was judged on the data that it was fitted to")
-    return Outcome(quantities, (*notes, *found.notes, *error_notes(found.data.taken_out)), panels(found))
+    return Outcome(quantities, (*notes, *found.notes, *error_notes(found.data.taken_out)), misalignment_panels(found))
 
 
 def _with_payload(model: Model, values: Values) -> Model:
@@ -74,16 +74,16 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
     merge: Measured | None = values.get("merge_Hz")
     merge_Hz, name = frf.MERGE_HZ if merge is None else merge.value, f"{low}, {high}"
     try:
-        return dataset_from_records(below, above, merge_Hz, channels=WITH_SENSOR, name=name)
+        return dataset_from_records(below, above, merge_Hz, channels=SENSOR_CHANNELS, name=name)
     except RecordError:  # the sensor stack helps, but the two others suffice
-        return dataset_from_records(below, above, merge_Hz, channels=RATIO, name=name)
+        return dataset_from_records(below, above, merge_Hz, channels=RATIO_CHANNELS, name=name)
 
 
 def _coarse_table(model: Model) -> MisalignmentTable:
     """Return a small table of the model, with real modes: a third of the time, and close enough for a start."""
     quick = with_damping(model, "modal") or model
     f, (dx, dy) = table_frequencies(), grid(model, *PLACES)
-    return MisalignmentTable(dx, dy, f, np.array([ratios(quick, float(x), dy, f) for x in dx]), model.name)
+    return MisalignmentTable(dx, dy, f, np.array([table_row(quick, float(x), dy, f) for x in dx]), model.name)
 
 
 def _quantity(name: str, axis: str, found: MisalignmentEstimate) -> Quantity:

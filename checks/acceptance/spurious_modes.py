@@ -25,7 +25,7 @@ from checks.signals.impact.modal_fit import Mode, amplitude_at, find_modes
 from checks.signals.impact.progress import HitsSoFar, hits_so_far
 from specs.spec import CheckSpec
 
-RECORDS = ("x_bending", "y_bending", "torsion_left", "torsion_top")
+HAMMER_RECORDS = ("x_bending", "y_bending", "torsion_left", "torsion_top")
 HARMONICS = {"x_bending": (3, 5), "y_bending": (3,)}  # [STB] 2.4: 840 and 1400 Hz; 1220 Hz
 FREE_FREE_Hz = {"x_bending": 189.0, "y_bending": 285.0}  # of the strut, by FEM ([STB], table 2.4)
 _FREE_FREE_WORDS = {"x_bending": "bending in x", "y_bending": "bending in y"}
@@ -69,8 +69,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     others. Torsion is the mode that the left impact shows and the top impact does not."""
     vet_rates(values, spec)
     rules = _rules(spec)
-    analysed = {key: _analyse(key, values[key], rules) for key in RECORDS if key in values}
-    found = {key: _modes_of(key, values, analysed, rules) for key in RECORDS}
+    analysed = {key: _analyse(key, values[key], rules) for key in HAMMER_RECORDS if key in values}
+    found = {key: _modes_of(key, values, analysed, rules) for key in HAMMER_RECORDS}
     chosen: dict[str, Mode | Reason] = {}
     for key in ("x_bending", "y_bending"):
         response = found[key]
@@ -86,7 +86,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     return Outcome(tuple(quantities), (*_notes(values, tested, found, chosen, spec), *remarks(values, spec)), panels)
 
 
-def progress(record: Record, spec: CheckSpec, wanted: int = IMPACTS_MIN) -> HitsSoFar:
+def hammer_progress(record: Record, spec: CheckSpec, wanted: int = IMPACTS_MIN) -> HitsSoFar:
     """Return the hits of a running record, judged by the same rules. wanted: good hits, at least the spec's number."""
     rules = _rules(spec)
     needed, band = max(wanted, rules.impacts_min), _band(record, rules)

@@ -45,7 +45,7 @@ def identifiability(fit: Fit, name: str) -> Identifiability:
     return Identifiability(float(sds[k]), alone, fit.names[rival], float(correlation[k, rival]))
 
 
-def determined(fit: Fit, effects: Iterable[str]) -> dict[str, Identifiability]:
+def identifiability_of_effects(fit: Fit, effects: Iterable[str]) -> dict[str, Identifiability]:
     """Return the identifiability of each fitted value of some effects, by `effect.parameter`. Parameters found without
     a fit (signs, slow sines) have no entry."""
     wanted = set(effects)
@@ -63,7 +63,7 @@ class LikelihoodProfile:
     ci95: tuple[float, float]
 
 
-def profile(found: Fit, name: str, reach: float = REACH, points: int = POINTS) -> LikelihoodProfile:
+def likelihood_profile(found: Fit, name: str, reach: float = REACH, points: int = POINTS) -> LikelihoodProfile:
     """Return the profile of the likelihood of a fitted parameter over `reach` standard uncertainties to either side
     ([PAWITAN01] 3.4; [RAUE09]): a fit for each value. Its interval needs no Fisher information: a profile that stays
     low, or rises on one side only, is of a value that the data do not determine. Raises ModelError."""

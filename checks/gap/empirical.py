@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from checks.arrays import Array, Complex
 from checks.fitting.dataset import Dataset
-from checks.model.unidentified import Element
+from checks.model.unidentified import UnidentifiedElement
 
 MOST = 4  # pairs
 GRID, RATIOS = 40, (0.005, 0.03, 0.2, 0.7)  # places and damping ratios to begin from
@@ -24,11 +24,11 @@ LO, HI = 1e-4, 0.95  # damping ratios of poles
 class FittedElement:
     """covariance: of gain, then of every pair: pole's frequency, its damping, zero's frequency, its damping."""
 
-    element: Element
+    element: UnidentifiedElement
     covariance: Array
 
 
-def fitted(channel: str, modelled: Complex, A: Dataset, B: Dataset, modelled_B: Complex) -> FittedElement | None:
+def fit_element(channel: str, modelled: Complex, A: Dataset, B: Dataset, modelled_B: Complex) -> FittedElement | None:
     """Return the element by which a channel of the model (F,) should be multiplied; A: to fit, B: to judge. None if no
     element explains more than chance."""
     best, x = None, np.array([0.0])
@@ -52,11 +52,11 @@ def fitted(channel: str, modelled: Complex, A: Dataset, B: Dataset, modelled_B: 
     return FittedElement(_element(channel, x), cov)
 
 
-def _element(channel: str, x: Array) -> Element:
+def _element(channel: str, x: Array) -> UnidentifiedElement:
     pairs = x[1:].reshape(-1, 4)
     poles = tuple((float(np.exp(f)), float(z)) for f, z, _, _ in pairs)
     zeros = tuple((float(np.exp(g)), float(z)) for _, _, g, z in pairs)
-    return Element(channel, float(np.exp(x[0])), poles, zeros)
+    return UnidentifiedElement(channel, float(np.exp(x[0])), poles, zeros)
 
 
 class _Residual:

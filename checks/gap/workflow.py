@@ -3,6 +3,8 @@
 
 from dataclasses import replace
 
+from checks.errors import NotHeld
+from checks.fitting.fit import CONTRADICTION
 from checks.gap.calibrate import calibrate, correct_records, search_on
 from checks.gap.decision.build_result import build_result
 from checks.gap.decision.never_worse import gap_increased
@@ -21,6 +23,14 @@ NEARLY_ON_BENCH = 3.0  # the same on a bench of its own, whose guide leaves more
 
 def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
     """Run the whole workflow. Raises GapRefused, ModelError."""
+    try:
+        return _run(inputs, say, table)
+    except NotHeld as e:
+        inputs.model.modal()  # raises if the model itself is not held, before any search
+        raise GapRefused(f"{CONTRADICTION}; {e}") from e
+
+
+def _run(inputs: Inputs, say: Say, table: Thresholds) -> Result:
     problem = prepare(inputs, table)
     result = _analyse(problem, say)
     if not any(e.effect == SAMPLE_OFFSET for e in problem.early):

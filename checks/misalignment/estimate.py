@@ -26,13 +26,13 @@ from checks.fitting.goodness import gaps
 from checks.fitting.misplaced_modes import misplaced_modes, peaks
 from checks.misalignment.estimate_types import DX, DY, LOPSIDED, AxisOffset, MisalignmentEstimate
 from checks.misalignment.gates import TO_HZ, data_reasons, reason, sensor_tells, unobservable
-from checks.misalignment.table import MisalignmentTable, limits_um
+from checks.misalignment.table import MisalignmentTable, table_limits_um
 from checks.model.channel_paths import LATENCIES
 from checks.model.joint_prior import COMMON
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 
-RATIO, WITH_SENSOR = ("de", "da"), ("Vs", "de", "da")
+RATIO_CHANNELS, SENSOR_CHANNELS = ("de", "da"), ("Vs", "de", "da")
 # [Hz] da is lost in its noise above. Two modes from 830 Hz on may change places in a search; but without them dy and
 # the encoder's masses have several values that explain as much.
 F_LO, F_HI = 10.0, 1000.0
@@ -54,7 +54,7 @@ OF_THE_LINE = (
 OF_THE_METAL = "offset of the APA's metal from the axis of the joints; U includes the asymmetry that the model states"
 
 
-def estimate(
+def estimate_misalignment(
     model: Model, data: Dataset, table: MisalignmentTable, repeat: Dataset | None = None
 ) -> MisalignmentEstimate:
     """Return the misalignment from responses with the channels de and da, judged on a second realisation if there is
@@ -94,14 +94,14 @@ def _estimate_band(
     model: Model, data: Dataset, table: MisalignmentTable, repeat: Dataset | None, search: OffsetSearch
 ) -> MisalignmentEstimate | Reason:
     """Return the estimate from a band of the data, or the reason why they do not determine it."""
-    first = _prepare(data, model, RATIO, search.f_hi)
-    second = None if repeat is None else _prepare(repeat, model, RATIO, search.f_hi)
+    first = _prepare(data, model, RATIO_CHANNELS, search.f_hi)
+    second = None if repeat is None else _prepare(repeat, model, RATIO_CHANNELS, search.f_hi)
     for why in data_reasons(model, min(TO_HZ, BELOW_TOP * search.f_hi), first, second):
         return why
     starts = table.query(first).minima()
     if model.scatters and all(sensor_tells(d, model) for d in (data, repeat) if d is not None):
-        unseen = None if repeat is None else _prepare(repeat, model, WITH_SENSOR, search.f_hi)
-        found = _best_fit(model, starts, _prepare(data, model, WITH_SENSOR, search.f_hi), unseen, search)
+        unseen = None if repeat is None else _prepare(repeat, model, SENSOR_CHANNELS, search.f_hi)
+        found = _best_fit(model, starts, _prepare(data, model, SENSOR_CHANNELS, search.f_hi), unseen, search)
         if found is not None and found.reason is None:
             return found
     found = _best_fit(model, starts, first, second, search)
@@ -137,14 +137,14 @@ def with_payload(model: Model, kg: float | None, sd_kg: float | None = None) -> 
 
 
 def free_parameters(
-    model: Model, dx: float, dy: float, channels: Sequence[str] = RATIO, own_paths: bool = False
+    model: Model, dx: float, dy: float, channels: Sequence[str] = RATIO_CHANNELS, own_paths: bool = False
 ) -> list[Free]:
     """Return the free parameters: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive, the
     sensor's gain; own_paths: also channel delays, and the gain of de relative to da."""
     own = [n for n in model.sds if not n.startswith(("constants.", "delay.", "amplifier.", "sensor.", "misalignment."))]
     places = [
         replace(p, lo=-most, hi=most, start=at, scale=most / 4)
-        for p, at, most in zip(free_of(model, (DX, DY)), (dx, dy), limits_um(model), strict=True)
+        for p, at, most in zip(free_of(model, (DX, DY)), (dx, dy), table_limits_um(model), strict=True)
     ]
     gain = [n for n in SENSOR_GAIN if n in model.values and "Vs" in channels]
     gains = [replace(p, sd=np.inf, scale=0.1 * abs(p.prior)) for p in free_of(model, gain)]

@@ -15,7 +15,7 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.fitting.prior import prior_rows
 from checks.misalignment.estimate_types import DX, DY, MisalignmentEstimate
-from checks.misalignment.table import limits_um
+from checks.misalignment.table import table_limits_um
 from checks.model.free_apa_modes import ModalApa, mode_names
 from checks.model.model import Model
 from checks.model.structure.apa import ELASTIC_FROM
@@ -152,7 +152,7 @@ def unobservable(found: MisalignmentEstimate) -> dict[str, Reason]:
 
 
 def _limits(found: MisalignmentEstimate) -> dict[str, float]:
-    return dict(zip(("dx", "dy"), limits_um(found.model), strict=True))
+    return dict(zip(("dx", "dy"), table_limits_um(found.model), strict=True))
 
 
 def _edges(found: MisalignmentEstimate) -> Iterator[tuple[str, Reason]]:

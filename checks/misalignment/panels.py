@@ -13,7 +13,7 @@ REACH, PLACES = 5.0, 81  # standard deviations that the map shows to either side
 IN_ELLIPSE = 2.4477  # radius that holds 95 % of a normal in two dimensions: sqrt(-2 ln 0.05)
 
 
-def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
+def misalignment_panels(found: MisalignmentEstimate) -> dict[str, Panel]:
     """Return magnitude and phase of the ratio, and the map; without a result no number and no map."""
     data = found.data.select(("de", "da")).band(SHOWN_FROM, np.inf)
     precise = ratio_noise(data) < 1.0

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
+from checks.fitting.calibrate import with_damping
 from checks.fitting.dataset import Dataset
 from checks.model.model import Model
 
@@ -32,7 +33,7 @@ def table_frequencies() -> Array:
     return f
 
 
-def limits_um(model: Model) -> tuple[float, float]:
+def table_limits_um(model: Model) -> tuple[float, float]:
     """Return the largest |dx| and |dy| [um] of the search: those of the APA300ML in proportion to the actuator's
     height, the lever of a misalignment."""
     height = model.apa(model.values).height or APA300ML_HEIGHT  # two springs may be stated without one
@@ -44,7 +45,7 @@ def grid(model: Model, nx: int = 41, ny: int = 41) -> tuple[Array, Array]:
     """Return dx (nx,) and dy (ny,) [um] up to the limits of the model. Raises ModelError if either has fewer than 3."""
     if nx < 3 or ny < 3:
         raise ModelError(f"a table of {nx} x {ny}; expected 3 x 3 or more")
-    dx, dy = limits_um(model)
+    dx, dy = table_limits_um(model)
     return np.linspace(-dx, dx, nx), np.linspace(-dy, dy, ny)
 
 
@@ -56,7 +57,17 @@ def check_tabulated(model: Model) -> None:
         raise ModelError(f"model {model.name} has no joints, so no misalignment; name the model of a strut")
 
 
-def ratios(model: Model, dx_um: float, dy_um: Sequence[float] | Array, f: Array) -> NDArray[np.complex64]:
+def table_axes(model: Model, nx: int = 41, ny: int = 41) -> tuple[Model, Array, Array, Array]:
+    """Return what a table of the model is made from: the model, dx (nx,) and dy (ny,) [um], f (F,) [Hz].
+
+    A model with uncertain modes has more modes, so it is tabulated with real modes, which is close enough. Raises
+    ModelError for a grid that is too small or a model without encoder or joints."""
+    check_tabulated(model)
+    quick = with_damping(model, "modal") if model.scatters else None
+    return quick or model, *grid(model, nx, ny), table_frequencies()
+
+
+def table_row(model: Model, dx_um: float, dy_um: Sequence[float] | Array, f: Array) -> NDArray[np.complex64]:
     """Return de / da (Y, F) of a row of the table. Raises ModelError if the model has no such ratio."""
     check_tabulated(model)
     out = np.empty((len(dy_um), f.size), dtype=np.complex64)

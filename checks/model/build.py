@@ -40,7 +40,7 @@ class FixedBody:
         return self.body
 
 
-def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bool = True) -> Model:
+def build_model(spec: ModelSpec, superelement: Superelement | None = None, reduced: bool = True) -> Model:
     """Return the model of a description. superelement: the matrices that `spec.apa_file` holds, already read, when the
     APA is one.
 

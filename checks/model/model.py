@@ -42,6 +42,7 @@ from checks.model.parameters import (
     known,
     last,
     matters,
+    rule,
 )
 from checks.model.parts import bench_of, encoder_of, joints_of, offset_of
 from checks.model.structure.apa import ApaBody
@@ -49,6 +50,7 @@ from checks.model.structure.assemble import MOTIONS, FastenedParts, assemble, fa
 from checks.model.structure.attached import ELEMENT, PlaceReceptances, attached_of
 from checks.model.structure.matrix_builder import System
 
+MAX_POINTS = 1_000_000  # of a grid: a response at each takes a few hundred bytes
 F_MAX = 5000.0  # [Hz] half of the bench's sampling rate; the reduction is made for 2 kHz, beyond 4 kHz peaks drift
 FORCE_SENSOR = "apa.ke_N_per_um"
 PRIOR_ONLY: Mapping[str, float] = {}
@@ -116,6 +118,19 @@ class Model:
     def with_values(self, changes: Values) -> "Model":
         """Return the same model at other values. Raises ModelError for an unknown name or an impossible value."""
         return replace(self, values=self._at(changes))
+
+    def drawn(self, rng: np.random.Generator, most: float) -> "Model":
+        """Return the model with every uncertain parameter drawn from its prior, within so many standard deviations and
+        its bounds."""
+        c = self.calibrated
+        away = np.clip(rng.standard_normal(len(c.names)), -most, most)
+        values = c.values + away * c.sds
+        return self.with_values(
+            {
+                n: max(float(v), 0.2 * float(nominal)) if rule(n).lo == 0.0 else float(v)
+                for n, v, nominal in zip(c.names, values, c.values, strict=True)
+            }
+        )
 
     @property
     def elements(self) -> dict[str, float]:
@@ -354,6 +369,15 @@ def frequencies(f: ArrayLike) -> Array:
     if bad.any():
         raise ModelError(f"frequency {f[bad][0]:g} Hz is outside the model's 0..{F_MAX:g} Hz")
     return f
+
+
+def frequency_grid(f_lo: float, f_hi: float, points: int) -> Array:
+    """Return (points,) frequencies [Hz] spread evenly over log f. Raises ModelError if there is no such grid."""
+    if not 0.0 < f_lo < f_hi < np.inf or not 2 <= points <= MAX_POINTS:
+        raise ModelError(
+            f"{points} points from {f_lo:g} to {f_hi:g} Hz: expected 2 to {MAX_POINTS} of them over a rising range"
+        )
+    return frequencies(np.geomspace(f_lo, f_hi, points))
 
 
 def frequency_and_damping(roots: NDArray[np.complex128]) -> tuple[Array, Array]:

@@ -48,8 +48,37 @@ class Sweep:
     f: Array
     rows: tuple[SweepRow, ...]
 
+    @property
+    def table(self) -> list[dict[str, object]]:
+        """Return the rows to print or to write: value, then poles and zeros [Hz] and their damping ratios."""
+        return [
+            {
+                "value": row.value,
+                "poles_Hz": [float(x) for x in row.poles.f],
+                "poles_damping": [float(x) for x in row.poles.damping],
+                "zeros_Hz": [float(x) for x in row.zeros.f],
+                "zeros_damping": [float(x) for x in row.zeros.damping],
+            }
+            for row in self.rows
+        ]
 
-def sweep(model: Model, names: Iterable[str], values: Sequence[float], channel: str, f: Array) -> Sweep:
+    @property
+    def panels(self) -> tuple[Panel, Panel]:
+        """Return the magnitude and phase of the swept responses."""
+        unit, f, rows = "V/V" if self.channel == "Vs" else "m/V", self.f, self.rows
+        of = unit_of(self.names[0]).replace(DIMENSIONLESS, "")
+        labels = [f"{row.value:g} {of}".strip() for row in rows]
+        size = [Line(f, np.abs(row.H), label=label) for row, label in zip(rows, labels, strict=True)]
+        phase = [Line(f, np.degrees(np.angle(row.H)), label=label) for row, label in zip(rows, labels, strict=True)]
+        title = f"{self.channel} / Va for values of {', '.join(self.names)}"
+        x, y, ends = "frequency [Hz]", f"|{self.channel} / Va| [{unit}]", (-180.0, 180.0)
+        return (
+            Panel(title, x, y, tuple(size), x_log=True, y_log=True),
+            Panel("phase", x, "phase [deg]", tuple(phase), x_log=True, y_range=ends, kind=PanelKind.PHASE),
+        )
+
+
+def sweep_parameters(model: Model, names: Iterable[str], values: Sequence[float], channel: str, f: Array) -> Sweep:
     """Return the poles, zeros and response of a channel while all `names` take each of `values`, in the names' own
     unit.
 
@@ -62,42 +91,6 @@ def sweep(model: Model, names: Iterable[str], values: Sequence[float], channel: 
         zeros = _roots(model.zeros(channel, changes), f[-1])
         rows.append(SweepRow(value, poles, zeros, model.frf(f, changes, (channel,))[:, 0]))
     return Sweep(names, channel, f, tuple(rows))
-
-
-def table(s: Sweep) -> list[dict[str, object]]:
-    """Return the rows to print or to write: value, then poles and zeros [Hz] and their damping ratios."""
-    return [
-        {
-            "value": row.value,
-            "poles_Hz": [float(x) for x in row.poles.f],
-            "poles_damping": [float(x) for x in row.poles.damping],
-            "zeros_Hz": [float(x) for x in row.zeros.f],
-            "zeros_damping": [float(x) for x in row.zeros.damping],
-        }
-        for row in s.rows
-    ]
-
-
-def panels(s: Sweep) -> tuple[Panel, Panel]:
-    """Return the magnitude and phase of the swept responses."""
-    unit = "V/V" if s.channel == "Vs" else "m/V"
-    of = unit_of(s.names[0]).replace(DIMENSIONLESS, "")
-    labels = [f"{row.value:g} {of}".strip() for row in s.rows]
-    size = [Line(s.f, np.abs(row.H), label=label) for row, label in zip(s.rows, labels, strict=True)]
-    phase = [Line(s.f, np.degrees(np.angle(row.H)), label=label) for row, label in zip(s.rows, labels, strict=True)]
-    title = f"{s.channel} / Va for values of {', '.join(s.names)}"
-    return (
-        Panel(title, "frequency [Hz]", f"|{s.channel} / Va| [{unit}]", tuple(size), x_log=True, y_log=True),
-        Panel(
-            "phase",
-            "frequency [Hz]",
-            "phase [deg]",
-            tuple(phase),
-            x_log=True,
-            y_range=(-180.0, 180.0),
-            kind=PanelKind.PHASE,
-        ),
-    )
 
 
 def _roots(roots: Complex, end_Hz: float) -> Roots:

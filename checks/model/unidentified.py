@@ -13,12 +13,12 @@ from checks.arrays import Array, Complex
 from checks.errors import ModelError
 
 PREFIX = "unidentified."
-NAME = "unidentified"
+UNIDENTIFIED = "unidentified"
 Pair = tuple[float, float]  # frequency [Hz], damping ratio
 
 
 @dataclass(frozen=True)
-class Element:
+class UnidentifiedElement:
     """poles, zeros: pairs of frequency [Hz] and damping ratio, as many of each."""
 
     channel: str
@@ -48,7 +48,7 @@ def _square(f: Array, pair: Pair) -> Complex:
     return np.asarray(1.0 + 2.0 * pair[1] * x + x * x)
 
 
-def element_of(values: Mapping[str, float], channel: str) -> Element | None:
+def element_of(values: Mapping[str, float], channel: str) -> UnidentifiedElement | None:
     """Return a channel's unidentified element among a model's values; None without one."""
     head = f"{PREFIX}{channel}."
     if f"{head}gain" not in values:
@@ -59,7 +59,7 @@ def element_of(values: Mapping[str, float], channel: str) -> Element | None:
         names = (f"{head}{kind}_{k}" for k in range(1, count + 1))
         return tuple((values[f"{n}_Hz"], values[f"{n}_damping"]) for n in names)
 
-    return Element(channel, values[f"{head}gain"], pairs("pole"), pairs("zero"))
+    return UnidentifiedElement(channel, values[f"{head}gain"], pairs("pole"), pairs("zero"))
 
 
 def factor(values: Mapping[str, float], channel: str, f: Array) -> Complex | float:
@@ -68,7 +68,7 @@ def factor(values: Mapping[str, float], channel: str, f: Array) -> Complex | flo
     return 1.0 if found is None else found.factor(f)
 
 
-def element(given: Mapping[str, object], where: str) -> Element:
+def unidentified_element(given: Mapping[str, object], where: str) -> UnidentifiedElement:
     """Return the element of an entry of a model file. Raises ModelError with key, value and expectation."""
     channel, gain = given.get("channel"), given.get("gain")
     if channel not in ("Vs", "de", "da"):
@@ -85,7 +85,7 @@ def element(given: Mapping[str, object], where: str) -> Element:
         raise ModelError(f"{where}: {len(poles)} poles and {len(zeros)} zeros; expected as many of each")
     if not all(0.0 < ratio < 1.0 for _, ratio in poles):
         raise ModelError(f"{where}: a damping ratio of a pole is not above 0 and below 1: it would not be stable")
-    return Element(str(channel), float(gain), poles, zeros)  # type: ignore[arg-type]
+    return UnidentifiedElement(str(channel), float(gain), poles, zeros)  # type: ignore[arg-type]
 
 
 def _pairs(given: object, where: str) -> tuple[Pair, ...]:

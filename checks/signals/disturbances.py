@@ -26,6 +26,7 @@ BAND, BURST_TO_HZ = 64, 2000.0  # blocks of the spectrum that are looked at toge
 BURST, CALM = 5.0, 3.0  # times the median over all slots: within a burst, and everywhere else; 2.5 on sound records
 SHORT = 0.05  # of the record: a burst is shorter
 TIMES_CUT, MOST_CUT = 3, 0.3  # how often, and in what part of its samples, a drive is cut off
+SHOWN_IN = {"Vs": (1e3, "mV"), "de": (1e9, "nm"), "da": (1e9, "nm")}
 LEAST_HELD = 2.5  # samples, on average: a sine that repeats exactly holds its crest for one or two
 
 
@@ -161,3 +162,34 @@ def at_rail(drive: Array) -> tuple[int, float] | None:
         if often and count < MOST_CUT * drive.size:
             return count, value
     return None
+
+
+def disturbance_notes(low: Record) -> tuple[str, ...]:
+    """Return notes on what disturbs the low record: lines, bursts, a drive that was cut off."""
+    outputs = tuple(SHOWN_IN)
+    lines = hum(low, outputs)
+    near = {c: line for c, line in lines.items() if line.may_be_mains}
+    far = {c: line for c, line in lines.items() if c not in near}
+    hummed = "mains hum or a motion of {} Hz in the records" if is_motion(near) else "mains hum of {} Hz in the records"
+    notes = [*_line_notes(hummed, near)]
+    motion = (
+        "a motion of {} Hz that the drive does not explain, not the mains: de and da show it as they show the payload"
+    )
+    notes += _line_notes(motion if is_motion(far) else "a line of {} Hz that the drive does not explain", far)
+    for burst in bursts(low, outputs):
+        where = f"{burst.channels[0]} alone" if len(burst.channels) == 1 else ", ".join(burst.channels)
+        begun = f"a burst of {1e3 * burst.seconds:.2g} ms in {where} at {burst.at_s:.2f} s"
+        notes.append(f"{begun}, which the drive does not explain")
+    if (rail := at_rail(low["Va"])) is not None:
+        words = "what an amplifier or converter at its end adds is no linear response"
+        notes.append(f"the drive Va is at its rail: {rail[0]} samples hold {rail[1]:.3g} V; {words}")
+    return tuple(notes)
+
+
+def _line_notes(words: str, lines: Mapping[str, Hum]) -> tuple[str, ...]:
+    if not lines:
+        return ()
+    sizes = {c: line.amplitude * SHOWN_IN[c][0] for c, line in lines.items()}
+    most = lines[max(sizes, key=lambda c: sizes[c])].f_Hz
+    listed = ", ".join(f"{c} {size:.2g} {SHOWN_IN[c][1]}" for c, size in sizes.items())
+    return (f"{words.format(f'{most:.2f}')}: {listed}",)

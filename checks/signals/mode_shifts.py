@@ -1,15 +1,16 @@
 """Modes at other frequencies in a second record of the same unit: a change of frequency, not of gain."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from checks.arrays import Array
 from checks.record import Record
 from checks.signals.spectral.poles import Transforms
 from checks.signals.spectral.resonance import Resonance, find
 
-BANDS_Hz = ((60.0, 140.0), (140.0, 235.0), (235.0, 330.0))  # the axial mode, and the strut's own that the encoder sees
+# [Hz] of the axial mode, and of the strut's own that the encoder sees
+MODE_BANDS_Hz = ((60.0, 140.0), (140.0, 235.0), (235.0, 330.0))
 LEAST, SURE = 5e-4, 6.0  # shift, and standard uncertainties, from which on it is reported
 FARTHEST = 0.03  # more is another mode
 ALIKE = 1.5  # ratio of damping and of amplitude within which two resonances are one mode
@@ -27,11 +28,13 @@ class ModeShift:
         return self.to_Hz / self.f_Hz - 1.0
 
 
-def mode_shifts(
-    first: Record, second: Record, channel: str, bands: Sequence[tuple[float, float]] = BANDS_Hz, drive: str = "Va"
+def find_mode_shifts(
+    first: Record, second: Record, channel: str, f: Array, up_to_Hz: float, drive: str = "Va"
 ) -> tuple[ModeShift, ...]:
-    """Return the modes of a channel that moved from one record to another: the strongest of each band [Hz], if it is
-    the same mode in both and its frequencies differ beyond their uncertainties."""
+    """Return the modes of a channel that moved from one record to another: the strongest of each band, if it is the
+    same mode in both and its frequencies differ beyond their uncertainties. f: frequencies [Hz] at which the records
+    differ; other bands, and those that end above up_to_Hz, are not looked at."""
+    bands = [(lo, hi) for lo, hi in MODE_BANDS_Hz if hi <= up_to_Hz and ((f >= lo) & (f <= hi)).any()]
     both = [Transforms.of(record, drive, (channel,)) for record in (first, second)] if bands else []
     found = []
     for lo, hi in bands:

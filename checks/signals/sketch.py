@@ -5,14 +5,17 @@ keeps 64 samples spread over the channel, and of a channel of coarse steps a has
 the same samples if they agree to five digits of their span, with another sign, scale and offset too, or if one is the
 other written with five digits, MATLAB's default.
 
-A copy that was cut or shifted has other samples at those places, but the same turning points. A sketch keeps hashes of
-the ratios of successive swings between them, which gain, offset, sign and place do not change: the 64 smallest of all
-(a bottom-k sketch, [Broder]). Two channels that share a quarter of these hashes are one; of the recorded units and the
-population here no two share more than a tenth. A fifth cut off and noise of 3e-6 of the span are recognised, noise of
-1e-5 in three of four channels, and 3e-5 no more. The same is kept of every second sample, from the first on and from
-the second, so that a copy at half the rate is known, without a filter. Not recognised are a copy that was filtered or
-resampled in another way, and a record with few different swings, as of a slow sine: its turning points are those of
-every unit."""
+A copy that was cut has other samples at those places, but the same turning points. A sketch keeps hashes of the ratios
+of successive swings between them, which gain, offset, sign and place do not change: the 64 smallest of all (a bottom-k
+sketch, [Broder]). Channels that share a quarter are one; of the recorded units and the population no two share more
+than a tenth. A fifth cut off and noise of 3e-6 of the span are recognised, 3e-5 no more. The same is kept of every
+second sample, from the first on and from the second.
+
+A slow record has the turning points of every unit; its noise is its own. A sketch keeps hashes of the signs of the
+noise about its peaks: what a local cubic leaves, if it is above the rounding of the channel's steps and not smooth. The
+64 smallest are kept of all samples, and of every second and third one of a channel without swings. Eight common ones
+tell a copy, also backwards; records that were measured apart share three at most. Not recognised are a copy with noise
+of a third of its own added, rounded as coarsely, filtered, interpolated or thinned further."""
 
 import base64
 import hashlib
@@ -42,29 +45,37 @@ RATIO = 1e-4  # step of the logarithm of a ratio: two units differ by more, a co
 SWING_KEYS = 12  # of an index
 HALF_KEYS = 4  # of an index, of each half
 FEW = 16  # different values: a channel with fewer, as a force at rest, is not evidence
-
+RESIDUAL = (2, -3, -6, 14, -6, -3, 2)  # what a cubic through seven samples leaves at the middle one, times 21
+ROUNDING = 5.0  # steps: mean residual; rounding to them alone leaves 4.1, noise of a quarter of a step this
+LOUDER = 1.2  # residual at a stride over that of all samples, above which it is not noise alone
+NEAR = 8  # samples to either side of a peak of the noise
+WINDOW = 16  # samples to either side whose signs are hashed
+STRIDES = (1, 2, 3)
+COMMON_NOISE = 8
 
 Hashes = NDArray[np.uint32]  # of swings
 NO_HASHES: Hashes = np.zeros(0, dtype="<u4")
+_HALF = np.uint64(32)
 _PLACES = np.array([42, 21, 0])  # of three whole numbers in one, in bits
-_NONE = ("", "", "")  # parts that sketches of earlier versions do not have
+_NONE = ("",) * (3 + len(STRIDES))  # parts that sketches of earlier versions do not have
 
 
 @dataclass(frozen=True, eq=False)
 class Sketch:
     """Sketch of a channel. values: (64,) samples, float32, empty if they are not distinctive; levels: hash of the
     channel's own levels, "" if its steps are fine; swings: (64,) or fewer hashes of the swings between turning points;
-    halves: the same of every second sample, from the first on and from the second. Sketches of earlier versions have
-    neither."""
+    halves: the same of every second sample, from the first on and from the second; noise: of the noise, by stride.
+    Sketches of earlier versions lack some."""
 
     values: Array
     levels: str
     swings: Hashes = field(default_factory=lambda: NO_HASHES)
     halves: tuple[Hashes, Hashes] = (NO_HASHES, NO_HASHES)
+    noise: tuple[Hashes, ...] = (NO_HASHES,) * len(STRIDES)
 
     def __str__(self) -> str:
         parts = [base64.b64encode(self.values.astype("<f4").tobytes()).decode(), self.levels]
-        hashed = [base64.b64encode(one.tobytes()).decode() for one in (self.swings, *self.halves)]
+        hashed = [base64.b64encode(one.tobytes()).decode() for one in (self.swings, *self.halves, *self.noise)]
         while hashed and not hashed[-1]:
             hashed.pop()
         return ":".join([*parts, *hashed])
@@ -76,15 +87,14 @@ class Sketch:
         levels, *hashed = rest or [""]
         try:
             values = np.frombuffer(base64.b64decode(packed, validate=True), "<f4").astype(float)
-            swings, even, odd, *more = (
-                np.frombuffer(base64.b64decode(s, validate=True), "<u4") for s in [*hashed, *_NONE]
-            )
+            parts = [np.frombuffer(base64.b64decode(s, validate=True), "<u4") for s in [*hashed, *_NONE]]
         except ValueError as e:
             raise ValueError(f"{text[:40]!r} is no sketch of samples") from e
-        whole = all(one.size <= SWINGS for one in (swings, even, odd)) and np.isfinite(values).all()
-        if not rest or any(one.size for one in more) or values.size not in (0, SAMPLES) or not whole:
+        whole = all(one.size <= SWINGS for one in parts) and np.isfinite(values).all()
+        if not rest or len(hashed) > len(_NONE) or values.size not in (0, SAMPLES) or not whole:
             raise ValueError(f"{text[:40]!r} is no sketch of samples")
-        return cls(values, levels, swings, (even, odd))
+        swings, even, odd, *noise = parts[: len(_NONE)]
+        return cls(values, levels, swings, (even, odd), tuple(noise))
 
     def keys(self) -> list[int]:
         """Return its index keys, 63 bits each: sketches of the same samples share one, others practically never."""
@@ -95,14 +105,21 @@ class Sketch:
             found += [b"%d " % n + row.tobytes() for n, row in enumerate(steps)]
         found += [b"swing %d" % one for one in self.swings[:SWING_KEYS]]
         found += [b"swing %d" % one for half in self.halves for one in half[:HALF_KEYS]]
-        return [key_of(one) for one in found]
+        found += [b"noise %d" % one for noise in self.noise for one in noise[:COMMON_NOISE]]
+        return [sketch_key(one) for one in found]
 
     def same(self, other: "Sketch") -> bool:
         """Return whether both have the same samples, or one channel is a part of the other, or its every second
         sample."""
-        pairs = [(self, (other.swing_set, *other.half_sets)), (other, self.half_sets)]
-        same_swings = any(_share(one.swing_set, theirs) for one, sets in pairs for theirs in sets)
-        return same_swings or self._same_samples(other)
+        (one, *ours), (two, *theirs) = self.hash_sets[:3], other.hash_sets[:3]
+        pairs = [(one, two), *((one, half) for half in theirs), *((two, half) for half in ours)]
+        return any(_share(*pair) for pair in pairs) or self._same_noise(other) or self._same_samples(other)
+
+    def _same_noise(self, other: "Sketch") -> bool:
+        """Return whether both have the same noise. The response to a fast drive, which is the same for every unit, may
+        look like noise: where both have swings these decide alone."""
+        least = (COMMON_NOISE, SHARED, SWINGS + 1)[bool(self.swings.size) + bool(other.swings.size)]
+        return any(len(ours & theirs) >= least for ours in self.hash_sets[3:] for theirs in other.hash_sets[3:])
 
     def _same_samples(self, other: "Sketch") -> bool:
         if self.levels and other.levels:
@@ -110,19 +127,15 @@ class Sketch:
         if not (self.values.size and other.values.size):
             return False
         one, two = self.normal, other.normal
-        return (
-            _agree(np.abs(one - two) <= WITHIN)
-            or _agree(np.abs(one + two) <= WITHIN)
-            or self.rounds_to(other)
-            or other.rounds_to(self)
-        )
+        within = max(np.count_nonzero(np.abs(one - two) <= WITHIN), np.count_nonzero(np.abs(one + two) <= WITHIN))
+        return bool(within >= AGREE) or self.rounds_to(other) or other.rounds_to(self)
 
     def rounds_to(self, written: "Sketch") -> bool:
         """Return whether the samples of `written` are these rounded to five digits, also in single precision."""
         digit, on_grid = written.decimal_grid
         with np.errstate(invalid="ignore"):
             near = np.abs(self.values - written.values) <= 0.52 * digit
-        return _agree(on_grid & near | (self.values == written.values))
+        return bool(np.count_nonzero(on_grid & near | (self.values == written.values)) >= AGREE)
 
     @cached_property
     def normal(self) -> Array:
@@ -137,22 +150,17 @@ class Sketch:
             return digit, np.abs(self.values / digit - np.round(self.values / digit)) <= 0.02
 
     @cached_property
-    def swing_set(self) -> frozenset[int]:
-        """Return the hashes of its swings."""
-        return frozenset(self.swings.tolist())
-
-    @cached_property
-    def half_sets(self) -> tuple[frozenset[int], ...]:
-        """Return the hashes of the swings of every second sample, from the first on and from the second."""
-        return tuple(frozenset(half.tolist()) for half in self.halves)
+    def hash_sets(self) -> tuple[frozenset[int], ...]:
+        """Return the hashes of its swings, of those of either half, and of its noise by stride."""
+        return tuple(frozenset(one.tolist()) for one in (self.swings, *self.halves, *self.noise))
 
 
-def key_of(content: bytes) -> int:
+def sketch_key(content: bytes) -> int:
     """Return the key of a text for an index: 63 bits of its SHA-256."""
     return int.from_bytes(hashlib.sha256(content).digest()[:8], "big") >> 1
 
 
-def sketch(x: Array) -> Sketch | None:
+def sketch_of(x: Array) -> Sketch | None:
     """Return the sketch of a channel (N,), None if it is not distinctive: a constant, or one of a few levels."""
     if x.size < SAMPLES or (np.unique(x[: 20 * SAMPLES]).size < 2 and np.unique(x).size < FEW):
         return None
@@ -160,7 +168,9 @@ def sketch(x: Array) -> Sketch | None:
     values = picked if np.unique(picked).size >= TELLING else np.zeros(0)
     levels, swings = _levels(x), _swings(x)
     halves = (_swings(x[::2]), _swings(x[1::2]))
-    return Sketch(values, levels, swings, halves) if values.size or levels or swings.size else None
+    noise = _noise(x, () if swings.size else STRIDES[1:])
+    kept = values.size or levels or swings.size or noise[0].size
+    return Sketch(values, levels, swings, halves, noise) if kept else None
 
 
 def _share(one: frozenset[int], other: frozenset[int]) -> bool:
@@ -188,6 +198,48 @@ def _swings(x: Array) -> NDArray[np.uint32]:
     rows = ((packed[:, None] >> _PLACES) % (1 << 21) - (1 << 20)).astype("<i4").tobytes()
     hashes = b"".join(hashlib.sha256(rows[n : n + 12]).digest() for n in range(0, len(rows), 12))
     return np.unique(np.frombuffer(hashes, dtype="<u4")[::8])[:SWINGS]
+
+
+def _noise(x: Array, strides: tuple[int, ...]) -> tuple[Hashes, ...]:
+    """Return the hashes of the noise of a channel, at stride 1 and at these: the smallest that occur once, in order;
+    none if what local cubics leave of it is not noise."""
+    gaps = np.diff(np.sort(x[:BEGINNING]))
+    gaps = gaps[gaps > 1e-6 * np.ptp(x)]  # smaller ones are rounding; with NaN none is left
+    level, found = np.inf, [NO_HASHES] * len(STRIDES)
+    for n, step in enumerate((1, *strides) if gaps.size else ()):
+        residuals = [np.rint(np.convolve(x[k::step] / gaps.min(), RESIDUAL, "valid")) for k in range(step)]
+        levels = [np.minimum(size := np.abs(r), 3.0 * np.median(size)).mean() for r in residuals]
+        patterns = [_patterns(r) for r, size in zip(residuals, levels, strict=True) if ROUNDING <= size < level]
+        found[n] = _hashes(np.concatenate([np.zeros(0, np.uint64), *patterns]))
+        if not found[0].size:
+            break
+        level = min(level, LOUDER * levels[0])
+    return tuple(found)
+
+
+def _patterns(residual: Array) -> NDArray[np.uint64]:
+    """Return the signs about the peaks of a residual, 32 of two bits each, one number for either sign and order; none
+    if most do not alternate as those of noise."""
+    if residual.size <= 2 * WINDOW:
+        return np.zeros(0, np.uint64)
+    size = np.abs(residual)
+    peaks = np.flatnonzero((size == _running(np.maximum, size, NEAR))[WINDOW:-WINDOW])
+    signs = np.lib.stride_tricks.sliding_window_view(residual, 2 * WINDOW + 1)[peaks]
+    up, down = signs > 0, signs < 0
+    alternate = np.count_nonzero(up[:, 1:] & down[:, :-1] | down[:, 1:] & up[:, :-1], axis=1) >= WINDOW
+    if 2 * np.count_nonzero(alternate) < alternate.size:
+        return np.zeros(0, np.uint64)
+    sides = np.delete([up[alternate], down[alternate]], WINDOW, axis=2)  # without the peak itself
+    bits = np.packbits([sides, sides[:, :, ::-1]], axis=3).view(">u4")[..., 0].astype(np.uint64)
+    return np.asarray((bits << _HALF | bits[:, ::-1]).min(axis=(0, 1)))
+
+
+def _hashes(patterns: NDArray[np.uint64]) -> Hashes:
+    """Return the smallest hashes of the patterns that occur once, in order: the finaliser of splitmix64."""
+    mixed = (patterns ^ patterns >> _HALF) * np.uint64(0x9E3779B97F4A7C15)
+    mixed = (mixed ^ mixed >> np.uint64(29)) * np.uint64(0xBF58476D1CE4E5B9) >> _HALF
+    different, count = np.unique(mixed, return_counts=True)
+    return np.asarray(different[count == 1][:SWINGS], "<u4")
 
 
 def _triples(x: Array, width: int) -> Array:
@@ -242,7 +294,7 @@ def _levels(x: Array) -> str:
     if np.abs(steps - np.round(steps)).max() > 0.25 or steps.sum() > MOST_LEVELS:
         return ""
     counts = _counts(x, there, np.concatenate([[0], np.cumsum(np.round(steps))]).astype("<i4"), step)
-    return min(_hash(counts.tobytes()), _hash((counts.max() - counts).tobytes()))
+    return min(hashlib.sha256(one.tobytes()).hexdigest()[:16] for one in (counts, counts.max() - counts))
 
 
 def _counts(x: Array, there: Array, counts: NDArray[np.int32], step: float) -> NDArray[np.int32]:
@@ -252,11 +304,3 @@ def _counts(x: Array, there: Array, counts: NDArray[np.int32], step: float) -> N
     by_slot = np.zeros(slots[-1] + 1, dtype=counts.dtype)
     by_slot[slots] = counts
     return by_slot[found] if np.array_equal(by_slot[slots], counts) else counts[np.searchsorted(there, x)]
-
-
-def _agree(same: NDArray[np.bool_]) -> bool:
-    return int(np.count_nonzero(same)) >= AGREE
-
-
-def _hash(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:16]

@@ -11,7 +11,7 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.record import Record
-from checks.signals.integration import integrated
+from checks.signals import integrated
 from hw.errors import Garbled, Implausible, InstrumentError, NoReply, OverRange, SettingsError
 from hw.instruments.reading import Identity, check_identity
 from specs.bench import RecorderChannel, RecorderEntry

@@ -16,7 +16,7 @@ Every statement of a file about itself (start, step, unit, scale, kind of functi
 
 from hw.records.contents.variable import Remarked
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
-from hw.records.reader import read, record_by_input, record_of
+from hw.records.reader import declared_samples, read, record_by_input, record_of
 from hw.records.responses import Content, ResponseFile, content_of, read_response_file
 from hw.records.source import Source, load_bytes
 from hw.records.tables import list_channels, read_table, table_of
@@ -33,6 +33,7 @@ __all__ = [
     "Source",
     "content_of",
     "csv_bytes",
+    "declared_samples",
     "frd_mat",
     "frf_bytes",
     "list_channels",

@@ -142,7 +142,7 @@ class ArrayHeader:
             load = lambda: _numbers(file, data(), self, end, order)  # noqa: E731
         if self.kind == "char":
             text = lambda: _characters(data(), self.data_at, self.shape, order)  # noqa: E731
-        return Variable(self.name, self.shape, self.kind, load, text=text, inner=inner)
+        return Variable(self.name, self.shape, self.kind, load, text=text, inner=inner, unpacked=end - self.data_at)
 
 
 def _head(file: str, data: bytes, start: int, order: str) -> ArrayHeader:

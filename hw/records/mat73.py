@@ -37,11 +37,21 @@ def _variable(file: str, raw: bytes, f: h5py.File, name: str) -> Variable:
             return _content(file, len(raw), again[name], [DEFAULT_LIMITS.max_samples])
 
     if not isinstance(found, h5py.Dataset):
-        return Variable(name, (1, 1), "sparse" if "MATLAB_sparse" in found.attrs else "struct", inner=inner)
+        kind = "sparse" if "MATLAB_sparse" in found.attrs else "struct"
+        return Variable(name, (1, 1), kind, inner=inner, unpacked=8 * (_size(found) + _size(f.get("#refs#"))))
     kind = _kind(found)
     if kind in NUMBERS:
         return Variable(name, found.shape, kind, lambda: _numbers(file, raw, name), inner=inner)
-    return Variable(name, found.shape or (), kind, text=inner if kind == "char" else None, inner=inner)
+    size = 8 * (_size(found) + (_size(f.get("#refs#")) if kind in (REFERENCES, "cell") else 0))
+    return Variable(name, found.shape or (), kind, text=inner if kind == "char" else None, inner=inner, unpacked=size)
+
+
+def _size(node: h5py.Group | h5py.Dataset | None) -> int:
+    if not isinstance(node, h5py.Group):
+        return 0 if node is None else node.size or 0
+    sizes: list[int] = []
+    node.visititems(lambda _, part: sizes.append(getattr(part, "size", 0) or 0))
+    return sum(sizes)
 
 
 def _content(file: str, file_bytes: int, node: h5py.Group | h5py.Dataset, left: list[int], depth: int = 0) -> Any:

@@ -3,8 +3,9 @@ frf`, `--hammer`, the API). Stated times and units are used, or the file is refu
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PurePath
 
 import numpy as np
 
@@ -85,6 +86,19 @@ def record_of(
         if OWN_RECORD in found:
             sources = {}
         return assemble(source.file, source.sha256, _declared(source.file, found, series, sources), limits)
+
+
+def declared_samples(name: str, raw: bytes, most: int) -> int:
+    """Return how many numbers a file declares, 0 if it cannot be read; no structure beyond `most` is unpacked."""
+    source = Source(name, PurePath(name).suffix.lower(), raw)
+    with suppress(RecordError), refused(name):
+        if source.is_text:
+            return sum(map(raw.count, (b"\n", b"\r", b",", b";", b"\t", b" ")))
+        found = source.variables()
+        unpacked = sum(v.unpacked for v in found.values()) // np.dtype(float).itemsize
+        every = () if unpacked > most else expand(name, found).values()
+        return max(unpacked, sum(v.size for v in every if v.load is not None))
+    return 0
 
 
 def record_by_input(

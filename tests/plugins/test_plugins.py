@@ -108,7 +108,7 @@ def test_its_effect_is_named(site: Path) -> None:
         """
 import numpy as np
 from dataclasses import replace
-from checks.gap.workflow import run
+from checks.gap import run
 from tests.checks.gap.shared.gap_cases import inputs
 case = inputs(5, without=("channel_lowpass_de",))  # the name that the library has for the same filter
 def filtered(d):

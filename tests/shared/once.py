@@ -10,7 +10,7 @@ from typing import TypeVar
 import pytest
 from filelock import FileLock
 
-from checks.gap.effects import EFFECTS
+from checks.gap import EFFECTS
 from checks.gap.modelling.effect import Effect
 
 T = TypeVar("T")

@@ -7,7 +7,8 @@ import numpy as np
 from scipy import signal
 
 from accept.models.model_file import open_model
-from checks.model.time.partial_fractions import Fractions, paths
+from checks.model import Fractions
+from checks.model.time.partial_fractions import paths
 from checks.record import Record
 
 FS, SECONDS = 10_000.0, 12.0

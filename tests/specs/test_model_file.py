@@ -8,8 +8,7 @@ import pytest
 
 from accept.models.model_file import KEPT_MODELS, open_model, open_model_file
 from checks.errors import ModelError
-from checks.model.build import build, file_nodes
-from checks.model.structure.superelement import Nodes
+from checks.model import Nodes, build_model, file_nodes
 from specs.model import ModelSpec, builtin_models, load_model, parse_model
 from specs.strict import SpecError
 from tests.checks.model.units_model import APA300ML, NOMINAL
@@ -39,13 +38,13 @@ def test_numbers_are_values_or_values_with_a_spread() -> None:
     assert spec.values["joint.kRx_Nm_per_rad"] == 5.0
     assert spec.values["joint.kRy_Nm_per_rad"] == 5.0
     assert spec.sds == {"joint.kRy_Nm_per_rad": 0.3}
-    calibrated = build(spec).calibrated
+    calibrated = build_model(spec).calibrated
     assert calibrated.names == ("joint.kRy_Nm_per_rad",)
     assert (calibrated.values, calibrated.sds) == (np.array([5.0]), np.array([0.3]))
 
 
 def test_what_a_file_leaves_out_does_nothing() -> None:
-    values = build(parse(SMALL)).values
+    values = build_model(parse(SMALL)).values
     for off in (
         "misalignment.dx_um",
         "delay.tau_us",
@@ -61,12 +60,14 @@ def test_what_a_file_leaves_out_does_nothing() -> None:
 def test_joints_may_differ() -> None:
     joint = SMALL[SMALL.index("[joint]") : SMALL.index("[bench]")]
     two = joint.replace("[joint]", "[joint.bottom]") + joint.replace("[joint]", "[joint.top]").replace("= 5\n", "= 9\n")
-    model = build(parse(SMALL.replace(joint, two)))
+    model = build_model(parse(SMALL.replace(joint, two)))
     assert model.values["joint.bottom.kRx_Nm_per_rad"] == 5.0
     assert model.values["joint.top.kRx_Nm_per_rad"] == 9.0
     same = joint.replace("[joint]", "[joint.bottom]") + joint.replace("[joint]", "[joint.top]")
     f = np.linspace(10, 2000, 50)
-    np.testing.assert_allclose(build(parse(SMALL.replace(joint, same))).frf(f), build(parse(SMALL)).frf(f), rtol=1e-9)
+    np.testing.assert_allclose(
+        build_model(parse(SMALL.replace(joint, same))).frf(f), build_model(parse(SMALL)).frf(f), rtol=1e-9
+    )
 
 
 def test_effects_are_kept_as_they_are_and_in_order() -> None:
@@ -85,8 +86,8 @@ per_decade = 0.02
 
 
 def test_hash_follows_the_bytes() -> None:
-    assert build(parse(SMALL)).sha256 == build(parse(SMALL)).sha256
-    assert build(parse(SMALL)).sha256 != build(parse(SMALL + "# again")).sha256
+    assert build_model(parse(SMALL)).sha256 == build_model(parse(SMALL)).sha256
+    assert build_model(parse(SMALL)).sha256 != build_model(parse(SMALL + "# again")).sha256
 
 
 @pytest.mark.parametrize("name", sorted(builtin_models()))
@@ -158,7 +159,7 @@ def test_unknown_model_and_missing_file(tmp_path: Path) -> None:
 
 def test_impossible_value_in_a_file_is_named() -> None:
     with pytest.raises(ModelError, match=r"bench\.payload_kg is -5\.7 kg; expected a number above 0"):
-        build(parse(SMALL.replace("= 5.7", "= -5.7")))
+        build_model(parse(SMALL.replace("= 5.7", "= -5.7")))
 
 
 def test_superelement_file_that_is_not_there(tmp_path: Path) -> None:
@@ -169,7 +170,7 @@ def test_superelement_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match=r"no\.mat: no such file"):
         open_model(path)
     with pytest.raises(ModelError, match=r"needs the superelement of .*no\.mat"):
-        build(load_model(path))
+        build_model(load_model(path))
 
 
 class TestFrameGeometry:
@@ -179,11 +180,11 @@ class TestFrameGeometry:
         return parse(self.TEXT.replace("[bench]", f"[apa.geometry]\n{geometry}\n[bench]"))
 
     def test_a_thicker_arm_is_stiffer(self) -> None:
-        thick = build(self.read("arm_thickness = [1.9e-3, 2.0e-3]"))
+        thick = build_model(self.read("arm_thickness = [1.9e-3, 2.0e-3]"))
         assert abs(thick.poles()[0]) > 1.05 * abs(open_model("apa-frame").poles()[0])
 
     def test_parts_within_parts(self) -> None:
-        heavy = build(self.read("ceramic = { rho = 16000.0 }"))
+        heavy = build_model(self.read("ceramic = { rho = 16000.0 }"))
         assert abs(heavy.poles()[1]) < abs(open_model("apa-frame").poles()[1])
 
     @pytest.mark.parametrize(
@@ -198,7 +199,7 @@ class TestFrameGeometry:
     )
     def test_refused(self, geometry: str, words: str) -> None:
         with pytest.raises(ModelError, match=words):
-            build(self.read(geometry))
+            build_model(self.read(geometry))
 
 
 def test_an_opened_model_is_kept_for_the_same_bytes_only(tmp_path: Path) -> None:

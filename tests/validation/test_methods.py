@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from accept.models.model_file import open_model
+from checks.gap import EFFECTS
 from checks.gap.decision import beside_gates, build_result, gates
-from checks.gap.effects import EFFECTS
 from tests.conftest import DATA
 from validation import shell, strut
 from validation.cases import Case

@@ -4,8 +4,9 @@ import numpy as np
 from scipy import linalg
 
 from checks.arrays import Array
+from checks.model import Superelement
 from checks.model.structure.rigid_motion import rigid_motions
-from checks.model.structure.superelement import DOFS, Superelement
+from checks.model.structure.superelement import DOFS
 
 MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 CLAMPED_MODES = 7  # to 3.3 kHz

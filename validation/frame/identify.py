@@ -7,9 +7,9 @@ from scipy.optimize import least_squares
 
 from checks.arrays import Array
 from checks.errors import ModelError
+from checks.model import Superelement
 from checks.model.structure.frame import frame_apa
 from checks.model.structure.frame_geometry import FrameGeometry
-from checks.model.structure.superelement import Superelement
 from validation.frame.figures import figures
 
 PULL = 2e-2  # of the relative change of a dimension, against relative errors of the figures

@@ -13,7 +13,7 @@ from scipy.signal import firwin, lfilter, upfirdn
 
 from checks.declare import Measured
 from checks.record import Record
-from checks.signals.spectral.frf import Frf
+from checks.signals import Frf
 from validation import strut
 from validation.intervals.parts import Array, Draw, Simulated, off
 

@@ -12,9 +12,10 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.errors import ModelError
+from checks.gap import Parameter
 from checks.gap.modelling.augmented import Augmented
-from checks.gap.modelling.effect import Effect, Parameter
-from checks.model.model import Model
+from checks.gap.modelling.effect import Effect
+from checks.model import Model
 from validation.methods.task import Found, Task
 
 STEPS = 15

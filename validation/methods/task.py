@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 
 import accept
-from checks.fitting.dataset import Dataset
+from checks.fitting import Dataset
+from checks.gap import Inputs
 from checks.gap.decision.verdict import named_effects
 from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import THRESHOLDS
-from checks.gap.preparation.inputs import Inputs, Problem, prepare
+from checks.gap.preparation.inputs import Problem, prepare
 from checks.gap.search.candidates import Search
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import Projected, project

@@ -22,10 +22,10 @@ from unittest.mock import patch
 import numpy as np
 
 from accept.gap.analyse_unit import analyse
-from checks.fitting.fit import Fit
-from checks.gap import workflow
+from checks.fitting import Fit
+from checks.gap import Result, workflow
 from checks.gap.decision import build_result
-from checks.gap.decision.result import PARTLY, Result
+from checks.gap.decision.result import PARTLY
 from validation.cases import Case
 from validation.model_files import write_model
 from validation.outsiders import OUTSIDERS

@@ -21,9 +21,11 @@ import numpy as np
 from accept.gap.analyse_unit import analyse
 from checks.arrays import Array
 from checks.errors import ModelError
-from checks.fitting.fit import Fit, FitPoint, finish
+from checks.fitting import Fit
+from checks.fitting.fit import FitPoint, finish
 from checks.fitting.prior import prior_rows
-from checks.gap.decision.result import EXPLAINED, Result
+from checks.gap import Result
+from checks.gap.decision.result import EXPLAINED
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
 from validation.model_files import write_model

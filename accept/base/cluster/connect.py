@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from accept.base.cluster.work import Cluster, ClusterError
+from accept.base.runner import ClusterError, Workers
 from specs.distribution import install
 
 
 @contextmanager
-def connected(where: str | None, say: Callable[[str], None]) -> Iterator[Cluster | None]:
+def connected(where: str | None, say: Callable[[str], None]) -> Iterator[Workers | None]:
     """Yield the cluster at a scheduler's address (`tcp://HOST:8786`), or local workers, one a core, for the time of the
     work (`local`); None without an address. Raises ClusterError if no scheduler answers."""
     if where is None:

@@ -20,7 +20,7 @@ from distributed import CancelledError, Client, Future, KilledWorker, LocalClust
 
 from accept.base import worker_process
 from accept.base.child_processes import protected
-from accept.base.cluster.work import ClusterError, GivenUp, WorkFailed
+from accept.base.runner import ClusterError, GivenUp, WorkFailed
 from accept.base.version import code_sha256
 
 T = TypeVar("T")
@@ -107,7 +107,7 @@ class DaskWorkers:
         self._idle_since = time.monotonic()
 
     def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
-        """Yield results as `Cluster.unordered` does."""
+        """Yield results as `Workers.unordered` does."""
         self._label()
         left, more, pace = iter(items), True, _Pace()
         doubtful: list[T] = []

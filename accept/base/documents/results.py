@@ -62,7 +62,7 @@ class UnitEntry(Document):
     action: Annotated[str | None, only_if(), "what to put right at the bench before it is measured again"] = None
     nonconformances: Annotated[tuple[str, ...], _filled, "what was found wrong with the part, and holds the unit"] = ()
     superseded: Annotated[
-        Mapping[str, str], _filled, "of them by check: measured before an attempt that was not accepted"
+        Mapping[str, str], _filled, "of them by check: what earlier attempts hold against its evidence"
     ] = field(default_factory=dict)
     dispositions: Annotated[
         tuple[Mapping[str, Any], ...],

@@ -11,7 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from accept.base import version
+from accept.base.documents.document import DocumentError
 from accept.base.documents.manifest import AttachedSpec, InputFile, JudgingProgram, Manifest
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.provenance import Provenance
 from accept.judging.result import UnitResult
 from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json
@@ -56,7 +59,7 @@ class CertificateContent:
     result : the unit's entry in results.json (`UnitResult.to_json()`). panels : pictures by name.
     files : input files to attach, by their names in the unit folder (`unit.toml` first of all).
     inputs : sha256 of every input, also of those too large to attach; sizes : their bytes. models : model files that
-    the spec names, by that name. provenance : as `accept.certificate.trust.provenance` states it.
+    the spec names, by that name. provenance : as it is attached, which the bench signs; `stated` is its typed form.
     instruments : check -> words of the spec.
     code_sha256, drawn_with : which program judged and drew; they say whether the page can be drawn again to the byte.
     """
@@ -89,6 +92,14 @@ class CertificateContent:
         """Return the content of the attached unit.toml, {} if it is not attached. Raises ValueError if it is not
         TOML."""
         return toml_of(self.files[UNIT_FILE]) if UNIT_FILE in self.files else {}
+
+    @cached_property
+    def stated(self) -> Provenance:
+        """Return the provenance as it is declared. Raises InvalidCertificate if a statement does not have its form."""
+        try:
+            return Provenance.from_json(dict(self.provenance))
+        except DocumentError as e:
+            raise InvalidCertificate("; ".join(f"provenance: {line}" for line in str(e).splitlines())) from e
 
     @property
     def serial(self) -> str:
@@ -123,7 +134,6 @@ class CertificateContent:
         ).to_json()
 
     def _size(self, name: str) -> int | None:
-        """Return the size of an input: of an attached file its own, whatever is stated. Format 1 states none."""
         return len(self.files[name]) if name in self.files and name in self.sizes else self.sizes.get(name)
 
     def attachments(self) -> dict[str, bytes]:
@@ -152,7 +162,7 @@ def content_of(
     operator: str,
     size_limit: int = SIZE_LIMIT,
     held: Mapping[str, bytes] = _NOTHING,
-    provenance: Mapping[str, Any] | None = None,
+    provenance: Provenance | Mapping[str, Any] | None = None,
 ) -> CertificateContent:
     """Return the content of the certificate of a judged unit in its folder; reads only the inputs that fit into
     `size_limit` bytes, small ones first.
@@ -161,22 +171,14 @@ def content_of(
     """
     files, sizes = _read(folder, result.inputs, size_limit, held)
     models = evidence_of(result.models)
+    stated = provenance.to_json() if isinstance(provenance, Provenance) else provenance or {}
     if hashes(models) != {name: dict(files) for name, files in result.models.items()}:
         raise ContentError(f"{', '.join(result.models)}: a model file changed since the unit was judged by it")
     return CertificateContent(
-        result=result.to_json(),
-        spec_name=spec.name,
-        spec_title=spec.title,
-        spec_text=spec.text,
-        operator=operator,
-        instruments=spec.instruments,
-        panels=result.panels,
-        files=files,
-        inputs=dict(sorted(result.inputs.items())),
-        sizes=dict(sorted(sizes.items())),
-        models=models,
-        provenance=provenance or {},
-    )
+        result=result.to_json(), spec_name=spec.name, spec_title=spec.title, spec_text=spec.text, operator=operator,
+        instruments=spec.instruments, panels=result.panels, files=files, inputs=dict(sorted(result.inputs.items())),
+        sizes=dict(sorted(sizes.items())), models=models, provenance=stated,
+    )  # fmt: skip
 
 
 def read(attachments: Mapping[str, bytes]) -> CertificateContent:
@@ -239,7 +241,6 @@ def _keys_of(derived: Any, stated: Any) -> Any:
 
 
 def _first_difference(stated: Any, derived: Any, path: str) -> str | None:
-    """Return the path of the first field that differs, in type too; None if both are the same."""
     if isinstance(stated, Mapping) and isinstance(derived, Mapping):
         for key in sorted({*stated, *derived}):
             here = f"{path}.{key}" if path else str(key)
@@ -268,7 +269,6 @@ def _json(data: Any, indent: int | None) -> bytes:
 def _read(
     folder: Path, inputs: Mapping[str, str], size_limit: int, held: Mapping[str, bytes]
 ) -> tuple[dict[str, bytes], dict[str, int]]:
-    """Return (attached files, size of every input)."""
     files: dict[str, bytes] = {}
     left = size_limit
     try:

@@ -26,9 +26,6 @@ class Disposition:
     def __str__(self) -> str:
         return f"{CHOICES[self.choice]}: {self.reason}"
 
-    def to_json(self) -> dict[str, str]:
-        return {"choice": self.choice, "reason": self.reason}
-
 
 def parse_disposition(serial: str, verdict: str, choice: str, reason: str) -> Disposition | None:
     """Return the disposition of a unit with this verdict, None for an accepted unit, which needs no disposition. Raises

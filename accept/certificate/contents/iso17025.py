@@ -20,10 +20,7 @@ OF_ORIGIN = {  # key of [origin]
     "condition": ("7.8.2.1 g", "condition of the unit"),
     "received": ("7.8.2.1 h", "day of receipt"),
 }
-ENVIRONMENT = {
-    "temperature_C": ("7.8.3.1 a", "temperature"),
-    "humidity_percent": ("7.8.3.1 a", "humidity"),
-}
+ENVIRONMENT = {"temperature_C": ("7.8.3.1 a", "temperature"), "humidity_percent": ("7.8.3.1 a", "humidity")}
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,15 @@ certificate, and `accept spec check --iso17025` names it.
 """
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from string import Formatter
 from typing import Annotated, Any
 
-from pydantic import Field, field_validator
+from pydantic import ConfigDict, Field, field_validator
 
+from accept.base.documents.document import Document, only_if
 from checks.acceptance import CHECKS
 from specs.strict import Strict, Words, file_bytes, parse_as
 
@@ -65,7 +67,22 @@ class Laboratory(LaboratoryFile):
     path: str
 
 
-STATED = ("name", "address", "site", "accreditation", "customer", "sampling")  # in the certificate as in the file
+_Text = Annotated[str, Field(min_length=1), only_if(bool)]
+
+
+@dataclass(frozen=True)
+class StatedLaboratory(Document):
+    """The statements of a certificate about its laboratory, as the file has them, and the method of each check."""
+
+    __pydantic_config__ = ConfigDict(strict=True, extra="forbid")
+
+    name: _Text = ""
+    address: _Text = ""
+    site: _Text = ""
+    accreditation: _Text = ""
+    customer: _Text = ""
+    sampling: _Text = ""
+    methods: Annotated[Mapping[str, Annotated[str, Field(min_length=1)]], only_if(bool)] = field(default_factory=dict)
 
 
 def laboratory_of(home: Path) -> Laboratory | None:
@@ -76,11 +93,11 @@ def laboratory_of(home: Path) -> Laboratory | None:
     return parse_as(Laboratory, LaboratoryFile, file_bytes(path), str(path), path=str(path))
 
 
-def statement_of(laboratory: LaboratoryFile, checks: Iterable[str]) -> dict[str, Any]:
-    """Return a certificate's statements about the laboratory: its texts, and the method of each check."""
-    stated: dict[str, Any] = {name: text for name in STATED if (text := getattr(laboratory, name)) is not None}
+def statement_of(laboratory: LaboratoryFile, checks: Iterable[str]) -> StatedLaboratory:
+    """Return a certificate's statements about the laboratory."""
     methods = {name: method for name in checks if (method := method_of(laboratory, name)) is not None}
-    return stated | ({"methods": methods} if methods else {})
+    stated: dict[str, Any] = {each.name: getattr(laboratory, each.name) or "" for each in fields(StatedLaboratory)}
+    return StatedLaboratory(**stated | {"methods": methods})
 
 
 def method_of(laboratory: LaboratoryFile, check: str) -> str | None:

@@ -1,187 +1,129 @@
-"""The sentences that page and `accept verify` show beside the result, from the content of the certificate."""
+"""Every statement of a certificate, each declared once: how it is checked, and the row of the page that shows it.
 
-import math
-import tomllib
-from collections.abc import Mapping
-from typing import Any
+A statement is derived again from the attached bytes, or carries a signature that is verified, or is looked up in the
+bench's store or its published list. A field that is not declared is refused. Those of the provenance are declared with
+their types in `provenance.py`. The rows below the verdict, the lines of `accept verify` and the table in
+docs/explanation/what-a-certificate-proves.md follow from these declarations.
+"""
 
-from cryptography import x509
-from cryptography.x509.oid import NameOID
+from collections.abc import Callable
+from dataclasses import replace
 
-from accept.certificate.contents.content import CertificateContent
-from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
-from accept.models.evidence import hashes
-from accept.pictures.labels import label_of
-from checks.rounding import with_U
-from checks.verdict import UnitVerdict
+from accept.certificate.contents import words
+from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC, CertificateContent
+from accept.certificate.contents.provenance import PROVENANCE
+from accept.certificate.contents.statement import (
+    DERIVED,
+    DERIVED_AND_SIGNED,
+    LOOKED_UP,
+    SIGNED_AND_LOOKED_UP,
+    Statement,
+    Way,
+)
+from accept.units.unit_folder import UNIT_FILE
 
-NOT_STATED = "not stated"
-SIGNIFICANT = 1.0  # of both U together: the two results disagree ([ISO13528] 9.7, E_n)
+PAGE = "the page"
+_DERIVED_AND_LOOKED_UP, _STATED = (Way.DERIVED, Way.LOOKED_UP), (Way.STATED,)
+
+
+def _of(document: str, *rows: tuple[str, tuple[Way, ...], str, str]) -> tuple[Statement, ...]:
+    return tuple(Statement(ways, how, row, document=document, field=field) for field, ways, how, row in rows)
+
+
+STATEMENTS = (
+    *_of(
+        MANIFEST,
+        ("format", DERIVED, "the format that the program of the stated code writes", ""),
+        ("serial", DERIVED, "results.json, and unit.toml", ""),
+        ("record_sha256", DERIVED, "hash of the attached results.json", ""),
+        ("accept", DERIVED, "hash of the program that verifies; another one is never plainly valid", ""),
+        ("drawn_with", DERIVED, "the page, which other libraries would draw otherwise", ""),
+        ("spec", DERIVED, "name, title and hash of the attached spec.toml", "Spec"),
+        ("operator", SIGNED_AND_LOOKED_UP, "the technician's signature; who judged, in the store", "Operator"),
+        ("instruments", DERIVED, "the attached spec.toml", "Instruments"),
+        ("statement", DERIVED, "the words that this program uses", ""),
+        ("inputs", DERIVED, "names in unit.toml; hash and size of each file; what is absent is too large", "Record"),
+        ("models", DERIVED, "the attached model files, named by the spec", "Models"),
+    ),
+    *(replace(each, document=MANIFEST) for each in PROVENANCE),
+    *_of(
+        RESULTS,
+        ("serial", DERIVED, "unit.toml", ""),
+        ("kind", DERIVED, "unit.toml", ""),
+        ("verdict", DERIVED, "the findings, and judging again", ""),
+        ("findings", DERIVED, "judging again from the attached records; limits and rules of the spec", ""),
+        ("information", DERIVED, "judging again", ""),
+        ("not_judged", DERIVED, "judging again", ""),
+        ("notes", DERIVED, "judging again", ""),
+        ("parts", DERIVED, "unit.toml", "Parts"),
+        ("inputs", DERIVED, "the manifest, and hashes of the attached files", ""),
+        ("models", DERIVED, "hashes of the attached model files", ""),
+        ("samples", DERIVED, "the attached records", ""),
+        ("calibration", _DERIVED_AND_LOOKED_UP, "problems from its own dates; the rest in the store", "Calibration"),
+        ("copies", SIGNED_AND_LOOKED_UP, "the same samples in the store; signature of a decision", "Copies"),
+        ("measured", DERIVED, "unit.toml", "Measured"),
+        ("origin", DERIVED, "unit.toml", "Item"),
+        ("environment", DERIVED, "unit.toml", "Environment"),
+        ("provided", DERIVED, "unit.toml", "Provided"),
+        ("simulated", DERIVED, "unit.toml; never plainly valid", ""),
+        ("nonconformances", _DERIVED_AND_LOOKED_UP, "notes in unit.toml; what the store has open, else exit 4", ""),
+        ("superseded", LOOKED_UP, "the unit's judgements before; without store and list exit 4", ""),
+        ("dispositions", SIGNED_AND_LOOKED_UP,
+         "signature of quality assurance; what the store has, else exit 4", "Decided"),
+        ("folder", LOOKED_UP,
+         "the stored judgement; a name or a serial like that of another weakens the verdict", "Folder"),
+        ("part_doubts", LOOKED_UP, "the parts' judgements in the store; without store and list exit 4", ""),
+        ("rereadings", LOOKED_UP, "judgements of the same samples in the store; without store and list exit 4", ""),
+        ("action", DERIVED, "the causes of its findings", ""),
+        ("gap", _DERIVED_AND_LOOKED_UP,
+         "words of the library, else exit 4 without store and list; numbers in the stored judgement", ""),
+    ),
+    *_of(
+        UNIT_FILE,
+        ("measured_by", _STATED, "nothing: names are typed", "Operator"),
+        ("read_with", _STATED, "nothing: the values stand beside it", "Entered"),
+    ),
+    *_of(PANELS, ("", DERIVED,
+         "pictures of the attached records; of those of the gap workflow, their names and words", "")),
+    *_of(SPEC, ("", DERIVED_AND_SIGNED, "its hash, under the approval", "")),
+    *_of(PAGE, ("", DERIVED, "drawn again from the attachments: the same to the byte", "")),
+)  # fmt: skip
+
+ROWS: dict[str, Callable[[CertificateContent], str]] = {  # in the order of page and `accept verify`
+    "Laboratory": words.laboratory_words,
+    "Number": lambda contents: contents.stated.number,
+    "Customer": words.customer_words,
+    "Methods": words.methods_words,
+    "Sampling": lambda contents: contents.stated.laboratory.sampling if contents.stated.laboratory else "",
+    "Spec": words.spec_words,
+    "Models": words.models_words,
+    "Attempt": words.attempt_words,
+    "Amended": words.amended_words,
+    "Signed": words.signed_words,
+    "Changed": words.changes_words,
+    "Calibration": words.calibration_words,
+    "Folder": words.folder_words,
+    "Copies": words.copies_words,
+    "Store": lambda contents: (
+        words.NOT_STATED if (head := contents.stated.head) is None else f"event {head.seq}, {head.hash}"
+    ),
+    "Bench": words.bench_words,
+} | {each.row: each.words for each in STATEMENTS if each.words is not None}  # fmt: skip
 
 
 def statements(contents: CertificateContent) -> dict[str, str]:
     """Return name -> sentence, in the order in which page and `accept verify` show them."""
-    laboratory = contents.provenance.get("laboratory") or {}
-    approved = _approval_words(contents.provenance.get("approval"))
-    head = contents.provenance.get("head")
-    return {
-        "Laboratory": laboratory_words(laboratory),
-        "Number": str(contents.provenance.get("number") or ""),
-        "Customer": "" if (contents.result.get("origin") or {}).get("customer") else laboratory.get("customer", ""),
-        "Methods": methods_words(laboratory.get("methods") or {}),
-        "Sampling": laboratory.get("sampling", ""),
-        "Spec": f"{contents.spec_name}, sha256 {contents.spec_sha256}{approved}",
-        "Models": _models(contents),
-        "Attempt": _attempt(contents.provenance),
-        "Amended": _amended(contents.provenance),
-        "Signed": _signed(contents),
-        "Changed": changes_words(contents),
-        "Calibration": _calibration(contents.result.get("calibration")),
-        "Folder": _folder(contents.result.get("folder") or {}),
-        "Copies": "; ".join(map(_one_copy, contents.result.get("copies") or [])),
-        "Store": NOT_STATED if head is None else f"event {head['seq']}, {head['hash']}",
-        "Bench": _bench(contents.provenance),
-    }
+    return {name: sentence(contents) for name, sentence in ROWS.items()}
 
 
-def laboratory_words(stated: Mapping[str, str]) -> str:
-    """Return name, address, place of measuring and accreditation in one line ([ISO17025] 7.8.2.1 b, c)."""
-    site = f"measured at {stated['site']}" if "site" in stated else ""
-    parts = (stated.get("name", ""), stated.get("address", ""), site, stated.get("accreditation", ""))
-    return "; ".join(part for part in parts if part)
+def statement_of(document: str, path: str) -> Statement | None:
+    """Return the declaration of a field, given by its keys joined by dots; None for an unknown field."""
+    rows = (s for s in STATEMENTS if s.document == document)
+    return next((s for s in rows if not s.field or path == s.field or path.startswith(f"{s.field}.")), None)
 
 
-def methods_words(methods: Mapping[str, str]) -> str:
-    """Return the methods with the checks that are measured by each ([ISO17025] 7.8.2.1 f)."""
-    by: dict[str, list[str]] = {}
-    for check, method in sorted(methods.items()):  # an attachment has them in this order
-        by.setdefault(method, []).append(check)
-    return "; ".join(f"{method} ({', '.join(checks)})" for method, checks in by.items())
-
-
-def changes_words(contents: CertificateContent) -> str:
-    """Return which quantities differ from the judgement that is replaced by more than both uncertainties explain."""
-    before, out = contents.provenance.get("before") or {}, []
-    for finding in contents.result["findings"]:
-        was = before.get(finding["quantity"])
-        if was is None or finding["value"] is None or finding["U"] is None:
-            continue
-        U = math.hypot(was["U"], finding["U"])
-        change = finding["value"] - was["value"]
-        if abs(change) > SIGNIFICANT * U:
-            unit = "" if finding["unit"] == "1" else f" {finding['unit']}"
-            now, then = with_U(finding["value"], finding["U"]), with_U(was["value"], was["U"])
-            out.append(f"{label_of(finding['quantity'])} from {then} to {now}{unit}, more than both U explain")
-    return "; ".join(out)
-
-
-def _approval_words(approval: Mapping[str, Any] | None) -> str:
-    if approval is None:
-        return ""
-    if approval.get("builtin"):
-        return "; comes with the program"
-    if approval.get("person"):
-        return f"; approved by {approval['person']} on {str(approval.get('time', ''))[:10]}"
-    return f"; NOT APPROVED{': ' + str(approval['reason']) if approval.get('reason') else ''}"
-
-
-def _models(contents: CertificateContent) -> str:
-    named = [f"{n} ({f} {digest[:12]})" for n, files in hashes(contents.models).items() for f, digest in files.items()]
-    learned = (_learned_bench(name, content) for files in contents.models.values() for name, content in files.items())
-    return "; ".join([*named, *(words for words in learned if words)])
-
-
-def _learned_bench(name: str, content: bytes) -> str:
-    """Return which units an attached model file learned its bench effects from, and when; "" if it did not."""
-    if not name.endswith(".toml"):
-        return ""
-    try:
-        bench = tomllib.loads(content.decode()).get("learned_bench")
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError):
-        return ""
-    if not isinstance(bench, Mapping):
-        return ""
-    units = [str(serial) for serial in bench.get("units", [])]
-    day = f" on {bench['learned_on']}" if bench.get("learned_on") else ""
-    return f"compared on a bench learned{day} from {len(units)} units: {', '.join(units)}"
-
-
-def _attempt(provenance: Mapping[str, Any]) -> str:
-    number, before = provenance.get("attempt"), provenance.get("replaces")
-    if number is None:
-        return NOT_STATED
-    reason = None if provenance.get("amends") else provenance.get("reason")  # then it stands there
-    why = "" if reason is None else f"; reason: {reason}" if reason else "; no reason was given"
-    judged = f", judged on {str(provenance['judged'])[:10]}" if provenance.get("judged") else ""
-    earlier = _earlier(provenance)
-    if before is None:
-        return f"{number}{judged}{earlier}{why}"
-    certificate = f", certificate sha256 {str(before['certificate'])[:12]}" if before.get("certificate") else ""
-    if before.get("earlier_certificate"):
-        digest, of = str(before["earlier_certificate"])[:12], before.get("earlier_attempt")
-        certificate = f", which had no certificate, and certificate sha256 {digest} of attempt {of}"
-    when = str(before["time"])[:19].replace("T", " ")
-    replaced = f"replaces '{before['verdict']}' of {when} UTC{certificate}"
-    return f"{number}{judged}, {replaced}{earlier}{why}"
-
-
-def _earlier(provenance: Mapping[str, Any]) -> str:
-    """Return how many attempts before ended with which verdict, and which was the last that was not accepted."""
-    if (given := provenance.get("earlier")) is None:
-        return "; how the attempts before ended is not stated" if provenance.get("replaces") else ""
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in sorted(given["verdicts"].items()))
-    if (last := given["not_accepted"]) is None:
-        return f"; before: {counts}"
-    stopped = f"attempt {last['attempt']}, {last['verdict']} on {str(last['time'])[:10]}"
-    return f"; before: {counts}; last not accepted: {stopped}"
-
-
-def _amended(provenance: Mapping[str, Any]) -> str:
-    """Return which certificate with another result this one replaces, and why ([ISO17025] 7.8.8.3)."""
-    why = provenance.get("reason") or provenance.get("signed_because") or "no reason was given"
-    return f"replaces certificate {provenance['amends']}: {why}" if provenance.get("amends") else ""
-
-
-def _signed(contents: CertificateContent) -> str:
-    """Return why the technician signed a unit that is not accepted, "" if no reason is stated."""
-    reason, verdict = contents.provenance.get("signed_because"), contents.result["verdict"]
-    return f"by {contents.operator} although {verdict}: {reason}" if reason and verdict != UnitVerdict.ACCEPTED else ""
-
-
-def _calibration(given: Mapping[str, Any] | None) -> str:
-    if given is None:
-        return NOT_STATED
-    wrong = [row["problem"] for row in given["instruments"] if row.get("problem")]
-    state = f"{len(wrong)} not valid" if wrong else "all valid"
-    return f"bench file {given['bench']} of {given['on']}: {len(given['instruments'])} instruments, {state}"
-
-
-def _folder(given: Mapping[str, str]) -> str:
-    if not given:
-        return ""
-    confirmation = (
-        f"the serial was confirmed by {given[CONFIRMED]}" if CONFIRMED in given else "the serial was not confirmed"
-    )
-    named = [f"called {given[NAME]}, which is another serial; {confirmation}"] if NAME in given else []
-    alike = [f"the serial looks like {given[ALIKE]}, and was not confirmed"] if ALIKE in given else []
-    return "; ".join(named + alike)
-
-
-def _one_copy(copy: Mapping[str, Any]) -> str:
-    others = ", ".join(f"{w['serial']} {w['sample']}" for w in copy["with"])
-    same = f"{copy['sample']} holds the samples of {others}"
-    decision = copy.get("resolved")
-    if decision is None:
-        return f"{same}: without a result until quality assurance decides where it belongs"
-    whose = ", ".join(f"{serial} {sample}" for serial, sample in decision["measured"])
-    day = str(decision["time"])[:10]
-    return f"{same}: measured at {whose}, decided by {decision['who']} on {day}: {decision['reason']}"
-
-
-def _bench(provenance: Mapping[str, Any]) -> str:
-    """Return the name in the bench's certificate, and that the authority's key lies there if it does."""
-    if "bench" not in provenance:
-        return "" if "demo" in provenance else "without a certificate of the authority"
-    certificate = x509.load_pem_x509_certificate(str(provenance["bench"]).encode("ascii"))
-    name = str(certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
-    return f"{name}; the authority's key lies at this bench" if "authority" in provenance else name
+def table() -> str:
+    """Return the table in Markdown, as docs/explanation/what-a-certificate-proves.md has it."""
+    rows = ((s.document, s.field or "all of it", ", ".join(s.ways), s.how, s.row or "-") for s in STATEMENTS)
+    head = (("where", "statement", "way", "compared with", "row of the page"), ("---",) * 5)
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (*head, *rows))

@@ -157,7 +157,6 @@ def pictures(contents: CertificateContent) -> list[Flowable]:
 
 
 def _picture(content: bytes) -> Flowable | None:
-    """Return a JPEG as it is printed, None for any other content."""
     from PIL.Image import DecompressionBombError  # loaded only if there are pictures
 
     if not content.startswith(_JPEG):
@@ -233,7 +232,6 @@ def instruments_words(contents: CertificateContent) -> str:
 
 
 def _of_check(line: str) -> str:
-    """Return a line that begins with the name of a check, with its label instead."""
     name = re.match(r"\w+", line)
     known = name is not None and name[0] in CHECKS
     return f"{check_label(name[0])}{line[name.end() :]}" if name is not None and known else line

@@ -64,11 +64,8 @@ def entered_words(contents: CertificateContent) -> str:
             else:
                 read[check] = f"{check_label(check)} ({', '.join(sources)})"
     told = [f"values of {', '.join(entered.values())} were entered without a recording"] if entered else []
-    told += (
-        [f"values of {', '.join(read.values())} were read from the instrument named, without a recording"]
-        if read
-        else []
-    )
+    if read:
+        told.append(f"values of {', '.join(read.values())} were read from the instrument named, without a recording")
     beside = [
         f"{input_words(check, one)} ({check_label(check)})"
         for check, inputs in stated_inputs(contents.result).items()

@@ -72,7 +72,6 @@ def _build(contents: CertificateContent, flowables: list[Flowable]) -> bytes:
 
 
 def _first_frame() -> tuple[float, float]:
-    """Return (bottom, height) of the text frame on the first page [pt]."""
     bottom = page_style.MARGIN + page_style.FOOTER + page_style.BAND
     return bottom, page_style.HEIGHT - page_style.MARGIN - page_style.HEADER - bottom
 
@@ -83,8 +82,6 @@ def _frame(place: tuple[float, float]) -> Frame:
 
 
 def _explanation(result: Mapping[str, Any]) -> list[Flowable]:
-    """Return the section of the gap workflow, empty if the workflow was not run; the library of effects is only loaded
-    then."""
     if result.get("gap") is None:
         return []
     from accept.certificate.page.gap_section import explanation

@@ -74,7 +74,7 @@ def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) 
     _rule(canvas, y + 9)
     canvas.setFillColor(page_style.GREY_COLOUR)
     right = f"page {page} of {pages}"
-    named = contents.provenance.get("number") or contents.serial
+    named = contents.stated.number or contents.serial
     left = (
         f"{named} · spec {contents.spec_name} {contents.spec_sha256[:12]}"
         f" · record {contents.record_sha256[:12]}"
@@ -87,7 +87,6 @@ def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) 
 
 
 def _across(canvas: Canvas, contents: CertificateContent) -> None:
-    """Draw across the page, below everything else, that the unit was simulated."""
     if not is_simulated(contents):
         return
     canvas.saveState()
@@ -104,11 +103,9 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
     width = page_style.INNER - 96 * mm
     canvas.setFillColor(page_style.GREY_COLOUR)
     canvas.setFont(BOLD, 8)
-    demo = contents.provenance.get("demo")
     title = signs.SIMULATED if is_simulated(contents) else "ACCEPTANCE CERTIFICATE"
-    title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if demo else title
-    number = contents.provenance.get("number")
-    title = f"{title} {number}" if number else title
+    title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if contents.stated.demo else title
+    title = f"{title} {number}" if (number := contents.stated.number) else title
     canvas.setFont(BOLD, fitting_size(title, BOLD, 8, width))
     canvas.drawString(page_style.MARGIN, _TOP - 8, title)
     canvas.setFillColor(page_style.INK_COLOUR)
@@ -150,7 +147,6 @@ def _word(result: Mapping[str, Any]) -> str:
 
 
 def _verdict(canvas: Canvas, contents: CertificateContent) -> None:
-    """Draw the verdict, legible across a room: in a filled box, or in an empty one without a verdict of a real unit."""
     word, verdict = _word(contents.result), str(contents.result["verdict"])
     sign = page_style.UNIT_SIGNS[verdict if word == _CONCEDED else word]
     width, height = 92 * mm, 26 * mm

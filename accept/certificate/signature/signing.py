@@ -154,7 +154,6 @@ def _pdf_signer(
     simulated: bool,
     stamping: TimeStamper | None = None,
 ) -> PdfSigner:
-    """Return what draws the box of a signature and states its settings; `by` makes its value."""
     left, bottom, right, top = field_rectangles()[credential.role]
     return PdfSigner(
         _metadata(credential, disposition),

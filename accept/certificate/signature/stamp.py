@@ -52,19 +52,13 @@ def style(
         background=_Page(_draw(credential, when, size, disposition, simulated)),
         background_opacity=1.0,
         background_layout=layout.SimpleBoxLayoutRule(
-            x_align=layout.AxisAlignment.ALIGN_MIN,
-            y_align=layout.AxisAlignment.ALIGN_MIN,
-            margins=layout.Margins(),
+            x_align=layout.AxisAlignment.ALIGN_MIN, y_align=layout.AxisAlignment.ALIGN_MIN, margins=layout.Margins()
         ),
     )
 
 
 def _draw(
-    credential: Credential,
-    when: datetime,
-    size: tuple[float, float],
-    disposition: Disposition | None,
-    simulated: bool,
+    credential: Credential, when: datetime, size: tuple[float, float], disposition: Disposition | None, simulated: bool
 ) -> bytes:
     register()
     buffer = io.BytesIO()

@@ -96,7 +96,6 @@ def fingerprint(certificate: x509.Certificate) -> str:
 
 
 def _attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str:
-    """Return the value of an attribute of the subject, "" if it is absent or given more than once."""
     found = certificate.subject.get_attributes_for_oid(oid)
     return str(found[0].value) if len(found) == 1 else ""
 

@@ -87,7 +87,6 @@ def _words(path: Path, entry: InstrumentEntry, home: Path) -> str:
 
 
 def _verified(file: Mapping[str, Any], ca: x509.Certificate) -> tuple[Mapping[str, Any], x509.Certificate]:
-    """Return the record and its signer. Raises InvalidSignature, ValueError, KeyError, TypeError."""
     certificate = x509.load_pem_x509_certificate(file["certificate"].encode("ascii"))
     certificate.verify_directly_issued_by(ca)
     key = certificate.public_key()

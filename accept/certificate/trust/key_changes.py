@@ -202,7 +202,6 @@ def change_passphrase(home: Path, office: Path, who: str, old: str, new: str) ->
 
 
 def _known(office: Path) -> Iterator[x509.Certificate]:
-    """Yield the certificate of every person certified by the authority, each once."""
     home = office.parent
     paths = [
         *sorted((office / ISSUED).glob("*.pem")),

@@ -198,9 +198,8 @@ def check_usable(home: Path, credential: Credential, now: datetime) -> None:
 def person_files(home: Path, role: str | None = None) -> Iterator[Path]:
     """Yield the certificate files of persons at this bench, only those of a role if `role` is given."""
     for path in sorted(folder(home).glob("*.pem"), reverse=True):  # technicians first
-        if path.name in (f"{CA}.pem", f"{BENCH}.pem", revocation.FILE) or path.name.endswith(
-            (".key.pem", ".request.pem")
-        ):
+        others = path.name in (f"{CA}.pem", f"{BENCH}.pem", revocation.FILE)
+        if others or path.name.endswith((".key.pem", ".request.pem")):
             continue
         if role is None or authority.role_of(certificate_of(path)) == role:
             yield path
@@ -238,13 +237,9 @@ def bench_certificate(home: Path, ca: x509.Certificate) -> x509.Certificate | No
     path = folder(home) / f"{BENCH}.pem"
     if not path.is_file():
         return None
-    certificate = certificate_of(path)
-    own = bench_of(home / BENCH_KEY)
-    return (
-        certificate
-        if own is not None and public_of(certificate) == own and authority.issued_by(certificate, ca)
-        else None
-    )
+    certificate, own = certificate_of(path), bench_of(home / BENCH_KEY)
+    is_own = own is not None and public_of(certificate) == own and authority.issued_by(certificate, ca)
+    return certificate if is_own else None
 
 
 def bench_problem(home: Path) -> str:
@@ -312,15 +307,11 @@ def listing(home: Path) -> list[KeyInfo]:
     found += [] if own is None else [(BENCH, own)]
     return [
         KeyInfo(
-            role,
-            authority.person_of(c),
-            c.not_valid_before_utc,
-            c.not_valid_after_utc,
-            authority.fingerprint(c),
+            role, authority.person_of(c), c.not_valid_before_utc, c.not_valid_after_utc, authority.fingerprint(c),
             _revoked_since(home, c),
         )
         for role, c in found
-    ]
+    ]  # fmt: skip
 
 
 def exposed(home: Path) -> list[Path]:
@@ -359,9 +350,8 @@ def check_name(name: str) -> None:
 def check_passphrase(chosen: str) -> None:
     """Raise KeysError if a new passphrase is too short. An existing one is not checked."""
     if len(chosen) < SHORTEST_PASSPHRASE:
-        raise KeysError(
-            f"the passphrase has {len(chosen)} characters, expected {SHORTEST_PASSPHRASE} or more; no key was made"
-        )
+        expected = f"expected {SHORTEST_PASSPHRASE} or more"
+        raise KeysError(f"the passphrase has {len(chosen)} characters, {expected}; no key was made")
 
 
 def key_name(home: Path, role: str, person: str) -> str:
@@ -387,11 +377,8 @@ def read_key_file(path: Path) -> bytes:
     try:
         return read_bounded(path)
     except OSError as e:
-        way = (
-            "--authority FOLDER names where it lies"
-            if path.name == f"{CA}.key.pem"
-            else "`accept keys init` makes keys"
-        )
+        at_office = path.name == f"{CA}.key.pem"
+        way = "--authority FOLDER names where it lies" if at_office else "`accept keys init` makes keys"
         raise KeysError(f"{path}: cannot be read ({e.strerror}); {way}") from e
 
 

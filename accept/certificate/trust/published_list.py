@@ -1,11 +1,10 @@
-"""The list that benches publish: every judgement and every signature, without values, open to inspection by anyone.
+"""The list that benches publish: every judgement and every signature, open to inspection by anyone. It has serials as
+hashes, and neither values nor verdicts.
 
 A bench writes its part with `accept store publish FILE`: an entry for each judgement and each signature of its store,
 and a signed checkpoint with the Merkle root over them. A holder of the authority's certificate and the file sees
 whether a certificate is in its bench's store, and whether the unit was judged again since. A holder of an earlier file
 sees that the new one was only appended to.
-
-A serial appears in the list as a hash; values and verdicts do not appear.
 """
 
 import hashlib
@@ -37,6 +36,7 @@ JUDGED, SIGNED, VOIDED = "unit_judged", "certificate_signed", "attempt_voided"
 REVOKED = KeysRevoked.KIND
 _STARTED = "attempt_started"
 _LARGEST = 200_000_000  # bytes of a list: half a million entries
+LEAST = 24  # bytes of a list for each of its values: an entry has seven, three of them hashes
 _KEYS = {"seq": int, "time": str, "what": str, "unit": str, "content": str, "event": str, "attempt": int}
 
 
@@ -114,10 +114,7 @@ def unit_key(serial: str) -> str:
 def entries_of(events: Iterable[Event]) -> tuple[Entry, ...]:
     """Return the entries of a store's events, in order."""
     found, judged = list[Entry](), dict[str, int]()
-    started, since = (
-        dict[str, int](),
-        dict[str, set[str]](),
-    )  # number of a unit's last attempt, and folders judged since
+    started, since = dict[str, int](), dict[str, set[str]]()  # number of a unit's last attempt, folders judged since
     for event in events:
         if event.what == _STARTED:
             started[event.subject], since[event.subject] = int(event.data["number"]), set()
@@ -164,13 +161,17 @@ def publish(store: Store, path: Path, bench: x509.Certificate, key: Ed25519Priva
 def read(path: Path) -> list[BenchList]:
     """Return the lists in a file. Raises ListError, OSError."""
     try:
-        document = json.loads(read_bounded(path, _LARGEST))
+        raw = read_bounded(path, _LARGEST)
+        values = sum(map(raw.count, (b"[", b"{", b",")))
+        if values > 1000 + len(raw) // LEAST:  # empty lists would fill memory
+            raise ListError(f"{path}: has {values} values in {len(raw)} bytes, more than any list of a bench")
+        document = json.loads(raw)
         if document["format"] != 1:
             raise ListError(f"{path}: has format {document['format']!r}, this program reads 1")
         return [_from_json(given) for given in document["lists"]]
+    except ListError:
+        raise  # it is a ValueError too
     except (KeyError, TypeError, ValueError, RecursionError) as e:
-        if isinstance(e, ListError):
-            raise
         raise ListError(f"{path}: is not a published list ({type(e).__name__}: {e})") from e
 
 

@@ -97,14 +97,14 @@ def check_spec(
     revoked: keys whose approvals do not count from a day on. Raises InvalidCertificate if an approval does not hold, or
     if a certificate of this program states an approval that does not follow from spec and signatures."""
     name, sha256 = contents.spec_name, contents.spec_sha256
-    approval, stated = contents.provenance.get("approval"), "approval" in contents.provenance
+    approval, stated = contents.stated.approval, "approval" in contents.provenance
     own = contents.code_sha256 == version.code_sha256()
     shipped = builtin()
     if name in shipped and load(name).sha256 == sha256:
         if own and stated and approval != {"builtin": True}:
             raise InvalidCertificate(f"spec {name} comes with this program, which provenance.approval does not say")
         return Step(f"spec {name} comes with this program")
-    approval = approval if isinstance(approval, Mapping) else {}
+    approval = approval or {}
     if approval.get("signature"):
         return _check_approval(approval, contents, trust, revoked)
     if approval.get("builtin") and own:
@@ -125,14 +125,14 @@ def _check_approval(
     trust: Sequence[x509.Certificate],
     revoked: Sequence[Revoked],
 ) -> Step:
-    """Raise InvalidCertificate if a signed approval does not hold."""
     name = contents.spec_name
     if problem := _problem(approval, name, contents.spec_sha256, trust, revoked):
         raise InvalidCertificate(f"spec {name}: {problem}")
     words = f"spec {name} was approved by {approval['person']} on {approval['time'][:10]}"
     if problem := _uncovered(approval, contents.result.get("models", {})):
         return Step(f"{words}, but {problem}", complete=False, remark=NOT_APPROVED)
-    if _serial_number(approval) in {entry.serial_number for entry in revoked if entry.compromised}:
+    certificate = x509.load_pem_x509_certificate(str(approval["certificate"]).encode("ascii"))
+    if certificate.serial_number in {entry.serial_number for entry in revoked if entry.compromised}:
         return Step(f"{words}, with a key that was lost or compromised later: anybody could have dated it so", False)
     return Step(words)
 
@@ -142,7 +142,6 @@ def _other_content(name: str) -> str:
 
 
 def _is_reason(text: Any, contents: CertificateContent) -> bool:
-    """Return whether the text is one of this program's reasons for a spec that is not approved."""
     if not isinstance(text, str):
         return False
     fixed = {_UNSIGNED, _UNREADABLE, *_WRONG, _other_content(contents.spec_name)}
@@ -161,13 +160,8 @@ def _uncovered(approval: Mapping[str, Any], models: _Models) -> str | None:
 
 
 def _problem(
-    approval: Mapping[str, Any],
-    name: str,
-    sha256: str,
-    trust: Sequence[x509.Certificate],
-    revoked: Sequence[Revoked],
+    approval: Mapping[str, Any], name: str, sha256: str, trust: Sequence[x509.Certificate], revoked: Sequence[Revoked]
 ) -> str | None:
-    """Return why the signature of an approval does not hold for a spec, None if it does."""
     kind, keys_of, broken, other_spec, other_role, other_ca, not_valid = _WRONG
     try:
         certificate = x509.load_pem_x509_certificate(str(approval["certificate"]).encode("ascii"))
@@ -201,14 +195,8 @@ def _problem(
 
 
 def _letters(name: str) -> str:
-    """Return a name as a reader sees it: names that differ only in case, hyphens, spaces or invisible characters are
-    equal."""
+    """Return a name without what a reader hardly sees: case, hyphens, spaces, invisible characters."""
     return "".join(c for c in unicodedata.normalize("NFKC", name).casefold() if c.isalnum())
-
-
-def _serial_number(approval: Mapping[str, Any]) -> int:
-    """Return the serial number of the approver's certificate."""
-    return x509.load_pem_x509_certificate(str(approval["certificate"]).encode("ascii")).serial_number
 
 
 def _path(home: Path, sha256: str) -> Path:

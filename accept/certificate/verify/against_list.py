@@ -2,15 +2,15 @@
 unit was judged since. It needs the authority's certificate and the file, and no store."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from cryptography import x509
 
 from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.provenance import Earlier, Replaced
 from accept.certificate.contents.step import Step
 from accept.certificate.trust.keys import public_of
 from accept.certificate.trust.published_list import (
@@ -71,15 +71,14 @@ def check_list(
     whose lists are in doubt. Steps are not complete if its bench's list is in doubt or lacks the certificate or its
     judgement, and if a later attempt is listed. A doubt about the list of another bench is said in the first line: that
     list may lack a later attempt."""
-    bench = (contents.provenance.get("head") or {}).get("bench")
+    bench = contents.stated.head.bench if contents.stated.head else None
     doubts = [(words, public_of(one.bench) == bench) for one in lists if (words := _doubt(one, revoked))]
     said = [Step(words, complete=not own, remark="" if own else words) for words, own in doubts]
     return [*said, *_comparison(signed, contents, when, lists)]
 
 
 def _comparison(signed: bytes, contents: CertificateContent, when: datetime, lists: Sequence[BenchList]) -> list[Step]:
-    """Return the steps of `check_list` without those on its lists."""
-    bench = (contents.provenance.get("head") or {}).get("bench")
+    bench = contents.stated.head.bench if contents.stated.head else None
     own = next((one for one in lists if public_of(one.bench) == bench), None)
     if own is None:
         return [Step("its bench published nothing in this list", complete=False)]
@@ -94,14 +93,14 @@ def _comparison(signed: bytes, contents: CertificateContent, when: datetime, lis
     if not judged:
         return [Step(f"the list of {own.name} holds no judgement with this result", complete=False)]
     steps = [Step(f"the list of {own.name} of {_minute(own.time)}{_age(own)} holds judgement and signature")]
-    if contents.provenance.get("attempt") != judged[-1].attempt:
-        words = f"it states attempt {contents.provenance.get('attempt')}, the list of its bench {judged[-1].attempt}"
+    if contents.stated.attempt != judged[-1].attempt:
+        words = f"it states attempt {contents.stated.attempt or None}, the list of its bench {judged[-1].attempt}"
         steps.append(Step(words, complete=False))
-    if problem := _problem_of_replaced(contents.provenance.get("replaces"), judged[-1], mine):
+    if problem := _problem_of_replaced(contents.stated.replaces, judged[-1], mine):
         steps.append(Step(f"{problem} (provenance.replaces)", complete=False))
-    if problem := _problem_of_earlier(contents.provenance, judged[-1], mine):
+    if problem := _problem_of_earlier(contents.stated.earlier, judged[-1], mine):
         steps.append(Step(f"{problem} (provenance.earlier)", complete=False))
-    if contents.provenance.get("judged", judged[-1].time) != judged[-1].time:
+    if contents.stated.judged not in ("", judged[-1].time):
         steps.append(Step(f"the list holds that it was judged on {_minute(judged[-1].time)}", complete=False))
     void = next((e for e in mine if e.what == VOIDED and e.content == judged[-1].content), None)
     if void is not None:
@@ -112,7 +111,7 @@ def _comparison(signed: bytes, contents: CertificateContent, when: datetime, lis
     return [*steps, _later(own, judged[-1], lists)]
 
 
-def _problem_of_replaced(stated: Mapping[str, Any] | None, judged: Entry, mine: Sequence[Entry]) -> str | None:
+def _problem_of_replaced(stated: Replaced | None, judged: Entry, mine: Sequence[Entry]) -> str | None:
     """Return why the stated judgement before is not the one that the list has, None if it is. In the workflow an
     attempt may be judged more than once: then what it replaces is of the attempt before."""
     earlier = [e for e in mine if e.what == JUDGED and e.seq < judged.seq]
@@ -120,26 +119,26 @@ def _problem_of_replaced(stated: Mapping[str, Any] | None, judged: Entry, mine: 
         first = all(e.attempt == judged.attempt for e in earlier)
         return None if first else "it states that it replaces nothing, the list holds an earlier judgement"
     other = [e for e in earlier if e.attempt != judged.attempt]
-    if stated["time"] not in {e.time for e in (*earlier[-1:], *other[-1:])}:
-        return f"it states that it replaces a judgement of {_minute(stated['time'])}, which the list does not hold so"
+    if stated.time not in {e.time for e in (*earlier[-1:], *other[-1:])}:
+        return f"it states that it replaces a judgement of {_minute(stated.time)}, which the list does not hold so"
     known = {e.content for e in mine if e.what == SIGNED and e.seq < judged.seq} | {None}
-    if not {stated["certificate"], stated.get("earlier_certificate")} <= known:
+    if not {stated.certificate, stated.earlier_certificate or None} <= known:
         return "it states that it replaces a certificate that the list does not hold before it"
     return None
 
 
-def _problem_of_earlier(given: Mapping[str, Any], judged: Entry, mine: Sequence[Entry]) -> str | None:
+def _problem_of_earlier(stated: Earlier | None, judged: Entry, mine: Sequence[Entry]) -> str | None:
     """Return why the attempts before are not as many, or the last that was not accepted not of the time, as the list
     has; None if they are. An earlier program did not state them."""
-    if "earlier" not in given:
+    if stated is None:
         return None
     earlier = [e for e in mine if e.what == JUDGED and e.seq < judged.seq]
-    stated = given["earlier"]
-    if sum(stated["verdicts"].values()) != len(earlier):
-        return f"it states {sum(stated['verdicts'].values())} earlier judgements, the list holds {len(earlier)}"
-    last = stated["not_accepted"]
-    known = last is None or (1 <= last["attempt"] <= len(earlier) and earlier[last["attempt"] - 1].time == last["time"])
-    return None if known else f"the list holds no judgement {last['attempt']} of {_minute(last['time'])}"
+    if (total := sum(stated.verdicts.values())) != len(earlier):
+        return f"it states {total} earlier judgements, the list holds {len(earlier)}"
+    if (last := stated.not_accepted) is None:
+        return None
+    known = 1 <= last.attempt <= len(earlier) and earlier[last.attempt - 1].time == last.time
+    return None if known else f"the list holds no judgement {last.attempt} of {_minute(last.time)}"
 
 
 def _later(own: BenchList, judged: Entry, lists: Sequence[BenchList]) -> Step:
@@ -167,7 +166,6 @@ def _time(text: str) -> datetime:
 
 
 def _age(one: BenchList) -> str:
-    """Return how long ago a list was published."""
     days = (datetime.now(UTC) - one.published).days
     return f" ({'today' if days < 1 else '1 day ago' if days == 1 else f'{days} days ago'})"
 

@@ -3,29 +3,31 @@ whether the unit was judged since, whether its recordings were given for another
 order."""
 
 import hashlib
-import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from datetime import datetime
+from itertools import islice
 from pathlib import PurePath
-from typing import Any
 
 from accept.base.documents.results import UnitEntry
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
-from accept.certificate.contents.laboratory import LaboratoryFile, number_of, statement_of
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.laboratory import number_of
+from accept.certificate.contents.provenance import History, differences
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import amended, digest_of, earlier_attempts, replaced_by, values_before
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
-from accept.judging.copies import Copy, copies_of
+from accept.judging.copies import copies_of
 from accept.judging.nonconformance import CHOICES, standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.result import UnitResult
+from accept.judging.superseded import Approval
 from accept.judging.voids import voids
 from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
 from accept.store.chain import START
@@ -37,7 +39,7 @@ from accept.units.attempt_folder import attempt_number
 from checks.verdict import Verdict
 from specs.spec import parse
 
-_STARTED = "attempt_started"
+_STARTED, SIGNED = "attempt_started", CertificateSigned.KIND
 
 
 def check_store(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
@@ -46,7 +48,7 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
     signed: the bytes up to the technician's signature, it included; when: its time. again: the unit as it was judged
     again from the attached records, None if it was not. A step is not complete if the store cannot be asked or does not
     hold, and if this bench made the certificate and its store is gone."""
-    stated = (contents.provenance.get("head") or {}).get("bench")
+    stated = contents.stated.head.bench if contents.stated.head else None
     certified = keys.certified_bench(home())
     problem = keys.bench_problem(home())
     here = stated is not None and stated in (bench_of(home() / BENCH_KEY), certified)
@@ -60,7 +62,8 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
     try:
         with open_store() as store:
             events = list(store.events(contents.serial))
-            signature = _signature_event(events, signed)
+            digest = hashlib.sha256(signed).hexdigest()
+            signature = next((e for e in events if e.what == SIGNED and e.data["sha256"] == digest), None)
             held = _held(store, contents, signature)
             history = _history(store, events, signature, contents) if signature else _later_than(events, when)
             compared = [_copied(store, contents, again), reread(store, contents)]
@@ -71,21 +74,16 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
 
-def _signature_event(events: Sequence[Event], signed: bytes) -> Event | None:
-    digest = hashlib.sha256(signed).hexdigest()
-    of_signing = (e for e in events if e.what == "certificate_signed")
-    return next((e for e in of_signing if e.data["sha256"] == digest), None)
-
-
 def _held(store: Store, contents: CertificateContent, signature: Event | None) -> Step:
     """Check that the store holds the signature. Not complete if the store of the bench that made it has another event
     under the stated number, or no event of this signature; and if neither is known. A certificate from before heads
     were stated is not checked."""
-    head = contents.provenance.get("head")
+    head = contents.stated.head
     if head is not None:
-        stated, own = StoreHead(int(head["seq"]), str(head["hash"])), store.signed_head()
-        if not _holds(store, stated) or stated == START:
-            if own is None or head["bench"] != own.bench:
+        stated, own = StoreHead(head.seq, head.hash), store.signed_head()
+        there = [StoreHead(each.seq, each.hash) for each in islice(store.events(after=stated.seq - 1), 1)]
+        if there != [stated] or stated == START:
+            if own is None or head.bench != own.bench:
                 return Step("it was made at another bench, whose store is not this one")
             if stated != START:
                 words = f"this bench's store does not hold event {stated.seq} as stated: it was put back or rewritten"
@@ -98,32 +96,29 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
     return Step(f"{words} before it had said so", complete=False)
 
 
-def _holds(store: Store, head: StoreHead) -> bool:
-    event = next(store.events(after=head.seq - 1), None)
-    return event is not None and StoreHead(event.seq, event.hash) == head
-
-
 def _history(store: Store, events: Sequence[Event], signature: Event, contents: CertificateContent) -> list[Step]:
-    """Compare result, operator, spec, attempt and what was replaced with the judgement that the signature certifies."""
     result = canonical(contents.result)
     named = signature.data.get("judged")  # earlier programs do not name the judgement that was signed
     before = [e for e in events if e.what == JUDGED and e.seq < signature.seq and named in (None, e.seq)]
     own = next((e for e in reversed(before) if canonical(e.data["result"]) == result), None)
     if own is None:
         return [Step("this bench's store holds no judgement with this result", complete=False)]
-    if number := contents.provenance.get("number"):
-        signed = [CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND]
-        if (bearing := sum(each.number == number for each in signed)) != 1:
-            words = (
-                f"this bench's store knows {bearing} certificates of the unit with the number {number}, expected one"
-            )
-            return [Step(words, complete=False)]
-    wrong = [name for name, same in _comparisons(events, own, signature, contents).items() if not same]
+    signed = [CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND]
+    if (number := contents.stated.number) and (bearing := sum(each.number == number for each in signed)) != 1:
+        words = f"this bench's store knows {bearing} certificates of the unit with the number {number}, expected one"
+        return [Step(words, complete=False)]
     own_program = contents.code_sha256 == code_sha256()
+    known = _known(events, own, CertificateSigned.of(signature), contents)
+    same = {
+        "operator": same_person(own.who, contents.operator),
+        "spec": own.spec == f"{contents.spec_name}@{contents.spec_sha256}",
+        "code": own.data["code_sha256"] == contents.code_sha256,
+    }
+    wrong = [name for name, is_same in same.items() if not is_same]
+    wrong += differences(contents.stated, known, own_program)
     if own_program:  # earlier programs did not store what a bench states
-        found = list(_bench_differences(store, own, signature, contents)) or [["statement of the bench"]]
-        fewest: list[str] = min(found, key=len)
-        wrong += fewest
+        found = [differences(contents.stated, each) for each in _at_bench(store, known, signature, contents)]
+        wrong += sorted(found or [["statement of the bench"]], key=len)[0]
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
     if (void := voids(store, own.subject).get(own.seq)) is not None:
         return [Step(f"quality assurance declared this attempt void: {void.words}", complete=False, current=False)]
@@ -135,62 +130,33 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
     ]
 
 
-def _comparisons(
-    events: Sequence[Event], own: Event, signature: Event, contents: CertificateContent
-) -> dict[str, bool]:
-    """Return field -> whether the certificate states it as the store has it. own: the judgement that it certifies."""
-    given = contents.provenance
+def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
     counted = [e for e in events if e.seq < own.seq]
     started = [e for e in counted if e.what == _STARTED]
     before = fold(counted).units.get(own.subject)
-    numbers = {1 if before is None else before.attempts + 1}
-    replaced: list[Any] = [(replaced_by(before), values_before(before))]
+    numbers, replaced = {1 if before is None else before.attempts + 1}, [before]
     if started and _is_of_attempt(own, started[-1], counted):
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
-        earlier = fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject)
-        replaced.append((replaced_by(earlier), values_before(earlier)))
-    latest = contents.code_sha256 == code_sha256()  # earlier programs do not state all of it
-    amends = amended(own.subject, before, UnitEntry.from_json(contents.result))
-    return {
-        "operator": same_person(own.who, contents.operator),
-        "spec": own.spec == f"{contents.spec_name}@{contents.spec_sha256}",
-        "code": own.data["code_sha256"] == contents.code_sha256,
-        "attempt": given.get("attempt") in numbers,
-        "replaced judgement": given.get("replaces") in [judgement for judgement, _ in replaced],
-        "reason": given.get("reason") == own.data.get("reason"),
-        "values before": ("before" not in given and not latest)
-        or (given.get("replaces"), given.get("before")) in replaced,
-        "end of the attempts before": ("earlier" not in given and not latest)
-        or given.get("earlier") == earlier_attempts(before),
-        "amended certificate": ("amends" not in given and not latest) or given.get("amends", "") == amends,
-        "time of the judgement": given.get("judged", own.time) == own.time,
-        "reason of signing": given.get("signed_because", "") == CertificateSigned.of(signature).reason,
-    }
+        replaced.append(fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject))
+    checks = parse(contents.spec_text.encode(), "the attached spec").checks
+    entry = UnitEntry.from_json(contents.result)
+    return History(own, signature, entry, before, replaced, numbers, checks)
 
 
-def _bench_differences(store: Store, own: Event, signature: Event, contents: CertificateContent) -> Iterator[list[str]]:
-    """Yield, for everything that the bench stated from the judgement until the signature, the fields of the provenance
-    that are stated otherwise. It states something else since its laboratory.toml, say, was changed."""
-    given, spec = contents.provenance, parse(contents.spec_text.encode(), "the attached spec")
-    bench = (given.get("head") or {}).get("bench")
+def _at_bench(store: Store, known: History, signature: Event, contents: CertificateContent) -> Iterator[History]:
+    """Yield everything that the bench stated of itself from the judgement until the signature: it states something
+    else since its laboratory.toml, say, was changed."""
+    own, bench = known.judged, contents.stated.head.bench if contents.stated.head else None
     events = [e for e in store.events("", BenchStated.KIND) if e.data["bench"] == bench and e.seq < signature.seq]
-    before = [e for e in events if e.seq < own.seq]
-    for stated in map(BenchStated.of, [*before[-1:], *(e for e in events if e.seq > own.seq)]):
-        laboratory = None if stated.laboratory is None else LaboratoryFile(**stated.laboratory)
-        scheme = laboratory.certificate_number if laboratory else None
-        years = {datetime.fromisoformat(e.time).year for e in (own, signature)}
-        numbers = (
-            {number_of(scheme, contents.serial, int(given["attempt"]), year, ()) for year in years} if scheme else ()
-        )
-        number = re.sub(r"-\d+$", "", str(given.get("number")))  # of a second certificate of the attempt
-        listed = given.get("crl")
-        same = {
-            "laboratory": given.get("laboratory") == (statement_of(laboratory, spec.checks) if laboratory else None),
-            "number": given.get("number") in numbers or number in numbers if scheme else "number" not in given,
-            "authority": ("authority" in given) == stated.authority,
-            "crl": (listed and digest_of(str(listed))) == stated.crl,
-        }
-        yield [f"provenance.{name}" for name, known in same.items() if not known]
+    years = {datetime.fromisoformat(e.time).year for e in (own, signature)}
+    for event in [*[e for e in events if e.seq < own.seq][-1:], *(e for e in events if e.seq > own.seq)]:
+        stated = BenchStated.of(event)
+        scheme = (stated.laboratory or {}).get("certificate_number")
+        if scheme and not contents.stated.attempt:
+            raise InvalidCertificate("the attempt that its number names is not stated (provenance.attempt)")
+        of_attempt = (contents.serial, contents.stated.attempt)
+        numbers = [number_of(scheme, *of_attempt, year, ()) for year in years] if scheme else [""]
+        yield replace(known, bench=stated, numbered=numbers)
 
 
 def _is_of_attempt(own: Event, started: Event, counted: Sequence[Event]) -> bool:
@@ -219,9 +185,8 @@ def _later(judged: Sequence[Event]) -> list[Step]:
 
 
 def _copied(store: Store, contents: CertificateContent, again: UnitResult | None) -> Step:
-    """Check the recordings. Not complete if the store has a judgement of another unit by the same samples that the
-    certificate counts, without a signed decision on where they belong. The samples are those of the attached records,
-    whatever the result states."""
+    """Check the recordings. Not complete if the store has a judgement of another unit by the same samples, without a
+    signed decision on where they belong. The samples are those of the attached records, whatever the result states."""
     samples = {**(contents.result.get("samples") or {}), **(again.samples if again is not None else {})}
     if not samples:
         return Step("")
@@ -230,7 +195,8 @@ def _copied(store: Store, contents: CertificateContent, again: UnitResult | None
     counted = [copy for copy in found if copy["withheld"] and copy["sample"] not in stated]
     if not counted:
         return Step("the bench's store holds its recordings for no other unit")
-    same = "; ".join(f"{copy['sample']} is also {_others(copy)}" for copy in counted)
+    others = (", ".join(f"{other['serial']} {other['sample']}" for other in copy["with"]) for copy in counted)
+    same = "; ".join(f"{copy['sample']} is also {where}" for copy, where in zip(counted, others, strict=True))
     words = "its recordings were given for other units too, without a decision of quality assurance"
     return Step(f"{words}: {same}", complete=False)
 
@@ -239,7 +205,7 @@ def reread(store: Store, contents: CertificateContent) -> Step:
     """Check how the recordings were read. Not complete if the store has a judgement that read one otherwise and did not
     pass, and the certificate does not state it."""
     entry = UnitEntry.from_json(contents.result)
-    found = rereadings(store, contents.serial, entry.samples, entry.findings)
+    found = rereadings(store, contents.serial, entry.samples, entry.findings, contents.inputs)
     passed = {f.quantity for f in entry.findings if f.verdict is Verdict.PASS}
     new = [r["words"] for q, r in found.items() if r["was"] != Verdict.PASS and q in passed]
     words = "the bench's store has the same recording, read otherwise"
@@ -247,7 +213,6 @@ def reread(store: Store, contents: CertificateContent) -> Step:
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
-    """Check the parts. Not complete if the store has a doubt about a part that the certificate does not state."""
     found = part_doubts(store, contents.serial, contents.result.get("parts") or {})
     new = [words for words in found if words not in contents.result.get("part_doubts", ())]
     return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
@@ -259,7 +224,10 @@ def _sound(store: Store, contents: CertificateContent, when: datetime) -> Step:
     was signed is a later attempt."""
     stated, dispositions = (contents.result.get(key, ()) for key in ("nonconformances", "dispositions"))
     known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
-    now = standing(store, contents.serial, {}, UnitEntry.from_json(contents.result), when + SAME_SECOND)
+    approved = (contents.stated.approval or {}).get("time")
+    approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
+    entry = UnitEntry.from_json(contents.result)
+    now = standing(store, contents.serial, {}, entry, when + SAME_SECOND, approval=approval)
     if new := [words for words in now.open if words not in stated]:
         return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)
     if new := [words for decided in now.released for words in decided.nonconformances if words not in known]:
@@ -268,7 +236,3 @@ def _sound(store: Store, contents: CertificateContent, when: datetime) -> Step:
     later = [*dict.fromkeys(last[words] for words in stated if words in last)]
     remark = "; ".join(f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in later)
     return Step("; ".join(words_of(each) for each in later), remark=remark)
-
-
-def _others(copy: Copy) -> str:
-    return ", ".join(f"{other['serial']} {other['sample']}" for other in copy["with"])

@@ -27,11 +27,11 @@ from accept.units.unit_entry import MODEL_FOLDER
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, parse
 from checks.acceptance import CHECKS
 from checks.picture import Panel
-from checks.verdict import UsedInput
-from hw.records import DEFAULT_LIMITS
+from hw.records import DEFAULT_LIMITS, declared_samples
 from specs.files import read_bounded
 from specs.strict import toml_of
 
+MOST_SAMPLES = 8_000_000  # of all attached records: an actuator or strut has 5e6; small files may expand to many more
 _SHOWN = 3  # differences named in the reason; the details have all
 
 
@@ -96,7 +96,12 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
     said: list[str] = []
     absent: list[str] = []
     other: list[str] = []
-    alone = {words for f in judged.findings for i in f.inputs if i.against for words in [_alone(f.check, i)]}
+    alone = {
+        f"{input_words(f.check, i)} by {i.source}, but {i.against}"
+        for f in judged.findings
+        for i in f.inputs
+        if i.against
+    }
     if not own:  # its result may have fewer keys, other words, and numbers that are computed otherwise now
         absent = [line.removesuffix(ONLY_AGAIN) for line in found if line.endswith(ONLY_AGAIN)]
         said = [line for line in found if is_said_otherwise(line)]
@@ -114,7 +119,7 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
     if own:
         check_gap(unit_of(contents), contents.result.get("gap"), contents.panels)
     if missing:
-        what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
+        what = f"{', '.join(missing)} not attached, or too long; give the unit's folder with --records"
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
     if said or absent or other or (alone and not own):
         words = [f"this version computes other numbers: {_some(other)}"] if other else []
@@ -131,8 +136,7 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
 def _sketched_as(
     attached: Mapping[str, Mapping[str, str]], again: Mapping[str, Mapping[str, str]]
 ) -> dict[str, dict[str, str]]:
-    """Return the sketches with only the parts that the attached ones have: those of earlier programs have fewer,
-    divided by colons."""
+    """Return the sketches with the parts alone that the attached ones have: earlier programs wrote fewer."""
     parts = {(name, key): text.count(":") + 1 for name, texts in attached.items() for key, text in texts.items()}
     return {
         name: {key: ":".join(text.split(":")[: parts.get((name, key))]) for key, text in texts.items()}
@@ -140,19 +144,13 @@ def _sketched_as(
     }
 
 
-def _alone(check: str, used: UsedInput) -> str:
-    return f"{input_words(check, used)} by {used.source}, but {used.against}"
-
-
 def _some(lines: Sequence[str]) -> str:
-    """Return the first few lines, those of a value before the others, and how many more there are."""
     lines = sorted(lines, key=lambda line: "].value " not in line)
     more = f" and {len(lines) - _SHOWN} more" if len(lines) > _SHOWN else ""
     return "; ".join(lines[:_SHOWN]) + more
 
 
 def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[str]:
-    """Return the checks that read one of these files."""
     unit = unit_of(contents)
     reads = {name for name, section in unit.sections.items() if not set(section.files).isdisjoint(missing)}
     if any(not set(each.files).isdisjoint(missing) for each in unit.experiments.values()):
@@ -161,7 +159,6 @@ def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[st
 
 
 def _pictures(panels: Mapping[str, Panel], left_out: Collection[str]) -> dict[str, Panel]:
-    """Return the panels without those of some checks."""
     return {name: panel for name, panel in panels.items() if name.split("/")[0] not in left_out}
 
 
@@ -192,6 +189,18 @@ def with_records(contents: CertificateContent, folder: Path) -> CertificateConte
             if hashlib.sha256(more[name]).hexdigest() != digest:
                 raise InvalidCertificate(f"{folder / name} is not the file that was judged")
     return replace(contents, files={**contents.files, **more})
+
+
+def within_samples(contents: CertificateContent) -> CertificateContent:
+    """Return the content without the longest records, as if they were too large to attach, if all declare more than
+    `MOST_SAMPLES`."""
+    records = {n: content for n, content in contents.files.items() if n != UNIT_FILE}
+    declared = {n: declared_samples(n, content, MOST_SAMPLES) for n, content in records.items()}
+    kept, total = {UNIT_FILE}, 0
+    for name in sorted(declared, key=lambda name: declared[name]):
+        total += declared[name]
+        kept |= {name} if total <= MOST_SAMPLES else set()
+    return replace(contents, files={n: content for n, content in contents.files.items() if n in kept})
 
 
 def unit_of(contents: CertificateContent) -> UnitFolder:

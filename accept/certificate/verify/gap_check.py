@@ -85,8 +85,10 @@ def own_words(contents: CertificateContent) -> list[str]:
     if gap["verdict"] == REFUSED:
         return [f"gap.{field}" for field in (*found, "reason")]
     if gap["ambiguous"]:
-        from checks.gap.decision.next_experiment import every_experiment  # loads the library, as `_is_sentence`
-        from checks.gap.effects import EFFECTS
+        from checks.gap import (
+            EFFECTS,
+            every_experiment,  # loads the library, as `_is_sentence`
+        )
 
         known = every_experiment()
         if any(a["experiment"] not in known or not set(a["effects"]) <= EFFECTS.keys() for a in gap["ambiguous"]):
@@ -110,7 +112,7 @@ def _names_its_model(gap: Mapping[str, Any], contents: CertificateContent) -> bo
 
 def _other_parameters(effect: str, stated: Mapping[str, Any]) -> list[str]:
     """Return the parameters that the effect does not have; of the faults of the records some have `samples`."""
-    from checks.gap.effects import EFFECTS  # as `_is_sentence`
+    from checks.gap import EFFECTS  # as `_is_sentence`
 
     own = {p.name for p in EFFECTS[effect].parameters} if effect in EFFECTS else {"samples"}
     return [name for name in stated if name not in own]
@@ -119,7 +121,7 @@ def _other_parameters(effect: str, stated: Mapping[str, Any]) -> list[str]:
 def _is_sentence(effect: str, text: str) -> bool:
     """Return whether this is the sentence of a fault of the records, or of an effect of the library, with any
     numbers."""
-    from checks.gap.effects import EFFECTS  # loads the library: only for a unit whose responses were searched
+    from checks.gap import EFFECTS  # loads the library: only for a unit whose responses were searched
 
     if _fault().fullmatch(text):
         return True

@@ -86,14 +86,9 @@ def _check_revisions(
         if held > already and signed.stamped is None:
             raise InvalidCertificate(f"the {signed.role}'s revision keeps revocation data (/DSS) without a timestamp")
         again = signed_again(
-            before,
-            credential,
-            signed.when,
-            kept,
-            parse_stated(signed.disposition),
-            is_simulated(contents),
+            before, credential, signed.when, kept, parse_stated(signed.disposition), is_simulated(contents),
             signed.stamped is not None,
-        )
+        )  # fmt: skip
         if pdf[:start] != again[:start] or pdf[end:last] != again[end:]:
             raise InvalidCertificate(
                 f"the {signed.role}'s revision holds more than a signature: what a reader shows is not what was judged"
@@ -113,7 +108,6 @@ def _check_actions(pdf: bytes) -> None:
 
 
 def _action(held: object, depth: int = 0) -> str:
-    """Return the name of an action in an object, "" for none; references are not followed."""
     if depth > _DEEPEST:
         return "nested too deeply"
     if isinstance(held, DictionaryObject):

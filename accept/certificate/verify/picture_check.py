@@ -56,12 +56,10 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _numbers(values: Sequence[Any]) -> bool:
-    """Return whether all values are numbers, NaN and infinity included, for which JSON has no number."""
     return all((isinstance(v, int | float) and not isinstance(v, bool)) or v in ("nan", "inf", "-inf") for v in values)
 
 
 def _map(values: Sequence[Any]) -> bool:
-    """Return whether all values are rows of numbers: the data of a map."""
     return all(isinstance(row, list) and _numbers(row) for row in values)
 
 
@@ -82,7 +80,6 @@ def _near(one: Sequence[Any], other: Sequence[Any]) -> bool:
 
 
 def _texts(panel: Any) -> Iterator[str]:
-    """Yield every string in a panel, at any depth."""
     if isinstance(panel, str):
         yield panel
     elif isinstance(panel, Mapping):

@@ -28,8 +28,7 @@ from accept.store import StoreError, open_store
 
 
 class ListsBeside:
-    """The lists of revoked keys of the trusted authorities. entries: of these lists and of those in the bench's
-    store."""
+    """The lists of revoked keys of the trusted authorities. entries: of these lists and of the bench's store."""
 
     def __init__(self, files: Mapping[Path, x509.Certificate]) -> None:
         """Read them. files: place of the list -> certificate of its authority. Raises RevocationError."""
@@ -75,9 +74,9 @@ def _older_than_published(
 
 
 def _attached(contents: CertificateContent, ca: x509.Certificate) -> RevocationList | None:
-    given = contents.provenance.get("crl")
+    given = contents.stated.crl
     try:
-        return None if given is None else parsed(str(given).encode(), "the attached list", ca)
+        return parsed(given.encode(), "the attached list", ca) if given else None
     except RevocationError:
         return None  # of another authority among those trusted
 
@@ -85,10 +84,9 @@ def _attached(contents: CertificateContent, ca: x509.Certificate) -> RevocationL
 def attached_entries(contents: CertificateContent, roots: Sequence[x509.Certificate]) -> list[Revoked]:
     """Return the entries of the list that was attached when the unit was judged, none without one. Raises
     InvalidCertificate if it is not of a trusted authority, or not as this program writes it."""
-    given = contents.provenance.get("crl")
-    if given is None:
+    if not contents.stated.crl:
         return []
-    if not isinstance(given, str) or not is_canonical(given):
+    if not is_canonical(contents.stated.crl):
         raise InvalidCertificate("provenance.crl is not a list of revoked keys as this program writes it")
     found = next(filter(None, (_attached(contents, ca) for ca in roots)), None)
     if found is None:

@@ -15,11 +15,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from pyhanko.pdf_utils.reader import PdfFileReader
 from pyhanko.sign.diff_analysis import ModificationLevel
 from pyhanko.sign.fields import MDPPerm, enumerate_sig_fields
-from pyhanko.sign.validation import (
-    EmbeddedPdfSignature,
-    SignatureCoverageLevel,
-    validate_pdf_signature,
-)
+from pyhanko.sign.validation import EmbeddedPdfSignature, SignatureCoverageLevel, validate_pdf_signature
 from pyhanko.sign.validation.settings import KeyUsageConstraints
 from pyhanko_certvalidator import ValidationContext
 
@@ -90,19 +86,11 @@ def signatures_of(
     ]
     found = [
         guarded(
-            f"the signature of the {s.field_name}",
-            _signature,
-            s,
-            c,
-            trust,
-            now,
-            revoked,
-            stamping,
-            place=p,
-            covers_all=p[2] == len(pdf),
+            f"the signature of the {s.field_name}", _signature, s, c, trust, now, revoked, stamping,
+            place=p, covers_all=p[2] == len(pdf),
         )
         for s, c, p in zip(embedded, certificates, places, strict=True)
-    ]
+    ]  # fmt: skip
     if len(found) == 2 and found[1].when < found[0].when - _CLOCK_SLACK:
         raise InvalidCertificate("the countersignature is older than the technician's signature")
     return tuple(found)
@@ -234,8 +222,6 @@ def _time(embedded: EmbeddedPdfSignature, certificate: x509.Certificate, now: da
 def _check_by_pyhanko(
     embedded: EmbeddedPdfSignature, trust: Sequence[x509.Certificate], when: datetime, covers_all: bool
 ) -> None:
-    """Check with pyhanko: digest, signature value, chain, key usage, coverage, and changes since. Raises
-    InvalidCertificate."""
     roots = [asn1_x509.Certificate.load(c.public_bytes(Encoding.DER)) for c in trust]
     context = ValidationContext(trust_roots=roots, moment=when, allow_fetching=False)
     status = validate_pdf_signature(embedded, context, key_usage_settings=_USAGE)

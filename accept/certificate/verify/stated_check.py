@@ -1,10 +1,8 @@
 """Comparison of the statements beside a certificate's result with the attached spec, the signatures and its own times.
 
-`accept.certificate.verify.statements` lists every statement and how it is checked.
+`accept.certificate.contents.statements` lists every statement and how it is checked.
 """
 
-import math
-import re
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import Any
@@ -14,7 +12,7 @@ from cryptography import x509
 from accept.base import version
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.laboratory import STATED
+from accept.certificate.contents.provenance import PROVENANCE, Replaced
 from accept.certificate.contents.step import Step
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import needs_reason
@@ -25,23 +23,14 @@ from accept.judging.copies import recording_party
 from accept.judging.decisions import decision_problem
 from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.judging.nonconformance import DISPOSITION, signed_content
-from accept.store.fold import VOIDED
 from accept.store.payloads import CopiesResolved, NonconformanceDecided, SignedBy
 from accept.store.seal import head_problem
 from accept.units.samples import TYPED
 from accept.units.unit_folder import serial_problem
 from checks.acceptance import CHECKS
-from checks.verdict import UnitVerdict
 from specs.spec import parse
 from specs.strict import SpecError
 
-EXPECTED = ("attempt", "replaces", "approval", "head")  # in the provenance of every certificate of this program
-_ENDS = (*UnitVerdict, VOIDED)
-_REPLACED = {"verdict": str, "time": str, "certificate": str | None}
-_EARLIER = {"earlier_attempt": int, "earlier_certificate": str}
-_STOPPED = {"attempt": int, "verdict": str, "time": str}
-_HEAD = {"seq": int, "hash": str, "bench": str, "signature": str}
-_HEX = re.compile(r"[0-9a-f]{64,128}")
 STORED_WITHIN = timedelta(minutes=5)  # a decision is stored after it was signed, when the store is free
 SAME_SECOND = timedelta(seconds=2)  # a signature states whole seconds, the store microseconds
 
@@ -57,10 +46,11 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     same = contents.operator == technician if own else same_person(contents.operator, technician or "")
     if technician and contents.format > BEFORE and not same:
         raise InvalidCertificate(f"the operator is {contents.operator}, but {technician} signed as technician")
-    given = contents.provenance
-    _check_form(given)
-    waits = needs_reason(contents.result["verdict"], (given.get("replaces") or {}).get("verdict"))
-    if given.get("amends") and waits and not (given.get("reason") or given.get("signed_because")):
+    given = contents.stated
+    if given.head is not None and (problem := head_problem(vars(given.head))):
+        raise InvalidCertificate(f"the stated head of its store does not hold: {problem}")
+    waits = needs_reason(contents.result["verdict"], given.replaces.verdict if given.replaces else None)
+    if given.amends and waits and not (given.reason or given.signed_because):
         raise InvalidCertificate("it replaces the certificate of an accepted unit and does not say why")
     if own and contents.format != FORMAT:
         raise InvalidCertificate(f"it states format {contents.format}, but this program writes format {FORMAT}")
@@ -70,16 +60,15 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
         raise InvalidCertificate("the page says of the verdicts what this program does not say")
     if unknown := unlisted(contents) if own else []:
         raise InvalidCertificate(f"{unknown[0]} is stated, which this program does not write")
-    if own and ("demo" in given) != demo:
+    if own and given.demo != demo:
         raise InvalidCertificate("provenance.demo is not the kind of authority that signed")
     steps = [] if own else [_other_program(contents)]
-    if own and not demo and "head" in given and given["head"] is None:
+    if own and not demo and "head" in contents.provenance and given.head is None:
         steps.append(Step("it states no head of its bench's store (provenance.head)", complete=False))
-    expected = (*EXPECTED, *(["earlier"] if own and given.get("replaces") else []))
-    expected += ("result",) if own and "signature" in given else ()
-    if absent := [name for name in expected if name not in given]:
+    due = [each.name for each in PROVENANCE if (each.due(given, own) if callable(each.due) else each.due)]
+    if absent := [name for name in due if name not in contents.provenance]:
         steps.append(Step(f"it does not state: {', '.join(absent)}", complete=False))
-    return [*steps, *_check_folder(contents), *_times(given.get("replaces"), signatures)]
+    return [*steps, *_check_folder(contents), *_times(given.replaces, signatures)]
 
 
 def check_copies(
@@ -117,7 +106,6 @@ def check_dispositions(
 
 
 def _copy_problem(copy: Mapping[str, Any], contents: CertificateContent) -> str | None:
-    """Return why this program would not have stated such a copy, None if it could be."""
     if copy["sample"] not in (contents.result.get("samples") or {}):
         return "the unit has none of that name"
     for other in copy["with"]:
@@ -131,7 +119,6 @@ def _copy_problem(copy: Mapping[str, Any], contents: CertificateContent) -> str 
 def _decision_problem(
     copy: Mapping[str, Any], contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked]
 ) -> str | None:
-    """Return why the decision where a recording belongs does not count, None if it does."""
     since = {entry.serial_number: entry.since for entry in revoked}
     weakens = bool(copy["withheld"])  # then it stands also if the key was lost later
     lost = {entry.serial_number for entry in revoked if entry.compromised and not weakens}
@@ -149,14 +136,16 @@ def _decision_problem(
         return "it is about another recording of that name"
     if signed is not None and told["who"] != signed.person:
         return f"it names {told['who']}, but {signed.person} signed it"
-    if signed is not None and abs(_time_of(str(told["time"])) - _time_of(signed.time)) > STORED_WITHIN:
+    if (
+        signed is not None
+        and abs(datetime.fromisoformat(told["time"]) - datetime.fromisoformat(signed.time)) > STORED_WITHIN
+    ):
         return f"it is dated {str(told['time'])[:19]}, but was signed at {signed.time[:19]}"
     return None
 
 
 def _check_folder(contents: CertificateContent) -> list[Step]:
-    """Check what is stated of a folder that bears another serial, or of a serial that looks like one: that this is
-    one, and that who is said to have confirmed the unit's own is the operator, who signs."""
+    """Check another serial that a folder bears or resembles, and that the operator confirmed the unit's own."""
     stated = contents.result.get("folder") or {}
     others = [str(stated[key]) for key in (NAME, ALIKE) if key in stated]
     if stated and (set(stated) - {NAME, CONFIRMED, ALIKE} or not others or any(map(serial_problem, others))):
@@ -168,7 +157,6 @@ def _check_folder(contents: CertificateContent) -> list[Step]:
 
 
 def _check_spec(contents: CertificateContent) -> None:
-    """Raise InvalidCertificate if the spec's name, title and instruments are not those in its text."""
     try:
         spec = parse(contents.spec_text.encode(), "the attached spec")
     except SpecError as e:
@@ -182,94 +170,18 @@ def _check_spec(contents: CertificateContent) -> None:
             raise InvalidCertificate(f"the page gives the spec another {what} than the attached spec has: '{there}'")
 
 
-def _check_form(given: Mapping[str, Any]) -> None:
-    """Raise InvalidCertificate if a statement of the provenance does not have its form, or if the bench did not sign
-    the head of its store."""
-    if "attempt" in given and (type(given["attempt"]) is not int or given["attempt"] < 1):
-        raise InvalidCertificate(f"provenance.attempt is {given['attempt']!r}, expected a whole number from 1")
-    replaced = given.get("replaces")
-    if replaced is not None:
-        form = _REPLACED | (_EARLIER if isinstance(replaced, Mapping) and "earlier_attempt" in replaced else {})
-        _check_keys("replaces", replaced, form)
-        _time_of(replaced["time"])
-    if "earlier" in given:
-        _check_keys("earlier", given["earlier"], {"verdicts": Mapping, "not_accepted": Mapping | None})
-        counts = given["earlier"]["verdicts"].items()
-        if not all(verdict in _ENDS and type(count) is int and count > 0 for verdict, count in counts):
-            raise InvalidCertificate(f"provenance.earlier.verdicts is {dict(counts)!r}, expected verdicts and numbers")
-        if (last := given["earlier"]["not_accepted"]) is not None:
-            _check_keys("earlier.not_accepted", last, _STOPPED)
-            _time_of(last["time"])
-        if (last is None) is bool({verdict for verdict, _ in counts} - {UnitVerdict.ACCEPTED, VOIDED}):
-            raise InvalidCertificate("provenance.earlier.not_accepted does not agree with its verdicts")
-    if "judged" in given:
-        _time_of(given["judged"])
-    if "reason" in given and not isinstance(given["reason"], str):
-        raise InvalidCertificate(f"provenance.reason is {given['reason']!r}, expected text")
-    for name in {"signed_because", "amends"} & given.keys():
-        if not isinstance(given[name], str) or not given[name]:
-            raise InvalidCertificate(f"provenance.{name} is {given[name]!r}, expected text")
-    _check_laboratory(given)
-    if "demo" in given and given["demo"] is not True:
-        raise InvalidCertificate(f"provenance.demo is {given['demo']!r}, expected true or no such key")
-    if given.get("head") is not None:
-        _check_keys("head", given["head"], _HEAD)
-        if not all(_HEX.fullmatch(given["head"][key]) for key in ("hash", "bench", "signature")):
-            raise InvalidCertificate("provenance.head is not in lower-case hexadecimal digits")
-        if problem := head_problem(given["head"]):
-            raise InvalidCertificate(f"the stated head of its store does not hold: {problem}")
-
-
-def _check_laboratory(given: Mapping[str, Any]) -> None:
-    """Raise InvalidCertificate if what is stated of laboratory, number and values before does not have its form."""
-    if "number" in given and (not isinstance(given["number"], str) or not given["number"]):
-        raise InvalidCertificate(f"provenance.number is {given['number']!r}, expected text")
-    laboratory = dict(given["laboratory"]) if "laboratory" in given else {}
-    methods = laboratory.pop("methods", {})
-    for name, text in [*laboratory.items(), *methods.items()]:
-        if not isinstance(text, str) or not text or (name not in STATED and name not in methods):
-            raise InvalidCertificate(f"provenance.laboratory.{name} is {text!r}, which this program does not write")
-    for quantity, was in dict(given.get("before") or {}).items():
-        if not isinstance(was, Mapping) or set(was) != {"value", "U"} or not all(map(_is_number, was.values())):
-            raise InvalidCertificate(f"provenance.before.{quantity} is {was!r}, expected a value and its U")
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _check_keys(name: str, given: Any, form: Mapping[str, Any]) -> None:
-    if not isinstance(given, Mapping) or given.keys() != form.keys():
-        raise InvalidCertificate(f"provenance.{name} is not of the keys {', '.join(form)}")
-    for key, kind in form.items():
-        if not isinstance(given[key], kind) or isinstance(given[key], bool):
-            raise InvalidCertificate(f"provenance.{name}.{key} is {given[key]!r}, which is not of its kind")
-
-
 def _other_program(contents: CertificateContent) -> Step:
-    """Return the step for a certificate of another program. The hash of the code is the certificate's own claim:
-    nothing that depends on it makes a certificate valid."""
+    """Return the step on another program. Its hash is its own claim: nothing that depends on it makes it valid."""
     says = "" if contents.statement == STATEMENT else "; it says of the verdicts what this program does not say"
     program = f"accept {contents.accept_version}, code {contents.code_sha256[:12]}"
     return Step(f"it was made by another program ({program}; here {version.code_sha256()[:12]}){says}", complete=False)
 
 
-def _times(replaced: Mapping[str, Any] | None, signatures: Sequence[Signed]) -> list[Step]:
-    """Check that a certificate was signed after the judgement that it replaces."""
+def _times(replaced: Replaced | None, signatures: Sequence[Signed]) -> list[Step]:
     if replaced is None:
         return []
-    before, signed = _time_of(replaced["time"]), signatures[0].when
+    before, signed = datetime.fromisoformat(replaced.time), signatures[0].when
     if signed >= before - SAME_SECOND:
         return []
     words = f"it was signed at {signed:%Y-%m-%d %H:%M:%S} UTC, before what it replaces was judged"
     return [Step(f"{words} ({before:%Y-%m-%d %H:%M:%S} UTC): the bench's clock ran back", complete=False)]
-
-
-def _time_of(text: str) -> datetime:
-    try:
-        found = datetime.fromisoformat(text)
-    except ValueError as e:
-        raise InvalidCertificate(f"{text!r} is stated, expected a time") from e
-    if found.tzinfo is None:
-        raise InvalidCertificate(f"{text!r} is stated, expected a time with its zone")
-    return found

@@ -61,7 +61,6 @@ def check_structure(pdf: bytes) -> None:
 
 
 def _previous(pdf: bytes, at: int) -> int | None:
-    """Return the place of the table before the one at a place, None if that is the first."""
     head = _HEAD.match(pdf, at)
     if head is None:
         raise _damaged(f"at byte {at} stands no plain table of objects")

@@ -1,6 +1,6 @@
 """Verification by anyone who holds the bench's CA certificate. A certificate that is not proven valid is invalid."""
 
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -13,10 +13,10 @@ from accept.base import version
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
-from accept.certificate.contents.statements import NOT_STATED, statements
+from accept.certificate.contents.statements import statements
 from accept.certificate.contents.step import Step
+from accept.certificate.contents.words import NOT_STATED
 from accept.certificate.page.fixed_parts import is_simulated
-from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA
 from accept.certificate.trust.names import same_person
@@ -36,7 +36,7 @@ from accept.judging.nonconformance import stated_words
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import check_label
-from accept.units.unit_folder import UNIT_FILE, UnitFolder
+from accept.units.unit_folder import UNIT_FILE
 from checks.verdict import UnitVerdict
 from specs import plugins
 
@@ -134,17 +134,23 @@ def _verify(
         roots = _roots(trust, demo)
         signatures = read_unknown(signatures_of, pdf, roots, now or datetime.now(UTC), revoked, stamping)
         signed = pdf[: signatures[0].place[2]]
-        _check_persons(signatures)
+        if len(signatures) == 2 and same_person(signatures[0].person, signatures[1].person):
+            raise InvalidCertificate(f"{signatures[0].person} signed as technician and as quality assurance")
         details += _words_of_signatures(signatures)
         if plugins.packages():
             details.append(one_line(f"plug-ins here: accept {version.program()}"))
         contents = guarded("the attachments", attachments.read, signed)
-        details += [*_words_of_disposition(contents, signatures), *_words_of_statements(contents)]
+        if len(signatures) == 2 and contents.result["verdict"] != UnitVerdict.ACCEPTED:
+            details.append(f"disposition by {signatures[-1].person}: {signatures[-1].disposition or NOT_STATED}")
+        details += _words_of_statements(contents)
         attached = guarded("the attached list of revoked keys", attached_entries, contents, roots)
         signatures = doubted_by(attached, signatures)
         revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
         stated = guarded("what it states", check_stated, contents, signatures, demo)
-        judged = contents if records is None else guarded("the records", attachments.with_records, contents, records)
+        if records is None:
+            judged = guarded("the records", attachments.within_samples, contents)
+        else:
+            judged = guarded("the records", attachments.with_records, contents, records)
         again = None if rejudge is None else guarded("judging again", rejudge, judged)
         benches = [] if demo else guarded("the bench", check_bench, contents, roots, revoked, signatures[0].when)
         steps = [
@@ -161,49 +167,30 @@ def _verify(
         # of the attached folder: a result that another program made may not say it
         simulated = unit.simulated or is_simulated(contents)
         steps += [Step(_SIMULATED, complete=demo or training)] if simulated else []
-        steps += [] if demo else _on_trust(contents, unit, {field for step in steps for field in step.looked_up})
+        looked_up = {field for step in steps for field in step.looked_up}
+        steps += [] if demo else [guarded("the words", words_on_trust, contents, unit, looked_up)]
+        steps += [] if demo else [taken_on_trust(contents, looked_up)]
         details += [one_line(step.words) for step in steps if step.words]
     except InvalidCertificate as e:
         return Verification(Validity.NOT_VALID, str(e), details=tuple(details), demo=demo)
     lacking = [step.words for step in steps if not step.complete] + [s.doubt for s in signatures if s.doubt]
+    doubts = [*(s.remark for s in steps if s.remark), *lacking]
+    seen = [step.current for step in steps if step.current is not None]
+    held = tuple(contents.result.get("nonconformances", ()))
+    # a laboratory's report is released by quality assurance ([ISO17025] 7.8.1.1), and so is a unit that is held
+    authorised = len(signatures) == 2 or not (contents.provenance.get("laboratory") or held)
     return Verification(
-        Validity.SIGNED if lacking else Validity.VALID,
-        _first_line(contents, signatures, [*(s.remark for s in steps if s.remark), *lacking]),
-        contents.serial,
-        str(contents.result["verdict"]),
-        signatures,
-        tuple(details),
-        contents.spec_sha256,
-        contents.provenance.get("head"),
-        demo,
-        approved=spec_step.complete and not spec_step.remark,
-        current=_current(steps),
-        simulated=simulated,
-        nonconformances=tuple(contents.result.get("nonconformances", ())),
-        authorised=len(signatures) == 2 or not _asks_for_authority(contents),
-    )
+        Validity.SIGNED if lacking else Validity.VALID, _first_line(contents, signatures, doubts), contents.serial,
+        str(contents.result["verdict"]), signatures, tuple(details), contents.spec_sha256,
+        contents.provenance.get("head"), demo, spec_step.complete and not spec_step.remark,
+        all(seen) if seen else None, simulated, held, authorised,
+    )  # fmt: skip
 
 
-def _on_trust(contents: CertificateContent, unit: UnitFolder, looked_up: Set[str]) -> list[Step]:
-    """Return the steps on words and statements that nothing confirms. looked_up: fields that were."""
-    words = guarded("the words", words_on_trust, contents, unit, looked_up)
-    return [words, taken_on_trust(contents, looked_up)]
-
-
+_PROVEN = ", whose certificate was not revoked then, by what its servers answered and this document keeps"
+_UNPROVEN = "; whether its certificate was revoked then is not seen here: this document keeps no answer of its servers"
 _NO_PARTS = str.maketrans({";": ",", "'": "\u2019"})
 _SIMULATED = f"{signs.SIMULATED}: unit.toml says that the unit was simulated, so it is no acceptance of a real one"
-
-
-def _asks_for_authority(contents: CertificateContent) -> bool:
-    """Return whether quality assurance has to release it: the report of a laboratory, of which [ISO17025] 7.8.1.1 asks
-    that, and the certificate of a unit that a nonconformance holds."""
-    return bool(contents.provenance.get("laboratory") or contents.result.get("nonconformances"))
-
-
-def _current(steps: Sequence[Step]) -> bool | None:
-    """Return whether no later attempt is known, None if neither a store nor a list was asked."""
-    known = [step.current for step in steps if step.current is not None]
-    return all(known) if known else None
 
 
 def _first_line(contents: CertificateContent, signatures: Sequence[Signed], doubts: Sequence[str]) -> str:
@@ -237,27 +224,13 @@ def _roots(trust: Sequence[x509.Certificate], demo: bool) -> list[x509.Certifica
     return roots
 
 
-def _check_persons(signatures: Sequence[Signed]) -> None:
-    """Raise InvalidCertificate if one person signed in both roles."""
-    if len(signatures) == 2 and same_person(signatures[0].person, signatures[1].person):
-        raise InvalidCertificate(f"{signatures[0].person} signed as technician and as quality assurance")
-
-
 def _words_of_signatures(signatures: Sequence[Signed]) -> list[str]:
-    """Return who signed and when, a line each, the source of each time, and what is open."""
-    lines = [line for s in signatures for line in (_words(s), _words_of_time(s))]
+    words = "signed by {0.person} as {0.role} on {0.when:%Y-%m-%d %H:%M:%S %Z}".format
+    lines = [line for s in signatures for line in (words(s), _words_of_time(s))]
     return lines if len(signatures) == 2 else [*lines, "countersignature by quality assurance: open"]
 
 
-def _words_of_disposition(contents: CertificateContent, signatures: Sequence[Signed]) -> list[str]:
-    """Return the disposition of a unit that was not accepted; an accepted unit has none."""
-    if len(signatures) < 2 or contents.result["verdict"] == UnitVerdict.ACCEPTED:
-        return []
-    return [f"disposition by {signatures[-1].person}: {signatures[-1].disposition or NOT_STATED}"]
-
-
 def _words_of_statements(contents: CertificateContent) -> list[str]:
-    """Return what the certificate states beside its result, and the inputs of its findings, a line each."""
     said = guarded("the statements", statements, contents)
     used = guarded("the inputs of its findings", inputs_words, contents.result)
     lines = [one_line(f"{name.lower()}: {words}") for name, words in said.items() if words]
@@ -265,24 +238,12 @@ def _words_of_statements(contents: CertificateContent) -> list[str]:
 
 
 def _words_of_time(signed: Signed) -> str:
-    """Return the source of a signature's time: a trusted timestamp, or the bench's clock."""
     by_heads = "the bench's clock; the signed heads of its store order certificates"
     if signed.stamped is None:
         return f"time of the {signed.role}: {by_heads}"
     at = f"timestamp of {signed.stamped.when:%Y-%m-%d %H:%M:%S} UTC by {one_line(signed.stamped.by)}"
     if signed.stamped.trusted:
-        return f"time of the {signed.role}: trusted {at}{_words_of_revocation(signed.stamped)}"
+        return f"time of the {signed.role}: trusted {at}{_PROVEN if signed.stamped.proven else _UNPROVEN}"
     if signed.stamped.revoked:
         return f"time of the {signed.role}: {by_heads}; a {at}, whose certificate had been revoked"
     return f"time of the {signed.role}: {by_heads}; a {at}, who is not trusted here (--tsa-trust)"
-
-
-def _words_of_revocation(stamped: Stamped) -> str:
-    """Return whether the document itself shows that the authority's certificate was not revoked."""
-    if stamped.proven:
-        return ", whose certificate was not revoked then, by what its servers answered and this document keeps"
-    return "; whether its certificate was revoked then is not seen here: this document keeps no answer of its servers"
-
-
-def _words(signed: Signed) -> str:
-    return f"signed by {signed.person} as {signed.role} on {signed.when:%Y-%m-%d %H:%M:%S %Z}"

@@ -7,13 +7,11 @@ from datetime import UTC, datetime
 from typing import Annotated, Any
 
 import typer
-from rich import box
-from rich.table import Table
 
-from accept.base.atomic_files import check_places, write_atomic
-from accept.base.console import clear_errors, say, stdout
+from accept.base.console import say
 from accept.base.exit_codes import Exit
 from accept.capture.reference_check import CHECKED, ReferenceCheck, compared, history, keep
+from accept.commands.answer import PLAIN, Answer, File, command, refusal, table
 from accept.commands.bench.hw import Bench, Measurer, ask_at_terminal, bench_path
 from accept.commands.options import Json
 from accept.commands.trust.bench_keys import who_acts
@@ -29,7 +27,7 @@ SHOWN = 10  # comparisons of the past in the table
 Evidence = dict[str, Any]
 
 
-@clear_errors
+@command
 def run(
     name: Annotated[str, typer.Argument(help="The instrument's name in the bench file.")],
     bench: Bench = None,
@@ -37,33 +35,27 @@ def run(
     in_place: Annotated[bool, typer.Option("--in-place", help="The artefact is in place: ask nothing.")] = False,
     json: Json = None,
     operator: Measurer = None,
-) -> Exit:
+) -> Answer:
     """Compare an instrument with its reference. Exit 3 if it is farther off than both uncertainties allow (E_n > 1)."""
-    check_places(json=json)
     who = who_acts(operator)
     file = load_bench(bench_path(bench))
     entry = file.instruments.get(name)
     if entry is None:
-        say(f"accept: {file.path} has no instrument {name!r} (it has: {', '.join(file.instruments)})")
-        return Exit.BAD_INPUT
+        return refusal(f"{file.path} has no instrument {name!r} (it has: {', '.join(file.instruments)})")
     artefact = _artefact(file.path, name, entry)
     try:
         values, evidence = _values(name, entry, artefact, readings, in_place)
     except (SettingsError, UnitMismatch) as e:
-        say(f"accept: {name}: {e}")
-        return Exit.BAD_INPUT
+        return refusal(f"{name}: {e}")
     except InstrumentError as e:
-        say(f"accept: {e}")
-        return Exit.INSTRUMENT
+        return refusal(e, Exit.INSTRUMENT)
     check = compared(name, entry, artefact, values)
     with open_store() as store:
         keep(store, check, evidence, who)
         past = history(store.events(what=CHECKED), name, entry.serial)
-    _show(past)
-    if json is not None:
-        document = check.to_json() | {"history": [one.to_json() for one in past]}
-        write_atomic(json, jsonlib.dumps(document, allow_nan=False).encode())
-    return Exit.ACCEPTED if check.passed else Exit.REJECTED
+    document = jsonlib.dumps(check.to_json() | {"history": [one.to_json() for one in past]}, allow_nan=False)
+    shown = table(("when (UTC)", "artefact", "value", "read", "off by", "E_n", ""), map(_row, past[-SHOWN:]), **PLAIN)
+    return Answer(shown, File(json, document.encode()), exit=Exit.ACCEPTED if check.passed else Exit.REJECTED)
 
 
 def _artefact(path: str, name: str, entry: InstrumentEntry) -> ReferenceEntry:
@@ -116,16 +108,7 @@ def _number(typed: str) -> float:
         raise SettingsError(f"{typed!r}: expected a number") from e
 
 
-def _show(past: list[ReferenceCheck]) -> None:
-    """Print the last comparisons, the new one below."""
-    table = Table(
-        "when (UTC)", "artefact", "value", "read", "off by", "E_n", "", box=box.SIMPLE_HEAD, padding=0, pad_edge=False
-    )
-    for one in past[-SHOWN:]:
-        off = f"{one.value - one.reference:+.3g} ± {rounded_U(one.U)} {one.unit}"
-        words = "" if one.passed else "MISSED"
-        table.add_row(
-            one.time[:19], f"{one.what} ({one.certificate})", f"{one.reference:g} {one.unit}",
-            f"{one.value:.7g}", off, f"{one.E_n:+.2f}", words,
-        )  # fmt: skip
-    stdout.print(table)
+def _row(one: ReferenceCheck) -> tuple[str, ...]:
+    off = f"{one.value - one.reference:+.3g} ± {rounded_U(one.U)} {one.unit}"
+    artefact, value = f"{one.what} ({one.certificate})", f"{one.reference:g} {one.unit}"
+    return one.time[:19], artefact, value, f"{one.value:.7g}", off, f"{one.E_n:+.2f}", "" if one.passed else "MISSED"

@@ -8,10 +8,11 @@ from typing import Annotated
 import typer
 
 from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, operator_name, say
+from accept.base.console import operator_name, say
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import commissioning, keys
+from accept.commands.answer import Answer, Remark, command, refusal
 from accept.commands.bench.hw import Bench, Measurer, ask_at_terminal, bench_path
 from accept.commands.trust.bench_keys import passphrase_of
 from hw.errors import InstrumentError
@@ -34,17 +35,16 @@ class TrialResult:
     how: str
 
 
-@clear_errors
+@command
 def commission(
     name: Annotated[str, typer.Argument(help="The instrument's name in the bench file.")],
     bench: Bench = None,
     operator: Measurer = None,
-) -> Exit:
+) -> Answer:
     """Commission a real instrument. Asks for changes at its panel, writes a signed record beside the bench file."""
     file = load_bench(bench_path(bench))
     if name not in file.instruments or file.instruments[name].driver in commissioning.WITHOUT_WIRE:
-        say(f"accept: {file.path} has no instrument {name!r} on a wire")
-        return Exit.BAD_INPUT
+        return refusal(f"{file.path} has no instrument {name!r} on a wire")
     entry = file.instruments[name]
     driver = DRIVERS.get(entry.driver)
     try:
@@ -52,8 +52,7 @@ def commission(
             outcomes = _run_trials(instrument, driver.trials if driver else ())
             transcript = [] if instrument.link is None else [t.to_json() for t in instrument.link.take_transcript()]
     except InstrumentError as e:
-        say(f"accept: {e}")
-        return Exit.INSTRUMENT
+        return refusal(e, Exit.INSTRUMENT)
     passed = bool(outcomes) and all(outcome.passed for outcome in outcomes)
     record = {
         "instrument": name,
@@ -68,8 +67,8 @@ def commission(
     place = commissioning.place(file, name)
     write_atomic(place, commissioning.signed(record, credential))
     unsigned = "" if credential else "; unsigned, so it counts as unproven"
-    say(f"{place}: {'passed' if passed else 'did not pass'}{unsigned}")
-    return Exit.ACCEPTED if passed else Exit.INSTRUMENT
+    words = f"{place}: {'passed' if passed else 'did not pass'}{unsigned}"
+    return Answer(Remark(words), exit=Exit.ACCEPTED if passed else Exit.INSTRUMENT)
 
 
 def _credential() -> keys.Credential | None:

@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import Annotated, TypeVar
 
 import typer
-from rich import box
-from rich.table import Table
+from rich.table import Column
 from serial.tools.list_ports import comports
 
-from accept.base.console import clear_errors, say, stdout
-from accept.base.documents.answers import check_answer, wants_text
+from accept.base.console import say
 from accept.base.documents.listings import BenchListing, InstrumentAsked, InstrumentListed, InstrumentsAsked
 from accept.base.exit_codes import Exit
 from accept.base.home import home
@@ -22,6 +20,7 @@ from accept.capture.operator_actions import OperatorActions, Person, Player, Sta
 from accept.capture.recipes import RECIPES
 from accept.capture.recorded import RECORDED
 from accept.capture.watch_folder import STABLE_S, WatchedFolder, declared_file, pick_up
+from accept.commands.answer import PLAIN, Answer, File, Remark, command, refusal, table
 from accept.commands.options import JsonAnswer
 from accept.commands.trust.bench_keys import who_acts
 from accept.store import open_store
@@ -38,6 +37,8 @@ from specs.strict import SpecError
 BENCH_FILE = "bench.toml"
 LOOK_S = 0.2  # between two looks into the folder
 NAMED = 5  # files that were there before, in one line
+LISTED = ("name", "driver", "measures", "model", "serial", "port", "calibrated until")
+ASKED = ("name", "connected as", "answered", "connect s", "reading s")
 SOON_DAYS = 30  # before a calibration ends it is marked
 T = TypeVar("T")
 Bench = Annotated[Path | None, typer.Option("--bench", help="Bench file; default: bench.toml in ACCEPT_HOME.")]
@@ -59,20 +60,20 @@ def ask_at_terminal(words: str) -> str:
     return input(words)
 
 
-@clear_errors
-def show_list(bench: Bench = None, json: JsonAnswer = None) -> Exit:
+@command
+def show_list(bench: Bench = None, json: JsonAnswer = None) -> Answer:
     """List the instruments of the bench file. With port and calibration, and the serial ports that are there."""
-    check_answer(json)
     file = load_bench(bench_path(bench))
     listed = tuple(_listing_row(name, entry) for name, entry in file.equipment.items())
     ports = [f"{port.device} ({port.description})" for port in comports()]
-    if wants_text(json, BenchListing(file.name, str(file.path), listed, tuple(ports))):
-        _show_list(file)
-    say(f"serial ports: {', '.join(ports) or 'none'}")
-    problems = [one.problem for one in listed if one.problem]
-    for words in problems:
-        say(f"accept: {file.path}: {words}")
-    return Exit.BAD_INPUT if problems else Exit.ACCEPTED
+    problems = [Remark(f"accept: {file.path}: {one.problem}") for one in listed if one.problem]
+    return Answer(
+        File(json, BenchListing(file.name, str(file.path), listed, tuple(ports))),
+        table(map(_column, LISTED), (_row(*entry) for entry in file.equipment.items()), **PLAIN),
+        Remark(f"serial ports: {', '.join(ports) or 'none'}"),
+        *problems,
+        exit=Exit.BAD_INPUT if problems else Exit.ACCEPTED,
+    )
 
 
 def _listing_row(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentListed:
@@ -87,19 +88,15 @@ def _listing_row(name: str, entry: InstrumentEntry | RecorderEntry) -> Instrumen
     )  # fmt: skip
 
 
-def _show_list(file: BenchFile) -> None:
-    table = _table("name", "driver", "measures", "model", "serial", "port", "calibrated until")
-    for name, entry in file.instruments.items():
-        table.add_row(
-            name, entry.driver, ", ".join(entry.measures), entry.model or "-", entry.serial or "-", _port(entry),
-            _calibration_words(entry),
-        )  # fmt: skip
-    for name, recorder in file.recorders.items():
-        table.add_row(
-            name, recorder.driver, ", ".join(recorder.measures), recorder.model or "-", recorder.serial or "-",
-            f"{len(recorder.channels)} channels", _calibration_words(recorder),
-        )  # fmt: skip
-    stdout.print(table)
+def _row(name: str, entry: InstrumentEntry | RecorderEntry) -> tuple[str, ...]:
+    port = _port(entry) if isinstance(entry, InstrumentEntry) else f"{len(entry.channels)} channels"
+    measures, model, serial = ", ".join(entry.measures), entry.model or "-", entry.serial or "-"
+    return name, entry.driver, measures, model, serial, port, _calibration_words(entry)
+
+
+def _column(title: str) -> Column:
+    """Return a column in which a name to copy stays in one piece."""
+    return Column(title, overflow="fold", no_wrap=title == "port")
 
 
 def entry_problem(name: str, entry: InstrumentEntry | RecorderEntry) -> str:
@@ -133,26 +130,17 @@ def _port(entry: InstrumentEntry) -> str:
     return f"{entry.link.port}{'' if Path(entry.link.port).exists() else ' (not there)'}"
 
 
-def _table(*columns: str) -> Table:
-    table = Table(*columns, box=box.SIMPLE_HEAD, padding=0, pad_edge=False)
-    for column in table.columns:
-        column.overflow, column.no_wrap = "fold", column.header == "port"  # a name to copy stays in one piece
-    return table
-
-
-@clear_errors
+@command
 def ask(
     names: Annotated[list[str] | None, typer.Argument(help="Names of instruments; default: all.")] = None,
     bench: Bench = None,
     json: JsonAnswer = None,
-) -> Exit:
+) -> Answer:
     """Ask every instrument for one reading. Exit 5 if one does not answer as it should, 6 for a fault of the file."""
-    check_answer(json)
     file = load_bench(bench_path(bench))
     unknown = [name for name in names or () if name not in file.equipment]
     if unknown:
-        say(f"accept: {file.path} has no instrument {', '.join(unknown)} (it has: {', '.join(file.equipment)})")
-        return Exit.BAD_INPUT
+        return refusal(f"{file.path} has no instrument {', '.join(unknown)} (it has: {', '.join(file.equipment)})")
     chosen = {
         name: entry
         for name, entry in file.equipment.items()
@@ -160,20 +148,16 @@ def ask(
     }
     problems = [problem for name, entry in chosen.items() if (problem := entry_problem(name, entry))]
     if problems:
-        for words in problems:
-            say(f"accept: {file.path}: {words}")
-        return Exit.BAD_INPUT
+        return Answer(*(Remark(f"accept: {file.path}: {words}") for words in problems), exit=Exit.BAD_INPUT)
     asked = [_answer_of(name, entry) for name, entry in chosen.items()]
-    if wants_text(json, InstrumentsAsked(str(file.path), tuple(asked))):
-        table = _table("name", "connected as", "answered", "connect s", "reading s")
-        for one in asked:
-            seconds = ("-" if s is None else f"{s:.2f}" for s in (one.connect_s, one.reading_s))
-            table.add_row(one.name, _identity_words(one), _reading_words(one), *seconds)
-        stdout.print(table)
-    failed = [one.problem for one in asked if one.problem]
-    for words in failed:
-        say(words)
-    return Exit.INSTRUMENT if failed else Exit.ACCEPTED
+    rows = ((one.name, _identity_words(one), _reading_words(one), *_seconds(one)) for one in asked)
+    failed = [Remark(one.problem) for one in asked if one.problem]
+    return Answer(
+        File(json, InstrumentsAsked(str(file.path), tuple(asked))),
+        table(map(_column, ASKED), rows, **PLAIN),
+        *failed,
+        exit=Exit.INSTRUMENT if failed else Exit.ACCEPTED,
+    )
 
 
 def _answer_of(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentAsked:
@@ -209,6 +193,10 @@ def _identity_words(one: InstrumentAsked) -> str:
     return " ".join(word for word in (one.model, one.serial) if word) or "responds (no identification)"
 
 
+def _seconds(one: InstrumentAsked) -> Iterator[str]:
+    return ("-" if s is None else f"{s:.2f}" for s in (one.connect_s, one.reading_s))
+
+
 def _reading_words(one: InstrumentAsked) -> str:
     if one.value is None or one.unit is None:
         return "no" if one.problem else "(a recorder)"
@@ -216,7 +204,7 @@ def _reading_words(one: InstrumentAsked) -> str:
     return f"{one.value * scale:.4f} {unit}" + "".join(f", {k} {v:g}" for k, v in one.more.items())
 
 
-@clear_errors
+@command
 def measure(
     unit: Annotated[Path, typer.Argument(help="Unit folder.")],
     section: Annotated[str, typer.Argument(help="As in unit.toml: flatness, capacitance, stroke, stiffness, frf...")],
@@ -226,18 +214,16 @@ def measure(
         float | None, typer.Option(min=0.1, help="Time per step if the rig drives the voltage [s].")
     ] = None,
     operator: Measurer = None,
-) -> Exit:
+) -> Answer:
     """Measure a section of a unit with its instrument."""
     sections = list(dict.fromkeys([*RECIPES, *RECORDED]))
     if section not in sections:
-        say(f"accept: '{section}' is not measured by an instrument here (known: {', '.join(sections)})")
-        return Exit.BAD_INPUT
+        return refusal(f"'{section}' is not measured by an instrument here (known: {', '.join(sections)})")
     file = load_bench(bench_path(bench))
     try:
         instrument = _serving(file, section)
     except SettingsError as e:
-        say(f"accept: {e}")
-        return Exit.BAD_INPUT
+        return refusal(e)
     who = who_acts(operator)
     if begin is not None:
         toml_edit.begin(unit, begin, "apa")
@@ -246,12 +232,9 @@ def measure(
         with open_store() as store:
             captured = measure_folder(unit, section, instrument, actions, store, who, say, simulated=file.simulated)
     except InstrumentError as e:
-        say(f"accept: {e}")
-        return Exit.INSTRUMENT
-    for note in captured.notes:
-        say(note)
-    say(f"{section}: {', '.join(captured.to_toml())} in {unit / UNIT_FILE}")
-    return Exit.ACCEPTED
+        return refusal(e, Exit.INSTRUMENT)
+    words = f"{section}: {', '.join(captured.to_toml())} in {unit / UNIT_FILE}"
+    return Answer(*map(Remark, captured.notes), Remark(words))
 
 
 def _serving(bench: BenchFile, section: str) -> BenchInstrument | BenchRecorder:
@@ -275,7 +258,7 @@ def _actions(bench: BenchFile, dwell_s: float | None) -> OperatorActions:
     return Person(ask_at_terminal) if dwell_s is None else Player(ask_at_terminal, dwell_s, 0.7 * dwell_s)
 
 
-@clear_errors
+@command
 def pickup(
     place: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of the rig's records; else as [rig] says.")],
     unit: Annotated[Path | None, typer.Argument(help="Unit folder.")] = None,
@@ -285,16 +268,14 @@ def pickup(
     wait: Annotated[float, typer.Option(min=0.0, help="How long to wait for it [s].")] = 600.0,
     old: Annotated[bool, typer.Option("--old", help="Also take a record that is there already.")] = False,
     operator: Measurer = None,
-) -> Exit:
+) -> Answer:
     """Copy the rig's next record into a unit folder. With [rig] in the bench file UNIT alone, and all that it names."""
     file = load_bench(bench_path(bench)) if bench is not None or unit is None else None
     rig = file.rig if file else None
     if unit is None and (rig is None or not rig.records):
-        say("accept: without FOLDER, SECTION and NAME a bench file with [rig] and [[rig.records]] is needed")
-        return Exit.BAD_INPUT
+        return refusal("without FOLDER, SECTION and NAME a bench file with [rig] and [[rig.records]] is needed")
     if unit is not None and (section is None or name is None):
-        say("accept: SECTION and NAME are missing: which record of the unit is it?")
-        return Exit.BAD_INPUT
+        return refusal("SECTION and NAME are missing: which record of the unit is it?")
     if unit is not None and section is not None and name is not None:
         watched, records = place, [RecordPattern(pattern="*", section=section, name=name)]
     else:
@@ -324,10 +305,10 @@ def pickup(
         say(f"{source} copied to {unit / copy}, [{record.section}] {record.name}")
         left = [one for one in left if one is not record]
         if not left:
-            return Exit.ACCEPTED
+            return Answer()
     missing = ", ".join(f"[{one.section}] {one.name}" for one in left)
-    say(f"accept: no record that could be used as {missing} came into {watched} within {wait:g} s")
-    return Exit.BAD_INPUT if len(left) == len(records) else Exit.INCOMPLETE
+    words = f"no record that could be used as {missing} came into {watched} within {wait:g} s"
+    return refusal(words, Exit.BAD_INPUT if len(left) == len(records) else Exit.INCOMPLETE)
 
 
 def _arriving(watch: WatchedFolder, until: float) -> Iterator[Path]:

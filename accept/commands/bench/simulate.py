@@ -6,21 +6,19 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich import box
-from rich.table import Table
+from rich.box import SIMPLE_HEAD
 
-from accept.base.console import clear_errors, say, stdout, tell
-from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import FaultList, FaultListed
-from accept.base.exit_codes import Exit
 from accept.base.progress import busy
+from accept.commands.answer import Answer, File, Remark, command, refusal, table
 from accept.commands.options import JsonAnswer
 from accept.models.model_file import SIMULATED_MODEL, effects_of, open_model_file
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
+from accept.simulate.converters import Converters
+from accept.simulate.faults import UnitFault
 from accept.simulate.unit_request import ExperimentRequest, drawn, on_bench
-from checks.model.model import Model
-from checks.model.time.adc_dac import Converters
-from checks.signals.drive.excitation import ExcitationError
+from checks.model import Model
+from checks.signals import ExcitationError
 
 Effect = tuple[str, dict[str, float]]
 
@@ -51,41 +49,37 @@ class SimulateOptions:
     repeats: Annotated[bool, typer.Option("--repeats/--no-repeats", help="A second realisation of both.")] = True
 
 
-@clear_errors
-def unit(wanted: SimulateOptions) -> Exit:
+@command
+def unit(wanted: SimulateOptions) -> Answer:
     """Simulate a whole unit folder from a model. With the truth beside it in truth.json."""
     try:
         request = request_of(wanted)
         with busy(f"{request.serial}: simulating its records"):
             folder = write(simulate(request), wanted.out)
     except (UnitRequestError, ExcitationError) as e:
-        say(f"accept: {e}")
-        return Exit.BAD_INPUT
+        return refusal(e)
     hidden = [name for name, _ in request.effects] + ([f"fault {request.fault}"] if request.fault else [])
     words = ", ".join(hidden) or "as it should be"
-    say(f"{request.serial}: a simulated {request.kind} of model '{request.model.name}' ({words})")
-    say("the true values are in truth.json")
-    tell(str(folder))
-    return Exit.ACCEPTED
+    made = Remark(f"{request.serial}: a simulated {request.kind} of model '{request.model.name}' ({words})")
+    return Answer(made, Remark("the true values are in truth.json"), str(folder))
 
 
-@clear_errors
-def faults(json: JsonAnswer = None) -> Exit:
+@command
+def faults(json: JsonAnswer = None) -> Answer:
     """List what can be wrong with a simulated unit. And what the bench then says."""
-    check_answer(json)
     listed = [
         FaultListed(name, tuple(f.kinds), f.words, tuple((q, v) for q, v in f.shows)) for name, f in FAULTS.items()
     ]
-    if not wants_text(json, FaultList(tuple(listed))):
-        return Exit.ACCEPTED
-    table = Table("fault", "kind", "what is wrong", "what a judgement shows", box=box.SIMPLE_HEAD, pad_edge=False)
-    for name, fault in FAULTS.items():
-        shows = _shown(fault.shows)
-        if fault.unexplained:
-            shows = f"{shows}; strut: {_shown(fault.unexplained)}, no result with the gap analysis"
-        table.add_row(name, ", ".join(fault.kinds), fault.words, shows)
-    stdout.print(table)
-    return Exit.ACCEPTED
+    rows = ((name, ", ".join(fault.kinds), fault.words, _judgement(fault)) for name, fault in FAULTS.items())
+    titles = ("fault", "kind", "what is wrong", "what a judgement shows")
+    return Answer(File(json, FaultList(tuple(listed))), table(titles, rows, box=SIMPLE_HEAD, pad_edge=False))
+
+
+def _judgement(fault: UnitFault) -> str:
+    shows = _shown(fault.shows)
+    if fault.unexplained:
+        shows += f"; strut: {_shown(fault.unexplained)}, no result with the gap analysis"
+    return shows
 
 
 def _shown(shows: Iterable[tuple[str, str]]) -> str:

@@ -15,8 +15,8 @@ from typing import Annotated
 import tomlkit
 import typer
 
-from accept.base.console import clear_errors, say, tell
-from accept.base.exit_codes import Exit
+from accept.base.console import say, tell
+from accept.commands.answer import Answer, command, refusal
 from accept.simulate.bench_truth import world_of
 from accept.simulate.recorder import INPUTS, MODEL, SERIAL
 from accept.simulate.unit import TRUTH_FILE
@@ -65,7 +65,7 @@ class InjectedFault:
             servers[self.name].inject(LineFault(self.kind, after=self.after, at=AT))
 
 
-@clear_errors
+@command
 def run(
     unit: Annotated[Path, typer.Option(help="Unit folder whose values the instruments measure.")],
     out: Annotated[Path | None, typer.Option(help="Folder for ports and bench.toml; else a temporary one.")] = None,
@@ -77,13 +77,12 @@ def run(
     fault: Annotated[
         list[str] | None, typer.Option(help="As gauge:menu_open, lcr:half_line:3 (replies later), gauge:swapped:probe.")
     ] = None,
-) -> Exit:
+) -> Answer:
     """Simulate instruments on pseudo-terminals. Prints the ports and a ready bench.toml, runs until stopped."""
     try:
         struck = [InjectedFault.of(words) for words in fault or ()]
     except UnitRequestError as e:
-        say(f"accept: {e}")
-        return Exit.BAD_INPUT
+        return refusal(e)
     world = world_of(unit)
     with (
         _stopped_by_signal() as stop,
@@ -100,7 +99,7 @@ def run(
         tell(f"bench  {bench.bench_file}")
         say(f"simulated bench of {world.serial}: accept hw test --bench {bench.bench_file}; stop with Ctrl-C")
         stop.wait(seconds)
-    return Exit.ACCEPTED
+    return Answer()
 
 
 def recorder_entry(unit: Path, stage: Path, seed: int, pace: float = 1.0) -> str:

@@ -8,8 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from accept.base.console import clear_errors, say, tell
-from accept.base.exit_codes import Exit
+from accept.commands.answer import Answer, command, refusal
 from accept.store import open_store
 from specs.files import read_bounded
 
@@ -17,20 +16,16 @@ Entry = list[Any]  # [time, way, text], as hw.link.Traffic writes it
 MAX_BYTES = 50_000_000  # of a file with a transcript
 
 
-@clear_errors
+@command
 def run(
     source: Annotated[str, typer.Argument(help="Serial of a unit in the store, or a commissioning record.")],
     instrument: Annotated[str | None, typer.Option(help="Only this instrument of the bench file.")] = None,
-) -> Exit:
+) -> Answer:
     """Print the bytes that an instrument sent and received. A line each: time (UTC), direction, bytes."""
-    count = 0
-    for head, entries in _transcripts(source, instrument):
-        tell(f"# {head}", *(_line(entry) for entry in entries))
-        count += 1
-    if not count:
-        say(f"accept: {source}: no transcript of {instrument or 'an instrument'} is kept")
-        return Exit.BAD_INPUT
-    return Exit.ACCEPTED
+    found = list(_transcripts(source, instrument))
+    if not found:
+        return refusal(f"{source}: no transcript of {instrument or 'an instrument'} is kept")
+    return Answer(*(line for head, entries in found for line in (f"# {head}", *map(_line, entries))))
 
 
 def _transcripts(source: str, instrument: str | None) -> Iterator[tuple[str, list[Entry]]]:

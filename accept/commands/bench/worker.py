@@ -10,21 +10,21 @@ from urllib.parse import urlsplit
 import typer
 
 from accept.base.child_processes import environment
-from accept.base.cluster.work import ClusterError
-from accept.base.console import clear_errors
 from accept.base.exit_codes import Exit
+from accept.base.runner import ClusterError
+from accept.commands.answer import Answer, command
 from specs.distribution import install
 
 HERE = "127.0.0.1"
 _LOCAL = (HERE, "localhost", "::1")
 
 
-@clear_errors
+@command
 def run(
     scheduler: Annotated[str, typer.Argument(help="Address of the scheduler, tcp://HOST:8786.")],
     host: Annotated[str, typer.Option(help="This machine's address in the network of the cluster.")] = HERE,
     workers: Annotated[int, typer.Option(min=1, help="How many processes, one a core.")] = 1,
-) -> Exit:
+) -> Answer:
     """Start workers of a cluster on this machine. They listen on this machine alone unless --host names its address."""
     if find_spec("distributed") is None:
         raise ClusterError(f"Dask is not installed: {install('cluster')}")
@@ -35,5 +35,6 @@ def run(
         )
     words = [scheduler, "--host", host, "--nworkers", str(workers), "--nthreads", "1", "--no-dashboard"]
     given = {"DASK_DISTRIBUTED__ADMIN__LOW_LEVEL_LOG_LENGTH": "10"} | os.environ
-    command = [sys.executable, "-m", "distributed.cli.dask_worker", *words]
-    return Exit.ACCEPTED if subprocess.run(command, env=environment(given)).returncode == 0 else Exit.BAD_INPUT
+    program = [sys.executable, "-m", "distributed.cli.dask_worker", *words]
+    ended = subprocess.run(program, env=environment(given)).returncode
+    return Answer(exit=Exit.BAD_INPUT if ended else Exit.ACCEPTED)

@@ -1,27 +1,24 @@
-"""What all questions about many units share: the judgements that are asked about, and the answer as a table for people,
-scripts and spreadsheets (the same rows on the terminal, as CSV and as JSON) and as a picture."""
+"""Answers to questions about many units: the judgements in question, and their rows as a table, as CSV and as JSON."""
 
-import json
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+from typing import Any
 
 import pandas as pd
-from rich import box
-from rich.table import Table
+from rich.box import SIMPLE_HEAD
+from rich.table import Column, Table
 from rich.text import Text
 
-from accept.base.atomic_files import check_place, check_places, write_atomic
-from accept.base.console import say, stdout
+from accept.base.console import stdout
+from accept.commands.answer import File, Remark, table
 from accept.commands.fleet.options import JudgementFilter, Outputs
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import HELD_BY, NOT_STATED
 from accept.fleet.measurements import GOLDEN, day, is_between
 from accept.fleet.yields import VOID
 from accept.judging.golden import not_counted
-from accept.pictures.formats import format_of
 from accept.pictures.labels import label_and_name, label_of
 from accept.store.event import shown_name
-from checks.picture import Panel
 
 WHOLE = ("serial", "time", "verdict", "unit_verdict")  # columns that are looked for by eye
 MOST_NAMED = 10  # void attempts in one line
@@ -60,45 +57,34 @@ def chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.DataFrame:
     return frame[is_chosen(frame, choice)]
 
 
-def say_not_counted(frame: pd.DataFrame) -> None:
-    """Report the attempts that do not count: void ones, and those of simulated and of golden units."""
+def left_out(frame: pd.DataFrame) -> Iterator[Remark]:
+    """Yield remarks about the attempts that do not count: void ones, and those of simulated and of golden units."""
     for words, rows in (("void", frame["voided"] != ""), ("simulated", frame["simulated"])):
-        left_out = frame[rows].drop_duplicates("seq")
-        named = [f"{row['serial']} attempt {row['attempt']}" for row in left_out.to_dict("records")]
+        attempts = frame[rows].drop_duplicates("seq")
+        named = [f"{row['serial']} attempt {row['attempt']}" for row in attempts.to_dict("records")]
         more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
         if named:
-            say(f"{len(named)} {words} and not counted: {', '.join(named[:MOST_NAMED])}{more}")
-    of_golden = frame[frame[GOLDEN]]
-    if words := not_counted(of_golden["seq"].nunique(), of_golden["serial"]):
-        say(words)
+            yield Remark(f"{len(named)} {words} and not counted: {', '.join(named[:MOST_NAMED])}{more}")
+    if words := golden_left_out(frame[frame[GOLDEN]]):
+        yield words
 
 
-def check(outputs: Outputs) -> None:
-    """Raise OSError, before the work, if a place cannot be written."""
-    check_places(json=outputs.json, csv=outputs.csv)
+def golden_left_out(frame: pd.DataFrame) -> Remark:
+    """Return the remark about judgements of golden units."""
+    return Remark(not_counted(frame["seq"].nunique(), frame["serial"]))
 
 
-def check_plot(plot: Path | None) -> None:
-    """Raise OSError or PictureError, before the work, if a picture cannot be written."""
-    if plot is not None:
-        check_place(plot)
-        format_of(plot)
+def files(outputs: Outputs, frame: pd.DataFrame, document: Any = None) -> tuple[File, File]:
+    """Return the rows as JSON and CSV, times as ISO 8601, missing numbers as null or an empty cell. document: JSON in
+    place of the rows."""
 
+    def listed() -> bytes:
+        return (frame.to_json(orient="records", date_format="iso", indent=1) + "\n").encode()
 
-def write(outputs: Outputs, frame: pd.DataFrame) -> None:
-    """Write the rows to the given files; times as ISO 8601, missing numbers as null or an empty cell."""
-    if outputs.json is not None:
-        write_atomic(outputs.json, (frame.to_json(orient="records", date_format="iso", indent=1) + "\n").encode())
-    if outputs.csv is not None:
-        write_atomic(outputs.csv, _harmless(frame).to_csv(index=False).encode())
-
-
-def write_documents(outputs: Outputs, content: object, rows: pd.DataFrame) -> None:
-    """Write a document as JSON, and as CSV the rows that it is about."""
-    if outputs.json is not None:
-        write_atomic(outputs.json, (json.dumps(content, indent=1, allow_nan=False) + "\n").encode())
-    if outputs.csv is not None:
-        write_atomic(outputs.csv, _harmless(rows).to_csv(index=False).encode())
+    return (
+        File(outputs.json, listed if document is None else document),
+        File(outputs.csv, lambda: _harmless(frame).to_csv(index=False).encode()),
+    )
 
 
 def _harmless(frame: pd.DataFrame) -> pd.DataFrame:
@@ -110,31 +96,21 @@ def _harmless(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(**{name: pd.Series(values, frame.index, object) for name, values in quoted.items()})
 
 
-def show(frame: pd.DataFrame, title: str, formats: Mapping[str, str] | None = None) -> None:
-    """Print rows. formats: column -> format of its numbers, e.g. "{:.4g}"; text is never cut into pieces."""
+def rows(frame: pd.DataFrame, title: str, formats: Mapping[str, str] = MappingProxyType({})) -> Table:
+    """Return a table of rows. formats: column -> format of its numbers, e.g. "{:.4g}"; text is never cut into
+    pieces."""
     names = list(map(str, frame.columns))
-    titles = [TITLES.get(name, name) for name in names]
-    table = Table(*titles, title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    table.title_justify = "left"
-    for name, column in zip(names, table.columns, strict=True):
-        column.no_wrap = name in WHOLE
-        column.min_width = max(map(len, str(column.header).split()), default=1)  # no word of a title is cut
-    format_of = formats or {}
-    for row in frame.itertuples(index=False):
-        table.add_row(
-            *(Text(_label_words(n, _cell_text(v, format_of.get(n)))) for n, v in zip(names, row, strict=True))
-        )
-    stdout.print(table)
+    shown = (
+        [Text(_label_words(n, _cell_text(v, formats.get(n)))) for n, v in zip(names, row, strict=True)]
+        for row in frame.itertuples(index=False)
+    )
+    return table(map(_column, names), shown, title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
 
 
-def draw(plot: Path | None, panels: Sequence[Panel], columns: int) -> None:
-    """Write pictures to a file if one is named. Raises OSError, PictureError."""
-    if plot is None or not panels:
-        return
-    from accept.pictures.draw import picture  # loads matplotlib: only when wanted
-
-    write_atomic(plot, picture(panels, format_of(plot), columns=min(columns, len(panels))))
-    say(f"{plot}: written")
+def _column(name: str) -> Column:
+    """Return a column in which no word of the title is cut."""
+    title = TITLES.get(name, name)
+    return Column(title, no_wrap=name in WHOLE, min_width=max(map(len, title.split()), default=1))
 
 
 def telling(frame: pd.DataFrame, *columns: str) -> pd.DataFrame:

@@ -8,11 +8,11 @@ from typing import Annotated
 import pandas as pd
 import typer
 
-from accept.base.console import clear_errors, say, stdout
-from accept.base.documents.answers import check_answer, wants_text
+from accept.base.console import say
 from accept.base.documents.listings import GoldenCompared, GoldenList, GoldenListed, GoldensCompared, ReferenceListed
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.answers import check, check_plot, chosen, draw, show, write_documents
+from accept.commands.answer import Answer, File, Remark, command, picture
+from accept.commands.fleet.answers import chosen, files, rows
 from accept.commands.fleet.options import ExpectedGolden, GaugeOptions, JudgementFilter, Outputs
 from accept.commands.options import JsonAnswer, Plot, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer, who_acts
@@ -20,10 +20,10 @@ from accept.fleet import gauge
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
 from accept.fleet.measurements import counted, measurements_of, of_quantity
+from accept.fleet.process_control.gauge_bias import CAPABLE
+from accept.fleet.process_control.gauge_study import CATEGORIES
 from accept.judging import golden
 from accept.store import open_store
-from checks.process_control.gauge_bias import CAPABLE
-from checks.process_control.gauge_study import CATEGORIES
 
 
 def _read(table: Path, columns: Sequence[str]) -> pd.DataFrame:
@@ -37,17 +37,15 @@ def _read(table: Path, columns: Sequence[str]) -> pd.DataFrame:
 AtTheBench = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who is at the bench.")]
 
 
-@clear_errors
+@command
 def gauge_study(
     wanted: GaugeOptions,
     choice: JudgementFilter,
     outputs: Outputs,
     table: Annotated[Path | None, typer.Argument(help="CSV file with columns part, operator, value.")] = None,
     plot: Plot = None,
-) -> Exit:
+) -> Answer:
     """Evaluate a gauge study. Repeatability, reproducibility, U for a spec; exit 4 if conditional, 3 if not usable."""
-    check(outputs)
-    check_plot(plot)
     if (table is None) == (wanted.quantity is None):
         raise FleetError("name either a CSV table (part, operator, value) or --quantity for judgements in the store")
     if wanted.tolerance == 0.0:
@@ -63,28 +61,26 @@ def gauge_study(
         frame = gauge.from_store(of_quantity(frame, str(wanted.quantity)))
     found = gauge.study(frame)
     document = gauge.document(found, wanted.tolerance, len(frame))
-    show(pd.DataFrame(document["table"]), "analysis of variance", dict.fromkeys(("F", "p"), "{:.4g}"))
-    show(
-        pd.DataFrame(document["components"]),
-        "gauge study, crossed: standard deviations with their 95 % intervals",
-        dict.fromkeys(("percent_of_study", "percent_of_variance", "percent_of_tolerance"), "{:.1f}"),
-    )
+    components = pd.DataFrame(document["components"])
+    percents = dict.fromkeys(("percent_of_study", "percent_of_variance", "percent_of_tolerance"), "{:.1f}")
     pooled = "not significant, pooled with the repeats" if found.pooled else "significant"
-    stdout.print(f"operators x parts: {pooled} (p = {found.table['interaction'].p:.3g})")
-    stdout.print(f"distinct categories: {found.distinct_categories} ({CATEGORIES} or more are wanted)")
     of_tolerance = "" if wanted.tolerance is None else f", {document['percent_of_tolerance']:.1f} % of the tolerance"
-    stdout.print(f"gauge R&R: {found.percent_of_study:.1f} % of the study{of_tolerance}")
-    stdout.print(
-        f"for a spec: U = {document['U']:.3g} (k = 2, without calibration), "
-        f"source = 'gauge study of {len(frame)} readings'"
+    of = f"source = 'gauge study of {len(frame)} readings'"
+    return Answer(
+        rows(pd.DataFrame(document["table"]), "analysis of variance", dict.fromkeys(("F", "p"), "{:.4g}")),
+        rows(components, "gauge study, crossed: standard deviations with their 95 % intervals", percents),
+        f"operators x parts: {pooled} (p = {found.table['interaction'].p:.3g})",
+        f"distinct categories: {found.distinct_categories} ({CATEGORIES} or more are wanted)",
+        f"gauge R&R: {found.percent_of_study:.1f} % of the study{of_tolerance}",
+        f"for a spec: U = {document['U']:.3g} (k = 2, without calibration), {of}",
+        *files(outputs, components, document),
+        picture(plot, lambda: gauge.panels(frame, found), columns=2, announced=True),
+        f"the measurement is {document['verdict']}: {document['decided_by']}",
+        exit={"good": Exit.ACCEPTED, "conditional": Exit.INCOMPLETE}.get(document["verdict"], Exit.REJECTED),
     )
-    write_documents(outputs, document, pd.DataFrame(document["components"]))
-    draw(plot, gauge.panels(frame, found), columns=2)
-    stdout.print(f"the measurement is {document['verdict']}: {document['decided_by']}")
-    return {"good": Exit.ACCEPTED, "conditional": Exit.INCOMPLETE}.get(document["verdict"], Exit.REJECTED)
 
 
-@clear_errors
+@command
 def gauge_bias(
     table: Annotated[Path, typer.Argument(help="CSV file with the column value: one part, in order.")],
     reference: Annotated[float, typer.Option(help="Value of the part by its certificate.")],
@@ -92,53 +88,57 @@ def gauge_bias(
     plot: Plot = None,
     *,
     outputs: Outputs,
-) -> Exit:
+) -> Answer:
     """Evaluate repeated readings of one reference. Bias with its t test, Cg and Cgk; exit 3 if not capable."""
-    check(outputs)
-    check_plot(plot)
     frame = _read(table, ("value",))
     found = gauge.bias(frame, reference, tolerance)
     document = gauge.bias_document(found, reference, tolerance)
-    b = found.bias
-    stdout.print(f"{found.n} readings: mean {found.mean:.6g}, repeatability {found.sigma:.4g} (1 sd)")
-    words = "significant" if b.significant else "not significant"
-    stdout.print(f"bias {b.value:+.4g}, 95 % interval {b.lo:+.4g} to {b.hi:+.4g}: {words} (t {b.t:.3g}, p {b.p:.3g})")
+    b, capability = found.bias, None
+    exit = Exit.INCOMPLETE if b.significant else Exit.ACCEPTED
     if found.Cg is not None and found.Cgk is not None:
-        state = "capable" if found.capable else "not capable"
-        stdout.print(f"Cg {found.Cg:.2f}, Cgk {found.Cgk:.2f} ({CAPABLE} or more are wanted): {state}")
-    write_documents(outputs, document, frame)
-    draw(plot, gauge.bias_panels(frame, found, reference), columns=1)
-    if found.capable is not None:
-        return Exit.ACCEPTED if found.capable else Exit.REJECTED
-    return Exit.INCOMPLETE if b.significant else Exit.ACCEPTED
+        state, exit = ("capable", Exit.ACCEPTED) if found.capable else ("not capable", Exit.REJECTED)
+        capability = f"Cg {found.Cg:.2f}, Cgk {found.Cgk:.2f} ({CAPABLE} or more are wanted): {state}"
+    words = "significant" if b.significant else "not significant"
+    return Answer(
+        f"{found.n} readings: mean {found.mean:.6g}, repeatability {found.sigma:.4g} (1 sd)",
+        f"bias {b.value:+.4g}, 95 % interval {b.lo:+.4g} to {b.hi:+.4g}: {words} (t {b.t:.3g}, p {b.p:.3g})",
+        capability,
+        *files(outputs, frame, document),
+        picture(plot, lambda: gauge.bias_panels(frame, found, reference), columns=1, announced=True),
+        exit=exit,
+    )
 
 
-@clear_errors
+@command
 def gauge_linearity(
     table: Annotated[Path, typer.Argument(help="CSV file with columns reference, value: several parts.")],
     plot: Plot = None,
     *,
     outputs: Outputs,
-) -> Exit:
+) -> Answer:
     """Evaluate readings of several references. The line of the bias over the range; exit 4 if it is significant."""
-    check(outputs)
-    check_plot(plot)
     frame = _read(table, ("reference", "value"))
     found = gauge.linearity(frame)
     document = gauge.linearity_document(found)
-    rows = [{"reference": r["reference"], "bias": r["value"], "from": r["lo"], "to": r["hi"], "p": r["p"]}
+    listed = [{"reference": r["reference"], "bias": r["value"], "from": r["lo"], "to": r["hi"], "p": r["p"]}
             for r in document["references"]]  # fmt: skip
-    show(pd.DataFrame(rows), "mean bias of each reference, with its 95 % interval", {"p": "{:.3g}"})
-    for name, each in (("slope", found.slope), ("intercept", found.intercept)):
-        words = "significant" if each.significant else "not significant"
-        stdout.print(f"{name} {each.value:+.4g}, {each.lo:+.4g} to {each.hi:+.4g}: {words} (t {each.t:.4g})")
-    stdout.print(f"R² {100.0 * found.r_squared:.1f} %, spread about the line {found.sigma:.4g} (1 sd)")
-    write_documents(outputs, document, pd.DataFrame(rows))
-    draw(plot, gauge.linearity_panels(frame, found), columns=1)
-    return Exit.ACCEPTED if found.linear else Exit.INCOMPLETE
+    biases = pd.DataFrame(listed)
+    lines = (
+        f"{name} {each.value:+.4g}, {each.lo:+.4g} to {each.hi:+.4g}: "
+        f"{'significant' if each.significant else 'not significant'} (t {each.t:.4g})"
+        for name, each in (("slope", found.slope), ("intercept", found.intercept))
+    )
+    return Answer(
+        rows(biases, "mean bias of each reference, with its 95 % interval", {"p": "{:.3g}"}),
+        *lines,
+        f"R² {100.0 * found.r_squared:.1f} %, spread about the line {found.sigma:.4g} (1 sd)",
+        *files(outputs, biases, document),
+        picture(plot, lambda: gauge.linearity_panels(frame, found), columns=1, announced=True),
+        exit=Exit.ACCEPTED if found.linear else Exit.INCOMPLETE,
+    )
 
 
-@clear_errors
+@command
 def golden_name(
     serial: Annotated[str, typer.Argument(help="Serial of a judged unit.")],
     expect: Annotated[ExpectedGolden, typer.Option(help="What it must always be.")] = ExpectedGolden.ACCEPTED,
@@ -146,21 +146,19 @@ def golden_name(
     reason: Annotated[str, typer.Option(help="Why the reference of a golden unit is changed.")] = "",
     operator: AtTheBench = None,
     passphrase_file: QaPassphrase = None,
-) -> Exit:
+) -> Answer:
     """Make a judged unit a golden one. Its values and uncertainties are fixed from then on; quality assurance signs
     every naming but the first one with its key."""
     with open_store() as store:
         signer = decision_signer(passphrase_file, reason) if golden.needs_signature(store) else None
         who = who_acts(operator) if signer is None else ""
         golden.name_golden(store, serial, expect.value, who, reason, last, signer)
-    say(f"{serial} is a golden unit, expected {expect}")
-    return Exit.ACCEPTED
+    return Answer(Remark(f"{serial} is a golden unit, expected {expect}"))
 
 
-@clear_errors
-def golden_list(json: JsonAnswer = None) -> Exit:
+@command
+def golden_list(json: JsonAnswer = None) -> Answer:
     """List the golden units with their references."""
-    check_answer(json)
     with open_store() as store:
         found, stopped = golden.goldens(store), golden.missed(store)
     listed = [
@@ -171,67 +169,69 @@ def golden_list(json: JsonAnswer = None) -> Exit:
         for g in found.values()
     ]  # fmt: skip
     problems = None if stopped is None else {serial: tuple(each) for serial, each in stopped.items()}
-    as_text = wants_text(json, GoldenList(tuple(listed), problems))
-    rows = [
+    references = [
         {"serial": g.serial, "expected": g.expected, "quantity": name, "value": r.value, "U": r.U, "unit": r.unit,
          "n": r.n, "named by": g.named.by, "on": g.named.time[:10]}
         for g in found.values()
         for name, r in g.reference.items()
     ]  # fmt: skip
-    if rows and as_text:
-        show(pd.DataFrame(rows), "golden units", {"value": "{:.6g}", "U": "{:.2g}"})
-    for serial, each in (problems or {}).items():
-        say(f"this bench is stopped: {serial}: {'; '.join(each)}")
-    return Exit.ACCEPTED if stopped is None else Exit.REJECTED
+    formats = {"value": "{:.6g}", "U": "{:.2g}"}
+    stops = (Remark(f"this bench is stopped: {serial}: {'; '.join(each)}") for serial, each in (problems or {}).items())
+    return Answer(
+        File(json, GoldenList(tuple(listed), problems)),
+        rows(pd.DataFrame(references), "golden units", formats) if references else None,
+        *stops,
+        exit=Exit.ACCEPTED if stopped is None else Exit.REJECTED,
+    )
 
 
-@clear_errors
+@command
 def golden_retire(
     serial: Annotated[str, typer.Argument(help="Serial of a golden unit.")],
     reason: Annotated[str, typer.Option(help="Why.")],
     passphrase_file: QaPassphrase = None,
-) -> Exit:
+) -> Answer:
     """Make a golden unit an ordinary one. Quality assurance signs the decision with its key."""
     signer = decision_signer(passphrase_file, reason)
     with open_store() as store:
         golden.retire(store, serial, reason, signer)
-    say(f"{serial} is not a golden unit any more")
-    return Exit.ACCEPTED
+    return Answer(Remark(f"{serial} is not a golden unit any more"))
 
 
-@clear_errors
+@command
 def golden_check(
     hours: Annotated[float, typer.Option(min=0.1, help="How long ago the shift began [h].")] = 12.0,
     operator: AtTheBench = None,
     json: JsonAnswer = None,
-) -> Exit:
+) -> Answer:
     """Compare golden units with their references. Exit 3 if one is missed: the bench then judges nothing."""
-    check_answer(json)
     since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=hours)
     with open_store() as store:
         found = check_goldens(store, since, who_acts(operator))
     compared = [GoldenCompared(c.serial, c.expected, c.measured, tuple(c.problems)) for c in found]
-    for each in found if wants_text(json, GoldensCompared(tuple(compared))) else ():
-        if not each.measured:
-            stdout.print(f"{each.serial}: not judged in the last {hours:g} hours")
-        elif each.problems:
-            stdout.print(f"{each.serial}: {'; '.join(each.problems)}", soft_wrap=True)
-        else:
-            stdout.print(f"{each.serial}: as before ({each.expected})")
-    if any(each.problems for each in found):
-        say("the bench judges nothing else until this is resolved: accept golden resolve --reason '...'")
-        return Exit.REJECTED
-    return Exit.ACCEPTED if all(each.measured for each in found) else Exit.INCOMPLETE
+    lines = (
+        f"{each.serial}: not judged in the last {hours:g} hours" if not each.measured
+        else f"{each.serial}: {'; '.join(each.problems) or f'as before ({each.expected})'}"
+        for each in found
+    )  # fmt: skip
+    missed = any(each.problems for each in found)
+    words = "the bench judges nothing else until this is resolved: accept golden resolve --reason '...'"
+    exit = Exit.ACCEPTED if all(each.measured for each in found) else Exit.INCOMPLETE
+    return Answer(
+        File(json, GoldensCompared(tuple(compared))),
+        *lines,
+        Remark(words if missed else ""),
+        exit=Exit.REJECTED if missed else exit,
+    )
 
 
-@clear_errors
+@command
 def golden_resolve(
     reason: Annotated[str, typer.Option(help="What was wrong and what was done.")],
     passphrase_file: QaPassphrase = None,
-) -> Exit:
+) -> Answer:
     """Let a stopped bench judge again. Quality assurance signs the decision with its key."""
     signer = decision_signer(passphrase_file, reason)
     with open_store() as store:
         golden.resolve(store, reason, signer)
-    say(f"resolved by {signer.person}; judge the golden units again before anything else")
-    return Exit.ACCEPTED
+    return Answer(Remark(f"resolved by {signer.person}; judge the golden units again before anything else"))

@@ -7,20 +7,8 @@ from typing import Annotated, Any
 import pandas as pd
 import typer
 
-from accept.base.console import clear_errors, say, stdout
-from accept.base.exit_codes import Exit
-from accept.commands.fleet.answers import (
-    check,
-    check_plot,
-    chosen,
-    draw,
-    is_chosen,
-    named,
-    say_not_counted,
-    show,
-    telling,
-    write,
-)
+from accept.commands.answer import Answer, Remark, command, picture
+from accept.commands.fleet.answers import chosen, files, is_chosen, left_out, named, rows, telling
 from accept.commands.fleet.options import By, JudgementFilter, ListOptions, Outputs
 from accept.commands.options import Plot
 from accept.fleet import history as histories
@@ -55,13 +43,11 @@ def _stored_rows(serial: str | None = None, columns: Collection[str] = COLUMNS, 
         return measurements(store, serial, columns=columns, brief=brief)
 
 
-@clear_errors
+@command
 def history(
     serial: Annotated[str, typer.Argument(help="Serial of a unit.")], *, plot: Plot = None, outputs: Outputs
-) -> Exit:
+) -> Answer:
     """Show every attempt of a unit. Its values with U, and what changed by more than the uncertainties allow."""
-    check(outputs)
-    check_plot(plot)
     with open_store() as store:
         frame, decided = measurements(store, serial), standing(store, serial, {}).decided
     if frame.empty:
@@ -71,21 +57,23 @@ def history(
     shown = named(tries)[
         ["attempt", "time", "operator", "bench", "spec", "unit_verdict", "simulated", "causes", "voided"]
     ]
-    show(telling(shown, "bench", "simulated", "voided"), serial)
-    for given in decided:
-        stdout.print(words_of(given), soft_wrap=True)
     columns = ["attempt", "quantity", "value", "U", "unit", "verdict", "change", "En", "changed"]
-    shown = telling(_to_the_digits_of_U(changed[columns]), "change", "En", "changed")
-    show(shown, "values, with their expanded uncertainty U (k = 2)", {"En": "{:.2f}", "change": "{:+.3g}"})
-    for row in changed[changed["changed"].eq(True)].itertuples():
-        stdout.print(
-            f"attempt {row.attempt}: {label_and_name(str(row.quantity))} changed by {row.change:+.3g} "
-            f"{row.unit}, {row.En:.1f} times what both uncertainties allow",
-            soft_wrap=True,
-        )
-    write(outputs, changed)
-    draw(plot, histories.panels(changed), columns=2)
-    return Exit.ACCEPTED
+    values = telling(_to_the_digits_of_U(changed[columns]), "change", "En", "changed")
+    title, formats = "values, with their expanded uncertainty U (k = 2)", {"En": "{:.2f}", "change": "{:+.3g}"}
+    moved = (
+        f"attempt {row.attempt}: {label_and_name(str(row.quantity))} changed by {row.change:+.3g} "
+        f"{row.unit}, {row.En:.1f} times what both uncertainties allow"
+        for row in changed[changed["changed"].eq(True)].itertuples()
+    )
+    panels = histories.panels(changed)
+    return Answer(
+        rows(telling(shown, "bench", "simulated", "voided"), serial),
+        *map(words_of, decided),
+        rows(values, title, formats),
+        *moved,
+        *files(outputs, changed),
+        picture(plot, lambda: panels, columns=2, announced=True) if panels else None,
+    )
 
 
 def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
@@ -99,10 +87,9 @@ def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(value=[value for value, _ in pairs], U=[U for _, U in pairs])
 
 
-@clear_errors
-def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exit:
+@command
+def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Answer:
     """List the units in the store. With their last verdict and what stopped them."""
-    check(outputs)
     frame, every = chosen(_stored_rows(columns=LISTED, brief=wanted.check is None), choice), wanted.all_attempts
     judged = frame if every else latest(frame)
     tries = attempts(judged)
@@ -114,17 +101,14 @@ def units(wanted: ListOptions, choice: JudgementFilter, outputs: Outputs) -> Exi
         tries = tries[tries["seq"].isin(_stopped_by(judged, wanted.check))]
     why = _failures(judged)
     tries = tries.assign(why=[why.get(seq, "") for seq in tries["seq"]])
-    rows = tries[[*SHOWN_OF_A_UNIT, "typed"]]
-    title = f"{len(rows)} of {judged['seq'].nunique()} judgements" if every else f"{len(rows)} units"
+    listed = tries[[*SHOWN_OF_A_UNIT, "typed"]]
+    title = f"{len(listed)} of {judged['seq'].nunique()} judgements" if every else f"{len(listed)} units"
     one_spec = (
-        ["spec"] if rows["spec"].astype(str).eq(rows["kind"].astype(str)).all() else []
+        ["spec"] if listed["spec"].astype(str).eq(listed["kind"].astype(str)).all() else []
     )  # the built-in one of each kind: said already
-    shown = telling(named(rows), "bench", "conceded", "simulated").drop(columns=[*one_spec, "causes", "typed"])
-    show(shown.tail(SHOWN), title)
-    if len(rows) > SHOWN:
-        say(f"the last {SHOWN} are shown; --csv FILE or --json FILE has all {len(rows)}")
-    write(outputs, rows)
-    return Exit.ACCEPTED
+    shown = telling(named(listed), "bench", "conceded", "simulated").drop(columns=[*one_spec, "causes", "typed"])
+    more = f"the last {SHOWN} are shown; --csv FILE or --json FILE has all {len(listed)}"
+    return Answer(rows(shown.tail(SHOWN), title), Remark(more if len(listed) > SHOWN else ""), *files(outputs, listed))
 
 
 def _failures(frame: pd.DataFrame) -> dict[int, str]:
@@ -152,30 +136,29 @@ def _stopped_by(frame: pd.DataFrame, check: str) -> pd.Series:
     return frame.loc[named & (frame["verdict"] != "pass"), "seq"]
 
 
-@clear_errors
+@command
 def first_pass(
     *,
     by: Annotated[By, typer.Option(help="Groups.")] = By.MONTH,
     choice: JudgementFilter,
     plot: Plot = None,
     outputs: Outputs,
-) -> Exit:
+) -> Answer:
     """Show the first-pass yield. With its interval, and the causes that stopped the others, the most frequent first."""
-    check(outputs)
-    check_plot(plot)
     frame = _stored_rows(columns={*yields.COLUMNS, *({by.value} - yields.PERIODS.keys())})
     asked = is_chosen(frame, choice)
-    table = yields.yields(frame, by.value, asked)
-    say_not_counted(frame[asked])
+    table, causes = yields.yields(frame, by.value, asked), yields.pareto(frame, asked)
+    remarks = left_out(frame[asked])
     if table.empty:
-        raise FleetError("no unit was judged for the first time in this period; re-tests are no first attempts")
+        none = FleetError("no unit was judged for the first time in this period; re-tests are no first attempts")
+        return Answer(*remarks, error=none)
     shown = table if table["conceded"].any() else table.drop(columns="conceded")
-    show(shown, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
-    causes = yields.pareto(frame, asked)
-    if len(causes):
-        show(causes, "what stopped units at their first attempt", {"share": "{:.1%}"})
-    else:
-        stdout.print("every unit passed at its first attempt")
-    write(outputs, table)
-    draw(plot, yields.panels(table, causes, by.value), columns=2)
-    return Exit.ACCEPTED
+    shares = dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}")
+    stops = rows(causes, "what stopped units at their first attempt", {"share": "{:.1%}"})
+    return Answer(
+        *remarks,
+        rows(shown, "first-pass yield, with its 95 % interval", shares),
+        stops if len(causes) else "every unit passed at its first attempt",
+        *files(outputs, table),
+        picture(plot, lambda: yields.panels(table, causes, by.value), columns=2, announced=True),
+    )

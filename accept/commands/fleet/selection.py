@@ -8,14 +8,14 @@ import pandas as pd
 import typer
 
 from accept.base.cluster.connect import connected
-from accept.base.console import clear_errors, say, stdout
+from accept.base.console import say
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.answers import check, show, write
+from accept.commands.answer import Answer, Remark, command
+from accept.commands.fleet.answers import files, golden_left_out, rows
 from accept.commands.fleet.options import MatchOptions, Outputs
 from accept.commands.options import ClusterAt
 from accept.fleet import judged_again, matched_sets
 from accept.fleet.measurements import GOLDEN, measurements
-from accept.judging.golden import not_counted
 from accept.judging.judge_unit import load_spec
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
@@ -26,16 +26,15 @@ NAMED = 10  # serials in a sentence
 SHOWN = 500  # flips on the terminal; the files have all
 
 
-@clear_errors
+@command
 def rejudge(
     spec: Annotated[list[str], typer.Option("--spec", help="Built-in spec or TOML file; one of each kind.")],
     *,
     records: Annotated[bool, typer.Option("--records", help="Measure unit folders again where unchanged.")] = False,
     cluster: ClusterAt = None,
     outputs: Outputs,
-) -> Exit:
+) -> Answer:
     """Judge the whole store by another spec. Which verdicts flip and why; stores nothing, touches no certificate."""
-    check(outputs)
     loaded: dict[str, Spec] = {each.kind: each for each in map(load_spec, spec)}
     judged, worse, flips = 0, False, []
     not_measured: list[str] = []
@@ -47,22 +46,22 @@ def rejudge(
                 not_measured.append(unit.serial)
             if unit.flipped:  # what does not change is not held
                 flips.append((unit.serial, unit.was, unit.now, sys.intern(_changes_words(unit)), unit.basis))
-    rows = pd.DataFrame(sorted(flips), columns=["serial", "was", "now", "why", "judged_from"])
-    if flips:
-        show(rows.head(SHOWN), f"{len(flips)} of {judged} units change their verdict")
-    else:
-        stdout.print(f"none of {judged} units changes its verdict")
-    if len(flips) > SHOWN:
-        say(f"the first {SHOWN} are shown; --csv FILE or --json FILE has all {len(flips)}")
-    if not_measured:
-        say(
-            f"{len(not_measured)} of {judged} units were not measured again, but compared by their stored values: "
-            f"their folders are gone, cannot be read or no longer hold what was judged ({_named(sorted(not_measured))})"
-        )
-    if not records:
-        say("stored values were compared with the new limits; changed settings of a check need --records")
-    write(outputs, rows)
-    return Exit.INCOMPLETE if worse else Exit.ACCEPTED
+    flipped = pd.DataFrame(sorted(flips), columns=["serial", "was", "now", "why", "judged_from"])
+    shown = rows(flipped.head(SHOWN), f"{len(flips)} of {judged} units change their verdict")
+    more = f"the first {SHOWN} are shown; --csv FILE or --json FILE has all {len(flips)}"
+    by_values = (
+        f"{len(not_measured)} of {judged} units were not measured again, but compared by their stored values: "
+        f"their folders are gone, cannot be read or no longer hold what was judged ({_named(sorted(not_measured))})"
+    )
+    limits_only = "stored values were compared with the new limits; changed settings of a check need --records"
+    return Answer(
+        shown if flips else f"none of {judged} units changes its verdict",
+        Remark(more if len(flips) > SHOWN else ""),
+        Remark(by_values if not_measured else ""),
+        Remark("" if records else limits_only),
+        *files(outputs, flipped),
+        exit=Exit.INCOMPLETE if worse else Exit.ACCEPTED,
+    )
 
 
 def _named(serials: Sequence[str]) -> str:
@@ -76,10 +75,9 @@ def _changes_words(unit: judged_again.JudgedAgain) -> str:
     )
 
 
-@clear_errors
-def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
+@command
+def match(wanted: MatchOptions, outputs: Outputs) -> Answer:
     """Find units that fit together. Sets whose quantities lie closest, in units of their uncertainty; proven best."""
-    check(outputs)
     kind, size, sets = wanted.kind, wanted.n, wanted.sets
     product = product_named(kind)
     by = wanted.by or product.matched_by
@@ -88,29 +86,29 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
     with open_store() as store:
         frame = measurements(store, columns=matched_sets.COLUMNS)
     units = matched_sets.pool(frame, kind, by)
-    of_golden = frame[frame[GOLDEN] & (frame["kind"] == kind)]
-    if words := not_counted(of_golden["seq"].nunique(), of_golden["serial"]):
+    if words := golden_left_out(frame[frame[GOLDEN] & (frame["kind"] == kind)]):
         say(words)
     for why, serials in units.left_out.items():
         say(f"left out, {why}: {_named(serials)}")
     found = matched_sets.choose(units, size, sets)
-    rows = []
-    for number, members in enumerate(found.sets, 1):
-        for i in members:
-            values = dict(zip(units.quantities, units.values[i], strict=True))
-            rows.append({"set": number, "serial": units.serials[i], **values})
-    frame = pd.DataFrame(rows)
+    chosen = pd.DataFrame(
+        {"set": number, "serial": units.serials[i], **dict(zip(units.quantities, units.values[i], strict=True))}
+        for number, members in enumerate(found.sets, 1)
+        for i in members
+    )
     each = f"{sets} sets of {size}" if sets > 1 else str(size)
-    show(frame, f"{each} of {len(units.serials)} accepted {product.plural}")
-    told = zip(units.quantities, units.U, units.units, strict=True)
-    stdout.print(f"median U (k = 2): {', '.join(f'{q} {U:.2g} {unit}' for q, U, unit in told)}", soft_wrap=True)
-    for number, (members, cost) in enumerate(zip(found.sets, found.costs, strict=True), 1):
-        stdout.print(
-            f"set {number}: widths add up to {cost:.3g} times U; {matched_sets.advice(units, members, cost)}",
-            soft_wrap=True,
-        )
-    if not found.proven:
-        bound = f"no choice can cost less than {found.bound:.3g}" if found.bound > 0 else "how much better is not known"
-        say(f"stopped after the time limit: a better choice may exist; {bound}")
-    write(outputs, frame)
-    return Exit.ACCEPTED if found.proven else Exit.INCOMPLETE
+    stated = zip(units.quantities, units.U, units.units, strict=True)
+    widths = (
+        f"set {number}: widths add up to {cost:.3g} times U; {matched_sets.advice(units, members, cost)}"
+        for number, (members, cost) in enumerate(zip(found.sets, found.costs, strict=True), 1)
+    )
+    bound = f"no choice can cost less than {found.bound:.3g}" if found.bound > 0 else "how much better is not known"
+    stopped = f"stopped after the time limit: a better choice may exist; {bound}"
+    return Answer(
+        rows(chosen, f"{each} of {len(units.serials)} accepted {product.plural}"),
+        f"median U (k = 2): {', '.join(f'{q} {U:.2g} {unit}' for q, U, unit in stated)}",
+        *widths,
+        Remark("" if found.proven else stopped),
+        *files(outputs, chosen),
+        exit=Exit.ACCEPTED if found.proven else Exit.INCOMPLETE,
+    )

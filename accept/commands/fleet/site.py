@@ -5,20 +5,19 @@ from typing import Annotated
 
 import typer
 
-from accept.base.console import clear_errors, say
-from accept.base.exit_codes import Exit
 from accept.base.progress import busy
+from accept.commands.answer import Answer, Remark, command
 from accept.fleet.site.page_data import MOST, curves, document
 from accept.fleet.site.write_site import write_site
 from accept.store import open_store
 
 
-@clear_errors
+@command
 def run(
     out: Annotated[Path, typer.Option(help="Folder for the page.")],
     last: Annotated[int, typer.Option(min=1, help="How many judgements are shown, the last ones of the store.")] = MOST,
     units: Annotated[list[Path] | None, typer.Option(help="Unit folders whose curves are shown; repeat.")] = None,
-) -> Exit:
+) -> Answer:
     """Write a page of the fleet. Yield, causes, trends, curves and every unit's findings; opens offline."""
     panels = {}
     if units:
@@ -29,5 +28,5 @@ def run(
         content = document(store, curves(panels), out.resolve(), last)
     write_site(out, content)
     shown, of = len(content["judgements"]), content["of"]
-    say(f"{f'the last {shown} of {of}' if shown < of else shown} judgements: open {out / 'index.html'}")
-    return Exit.ACCEPTED
+    count = f"the last {shown} of {of}" if shown < of else shown
+    return Answer(Remark(f"{count} judgements: open {out / 'index.html'}"))

@@ -1,27 +1,28 @@
 """`accept trend`: control charts of a quantity."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Annotated, Any
 
 import pandas as pd
 import typer
 
-from accept.base.console import clear_errors, say, stdout
+from accept.base.console import say
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.answers import check, check_plot, draw, is_chosen, say_not_counted, show, write_documents
+from accept.commands.answer import Answer, Remark, command, picture
+from accept.commands.fleet.answers import files, is_chosen, left_out, rows
 from accept.commands.fleet.options import JudgementFilter, Outputs, TrendBy
 from accept.commands.options import Operator, Plot
 from accept.commands.trust.bench_keys import who_acts
 from accept.fleet import trend as trends
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import CHECKED, instrument_checks, measurements_of
+from accept.fleet.process_control.control_chart import NELSON, Baseline
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
-from checks.process_control.control_chart import NELSON, Baseline
 
 
-@clear_errors
+@command
 def trend(
     quantity: Annotated[str, typer.Argument(help="A quantity, such as stroke_um; check:lcr for the reference of lcr.")],
     *,
@@ -40,10 +41,8 @@ def trend(
     choice: JudgementFilter,
     plot: Plot = None,
     outputs: Outputs,
-) -> Exit:
+) -> Answer:
     """Show a quantity over time. Control charts, alarms since the baseline, capability; exit 4 at an alarm."""
-    check(outputs)
-    check_plot(plot)
     with open_store() as store:
         of_instrument = quantity.startswith(CHECKED)
         frame = (
@@ -57,22 +56,27 @@ def trend(
                 stated = trends.set_baseline(store, of, by.value, reason, who)
                 say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
         baselines = trends.stored_baselines(store, quantity, by.value)
-    say_not_counted(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)])
+    for words in left_out(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)]):
+        say(words)
     charts = trends.trends(frame, quantity, by.value, baselines, _rules(rules), is_chosen(frame, choice))
     documents = [trends.summary(t, points=outputs.json is not None or outputs.csv is not None) for t in charts]
-    show(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{charts[0].unit}], first attempts")
-    for each, document in zip(charts, documents, strict=True):
-        for alarm in document["alarms"]:
-            stdout.print(f"{each.name}: {alarm['words']}", soft_wrap=True)
-        for words in each.why:
-            say(f"{each.name}: {words}")
-        if each.chart is not None:
-            say(f"{each.name}: {_basis(each, each.chart.baseline)}")
-    write_documents(
-        outputs, documents, pd.DataFrame([p | {"group": d["group"]} for d in documents for p in d["points"]])
+    points = pd.DataFrame([p | {"group": d["group"]} for d in documents for p in d["points"]])
+    drawn = [t for t in charts if len(t.rows)]
+    return Answer(
+        rows(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{charts[0].unit}], first attempts"),
+        *(line for pair in zip(charts, documents, strict=True) for line in _lines(*pair)),
+        *files(outputs, points, documents),
+        picture(plot, lambda: [trends.panel(t) for t in drawn], columns=1, announced=True) if drawn else None,
+        exit=Exit.INCOMPLETE if any(d["alarms"] for d in documents) else Exit.ACCEPTED,
     )
-    draw(plot, [trends.panel(t) for t in charts if len(t.rows)], columns=1)
-    return Exit.INCOMPLETE if any(d["alarms"] for d in documents) else Exit.ACCEPTED
+
+
+def _lines(each: trends.Trend, document: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the alarms of a chart, why it may be none, and its basis."""
+    yield from (f"{each.name}: {alarm['words']}" for alarm in document["alarms"])
+    yield from (Remark(f"{each.name}: {words}") for words in each.why)
+    if each.chart is not None:
+        yield Remark(f"{each.name}: {_basis(each, each.chart.baseline)}")
 
 
 def _within(days: str, choice: JudgementFilter) -> JudgementFilter:

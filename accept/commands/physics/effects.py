@@ -3,22 +3,18 @@ each."""
 
 import textwrap
 
-from accept.base.console import clear_errors, tell
-from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import EffectList, EffectListed
-from accept.base.exit_codes import Exit
+from accept.commands.answer import Answer, File, command
 from accept.commands.options import JsonAnswer
-from checks.gap.effects import EFFECTS
-from checks.gap.modelling.effect import Effect
+from checks.gap import EFFECTS
 
 WIDTH, INDENT = 80, "    "
 
 
-@clear_errors
-def run(json: JsonAnswer = None) -> Exit:
+@command
+def run(json: JsonAnswer = None) -> Answer:
     """List the effects that `accept gap` can name as missing. Where each shows, and the measurement that shows it
     alone."""
-    check_answer(json)
     listed = [
         EffectListed(
             effect.name, effect.title, tuple(p.name for p in effect.parameters), tuple(effect.channels), effect.sign,
@@ -26,13 +22,12 @@ def run(json: JsonAnswer = None) -> Exit:
         )
         for effect in EFFECTS.values()
     ]  # fmt: skip
-    if wants_text(json, EffectList(tuple(listed))):
-        for effect in EFFECTS.values():
-            tell(*_lines(effect))
-    return Exit.ACCEPTED
+    lines = (line for name in EFFECTS for line in _lines(name))
+    return Answer(File(json, EffectList(tuple(listed))), *lines)
 
 
-def _lines(effect: Effect) -> list[str]:
+def _lines(name: str) -> list[str]:
+    effect = EFFECTS[name]
     parameters = ", ".join(p.name for p in effect.parameters)
     said = (
         f"shows on {', '.join(effect.channels)}: {effect.sign}",

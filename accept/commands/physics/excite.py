@@ -6,9 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, say
-from accept.base.exit_codes import Exit
+from accept.commands.answer import Answer, File, Remark, command, picture, refusal
 from accept.commands.physics.excite_options import (
     Law,
     MultisineOptions,
@@ -18,14 +16,8 @@ from accept.commands.physics.excite_options import (
     SineOptions,
     SweepOptions,
 )
-from accept.pictures.draw import picture
-from accept.pictures.formats import format_of
 from checks.declare import Series
-from checks.signals.drive import excitation as ex
-from checks.signals.drive.excitation import Excitation, Rig
-from checks.signals.drive.excitation_panels import panels
-from checks.signals.drive.shapes import AmplitudeShape, Flat, LowPass, Notch, ShapeProduct, notch_at_resonance
-from checks.signals.spectral.frf import h1_record
+from checks.signals import Excitation, Notch, Rig, amplitude_shape, excitation_panels, notch_of_record
 from hw.records import csv_bytes, mat_bytes, read
 
 AS_IS, PLAYED = Shaping(), Playing()
@@ -33,36 +25,44 @@ NOTCH_WIDTH, NOTCH_DEPTH = 0.2, 0.1  # of the resonance, of the amplitude beside
 FADE_S = 0.1  # at both ends of what ends anywhere
 
 
-def sweep(wanted: SweepOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
+@command
+def sweep(wanted: SweepOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Answer:
     """Write a sine of rising frequency."""
     law = "lin" if wanted.law is Law.LINEAR else "log"
     at = wanted.f_start, wanted.f_end, wanted.duration, wanted.amplitude
-    return _run(wanted.out, playing.plot, lambda: ex.sweep(rig_of(playing), *at, law, shape_of(shaping), FADE_S))
+    return _answer(
+        wanted.out, playing.plot, lambda: rig_of(playing).sweep(*at, law, amplitude_shape(*parts_of(shaping)), FADE_S)
+    )
 
 
-def noise(wanted: NoiseOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
+@command
+def noise(wanted: NoiseOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Answer:
     """Write noise in a band."""
     at = wanted.f_start, wanted.f_end, wanted.duration, wanted.rms, wanted.seed
-    return _run(wanted.out, playing.plot, lambda: ex.noise(rig_of(playing), *at, shape_of(shaping), FADE_S))
+    return _answer(
+        wanted.out, playing.plot, lambda: rig_of(playing).noise(*at, amplitude_shape(*parts_of(shaping)), FADE_S)
+    )
 
 
-def sine(wanted: SineOptions, playing: Playing = PLAYED) -> Exit:
+@command
+def sine(wanted: SineOptions, playing: Playing = PLAYED) -> Answer:
     """Write slow sines of growing amplitude, for the hysteresis."""
 
     def make() -> Excitation:
-        return ex.sines(rig_of(playing), wanted.f, levels_of(wanted.amplitudes), wanted.cycles)
+        return rig_of(playing).sines(wanted.f, levels_of(wanted.amplitudes), wanted.cycles)
 
-    return _run(wanted.out, playing.plot, make)
+    return _answer(wanted.out, playing.plot, make)
 
 
-def multisine(wanted: MultisineOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
+@command
+def multisine(wanted: MultisineOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Answer:
     """Write a random-phase multisine. Periodic, so without leakage: the best of the four."""
     at = wanted.f_start, wanted.f_end, wanted.resolution, wanted.rms, wanted.periods, wanted.seed
 
     def make() -> Excitation:
-        return ex.multisine(rig_of(playing), *at, shape_of(shaping), str(wanted.lines), wanted.crest)
+        return rig_of(playing).multisine(*at, amplitude_shape(*parts_of(shaping)), str(wanted.lines), wanted.crest)
 
-    return _run(wanted.out, playing.plot, make)
+    return _answer(wanted.out, playing.plot, make)
 
 
 def rig_of(playing: Playing) -> Rig:
@@ -78,44 +78,33 @@ def levels_of(text: str) -> list[float]:
         raise ValueError(f"'{text}' is not a list of numbers. Example: 0.1,0.2,0.4") from None
 
 
-def shape_of(shaping: Shaping) -> AmplitudeShape:
-    """Return the shape of the amplitude. Raises ValueError if its parts do not fit together, RecordError if the record
-    cannot be used."""
-    low_pass = None if shaping.low_pass is None else LowPass(shaping.low_pass)
-    parts: list[AmplitudeShape] = [p for p in (_notch(shaping), low_pass) if p is not None]
-    return ShapeProduct(*parts) if len(parts) == 2 else (parts[0] if parts else Flat())
-
-
-def _notch(shaping: Shaping) -> Notch | None:
+def parts_of(shaping: Shaping) -> tuple[Notch | None, float | None]:
+    """Return the notch and the corner of the low-pass [Hz] that were asked for. Raises ValueError if the notch's parts
+    do not fit together, RecordError if the record cannot be used."""
     if shaping.notch is not None and shaping.notch_from is not None:
         raise ValueError("give the notch's frequency or a record to find it in, not both")
     if shaping.notch_from is not None:
         record = read(shaping.notch_from, Series("first", "first record", {"t": "s", "Va": "V", "de": "m"}))
-        usual = notch_at_resonance(h1_record(record, "Va", ["de"]), "de")
+        usual = notch_of_record(record)
     elif shaping.notch is not None:
         usual = Notch(shaping.notch, NOTCH_WIDTH * shaping.notch, NOTCH_DEPTH)
     elif shaping.notch_width is not None or shaping.notch_depth is not None:
         raise ValueError("a notch's width or depth needs its frequency, or a record to find it in")
     else:
-        return None
+        return None, shaping.low_pass
     width = usual.width_Hz if shaping.notch_width is None else shaping.notch_width
-    return Notch(usual.f0_Hz, width, usual.depth if shaping.notch_depth is None else shaping.notch_depth)
+    depth = usual.depth if shaping.notch_depth is None else shaping.notch_depth
+    return Notch(usual.f0_Hz, width, depth), shaping.low_pass
 
 
-@clear_errors
-def _run(out: Path, plot: Path | None, make: Callable[[], Excitation]) -> Exit:
-    format = None if plot is None else format_of(plot)
+def _answer(out: Path, plot: Path | None, make: Callable[[], Excitation]) -> Answer:
     try:
         excitation = make()
-        write_atomic(out, content(excitation, out))
-        if plot is not None and format is not None:
-            write_atomic(plot, picture(list(panels(excitation).values()), format))
+        signal = content(excitation, out)
     except ValueError as e:
-        say(f"accept: {e}")
-        return Exit.BAD_INPUT
-    for line in summary(excitation, out):
-        say(line)
-    return Exit.ACCEPTED
+        return refusal(e)
+    drawn = picture(plot, lambda: list(excitation_panels(excitation).values()))
+    return Answer(File(out, signal), drawn, *map(Remark, summary(excitation, out)))
 
 
 def content(excitation: Excitation, out: Path) -> bytes:

@@ -6,6 +6,7 @@ The JSON is {"responses": [...]}, each as `accept.analysis.record_responses.to_j
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from json import dumps
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,15 +15,11 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from accept.analysis.hammer import ImpactResponse, U_of, hammer_json, hammer_responses
+from accept.analysis.hammer import ImpactResponse, hammer_json, hammer_responses
 from accept.analysis.imported_response import ImportedResponse, ResponseDifference, differences, import_response
 from accept.analysis.record_responses import (
     OF_RECORDS,
-    Estimator,
-    EstimatorSettings,
     MeasuredResponse,
-    U_Hz,
-    cut,
     matlab_file,
     read_any,
     responses_of,
@@ -30,18 +27,13 @@ from accept.analysis.record_responses import (
     to_json,
     universal_file,
 )
-from accept.base.atomic_files import check_places, write_atomic
-from accept.base.console import clear_errors, say, stdout
-from accept.base.exit_codes import Exit
+from accept.commands.answer import Answer, File, Remark, command, picture, table
 from accept.commands.physics.frf_options import FrfOutputs, HammerOptions, ResponseOptions, SourceOptions
-from accept.pictures.formats import format_of
 from checks.errors import RecordError
 from checks.picture import Line, Panel
 from checks.record import Record
 from checks.rounding import fixed, rounded, rounded_U
-from checks.signals.impact.impacts import ImpactRules
-from checks.signals.spectral.bode import bode
-from checks.signals.spectral.frf import Frf
+from checks.signals import Estimator, EstimatorSettings, Frf, ImpactRules, bode
 from hw.records import Content, content_of
 from specs.bench import ChannelSource, load_bench
 
@@ -51,7 +43,7 @@ WRITERS = {".csv": table_file, ".mat": matlab_file, ".uff": universal_file}
 LEAST_U = 1e-4  # smaller ones are said to be below it
 
 
-@clear_errors
+@command
 def run(
     records: Annotated[
         list[Path],
@@ -73,12 +65,9 @@ def run(
     merge_Hz: Annotated[
         float | None, typer.Option("--merge-Hz", help="Join two records: the first up to here, the second above.")
     ] = None,
-) -> Exit:
+) -> Answer:
     """Compute frequency responses of records. With coherence, variance and resonances; with --hammer of hits."""
     single = {".csv": outputs.csv, ".mat": outputs.mat, ".uff": outputs.uff}
-    places = {"json": outputs.json, "html": outputs.html, "csv": outputs.csv, "mat": outputs.mat, "uff": outputs.uff}
-    check_places(outputs.plot, **places)  # said before the work, not after
-    format = None if outputs.plot is None else format_of(outputs.plot)
     input = sources.input or (FORCE if hits.hammer else "Va")
     settings = EstimatorSettings(estimator, segment_s, f_lo, f_hi, input, merge_Hz)
     responses = _estimate([_read(path, sources, others, input, hits.hammer) for path in records], settings, hits)
@@ -87,24 +76,14 @@ def run(
         raise RecordError(f"{place}: {kind} takes one response, not {len(responses)}; merge them or name one")
     against = None if others.against is None else _import(others.against, sources, others)
     compared = {} if against is None else {r.title: differences(r, against) for r in responses}
-    for response in responses:
-        stdout.print(hammer_summary(response) if isinstance(response, ImpactResponse) else summary(response))
-        for note in response.frf.notes:
-            say(f"{response.title}: {note}")
-    if against is not None:
-        stdout.print(_comparison(compared, against))
-    if outputs.json is not None:
-        write_atomic(outputs.json, dumps(_document(responses, compared), allow_nan=False).encode())
-    for ending, place in single.items():
-        if place is not None:
-            write_atomic(place, WRITERS[ending](responses[0]))
-    if outputs.plot is not None and format is not None:
-        write_atomic(outputs.plot, _picture(responses, merge_Hz, format, against))
-    if outputs.html is not None:
-        from accept.pictures.interactive import page
-
-        write_atomic(outputs.html, page(_panels(responses, merge_Hz, against), "Frequency responses"))
-    return Exit.ACCEPTED
+    return Answer(
+        *(part for response in responses for part in _about(response)),
+        None if against is None else _comparison(compared, against),
+        File(outputs.json, lambda: dumps(_document(responses, compared), allow_nan=False).encode()),
+        *(File(place, partial(WRITERS[ending], responses[0])) for ending, place in single.items()),
+        picture(outputs.plot, lambda: _sheet(responses, merge_Hz, against), _columns(responses)),
+        File(outputs.html, lambda: _page(responses, merge_Hz, against)),
+    )
 
 
 def _estimate(
@@ -113,7 +92,7 @@ def _estimate(
     """Return the responses of the records, of all hits with a hammer, and those that were read. Raises RecordError if
     they cannot be taken together."""
     f_lo, f_hi = settings.f_lo, settings.f_hi
-    imported = [replace(r, frf=cut(r.frf, f_lo, f_hi)) for r in read if isinstance(r, ImportedResponse)]
+    imported = [replace(r, frf=r.frf.cut(f_lo, f_hi)) for r in read if isinstance(r, ImportedResponse)]
     taken = [r for r in read if isinstance(r, Record)]
     if settings.estimator not in OF_RECORDS and not hits.hammer:
         raise RecordError(f"--estimator {settings.estimator}: averages over hits; add --hammer, or use h1 or lpm")
@@ -187,36 +166,41 @@ def _mapping(given: Sequence[str]) -> dict[str, str]:
     return {here.strip(): there.strip() for here, _, there in pairs}
 
 
+def _about(response: MeasuredResponse) -> list[str | Table]:
+    """Return the table of a response, and its notes."""
+    rows = hammer_summary(response) if isinstance(response, ImpactResponse) else summary(response)
+    return [rows, *(Remark(f"{response.title}: {note}") for note in response.frf.notes)]
+
+
 def summary(response: MeasuredResponse) -> Table:
     """Return a row per channel: the band in which it is coherent, and its largest resonance."""
     frf = response.frf
     averages = f", {frf.segments} segments" if frf.segments else ""
     title = f"{response.title}: {frf.estimator}, {frf.f[0]:.4g} to {frf.f[-1]:.4g} Hz, {frf.f.size} bins{averages}"
-    table = Table("output / input", "coherent [Hz]", "largest resonance [Hz]", "damping [%]", title=title)
-    table.title_justify = "left"
+    none = "not searched" if isinstance(response, ImportedResponse) else "none seen"
+    rows = []
     for c in frf.channels:
         mode = response.resonances.get(c)
-        none = "not searched" if isinstance(response, ImportedResponse) else "none seen"
-        cells = (none, "") if mode is None else (with_U(mode.f_Hz, U_Hz(mode)), f"{100 * mode.damping_ratio:.3g}")
-        table.add_row(f"{c} / {frf.input}", _coherent(frf, c), *cells)
-    return table
+        cells = (none, "") if mode is None else (with_U(mode.f_Hz, mode.U_Hz), f"{100 * mode.damping_ratio:.3g}")
+        rows.append((f"{c} / {frf.input}", _coherent(frf, c), *cells))
+    return table(("output / input", "coherent [Hz]", "largest resonance [Hz]", "damping [%]"), rows, title=title)
 
 
 def hammer_summary(response: ImpactResponse) -> Table:
     """Return a row per mode of each channel, with the band in which the channel is coherent over the hits."""
     frf = response.frf
     title = f"{response.title}: {frf.estimator}, {frf.f[0]:.4g} to {frf.f[-1]:.4g} Hz, {frf.f.size} bins, "
-    table = Table("output / input", "coherent [Hz]", "mode [Hz]", "damping [%]", title=title + f"{frf.segments} hits")
-    table.title_justify = "left"
+    rows: list[tuple[str, ...]] = []
     for c in frf.channels:
         first = (f"{c} / {frf.input}", _coherent(frf, c))
         if not response.modes[c]:
-            table.add_row(*first, "none seen", "")
+            rows.append((*first, "none seen", ""))
         for k, mode in enumerate(response.modes[c]):
-            U, U_damping = U_of(mode)
+            U, U_damping = mode.U_Hz, mode.U_damping
             damping = with_U(100 * mode.damping_ratio, 100 * U_damping)
-            table.add_row(*(first if k == 0 else ("", "")), with_U(mode.f_Hz, U), damping)
-    return table
+            rows.append((*(first if k == 0 else ("", "")), with_U(mode.f_Hz, U), damping))
+    titles = ("output / input", "coherent [Hz]", "mode [Hz]", "damping [%]")
+    return table(titles, rows, title=f"{title}{frf.segments} hits")
 
 
 def with_U(value: float, U: float) -> str:
@@ -242,21 +226,19 @@ def _coherent(frf: Frf, channel: str) -> str:
 def _comparison(compared: Mapping[str, Sequence[ResponseDifference]], against: ImportedResponse) -> Table:
     """Return a row per channel: how far it lies from the other response."""
     titles = ("response", "channel", "bins", "median", "largest", "at [Hz]", "within both 95 % regions")
-    table = Table(*titles, title=f"apart from {against.title}, relative to it")
-    table.title_justify = "left"
+    rows = []
     for title, found in compared.items():
         for d in found:
             agreeing = "noise not stated" if d.agreeing is None else f"{100 * d.agreeing:.0f} %"
             sizes = (f"{100 * d.median:.3g} %", f"{100 * d.largest:.3g} %", f"{d.at_Hz:.5g}")
-            table.add_row(title, d.channel, str(d.bins), *sizes, agreeing)
-    return table
+            rows.append((title, d.channel, str(d.bins), *sizes, agreeing))
+    return table(titles, rows, title=f"apart from {against.title}, relative to it")
 
 
-def _picture(
-    responses: Sequence[MeasuredResponse], merge_Hz: float | None, format: str, against: ImportedResponse | None
-) -> bytes:
-    from accept.pictures.draw import picture  # loads matplotlib: only when wanted
-
+def _sheet(
+    responses: Sequence[MeasuredResponse], merge_Hz: float | None, against: ImportedResponse | None
+) -> list[Panel]:
+    """Return the panels of a picture: a row of magnitudes above a row of phases for each response."""
     panels: list[Panel] = []
     for response in responses:
         drawn = _panels_of(response, merge_Hz, against)
@@ -264,9 +246,18 @@ def _picture(
         panels += [drawn[f"{c} {part}"] for part in ("magnitude", "phase") for c in of]
         panels += [drawn["coherence"]] if len(responses) == 1 and "coherence" in drawn else []
         panels += [panel for name, panel in drawn.items() if name.startswith("impacts of ")]
-    columns = len(responses[0].frf.channels)
-    alike = all(len(r.frf.channels) == columns for r in responses)
-    return picture(panels, format, columns=columns if alike and columns <= 4 else 2)
+    return panels
+
+
+def _columns(responses: Sequence[MeasuredResponse]) -> int:
+    counts = {len(r.frf.channels) for r in responses}
+    return max(counts) if len(counts) == 1 and max(counts) <= 4 else 2
+
+
+def _page(responses: Sequence[MeasuredResponse], merge_Hz: float | None, against: ImportedResponse | None) -> bytes:
+    from accept.pictures.interactive import page
+
+    return page(_panels(responses, merge_Hz, against), "Frequency responses")
 
 
 def _panels(

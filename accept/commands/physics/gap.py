@@ -9,14 +9,14 @@ from typing import Annotated, Any
 
 import typer
 
-from accept.base.atomic_files import write_atomic
 from accept.base.cluster.connect import connected
-from accept.base.cluster.work import GivenUp
-from accept.base.console import clear_errors, say, tell
+from accept.base.console import say, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import steps
+from accept.base.runner import GivenUp
 from accept.base.worker_process import too_large
-from accept.batch.executors import executor
+from accept.batch.executors import run_jobs
+from accept.commands.answer import Answer, File, command
 from accept.commands.options import ClusterAt, StartModelName
 from accept.gap import analyse_unit
 from accept.gap.empirical import lines as lines_of
@@ -28,8 +28,7 @@ from accept.pictures.formats import PictureError
 from accept.pictures.interactive import MISSING
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
 from checks.errors import ModelError, RecordError
-from checks.gap.effects import effect_named
-from checks.gap.workflow import GapRefused
+from checks.gap import GapRefused, effect_named
 
 FILE_TOO_LITTLE = (
     "is a file; the gap analysis compares with a second realisation that was not fitted and asks the records "
@@ -38,14 +37,14 @@ FILE_TOO_LITTLE = (
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class GapAnswer:
     """gap.json, and lines for a person."""
 
     document: Mapping[str, Any]
     words: Sequence[str]
 
 
-@clear_errors
+@command
 def run(
     units: Annotated[
         list[Path], typer.Argument(help="Unit folders with a section [frf], or folders that contain them.")
@@ -57,7 +56,7 @@ def run(
     empirical: Annotated[bool, typer.Option("--empirical", help="Add unidentified effects to the model.")] = False,
     html: Annotated[bool, typer.Option("--html", help="Also write gap.html, plots to zoom in.")] = False,
     cluster: ClusterAt = None,
-) -> Exit:
+) -> Answer:
     """Name what is missing from the model. Where simulation and data disagree, and how the gap shrinks."""
     left_out = without or []
     for name in left_out:
@@ -73,18 +72,18 @@ def run(
     ]
     found: dict[str, Mapping[str, Any] | None] = {}
     with connected(cluster, say) as workers:
-        for job, given in steps(executor(1, cluster=workers).run(jobs), "gap analysis", len(jobs)):
+        for job, given in steps(run_jobs(jobs, 1, cluster=workers), "gap analysis", len(jobs)):
             found[job.unit.serial] = _print_answer(job.unit.serial, given, job.out, html)
     done = [document for one in folders if (document := found[one.serial]) is not None]
-    if fleet and done:
-        shared = common(done)
-        write_atomic(out / "fleet.json", json.dumps(shared, indent=1, allow_nan=False).encode())
-        tell(*lines(shared))
-        say(f"{out / 'fleet.json'}: written")
     if not done:
-        return Exit.BAD_INPUT
+        return Answer(exit=Exit.BAD_INPUT)
     verdicts = {each["verdict"] if each else REFUSED for each in found.values()}
-    return Exit.ACCEPTED if verdicts <= set(SETTLED) else Exit.INCOMPLETE
+    exit = Exit.ACCEPTED if verdicts <= set(SETTLED) else Exit.INCOMPLETE
+    if not fleet:
+        return Answer(exit=exit)
+    shared = common(done)
+    content = json.dumps(shared, indent=1, allow_nan=False).encode()
+    return Answer(*lines(shared), File(out / "fleet.json", content, announced=True), exit=exit)
 
 
 def _units(paths: Sequence[Path]) -> list[UnitFolder]:
@@ -113,7 +112,7 @@ class GapJob:
     empirical: bool = False
     html: bool = False
 
-    def run(self) -> Answer | str:
+    def run(self) -> GapAnswer | str:
         """Return the answer, or the reason if there is no answer."""
         serial = self.unit.serial
         try:
@@ -123,12 +122,12 @@ class GapJob:
         except MemoryError:
             return too_large()
         added = analyse_unit.write(done, self.out, self.empirical, self.html)
-        return Answer(done.document, [*summary(serial, done.result), *lines_of(added)])
+        return GapAnswer(done.document, [*summary(serial, done.result), *lines_of(added)])
 
 
-def _print_answer(serial: str, given: Answer | str | GivenUp, place: Path, html: bool) -> Mapping[str, Any] | None:
+def _print_answer(serial: str, given: GapAnswer | str | GivenUp, place: Path, html: bool) -> Mapping[str, Any] | None:
     """Print the answer, or why the unit was refused, and return gap.json, None if it was refused."""
-    if not isinstance(given, Answer):
+    if not isinstance(given, GapAnswer):
         words = str(given)
         say(f"accept: {words if words.startswith(f'{serial}:') else f'{serial}: {words}'}")
         return None

@@ -5,23 +5,22 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table as Rows
 
 from accept.base.cluster.connect import connected
-from accept.base.console import clear_errors, say, stdout, tell
-from accept.base.documents.answers import check_answer, wants_text
+from accept.base.console import say
 from accept.base.documents.listings import TableList, TableListed
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.commands.answer import Answer, File, Remark, command, table
 from accept.commands.options import ClusterAt, JsonAnswer, ModelName
 from accept.commands.physics.model import whole
 from accept.models.lookup_cache import Plan, TableError, build, open_table, read_table
 from accept.models.model_file import open_model
-from checks.misalignment.table import limits_um
-from checks.model.model import Model
+from checks.misalignment import table_limits_um
+from checks.model import Model
 
 
-@clear_errors
+@command
 def run_build(
     model: ModelName = "strut-as-built",
     nx: Annotated[int, typer.Option(min=3, max=999, help="Places along dx.")] = 41,
@@ -31,51 +30,46 @@ def run_build(
     ] = None,
     cluster: ClusterAt = None,
     force: Annotated[bool, typer.Option("--force", help="Build it even if it is there.")] = False,
-) -> Exit:
+) -> Answer:
     """Tabulate the ratio de / da over dx, dy. Goes on where an earlier build was stopped."""
     opened = open_model(model)
     plan = Plan.of(opened, nx, ny)
     if not force:
         try:
             read_table(plan)
-            tell(f"{plan.path}: there already, of model {opened.name} as it is")
-            return Exit.ACCEPTED
+            return Answer(f"{plan.path}: there already, of model {opened.name} as it is")
         except FileNotFoundError:
             pass
         except TableError as e:
             say(f"{e}; rebuilding the table")
     start = time.perf_counter()
     with connected(cluster, say) as far:
-        table = build(plan, say, workers, far)
-    say(f"{nx} x {ny} places, {table.f.size} frequencies in {time.perf_counter() - start:.1f} s")
-    tell(str(plan.path), *dz_words(opened))
-    return Exit.ACCEPTED
+        built = build(plan, say, workers, far)
+    took = f"{nx} x {ny} places, {built.f.size} frequencies in {time.perf_counter() - start:.1f} s"
+    return Answer(Remark(took), str(plan.path), *dz_words(opened))
 
 
-@clear_errors
+@command
 def run_info(
     model: Annotated[str | None, typer.Option("--model", help="Say which table is this model's.")] = None,
     json: JsonAnswer = None,
-) -> Exit:
+) -> Answer:
     """Show the tables that are there, and whether they are whole."""
-    check_answer(json)
     folder = home() / "tables"
     files = sorted(folder.glob("*.npz"))
     if not files:
-        wants_text(json, TableList(()))
-        say(f"{folder}: no table yet; `accept lookup build` makes one")
-        return Exit.INCOMPLETE if model else Exit.ACCEPTED
+        words = Remark(f"{folder}: no table yet; `accept lookup build` makes one")
+        return Answer(File(json, TableList(())), words, exit=Exit.INCOMPLETE if model else Exit.ACCEPTED)
     opened = None if model is None else open_model(model)
     states = [_about(path, opened) for path in files]
     listed = [TableListed(path.name, *state) for path, state in zip(files, states, strict=True)]
-    if wants_text(json, TableList(tuple(listed))):
-        rows = Rows(whole("table"), "model", "dx x dy", f"of {opened.name} now" if opened else "state")
-        for path, state in zip(files, states, strict=True):
-            rows.add_row(path.name, *state)
-        stdout.print(rows)
-        if opened is not None:
-            tell(*dz_words(opened))
-    return Exit.ACCEPTED if opened is None or any(s[-1] == "yes" for s in states) else Exit.INCOMPLETE
+    titles = (whole("table"), "model", "dx x dy", f"of {opened.name} now" if opened else "state")
+    return Answer(
+        File(json, TableList(tuple(listed))),
+        table(titles, ((path.name, *state) for path, state in zip(files, states, strict=True))),
+        *(dz_words(opened) if opened else ()),
+        exit=Exit.ACCEPTED if opened is None or any(s[-1] == "yes" for s in states) else Exit.INCOMPLETE,
+    )
 
 
 def _about(path: Path, model: Model | None) -> tuple[str, str, str]:
@@ -102,7 +96,7 @@ def dz_words(model: Model) -> list[str]:
     H = [model.frf(f, {"misalignment.dz_um": dz}, ("de", "da")) for dz in (0.0, 200.0)]
     flat, lifted = (h[:, 0] / h[:, 1] for h in H)
     apart = 100.0 * np.median(np.abs(lifted / flat - 1.0))
-    dx, dy = limits_um(model)
+    dx, dy = table_limits_um(model)
     return [
         f"the table spans |dx| <= {dx:.4g} um and |dy| <= {dy:.4g} um; "
         f"dz = 200 um would change the ratio by {apart:.2g} % (median)"

@@ -1,7 +1,6 @@
 """`accept misalign`: estimate where the APA sits between its joints, with its uncertainty, or why it cannot be
 determined."""
 
-from json import dumps
 from pathlib import Path
 from typing import Annotated
 
@@ -9,45 +8,42 @@ import typer
 
 from accept.analysis.imported_response import ImportedResponse, import_response
 from accept.analysis.misalignment import as_document, estimate_or_reason
-from accept.base.atomic_files import check_places, write_atomic
-from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
-from accept.commands.options import Json, Plot
-from accept.commands.physics.model import draw_to
+from accept.commands.answer import Answer, File, Remark, command, picture
+from accept.commands.options import JsonAnswer, Plot
 from accept.gap.text import data_words
-from accept.pictures.formats import format_of
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, read
 from checks.cause import Reason
-from checks.misalignment.estimate_types import MisalignmentEstimate
-from checks.misalignment.panels import panels
+from checks.misalignment import MisalignmentEstimate, misalignment_panels
 from checks.rounding import fixed
 from specs.plugins import product_named
 
 
-@clear_errors
+@command
 def run(
     unit: Annotated[Path, typer.Argument(help="Folder of a strut with a section [frf], or a file of its responses.")],
     model: Annotated[str | None, typer.Option("--model", help="Built-in model or file; else strut-as-built.")] = None,
-    json: Json = None,
+    json: JsonAnswer = None,
     plot: Plot = None,
-) -> Exit:
+) -> Answer:
     """Measure how far a strut's APA lies off its axis. dx, dy with U, or why there is no result."""
-    check_places(plot, json=json)  # said before the search, not after
-    if plot is not None:
-        format_of(plot)
     given, serial = _unit_or_response(unit)
     with busy(f"{serial}: misalignment"):
         found = estimate_or_reason(given, model)
     document = as_document(serial, found)
-    if json is not None:
-        write_atomic(json, dumps(document.to_json(), indent=1, allow_nan=False).encode() + b"\n")
-    if plot is not None and isinstance(found, MisalignmentEstimate):
-        draw_to(plot, list(panels(found).values()), 1)
-    tell(*words(serial, found))
-    if isinstance(found, MisalignmentEstimate) and found.reason is None:
-        say("\n".join([f"dx, dy: {found.meaning}", f"fitted to {data_words(found.fit)}", *found.notes]))
-    return Exit.ACCEPTED if document.reason is None else Exit.INCOMPLETE
+    notes, drawn = "", None
+    if isinstance(found, MisalignmentEstimate):
+        drawn = picture(plot, lambda: list(misalignment_panels(found).values()), 1, announced=True)
+        if found.reason is None:
+            notes = "\n".join([f"dx, dy: {found.meaning}", f"fitted to {data_words(found.fit)}", *found.notes])
+    return Answer(
+        File(json, document),
+        drawn,
+        *words(serial, found),
+        Remark(notes),
+        exit=Exit.ACCEPTED if document.reason is None else Exit.INCOMPLETE,
+    )
 
 
 def _unit_or_response(path: Path) -> tuple[UnitFolder | ImportedResponse, str]:

@@ -1,56 +1,44 @@
 """`accept model`: the simulation's parameters, modes, responses, its fit to a unit, and sweeps of a parameter."""
 
-import json
+import json as jsonlib
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
-from rich.table import Column, Table
+from rich.table import Column
 
 from accept.analysis.model_export import save_state_space
-from accept.analysis.model_fit import grid
-from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, say, stdout, tell
-from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import ModelList, ModelListed, ModelShown, ParameterShown
-from accept.base.exit_codes import Exit
+from accept.commands.answer import Answer, File, Remark, command, picture, table
 from accept.commands.options import JsonAnswer, ModelName
 from accept.commands.physics.model_options import FrfOptions, ModesOptions, ParameterSweepOptions
-from accept.models.model_file import open_model_file
-from accept.pictures.draw import PictureError, picture
+from accept.models.model_file import OpenedModel, open_model_file
 from checks.arrays import Array
 from checks.errors import ModelError
-from checks.fitting.fit_panels import frf_panels
-from checks.model.model import Model, frequency_and_damping
-from checks.model.parameter_sweep import PUBLISHED_SWEEPS, panels, sweep, table
-from checks.model.time.state_space import state_space
-from checks.picture import Panel
+from checks.fitting import frf_panels
+from checks.model import PUBLISHED_SWEEPS, Model, frequency_and_damping, frequency_grid, state_space, sweep_parameters
 from hw.records import csv_bytes, frd_mat, frf_bytes
 from specs.model import builtin_models
 from specs.units import RESPONSE_UNITS, unit_of
 
 
-@clear_errors
-def show_list(json: JsonAnswer = None) -> Exit:
+@command
+def show_list(json: JsonAnswer = None) -> Answer:
     """List the models that come with the program, and what each is."""
-    check_answer(json)
     listed = [
         ModelListed(name, path.read_text(encoding="utf-8").splitlines()[0].removeprefix("# "))
         for name, path in builtin_models().items()
     ]
-    if wants_text(json, ModelList(tuple(listed))):
-        for one in listed:
-            tell(*textwrap.wrap(f"{one.name:<14}  {one.about}", 80, subsequent_indent=" " * 16))
-    return Exit.ACCEPTED
+    wrapped = (textwrap.wrap(f"{one.name:<14}  {one.about}", 80, subsequent_indent=" " * 16) for one in listed)
+    return Answer(File(json, ModelList(tuple(listed))), *(line for lines in wrapped for line in lines))
 
 
-@clear_errors
-def show(model: ModelName = "strut", json: JsonAnswer = None) -> Exit:
+@command
+def show(model: ModelName = "strut", json: JsonAnswer = None) -> Answer:
     """Show every parameter with its value, unit and prior."""
-    check_answer(json)
     it = open_model_file(model)
     built = it.model
     parameters = [
@@ -62,30 +50,33 @@ def show(model: ModelName = "strut", json: JsonAnswer = None) -> Exit:
         built.name, it.spec.apa.type, it.spec.sha256, built.tolerance, tuple(built.channels), tuple(parameters),
         tuple(effects),
     )  # fmt: skip
-    if not wants_text(json, shown):
-        return Exit.ACCEPTED
-    stdout.print(f"{built.name}: APA '{it.spec.apa.type}', damping {built.damping}, sha256 {it.spec.sha256}")
-    if it.spec.apa_file is not None:
-        stdout.print(f"superelement {it.spec.apa_file}", soft_wrap=True)
-    rows = Table(whole("parameter"), "value", "unit", "prior sd")
-    for parameter, value in built.values.items():
-        sd = built.sds.get(parameter)
-        rows.add_row(parameter, f"{value:.6g}", unit_of(parameter), "" if sd is None else f"{sd:.3g}")
-    stdout.print(rows)
-    stdout.print(f"tolerance {100 * built.tolerance:g} % of |H|; channels {', '.join(built.channels)}")
+    rows = (
+        (name, f"{value:.6g}", unit_of(name), "" if (sd := built.sds.get(name)) is None else f"{sd:.3g}")
+        for name, value in built.values.items()
+    )
+    return Answer(
+        File(json, shown),
+        f"{built.name}: APA '{it.spec.apa.type}', damping {built.damping}, sha256 {it.spec.sha256}",
+        None if it.spec.apa_file is None else f"superelement {it.spec.apa_file}",
+        table((whole("parameter"), "value", "unit", "prior sd"), rows),
+        f"tolerance {100 * built.tolerance:g} % of |H|; channels {', '.join(built.channels)}",
+        *_effect_lines(it),
+    )
+
+
+def _effect_lines(it: OpenedModel) -> Iterator[str]:
     for effect in it.spec.effects:
         given = ", ".join(f"{key} = {value}" for key, value in effect.parameters.items())
         apart = " (not linear: not in the responses)" if effect.name in it.left_out else ""
-        stdout.print(f"effect {effect.name}: {given}{apart}")
-    return Exit.ACCEPTED
+        yield f"effect {effect.name}: {given}{apart}"
 
 
 def _finite(value: float | None) -> float | None:
     return value if value is not None and np.isfinite(value) else None
 
 
-@clear_errors
-def modes(wanted: ModesOptions) -> Exit:
+@command
+def modes(wanted: ModesOptions) -> Answer:
     """Compute poles, and the zeros of Vs, de and da, with their damping."""
     f_max = wanted.f_max
     if not 0.0 < f_max < np.inf:
@@ -95,37 +86,23 @@ def modes(wanted: ModesOptions) -> Exit:
     found = {"poles": _roots(model.poles(), f_max)}
     for channel in () if wanted.clamped else model.channels:
         found[f"zeros of {channel}"] = _roots(model.zeros(channel), f_max)
-    if wanted.json is not None:
-        _write_json(wanted.json, {"model": model.name, "roots": found})
-    for title, roots in found.items():
-        rows = Table(title, "damping [%]")
-        for f, damping in roots:
-            rows.add_row(f"{f:.2f} Hz", f"{100 * damping:.3f}")
-        stdout.print(rows)
-    return Exit.ACCEPTED
+    tables = (
+        table((title, "damping [%]"), ((f"{f:.2f} Hz", f"{100 * damping:.3f}") for f, damping in roots))
+        for title, roots in found.items()
+    )
+    return Answer(File(wanted.json, {"model": model.name, "roots": found}, announced=True), *tables)
 
 
-@clear_errors
-def frf(wanted: FrfOptions) -> Exit:
+@command
+def frf(wanted: FrfOptions) -> Answer:
     """Compute responses of Vs, de and da to Va. JSON on stdout if no file is named."""
     model = open_model_file(wanted.model).model
-    f = grid(wanted.f_lo, wanted.f_hi, wanted.points)
+    f = frequency_grid(wanted.f_lo, wanted.f_hi, wanted.points)
     H = model.frf(f)
-    if wanted.csv is not None:
-        columns = {"f": f}
-        for i, c in enumerate(model.channels):
-            columns |= {f"{c}_real": H[:, i].real, f"{c}_imag": H[:, i].imag}
-        write_atomic(wanted.csv, csv_bytes(columns))
-        say(f"{wanted.csv}: written")
+    columns = {"f": f}
+    for i, c in enumerate(model.channels):
+        columns |= {f"{c}_real": H[:, i].real, f"{c}_imag": H[:, i].imag}
     units = {"Va": "V", "Vs": "V", "de": "m", "da": "m"}
-    if wanted.mat is not None:
-        write_atomic(wanted.mat, frd_mat(f, H, model.channels, "Va", units, {"Notes": model.name}))
-        say(f"{wanted.mat}: written")
-    if wanted.uff is not None:
-        write_atomic(wanted.uff, frf_bytes(f, H, model.channels, "Va", units))
-        say(f"{wanted.uff}: written")
-    if wanted.plot is not None:
-        draw_to(wanted.plot, list(frf_panels(f, H, model.channels).values()), columns=2)  # magnitude beside phase
     document = {
         "model": model.name,
         "f_Hz": f.tolist(),
@@ -134,31 +111,33 @@ def frf(wanted: FrfOptions) -> Exit:
             for i, c in enumerate(model.channels)
         },
     }
-    if wanted.json is not None:
-        _write_json(wanted.json, document)
-    elif not any((wanted.csv, wanted.mat, wanted.uff, wanted.plot)):
-        tell(json.dumps(document))
-    return Exit.ACCEPTED
+    files = wanted.json, wanted.csv, wanted.mat, wanted.uff, wanted.plot
+    return Answer(
+        File(wanted.csv, lambda: csv_bytes(columns), announced=True),
+        File(wanted.mat, lambda: frd_mat(f, H, model.channels, "Va", units, {"Notes": model.name}), announced=True),
+        File(wanted.uff, lambda: frf_bytes(f, H, model.channels, "Va", units), announced=True),
+        picture(wanted.plot, lambda: list(frf_panels(f, H, model.channels).values()), columns=2, announced=True),
+        File(wanted.json, document, announced=True),
+        None if any(files) else jsonlib.dumps(document),
+    )
 
 
-@clear_errors
+@command
 def export(
     out: Annotated[Path, typer.Option(help="MATLAB file to write: A, B, C, D with names and units.")],
     model: ModelName = "strut",
-) -> Exit:
+) -> Answer:
     """Write the state space from Va to the channels as a MATLAB file."""
     found = state_space(open_model_file(model).model)
     save_state_space(found, out)
-    tell(repr(found))
-    say(f"{out}: written")
-    return Exit.ACCEPTED
+    return Answer(repr(found), Remark(f"{out}: written"))
 
 
-@clear_errors
+@command
 def run_sweep(
     what: Annotated[str, typer.Argument(help="dy, dx, dz, kz, kR, cR, or a parameter's name.")],
     wanted: ParameterSweepOptions,
-) -> Exit:
+) -> Answer:
     """Compute poles and zeros over a row of values. Without --value the published ones."""
     model = open_model_file(wanted.model).model
     names, usual = PUBLISHED_SWEEPS.get(what, ((what,), ()))
@@ -168,36 +147,23 @@ def run_sweep(
         raise ModelError(
             f"no values for '{what}': name them with --value (the published ones: {', '.join(PUBLISHED_SWEEPS)})"
         )
-    swept = sweep(model, names, chosen, wanted.channel, grid(10.0, wanted.f_hi, 1500))
+    swept = sweep_parameters(model, names, chosen, wanted.channel, frequency_grid(10.0, wanted.f_hi, 1500))
     moved = " =\n".join(names)  # each on a line of its own: the table stays narrow
-    rows = Table(moved, "poles [Hz]", "their damping [%]", f"zeros of {wanted.channel} [Hz]")
-    for row in swept.rows:
-        rows.add_row(
-            f"{row.value:g}", _row_of(row.poles.f), _row_of(100.0 * row.poles.damping, ".2g"), _row_of(row.zeros.f)
-        )
-    stdout.print(rows)
-    if wanted.json is not None:
-        found = {"model": model.name, "parameters": names, "channel": wanted.channel, "rows": table(swept)}
-        _write_json(wanted.json, found)
-    if wanted.plot is not None:
-        draw_to(wanted.plot, list(panels(swept)))
-    return Exit.ACCEPTED
+    rows = (
+        (f"{row.value:g}", _row_of(row.poles.f), _row_of(100.0 * row.poles.damping, ".2g"), _row_of(row.zeros.f))
+        for row in swept.rows
+    )
+    found = {"model": model.name, "parameters": names, "channel": wanted.channel, "rows": swept.table}
+    return Answer(
+        table((moved, "poles [Hz]", "their damping [%]", f"zeros of {wanted.channel} [Hz]"), rows),
+        File(wanted.json, found, announced=True),
+        picture(wanted.plot, lambda: list(swept.panels), announced=True),
+    )
 
 
 def whole(title: str) -> Column:
     """Return a column whose words are never cut."""
     return Column(title, no_wrap=True, overflow="ignore")
-
-
-def draw_to(path: Path, drawn: Sequence[Panel], columns: int | None = None) -> None:
-    """Draw panels into a file of the format that its ending names."""
-    size = None if columns is None else (90.0 * columns, 62.0 * -(-len(drawn) // columns))
-    try:
-        content = picture(drawn, path.suffix.lstrip(".").lower(), size, columns)
-    except PictureError as e:
-        raise ModelError(f"{path}: {e}") from e
-    write_atomic(path, content)
-    say(f"{path}: written")
 
 
 def _both_joints(model: Model, name: str) -> tuple[str, ...]:
@@ -213,8 +179,3 @@ def _roots(roots: np.ndarray, f_max: float) -> list[tuple[float, float]]:
 
 def _row_of(values: Array, how: str = ".1f") -> str:
     return "  ".join(format(float(v), how) for v in values)
-
-
-def _write_json(path: Path, document: Mapping[str, Any]) -> None:
-    write_atomic(path, json.dumps(document, indent=1, allow_nan=False).encode() + b"\n")
-    say(f"{path}: written")

@@ -1,35 +1,35 @@
 """`accept model fit`: a model's uncertain parameters fitted to the responses of a unit."""
 
-import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.table import Table
 
-from accept.analysis.model_fit import FittedModel, document, fit_unit, pictures, write_fitted
-from accept.base.atomic_files import check_places, write_atomic
-from accept.base.console import clear_errors, say, stdout
+from accept.analysis.model_fit import FittedModel, document, fit_unit, write_fitted
+from accept.base.atomic_files import check_places
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
-from accept.commands.physics.model import draw_to, whole
+from accept.commands.answer import Answer, File, Remark, command, picture, table
+from accept.commands.physics.model import whole
 from accept.commands.physics.model_options import FitOptions, FitOutputs
 from accept.pictures.formats import format_of
-from checks.model.parameters import is_mode_factor
+from checks.model import is_mode_factor
 from checks.rounding import rounded, with_U
 
 HELD = 0.9  # of its prior's sd: a factor on a mode that the data leave with more is not listed
 COLUMNS = 3  # a row of panels per channel
 
 
-@clear_errors
+@command
 def run(
     unit: Annotated[
         Path, typer.Argument(help="Unit folder with a section [frf], or a file of responses (.uff, .mat, .csv, .json).")
     ],
     wanted: FitOptions,
     outputs: FitOutputs,
-) -> Exit:
+) -> Answer:
     """Fit uncertain parameters to a unit's responses."""
     write, plot, as_json = outputs.places()
     check_places(plot, toml=write, json=as_json)  # said before the search, not after
@@ -37,52 +37,50 @@ def run(
         format_of(plot)
     with busy("fitting the model"):
         fitted = fit_unit(unit, wanted.model, wanted.f_lo, wanted.f_hi, wanted.starts)
-    _print(fitted)
     if write is not None:
         write_fitted(write, fitted)
-        say(f"{write}: written")
-    if plot is not None:
-        draw_to(plot, list(pictures(fitted).values()), COLUMNS)
-    if as_json is not None:
-        write_atomic(as_json, json.dumps(document(fitted), indent=1, allow_nan=False).encode() + b"\n")
-        say(f"{as_json}: written")
-    return Exit.ACCEPTED if fitted.explains else Exit.INCOMPLETE
+    return Answer(
+        *_summary(fitted),
+        _agreement(fitted),
+        Remark(f"{write}: written" if write else ""),
+        picture(plot, lambda: list(fitted.panels.values()), COLUMNS, announced=True),
+        File(as_json, document(fitted), announced=True),
+        exit=Exit.ACCEPTED if fitted.explains else Exit.INCOMPLETE,
+    )
 
 
-def _print(fitted: FittedModel) -> None:
+def _summary(fitted: FittedModel) -> Iterator[str | Table]:
+    """Yield the tables of the parameters and of the gap before and after, and lines about them."""
     fit = fitted.fit
-    rows = Table(whole("parameter"), "prior ± U (k = 2)", "fitted ± U (k = 2)", "from the prior")
     shown = [p for p in fit.free if not (is_mode_factor(p.name) and fit.sds[p.name] > HELD * p.sd)]
+    rows = []
     for p in shown:
         away = (fit.at[p.name] - p.prior) / p.sd
         bound = ", at its bound" if p.name in fit.at_bound else ""
         now = with_U(fit.at[p.name], 2 * fit.sds[p.name])
-        rows.add_row(p.name, with_U(p.prior, 2 * p.sd), now, f"{away:+.1f} sd{bound}")
-    stdout.print(rows)
+        rows.append((p.name, with_U(p.prior, 2 * p.sd), now, f"{away:+.1f} sd{bound}"))
+    yield table((whole("parameter"), "prior ± U (k = 2)", "fitted ± U (k = 2)", "from the prior"), rows)
     if len(shown) < len(fit.free):
-        stdout.print(f"{len(fit.free) - len(shown)} factors on modes are not listed: these data do not determine them")
-    gap_rows = Table("channel", "G before", "G after", "G on the repeat")
+        yield f"{len(fit.free) - len(shown)} factors on modes are not listed: these data do not determine them"
+    gaps = []
     for channel, gap in fitted.after.items():
         held = fitted.held_out.get(channel)
-        gap_rows.add_row(
-            channel, f"{fitted.before[channel].G:.3g}", f"{gap.G:.3g}", "" if held is None else f"{held.G:.3g}"
-        )
-    stdout.print(gap_rows)
+        repeat = "" if held is None else f"{held.G:.3g}"
+        gaps.append((channel, f"{fitted.before[channel].G:.3g}", f"{gap.G:.3g}", repeat))
+    yield table(("channel", "G before", "G after", "G on the repeat"), gaps)
     for name, value in fitted.seed_constants.items():
         c = fitted.constants[name]
         half = (c.hi - c.lo) / 2
         by_formula = f"{rounded(value, half)} by the published formula"
-        stdout.print(f"{name}: {by_formula}, {with_U(c.value, half)} by least squares (95 %, noise alone)")
+        yield f"{name}: {by_formula}, {with_U(c.value, half)} by least squares (95 %, noise alone)"
     if fitted.model.damping != fitted.start.damping:
-        stdout.print(f"damping '{fitted.model.damping}' fits better than '{fitted.start.damping}' and is used")
-    _print_agreement(fitted)
+        yield f"damping '{fitted.model.damping}' fits better than '{fitted.start.damping}' and is used"
 
 
-def _print_agreement(fitted: FittedModel) -> None:
-    """Print the answer in one sentence: whether this model, fitted, explains the unit."""
+def _agreement(fitted: FittedModel) -> str:
+    """Return the answer in one sentence: whether this model, fitted, explains the unit."""
     channel, G = fitted.worst
     of, serial = f"{fitted.base.spec.name}, fitted,", fitted.measured.serial
     if fitted.doubt is None:
-        stdout.print(f"{of} explains {serial}: G of {channel} is {G:.2g}, the largest; 1 or less agrees")
-    else:
-        say(f"accept: {of} does not explain {serial}, do not use the values above: {fitted.doubt}")
+        return f"{of} explains {serial}: G of {channel} is {G:.2g}, the largest; 1 or less agrees"
+    return Remark(f"accept: {of} does not explain {serial}, do not use the values above: {fitted.doubt}")

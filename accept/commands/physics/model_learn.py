@@ -1,34 +1,35 @@
 """`accept model learn`: a model file learned from a batch of units."""
 
-import json
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from accept.base.atomic_files import check_places, write_atomic
-from accept.base.console import clear_errors, say, tell
+from accept.base.atomic_files import check_places
+from accept.base.console import say
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
+from accept.commands.answer import Answer, File, Remark, command, refusal
 from accept.commands.options import StartModelName
 from accept.fleet.population.bench import changes_since
-from accept.fleet.population.learn import NothingLearned, learn_population, measured_units
+from accept.fleet.population.learn import learn, measured_units
 from accept.fleet.population.report import document, lines, render, write_population
 from accept.models.model_file import default_model, open_model_file
 from accept.units.unit_folder import read
+from checks.population import NothingLearned
 from specs.model import ModelSpec, load_model
 from specs.strict import SpecError
 
 MODEL, REPORT, DATA = "population.toml", "population.pdf", "population.json"
 
 
-@clear_errors
+@command
 def run(
     units: Annotated[list[Path], typer.Argument(help="Unit folders of one batch, three or more.")],
     out: Annotated[Path, typer.Option(help="Folder for population.toml, population.pdf and population.json.")],
     model: StartModelName = None,
-) -> Exit:
+) -> Answer:
     """Learn a model from a batch. Its mean, its scatter, what its bench adds, and which units do not belong."""
     places = [out / name for name in (MODEL, REPORT, DATA)]
     check_places(*places)  # said before the fits, not after
@@ -36,19 +37,19 @@ def run(
     earlier = _earlier(places[0])
     try:
         with busy("learning bench and batch"):
-            found = learn_population(measured_units(units, given), given, say)
+            found = learn(measured_units(units, given), given, say)
     except NothingLearned as e:
-        say(f"accept: {e}")
-        return Exit.INCOMPLETE
+        return refusal(e, Exit.INCOMPLETE)
     today = datetime.now(UTC).date().isoformat()
     changed = [] if earlier is None else changes_since(earlier, found)
     write_population(places[0], found, today)
-    write_atomic(places[1], render(found, changed))
-    write_atomic(places[2], json.dumps(document(found, today, changed), indent=1, allow_nan=False).encode() + b"\n")
-    tell(*lines(found, changed))
-    for place in places:
-        say(f"{place}: written")
-    return Exit.ACCEPTED if found.holds else Exit.INCOMPLETE
+    return Answer(
+        *lines(found, changed),
+        Remark(f"{places[0]}: written"),
+        File(places[1], render(found, changed), announced=True),
+        File(places[2], document(found, today, changed), announced=True),
+        exit=Exit.ACCEPTED if found.holds else Exit.INCOMPLETE,
+    )
 
 
 def _earlier(path: Path) -> ModelSpec | None:

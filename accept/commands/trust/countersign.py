@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from accept.base.console import clear_errors, say
+from accept.base.console import say
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.certify import sign_into
@@ -15,6 +15,7 @@ from accept.certificate.trust.keys import QA
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.rejudge import read_certificate
 from accept.certificate.verify.verification import Validity
+from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
 from accept.commands.trust.bench_keys import QA_PASSPHRASE, check_reason, passphrase_of, warn_of_home
 from accept.commands.trust.verify import VerifyOptions, verify_here
@@ -22,7 +23,7 @@ from accept.store import StoreError, open_store
 from accept.store.opening import DATABASE
 
 
-@clear_errors
+@command
 def run(
     certificate: Annotated[Path, typer.Argument(help="A certificate that the technician has signed.")],
     passphrase_file: QaPassphrase = None,
@@ -33,7 +34,7 @@ def run(
         typer.Option(help="Of a unit that was not accepted: use-as-is, rework, measure-again, return or scrap."),
     ] = "",
     because: Annotated[str, typer.Option(help="Why: the reason of the disposition.")] = "",
-) -> Exit:
+) -> Answer:
     """Countersign a certificate as QA. It is verified first; a unit that was not accepted needs a disposition."""
     content, known = read_certificate(certificate), 0
     if store_is_there():
@@ -43,8 +44,8 @@ def run(
     for line in before.details:
         say(f"  {line}")
     if not before.valid:
-        say(f"not countersigned: {before.reason}")
-        return Exit.INCOMPLETE if before.outcome is Validity.SIGNED else Exit.REJECTED
+        exit = Exit.INCOMPLETE if before.outcome is Validity.SIGNED else Exit.REJECTED
+        return Answer(Remark(f"not countersigned: {before.reason}"), exit=exit)
     decision = parse_disposition(before.serial, before.verdict, disposition, because)
     if not store_is_there():
         place = "countersign at the bench, or name its store with ACCEPT_STORE_URL"
@@ -59,5 +60,4 @@ def run(
             disposition=decision, nonconformances=before.nonconformances, after=known,
         )  # fmt: skip
     tail = f"; disposition: {decision}" if decision else ""
-    say(f"{before.serial} {before.verdict}: countersigned by {credential.person}{tail}")
-    return Exit.ACCEPTED
+    return Answer(Remark(f"{before.serial} {before.verdict}: countersigned by {credential.person}{tail}"))

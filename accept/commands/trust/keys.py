@@ -8,18 +8,16 @@ from typing import Annotated
 
 import typer
 from cryptography.hazmat.primitives.serialization import Encoding
-from rich.table import Table
 
 from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, operator_name, say, stdout
-from accept.base.documents.answers import check_answer, wants_text
+from accept.base.console import operator_name
 from accept.base.documents.listings import KeyList, KeyListed
-from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import key_changes, keys
 from accept.certificate.trust.keys import BENCH, QA
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.trust.revocation_record import fault_here
+from accept.commands.answer import Answer, File, Remark, command, table
 from accept.commands.options import JsonAnswer
 from accept.commands.trust.bench_keys import QA_PASSPHRASE, new_prompt, passphrase_of
 
@@ -31,7 +29,7 @@ PassphraseFile = Annotated[Path | None, typer.Option("--passphrase-file", help="
 Who = Annotated[str, typer.Argument(help="Name of the person, or sha256 of the certificate.")]
 
 
-@clear_errors
+@command
 def init(
     technician: Annotated[
         str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Name on the technician's certificate.")
@@ -43,7 +41,7 @@ def init(
     office: Annotated[
         Path | None, typer.Option("--authority", help="Folder off the bench for the authority's key, as on a stick.")
     ] = None,
-) -> Exit:
+) -> Answer:
     """Make the bench's authority and the technician's key."""
     phrase = passphrase_of(passphrase_file, "passphrase of the technician's key: ", new=True)
     own = os.environ.get(CA_PASSPHRASE) or new_prompt("passphrase of the authority (empty: one is made): ")
@@ -53,17 +51,15 @@ def init(
     named = operator_name(technician)
     place = keys.init(home(), phrase, named, qa, theirs, authority_passphrase=own or None, office=office)
     given = f"{place / 'ca.pem'} and {FILE} beside it"
-    stdout.print(f"keys made in {place}; give {given} to everybody who verifies certificates")
-    if not own:
-        left = (office or place) / keys.AUTHORITY_PASSPHRASE
-        say(f"the authority's passphrase is in {left}; {'keep' if office else 'move'} it and ca.key.pem off the bench")
-    return Exit.ACCEPTED
+    left = (office or place) / keys.AUTHORITY_PASSPHRASE
+    advice = f"the authority's passphrase is in {left}; {'keep' if office else 'move'} it and ca.key.pem off the bench"
+    made = f"keys made in {place}; give {given} to everybody who verifies certificates"
+    return Answer(made, None if own else Remark(advice))
 
 
-@clear_errors
-def show(json: JsonAnswer = None) -> Exit:
+@command
+def show(json: JsonAnswer = None) -> Answer:
     """List the authority and every person's key."""
-    check_answer(json)
     known = keys.listing(home())
     warnings = _warnings(known)
     listed = [
@@ -73,16 +69,14 @@ def show(json: JsonAnswer = None) -> Exit:
         )
         for key in known
     ]  # fmt: skip
-    as_text = wants_text(json, KeyList(tuple(listed), tuple(warnings)))
-    table = Table("key", "person", "valid from", "valid to", "revoked", "sha256 of the certificate")
-    for key in known:
-        gone = f"{key.revoked:%Y-%m-%d}" if key.revoked else ""
-        table.add_row(key.role, key.person, f"{key.valid_from:%Y-%m-%d}", f"{key.valid_to:%Y-%m-%d}", gone, key.sha256)
-    if as_text:
-        stdout.print(table)
-    for words in warnings:
-        say(f"warning: {words}")
-    return Exit.ACCEPTED
+    rows = (
+        (key.role, key.person, *(f"{day:%Y-%m-%d}" if day else "" for day in days), key.sha256)
+        for key in known
+        for days in [(key.valid_from, key.valid_to, key.revoked)]
+    )
+    shown = table(("key", "person", "valid from", "valid to", "revoked", "sha256 of the certificate"), rows)
+    remarks = (Remark(f"warning: {words}") for words in warnings)
+    return Answer(File(json, KeyList(tuple(listed), tuple(warnings))), shown, *remarks)
 
 
 def _warnings(known: Sequence[keys.KeyInfo]) -> list[str]:
@@ -104,13 +98,13 @@ def _warnings(known: Sequence[keys.KeyInfo]) -> list[str]:
     return found
 
 
-@clear_errors
+@command
 def request(
     role: Annotated[str, typer.Option(help="technician, qa, or bench for this bench's own key.")],
     name: Annotated[str, typer.Option(help="The person, or what the bench is called.")],
     out: Annotated[Path | None, typer.Option(help="Where to write the request; else beside the key.")] = None,
     passphrase_file: PassphraseFile = None,
-) -> Exit:
+) -> Answer:
     """Make a person's key and the request for its certificate. Of a bench: the request for the key that it has."""
     variable = QA_PASSPHRASE if role == QA else keys.PASSPHRASE
     words, only = f"passphrase of the key of {name}: ", role == QA
@@ -121,75 +115,71 @@ def request(
     if out is not None:
         write_atomic(out, text)
     place = "" if keys.authority_here(home()) else " --authority FOLDER"
-    stdout.print(f"key of {name} ({role}) made in {made}; to be issued: accept keys issue {target}{place}")
-    return Exit.ACCEPTED
+    return Answer(f"key of {name} ({role}) made in {made}; to be issued: accept keys issue {target}{place}")
 
 
-@clear_errors
+@command
 def issue(
     file: Annotated[Path, typer.Argument(help="The request.")],
     out: Annotated[Path | None, typer.Option(help="Where to write the certificate; else beside the key.")] = None,
     office: Office = None,
     passphrase_file: PassphraseFile = None,
-) -> Exit:
+) -> Answer:
     """Answer a request with the authority's key. No person gets both roles."""
     certificate = key_changes.issue_request(
         _office(office), keys.read_key_file(file), _ca_passphrase(passphrase_file), home=home()
     )
     who = f"{certificate.subject.rfc4514_string()}, valid to {certificate.not_valid_after_utc:%Y-%m-%d}"
-    if out is not None:
-        write_atomic(out, certificate.public_bytes(Encoding.PEM))
-        stdout.print(f"certificate of {who} in {out}; on the bench: accept keys install {out}")
-    else:
-        stdout.print(f"certificate of {who} in {key_changes.install(home(), certificate)}")
-    return Exit.ACCEPTED
+    if out is None:
+        return Answer(f"certificate of {who} in {key_changes.install(home(), certificate)}")
+    write_atomic(out, certificate.public_bytes(Encoding.PEM))
+    return Answer(f"certificate of {who} in {out}; on the bench: accept keys install {out}")
 
 
-@clear_errors
-def install(file: Annotated[Path, typer.Argument(help="The certificate that the authority issued.")]) -> Exit:
+@command
+def install(file: Annotated[Path, typer.Argument(help="The certificate that the authority issued.")]) -> Answer:
     """Put a certificate beside its key at this bench."""
-    stdout.print(f"certificate in {key_changes.install(home(), keys.certificate_of(file))}")
-    return Exit.ACCEPTED
+    return Answer(f"certificate in {key_changes.install(home(), keys.certificate_of(file))}")
 
 
-@clear_errors
+@command
 def revoke(
     who: Who,
     reason: Annotated[str, typer.Option(help="left, lost or compromised.")] = "left",
     since: Annotated[datetime | None, typer.Option(formats=["%Y-%m-%d"], help="First day; else from now on.")] = None,
     office: Office = None,
     passphrase_file: PassphraseFile = None,
-) -> Exit:
+) -> Answer:
     """Revoke a person's keys. What was signed before stays valid, unless the key was compromised."""
     now = datetime.now(UTC).replace(microsecond=0)
     moment = datetime(since.year, since.month, since.day, tzinfo=UTC) if since else now
     whose = key_changes.revoke(home(), _office(office), who, reason, _ca_passphrase(passphrase_file), moment)
-    stdout.print(f"revoked from {moment:%Y-%m-%d %H:%M} UTC ({reason}): {', '.join(whose)}")
-    say(f"give {keys.folder(home()) / 'ca.crl.pem'} to everybody who verifies certificates; it belongs beside ca.pem")
-    return Exit.ACCEPTED
+    given = keys.folder(home()) / "ca.crl.pem"
+    return Answer(
+        f"revoked from {moment:%Y-%m-%d %H:%M} UTC ({reason}): {', '.join(whose)}",
+        Remark(f"give {given} to everybody who verifies certificates; it belongs beside ca.pem"),
+    )
 
 
-@clear_errors
-def renew(who: Who, office: Office = None, passphrase_file: PassphraseFile = None) -> Exit:
+@command
+def renew(who: Who, office: Office = None, passphrase_file: PassphraseFile = None) -> Answer:
     """Renew the certificate of a person's key, for another five years."""
     new = key_changes.renew(home(), _office(office), who, _ca_passphrase(passphrase_file))
-    stdout.print(f"{new.subject.rfc4514_string()}: valid to {new.not_valid_after_utc:%Y-%m-%d}")
-    return Exit.ACCEPTED
+    return Answer(f"{new.subject.rfc4514_string()}: valid to {new.not_valid_after_utc:%Y-%m-%d}")
 
 
-@clear_errors
+@command
 def passphrase(
     who: Annotated[str, typer.Argument(help="Name of the person, or `authority`.")],
     office: Office = None,
     passphrase_file: PassphraseFile = None,
     new_passphrase_file: Annotated[Path | None, typer.Option(help="File with the new passphrase.")] = None,
-) -> Exit:
+) -> Answer:
     """Change the passphrase of a key."""
     variable = CA_PASSPHRASE if who == "authority" else QA_PASSPHRASE if who == QA else keys.PASSPHRASE
     old = passphrase_of(passphrase_file, f"present passphrase of {who}: ", variable)
     new = passphrase_of(new_passphrase_file, f"new passphrase of {who}: ", NEW_PASSPHRASE, only=True, new=True)
-    stdout.print(f"{key_changes.change_passphrase(home(), _office(office), who, old, new)} has a new passphrase")
-    return Exit.ACCEPTED
+    return Answer(f"{key_changes.change_passphrase(home(), _office(office), who, old, new)} has a new passphrase")
 
 
 def _office(given: Path | None) -> Path:

@@ -2,15 +2,13 @@
 
 import json as jsonlib
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, say, stdout, tell
-from accept.base.documents.answers import check_answer, wants_text
+from accept.base.atomic_files import check_place
 from accept.base.documents.listings import EventList, EventListed, StoreChecked
 from accept.base.exit_codes import Exit
 from accept.base.home import home
@@ -21,6 +19,7 @@ from accept.certificate.trust.published_list import publish
 from accept.certificate.verify import attachments
 from accept.certificate.verify.rejudge import read_certificate
 from accept.certificate.verify.structure import read_unknown
+from accept.commands.answer import STDOUT, Answer, File, Remark, command
 from accept.commands.options import JsonAnswer, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
 from accept.judging.copies import resolve
@@ -42,20 +41,17 @@ from accept.store.seal import head_problem, own_key
 from checks.verdict import UnitVerdict, Verdict
 
 
-@clear_errors
+@command
 def check(
     head: Annotated[Path | None, typer.Option(help="An exported head, or a certificate that states one.")] = None,
     json: JsonAnswer = None,
-) -> Exit:
+) -> Answer:
     """Walk the chain of events. Names the first that is altered or missing."""
-    check_answer(json)
     kept = _kept_head(head) if head else None
     with open_store(check=False) as store:
         unbroken, lines = check_lines(store, kept)
-    as_text = wants_text(json, StoreChecked(unbroken, tuple(lines)))
-    for line in lines if as_text or not unbroken else ():
-        (stdout.print if unbroken else say)(line)
-    return Exit.ACCEPTED if unbroken else Exit.REJECTED
+    document = File(json, StoreChecked(unbroken, tuple(lines)))
+    return Answer(document, *lines) if unbroken else Answer(document, *map(Remark, lines), exit=Exit.REJECTED)
 
 
 def _kept_head(path: Path) -> StoreHead:
@@ -76,27 +72,23 @@ def _kept_head(path: Path) -> StoreHead:
         raise StoreError(f"{path}: holds no head of a store ({e})") from e
 
 
-@clear_errors
-def head(out: Annotated[Path | None, typer.Option(help="File to write; else stdout.")] = None) -> Exit:
+@command
+def head(out: Annotated[Path | None, typer.Option(help="File to write; else stdout.")] = None) -> Answer:
     """Export the signed head of the chain, to be kept elsewhere."""
-    check_answer(out)
+    if out is not None:
+        check_place(out, ".json")
     with open_store() as store:
         signed = store.signed_head()
     if signed is None or signed.head == START:
         raise StoreError("the store holds no event yet, so it has no head")
-    text = jsonlib.dumps(signed.to_json(), indent=1) + "\n"
-    if out is None:
-        tell(*text.splitlines())
-    else:
-        write_atomic(out, text.encode())
-        say(f"event {signed.head.seq}: head in {out}; `accept store check --head {out}` holds the store against it")
-    return Exit.ACCEPTED
+    words = f"event {signed.head.seq}: head in {out}; `accept store check --head {out}` holds the store against it"
+    return Answer(File(out or STDOUT, signed.to_json()), Remark(words if out else ""))
 
 
-@clear_errors
+@command
 def publish_list(
     file: Annotated[Path, typer.Argument(help="The list, shared with other benches; made if absent.")],
-) -> Exit:
+) -> Answer:
     """Publish the list of judgements and signatures. Hashes of this bench's events, for `accept verify --log FILE`."""
     ca = keys.ca(home())
     bench = keys.bench_certificate(home(), ca)
@@ -104,48 +96,49 @@ def publish_list(
         raise keys.KeysError("this bench has no certificate of the authority: accept keys request --role bench")
     with open_store() as store:
         new = publish(store, file, bench, own_key(home() / BENCH_KEY))
-    stdout.print(f"{new.name}: {len(new.entries)} entries up to event {new.head.seq} in {file}")
-    return Exit.ACCEPTED
+    return Answer(f"{new.name}: {len(new.entries)} entries up to event {new.head.seq} in {file}")
 
 
-@clear_errors
-def backup(file: Annotated[Path, typer.Argument(help="File to write, with its head beside it.")]) -> Exit:
+@command
+def backup(file: Annotated[Path, typer.Argument(help="File to write, with its head beside it.")]) -> Answer:
     """Copy the whole store into one file."""
     with open_store() as store:
         kept = back_up(store, file)
-    stdout.print(f"{kept.seq} events in {file}; its signed head in {file}.head.json")
-    return Exit.ACCEPTED
+    return Answer(f"{kept.seq} events in {file}; its signed head in {file}.head.json")
 
 
-@clear_errors
-def take_back(file: Annotated[Path, typer.Argument(help="A file that `accept store backup` wrote.")]) -> Exit:
+@command
+def take_back(file: Annotated[Path, typer.Argument(help="A file that `accept store backup` wrote.")]) -> Answer:
     """Make a backup the bench's store; what was there is set aside."""
     if os.environ.get("ACCEPT_STORE_URL"):
         raise StoreError("ACCEPT_STORE_URL names another store; restore works on the file in the bench's folder")
     kept, aside = restore(file, home() / "store.sqlite")
-    stdout.print(f"restored: {kept.seq} events, head {kept.hash}")
-    if aside is not None:
-        say(f"the store that was there is in {aside}")
-    return Exit.ACCEPTED
+    words = f"the store that was there is in {aside}"
+    return Answer(f"restored: {kept.seq} events, head {kept.hash}", Remark(words) if aside else None)
 
 
-@clear_errors
-def copies() -> Exit:
+@command
+def copies() -> Answer:
     """List recordings filed in two places, and the decisions about them."""
-    open_ones = 0
     with open_store() as store:
-        for serial, unit in sorted(fold(store.events()).units.items()):
-            for copy in unit.result.copies:
-                others = ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
-                decision = copy["resolved"]
-                open_ones += decision is None
-                words = "open" if decision is None else f"resolved by {decision['who']}: {decision['reason']}"
-                tell(f"{serial}:{copy['sample']}  same samples as {others}  {words}")
-    say(f"{open_ones} open; `accept store resolve SERIAL --measured SERIAL --reason WORDS` decides where one belongs")
-    return Exit.INCOMPLETE if open_ones else Exit.ACCEPTED
+        units = sorted(fold(store.events()).units.items())
+    found = [(serial, copy) for serial, unit in units for copy in unit.result.copies]
+    lines = []
+    for serial, copy in found:
+        decision = copy["resolved"]
+        words = "open" if decision is None else f"resolved by {decision['who']}: {decision['reason']}"
+        lines.append(f"{serial}:{copy['sample']}  same samples as {_others(copy)}  {words}")
+    left = sum(copy["resolved"] is None for _, copy in found)
+    way = f"{left} open; `accept store resolve SERIAL --measured SERIAL --reason WORDS` decides where one belongs"
+    return Answer(*lines, Remark(way), exit=Exit.INCOMPLETE if left else Exit.ACCEPTED)
 
 
-@clear_errors
+def _others(copy: Mapping[str, Any]) -> str:
+    """Return the other places of a recording."""
+    return ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
+
+
+@command
 def resolve_copies(
     serial: Annotated[str, typer.Argument(help="A unit whose recording is filed elsewhere too.")],
     measured: Annotated[
@@ -153,40 +146,40 @@ def resolve_copies(
     ],
     reason: Annotated[str, typer.Option(help="Why it is filed in two places.")],
     passphrase_file: QaPassphrase = None,
-) -> Exit:
+) -> Answer:
     """Decide to which unit a recording belongs. Quality assurance signs the decision with its key."""
     signer = decision_signer(passphrase_file, reason)
     with open_store() as store:
-        for copy in resolve(store, serial, measured, reason, signer):
-            others = ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
-            stdout.print(f"{serial}:{copy['sample']} and {others}: measured at {', '.join(measured)}")
-    say("judge the units again: accept batch, or accept report")
-    return Exit.ACCEPTED
+        resolved = list(resolve(store, serial, measured, reason, signer))
+    at = ", ".join(measured)
+    lines = (f"{serial}:{copy['sample']} and {_others(copy)}: measured at {at}" for copy in resolved)
+    return Answer(*lines, Remark("judge the units again: accept batch, or accept report"))
 
 
-@clear_errors
+@command
 def void_attempt(
     serial: Annotated[str, typer.Argument(help="Serial of a unit.")],
     attempt: Annotated[int, typer.Argument(min=1, help="Number of the attempt, as `accept history` shows it.")],
     reason: Annotated[str, typer.Option(help="What was wrong with the attempt.")],
     passphrase_file: QaPassphrase = None,
-) -> Exit:
+) -> Answer:
     """Declare an attempt at a unit void. Quality assurance signs the decision with its key."""
     signer = decision_signer(passphrase_file, reason)
     with open_store() as store:
         verdict = void(store, serial, attempt, reason, signer)
-    stdout.print(f"{serial}: attempt {attempt}, '{verdict}', is void: {' '.join(reason.split())} ({signer.person})")
-    say("it counts in no yield or chart, and its certificate is no longer valid; judge the unit again")
-    return Exit.ACCEPTED
+    return Answer(
+        f"{serial}: attempt {attempt}, '{verdict}', is void: {' '.join(reason.split())} ({signer.person})",
+        Remark("it counts in no yield or chart, and its certificate is no longer valid; judge the unit again"),
+    )
 
 
-@clear_errors
+@command
 def dispose(
     serial: Annotated[str, typer.Argument(help="Serial of a unit that a nonconformance holds.")],
     disposition: Annotated[str, typer.Option(help="use-as-is, rework, measure-again, return or scrap.")],
     because: Annotated[str, typer.Option(help="Why: the reason of the disposition.")],
     passphrase_file: QaPassphrase = None,
-) -> Exit:
+) -> Answer:
     """Decide about a nonconformance that holds a unit. Quality assurance signs the decision with its key."""
     stated = parse_disposition(serial, UnitVerdict.CONDITIONAL, disposition, because)
     if stated is None:
@@ -194,38 +187,35 @@ def dispose(
     signer = decision_signer(passphrase_file, because)
     with open_store() as store:
         decided = decide(store, serial, Decision(stated.choice, stated.reason), signer)
-    for nonconformance in decided:
-        stdout.print(f"{serial}: {nonconformance}: {stated} ({signer.person})")
-    say("judge the unit again: accept batch, or accept report")
-    return Exit.ACCEPTED
+    lines = (f"{serial}: {nonconformance}: {stated} ({signer.person})" for nonconformance in decided)
+    return Answer(*lines, Remark("judge the unit again: accept batch, or accept report"))
 
 
-@clear_errors
+@command
 def log(
     serial: Annotated[str | None, typer.Argument(help="Only events of this unit.")] = None,
     full: Annotated[bool, typer.Option("--full", help="With payload and hash of every event.")] = False,
     json: JsonAnswer = None,
-) -> Exit:
+) -> Answer:
     """List who did what, when, by which spec and code."""
-    check_answer(json)
-    found, as_text = False, True
     with open_store(check=False) as store:
-        if problem := store.check():
-            say(f"warning: the store does not hold: {problem}")
-        if json is not None:
-            listed = tuple(_event_row(event) for event in store.events(subject=serial))
-            as_text = wants_text(json, EventList(problem is None, None if problem is None else str(problem), listed))
-            found = bool(listed)
-        for event in store.events(subject=serial) if as_text else ():
-            found = True
-            spec = event.spec.split("@")[0]
-            words = (str(event.seq), event.time[:19], event.by, event.what, event.subject, _verdict(event), spec)
-            tell("  ".join(word for word in (*words, f"code {event.code[:8]}") if word))
-            if full:
-                tell(f"    spec {event.spec}  hash {event.hash}", f"    {event.payload}")
-    if not found:
-        say("no event yet" if serial is None else f"no event of a unit '{serial}'")
-    return Exit.ACCEPTED
+        problem = store.check()
+        events = list(store.events(subject=serial))
+    return Answer(
+        Remark(f"warning: the store does not hold: {problem}" if problem else ""),
+        File(json, lambda: EventList(not problem, str(problem) if problem else None, tuple(map(_event_row, events)))),
+        *(line for event in events for line in _event_lines(event, full)),
+        Remark("" if events else "no event yet" if serial is None else f"no event of a unit '{serial}'"),
+    )
+
+
+def _event_lines(event: Event, full: bool) -> Iterator[str]:
+    spec = event.spec.split("@")[0]
+    words = (str(event.seq), event.time[:19], event.by, event.what, event.subject, _verdict(event), spec)
+    yield "  ".join(word for word in (*words, f"code {event.code[:8]}") if word)
+    if full:
+        yield f"    spec {event.spec}  hash {event.hash}"
+        yield f"    {event.payload}"
 
 
 def _event_row(event: Event) -> EventListed:

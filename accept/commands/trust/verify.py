@@ -1,15 +1,13 @@
 """`accept verify`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from accept.base.console import clear_errors, say, stdout
-from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import SignatureVerified, VerificationDocument
 from accept.base.exit_codes import Exit
 from accept.base.home import home
@@ -24,6 +22,7 @@ from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge, rejudge_demo
 from accept.certificate.verify.revocation_check import ListsBeside
 from accept.certificate.verify.verification import Known, Validity, Verification, verify
+from accept.commands.answer import Answer, File, Remark, command
 from accept.commands.options import JsonAnswer, LargeRecords
 from accept.commands.trust.bench_keys import DEMO
 from accept.judging.result import UnitResult
@@ -42,58 +41,37 @@ class RequirementError(AcceptError, ValueError):
 
 @dataclass(frozen=True)
 class VerifyOptions:
-    """trust: CA certificates instead of this bench's. records: folder with the files that were too large to attach.
-    require: conditions beside validity. spec: the spec that it must have been judged by. demo: of a demonstration.
-    stamping: root certificates of time stamping authorities. lists: files that benches publish, the newest and earlier
-    copies."""
+    """Whom a verification trusts, and its conditions beside validity."""
 
-    trust: Sequence[Path] = ()
-    records: Path | None = None
-    require: Sequence[str] = field(default=())
-    spec: str | None = None
-    demo: bool = False
-    stamping: Sequence[Path] = ()
-    lists: Sequence[Path] = ()
-
-
-@clear_errors
-def run(
-    certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
-    trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
-    records: LargeRecords = None,
+    trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None
+    records: LargeRecords = None
     require: Annotated[
         str, typer.Option(help="Also require: accepted,countersigned,approved,current,serial=SERIAL.")
-    ] = "",
-    spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None,
-    demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False,
-    tsa_trust: Annotated[list[Path] | None, typer.Option(help="Root of a time stamping authority to trust.")] = None,
+    ] = ""
+    spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None
+    demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False
+    tsa_trust: Annotated[list[Path] | None, typer.Option(help="Root of a time stamping authority to trust.")] = None
     log: Annotated[
         list[Path] | None, typer.Option("--log", help="List that benches publish; again for an earlier copy.")
-    ] = None,
+    ] = None
+
+
+@command
+def run(
+    certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
+    options: VerifyOptions,
     json: JsonAnswer = None,
-) -> Exit:
+) -> Answer:
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
-    check_answer(json)
-    required = [word.strip() for word in require.split(",") if word.strip()]
-    options = VerifyOptions(
-        trust=trust or [],
-        records=records,
-        require=required,
-        spec=spec,
-        demo=demo,
-        stamping=tsa_trust or [],
-        lists=log or [],
-    )
-    unknown = [word for word in options.require if word not in REQUIREMENTS and not word.startswith(SERIAL)]
+    required = [word.strip() for word in options.require.split(",") if word.strip()]
+    unknown = [word for word in required if word not in REQUIREMENTS and not word.startswith(SERIAL)]
     if unknown:
         choices = ", ".join((*REQUIREMENTS, f"{SERIAL}SERIAL"))
         raise RequirementError(f"--require {unknown[0]}: expected one or more of {choices}")
     wanted_spec = load(options.spec).sha256 if options.spec else None
     with busy(f"{certificate.name}: judging again"):
         report = verify_here(read_certificate(certificate), options)
-    for line in report.details:
-        say(f"  {line}")
-    missing = _unmet_requirements(report, options.require, wanted_spec)
+    missing = _unmet_requirements(report, required, wanted_spec)
     words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
     head += f"{signs.SIMULATED}: " if report.simulated else ""
@@ -101,9 +79,12 @@ def run(
     if report.outcome is not Validity.NOT_VALID and not report.authorised:
         head += ", not yet authorised by quality assurance"
     tail = f" - BUT NOT AS REQUIRED: {'; '.join(missing)}" if missing else ""
-    if wants_text(json, _document(report, missing)):
-        stdout.print(f"{head}: {report.reason}{tail}", soft_wrap=True)
-    return Exit.REJECTED if missing else _EXIT[report.outcome]
+    return Answer(
+        *(Remark(f"  {line}") for line in report.details),
+        File(json, _document(report, missing)),
+        f"{head}: {report.reason}{tail}",
+        exit=Exit.REJECTED if missing else _EXIT[report.outcome],
+    )
 
 
 def _document(report: Verification, missing: Sequence[str]) -> VerificationDocument:
@@ -148,9 +129,9 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     paths = options.trust or [keys.folder(place) / f"{keys.CA}.pem"]
     trust = [keys.certificate_of(path) for path in paths]
     judge = rejudge_demo if options.demo else rejudge
-    stamping = [keys.certificate_of(path) for path in options.stamping] or keys.stamping_roots(place)
+    stamping = [keys.certificate_of(path) for path in options.tsa_trust or ()] or keys.stamping_roots(place)
     beside_trust = ListsBeside({} if options.demo else {beside(p): ca for p, ca in zip(paths, trust, strict=True)})
-    lists = trusted_lists(options.lists, trust) if options.lists else None
+    lists = trusted_lists(options.log, trust) if options.log else None
     return verify(
         pdf, trust, judge, demo=options.demo, records=options.records, revoked=beside_trust.entries,
         known=None if options.demo else _store_and_lists(beside_trust, lists), stamping=stamping,

@@ -1,18 +1,20 @@
 """`accept batch`."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.table import Table
 
 from accept.base.cluster.connect import connected
-from accept.base.console import ask, clear_errors, confirm, say, stdout, tell
-from accept.base.exit_codes import Exit
+from accept.base.console import ask, confirm, say
 from accept.base.home import home
 from accept.batch import judge_batch
-from accept.batch.judge_batch import BatchRequest
+from accept.batch.judge_batch import BatchReport, BatchRequest
 from accept.batch.table import actions, explanations, reasons, simulated, units_table
+from accept.commands.answer import Answer, Remark, command
 from accept.commands.trust.bench_keys import bench_credential, who_acts
 from accept.commands.units.options import BatchOptions
 from accept.judging.judge_unit import default_specs, load_spec
@@ -24,13 +26,13 @@ from specs.files import read_bounded
 from specs.spec import Spec
 
 
-@clear_errors
+@command
 def run(
     units: Annotated[
         list[str], typer.Argument(help="Unit folders, folders that contain them, or their addresses (s3://...).")
     ],
     wanted: BatchOptions,
-) -> Exit:
+) -> Answer:
     """Judge unit folders. Writes results.json, results.csv, junit.xml, certificates; judges only what changed."""
     if wanted.model is not None:
         from accept.models.model_file import open_model
@@ -57,22 +59,27 @@ def run(
         )
         listed = _earlier_serials(wanted.out)
         report = judge_batch.run(request, store, say)
-    if report.units:
-        stdout.print(units_table(report.units))
-        for lines in (simulated, actions, reasons, explanations):
-            for line in lines(report.units):
-                tell(line)
-    else:  # too many for a table, or none
-        for verdict, count in sorted(report.verdicts.items()):
-            tell(f"{count} {verdict}")
-    if report.unchanged:
-        say(f"{report.unchanged} of {report.judged} units unchanged since they were judged: not judged again")
+    unchanged = f"{report.unchanged} of {report.judged} units unchanged since they were judged: not judged again"
     gone = sorted(listed - {u["serial"] for u in report.units}) if report.units else []
-    if gone:
-        say(f"results.* no longer list {', '.join(gone)}: not asked for this time; `accept list` has them all")
+    left_out = f"results.* no longer list {', '.join(gone)}: not asked for this time; `accept list` has them all"
     certificates = f", {wanted.out / 'certificates'}" if credential else ""
-    say(f"results: {wanted.out / 'results.json'}, results.csv, junit.xml{certificates}")
-    return report.exit()
+    return Answer(
+        *_lines(report),
+        Remark(unchanged if report.unchanged else ""),
+        Remark(left_out if gone else ""),
+        Remark(f"results: {wanted.out / 'results.json'}, results.csv, junit.xml{certificates}"),
+        exit=report.exit(),
+    )
+
+
+def _lines(report: BatchReport) -> Iterator[str | Table]:
+    """Yield the table of the units and lines about them, or the number of each verdict if no units are listed."""
+    if report.units:
+        yield units_table(report.units)
+        for lines in (simulated, actions, reasons, explanations):
+            yield from lines(report.units)
+    else:  # too many for a table, or none
+        yield from (f"{count} {verdict}" for verdict, count in sorted(report.verdicts.items()))
 
 
 def _earlier_serials(out: Path) -> set[str]:

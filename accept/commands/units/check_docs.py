@@ -4,8 +4,7 @@ import inspect
 from collections.abc import Iterable
 
 from checks.acceptance import CHECKS
-from checks.consistency import contradictions
-from checks.consistency.relations import RELATIONS, Relation
+from checks.consistency import RELATIONS, check_consistency
 from checks.declare import Check, CsvTable, Form, Input, Scalar, Series, Vector
 
 HEAD = """# The checks
@@ -23,8 +22,8 @@ def _relations() -> str:
     rows = "\n".join(
         f"- {r.title} (`{r.one}`, `{r.other}`): {r.lo:g} to {r.hi:g}. Why so wide: {r.why}." for r in RELATIONS
     )
-    about = inspect.getdoc(inspect.getmodule(Relation)) or ""
-    return f"## Measurements that must agree\n\n{about}\n\n{inspect.getdoc(contradictions)}\n\n{rows}\n"
+    about, method = (inspect.getdoc(inspect.getmodule(one)) for one in (type(RELATIONS[0]), check_consistency))
+    return f"## Measurements that must agree\n\n{about}\n\n{method}\n\n{rows}\n"
 
 
 def _check(check: Check) -> str:

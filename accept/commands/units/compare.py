@@ -12,54 +12,46 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich import box
-from rich.table import Table
+from rich.box import SIMPLE_HEAD
+from rich.table import Column, Table
 from rich.text import Text
 
-from accept.base.atomic_files import check_places, write_atomic
-from accept.base.console import clear_errors, say, stdout
-from accept.base.exit_codes import Exit
+from accept.base.console import say
 from accept.base.progress import steps
 from accept.batch import fleet_comparison
 from accept.batch.fleet_comparison import Comparison, Fleet
+from accept.batch.outliers import CHANCE, MIN_UNITS
 from accept.batch.pipeline import spec_for
+from accept.commands.answer import Answer, File, Remark, command, picture, table
 from accept.commands.options import Json, Plot, SpecName
 from accept.commands.units.batch import specs_for
 from accept.judging import judge_unit
 from accept.judging.result import UnitResult
-from accept.pictures.formats import format_of
 from accept.pictures.labels import label_and_name
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.acceptance import CHECKS
 from checks.picture import Panel
-from checks.signals.outliers import CHANCE, MIN_UNITS
 
 
-@clear_errors
+@command
 def run(
     units: Annotated[list[Path], typer.Argument(help="Unit folders, or parents of unit folders.")],
     spec: SpecName = None,
     json: Json = None,
     plot: Plot = None,
-) -> Exit:
+) -> Answer:
     """Compare units and find which stand out. Robust scores of quantities and curves, overlays of curves."""
-    check_places(plot, json=json)  # said before the work, not after
-    format = None if plot is None else format_of(plot)
     results = measured(units, spec)
-    fleets: list[Fleet] = []
-    panels: list[Panel] = []
-    for kind in dict.fromkeys(r.kind for r in results):
-        same = [r for r in results if r.kind == kind]
-        compared = fleet_comparison.compare(same)
-        fleets.append(compared)
-        panels += fleet_comparison.pictures(same, compared)
-        _show(compared)
-    if json is not None:
-        write_atomic(json, dumps({"fleets": [to_json(f) for f in fleets]}, indent=1, allow_nan=False).encode())
-    if plot is not None and format is not None:
-        write_atomic(plot, _picture(panels, format))
-    return Exit.ACCEPTED
+    kinds = dict.fromkeys(r.kind for r in results)
+    alike = [[r for r in results if r.kind == kind] for kind in kinds]
+    fleets = [fleet_comparison.compare(same) for same in alike]
+    document = dumps({"fleets": [to_json(f) for f in fleets]}, indent=1, allow_nan=False)
+    return Answer(
+        *(part for fleet in fleets for part in _about(fleet)),
+        File(json, document.encode()),
+        picture(plot, lambda: _panels(alike, fleets), columns=2),
+    )
 
 
 def measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
@@ -79,18 +71,18 @@ def measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
     return [results[serial] for serial in sorted(results)]
 
 
-def _show(found: Fleet) -> None:
+def _about(found: Fleet) -> list[str | Table]:
+    """Return the table of a fleet, and which units stand out."""
     if not found.compared:
         few = f"{len(found.serials)} units of kind {found.kind} are too few to find outliers"
-        stdout.print(f"{few}: {MIN_UNITS} with the same quantity are needed")
-        return
-    stdout.print(table(found))
-    for serial, names in found.outliers.items():
-        stdout.print(f"{serial} stands out: {'; '.join(map(_label, names))}", soft_wrap=True)
-    if not found.outliers:
-        stdout.print(f"no {found.kind} stands out: no chance is below {CHANCE:g}")
-    if found.too_few:
-        say(f"fewer than {MIN_UNITS} units have these quantities, too few to find outliers: {', '.join(found.too_few)}")
+        return [f"{few}: {MIN_UNITS} with the same quantity are needed"]
+    out = [f"{serial} stands out: {'; '.join(map(_label, names))}" for serial, names in found.outliers.items()]
+    few = f"fewer than {MIN_UNITS} units have these quantities, too few to find outliers: {', '.join(found.too_few)}"
+    return [
+        _table(found),
+        *(out or [f"no {found.kind} stands out: no chance is below {CHANCE:g}"]),
+        Remark(few if found.too_few else ""),
+    ]
 
 
 def _label(name: str) -> str:
@@ -98,22 +90,14 @@ def _label(name: str) -> str:
     return label_and_name(name) if any(name in check.quantities for check in CHECKS.values()) else name
 
 
-def table(found: Fleet) -> Table:
+def _table(found: Fleet) -> Table:
     """Return a row per quantity and curve: the fleet's median, and the unit farthest out."""
-    rows = Table(
-        *("no", "quantity", "median", "farthest", "value", "score", "chance"),
-        title=f"{len(found.serials)} units of kind {found.kind}",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
-    )
-    rows.title_justify = "left"
-    for number, compared in enumerate(found.compared, 1):
-        rows.add_row(str(number), *_row(compared))
-    for column in rows.columns:
-        column.no_wrap = True
-        column.justify = "left" if column.header in ("quantity", "farthest") else "right"
-    return rows
+    titles = ("no", "quantity", "median", "farthest", "value", "score", "chance")
+    left = ("quantity", "farthest")
+    columns = (Column(title, no_wrap=True, justify="left" if title in left else "right") for title in titles)
+    rows = ((Text(str(number)), *_row(compared)) for number, compared in enumerate(found.compared, 1))
+    title = f"{len(found.serials)} units of kind {found.kind}"
+    return table(columns, rows, title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
 
 
 def _row(c: Comparison) -> list[Text]:
@@ -130,8 +114,9 @@ def to_json(found: Fleet) -> dict[str, Any]:
     return asdict(found) | {"outliers": found.outliers}
 
 
-def _picture(panels: Sequence[Panel], format: str) -> bytes:
-    from accept.pictures.draw import picture  # loads matplotlib: only when wanted
+def _panels(alike: Sequence[Sequence[UnitResult]], fleets: Sequence[Fleet]) -> list[Panel]:
+    """Return curves of each fleet, one over the other."""
     from accept.pictures.reduce import reduce_panel
 
-    return picture([reduce_panel(p) for p in panels], format, columns=2)
+    pairs = zip(alike, fleets, strict=True)
+    return [reduce_panel(panel) for same, fleet in pairs for panel in fleet_comparison.pictures(same, fleet)]

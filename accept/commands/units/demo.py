@@ -13,17 +13,19 @@ from typing import Annotated, Any
 import typer
 from cryptography.hazmat.primitives.serialization import Encoding
 
-from accept.base.console import clear_errors, operator_name, say, stdout, tell
+from accept.base.child_processes import process_pool
+from accept.base.console import operator_name, say, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.progress import steps
-from accept.batch import executors, judge_batch
+from accept.batch import judge_batch
 from accept.batch.judge_batch import CERTIFICATES, BatchRequest
 from accept.batch.table import reasons, simulated, units_table
 from accept.certificate.verify.rejudge import is_valid_demo, ready
+from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import Operator
 from accept.commands.trust.bench_keys import DEMO, demo_credential
-from accept.fleet.population.learn import learn_population, measured_units
+from accept.fleet.population.learn import learn, measured_units
 from accept.fleet.population.report import lines, shifts, write_population
 from accept.gap.text import gap_of, in_order, one_line, symbol, unit, words_of
 from accept.judging.judge_unit import load_spec
@@ -37,14 +39,14 @@ LEARNED = "batch.toml"  # the model file of the struts' batch
 SHOWN = 3  # values that the batch taught most about
 
 
-@clear_errors
+@command
 def run(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("accept-demo"), operator: Operator = None
-) -> Exit:
+) -> Answer:
     """Run the whole job on built-in data. Judge seven published APAs and a simulated strut, certify, verify."""
     began = time.monotonic()
     place = home() / DEMO
-    with executors.processes(1) as elsewhere:
+    with process_pool(1) as elsewhere:
         elsewhere.submit(ready)  # it starts while the units are made
         credential = demo_credential(home())
         units = [*published_units.write_units(out / "units"), _write(demo_strut(), out / "units")]
@@ -63,15 +65,18 @@ def run(
     apas, struts = ([u for u in report.units if u["kind"] == kind] for kind in ("apa", "strut"))
     # [STB] table 2.1, of an optimiser that stopped early; the exact minimum zone is judged.
     published = {apa.serial: f"{apa.published_flatness_um:g}" for apa in published_units.SEED_APAS}
-    stdout.print(units_table(apas, {"published\nflatness um": published}))
-    stdout.print(units_table(struts))
-    tell(*simulated(report.units), *reasons(report.units))
-    say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / CERTIFICATES}")
-    say(f"results: {out / 'results.json'}, results.csv, junit.xml ({time.monotonic() - began:.1f} s)")
     truth = _hidden_effects(units[-1])
-    tell(*(_outcome_line(strut, truth) for strut in struts))
     named = [[n["effect"] for n in strut["gap"].get("named", [])] for strut in struts]
-    return Exit.ACCEPTED if all(valid) and named == [list(truth)] else Exit.REJECTED
+    return Answer(
+        units_table(apas, {"published\nflatness um": published}),
+        units_table(struts),
+        *simulated(report.units),
+        *reasons(report.units),
+        Remark(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / CERTIFICATES}"),
+        Remark(f"results: {out / 'results.json'}, results.csv, junit.xml ({time.monotonic() - began:.1f} s)"),
+        *(_outcome_line(strut, truth) for strut in struts),
+        exit=Exit.ACCEPTED if all(valid) and named == [list(truth)] else Exit.REJECTED,
+    )
 
 
 def _write(unit: SimulatedUnit, folder: Path) -> Path:
@@ -82,7 +87,7 @@ def _learn_model(out: Path) -> Path:
     """Learn a model from earlier struts of the same batch, print what was learned, and return its file."""
     given, path = open_model_file(MODEL), out / LEARNED
     earlier = [_write(strut, out / "batch") for strut in earlier_struts()]
-    found = learn_population(measured_units(earlier, given), given, lambda _: None)
+    found = learn(measured_units(earlier, given), given, lambda _: None)
     write_population(path, found)
     tell(f"{lines(found)[0]} ({path})", *(f"  {line}" for line in shifts(found, SHOWN)))
     return path

@@ -4,13 +4,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, say, stdout
-from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import ProductList, ProductListed
 from accept.base.exit_codes import Exit
+from accept.commands.answer import Answer, File, Remark, command, table
 from accept.commands.options import JsonAnswer
 from specs import plugins
 from specs.plugins import BUILT_IN, ProductError, product_named, products
@@ -19,10 +17,9 @@ from specs.products import Product
 OWN = "built-in"
 
 
-@clear_errors
-def show_list(json: JsonAnswer = None) -> Exit:
+@command
+def show_list(json: JsonAnswer = None) -> Answer:
     """List the installed products. With spec, model and the package that brings each."""
-    check_answer(json)
     listed = [
         ProductListed(
             product.name, product.title, str(product.spec), None if product.model is None else str(product.model),
@@ -30,12 +27,8 @@ def show_list(json: JsonAnswer = None) -> Exit:
         )
         for product in products().values()
     ]  # fmt: skip
-    if wants_text(json, ProductList(tuple(listed))):
-        table = Table("name", "title", "spec", "model", "from")
-        for one in listed:
-            table.add_row(one.name, one.title, one.spec, one.model or "-", one.package)
-        stdout.print(table)
-    return Exit.ACCEPTED
+    rows = ((one.name, one.title, one.spec, one.model or "-", one.package) for one in listed)
+    return Answer(File(json, ProductList(tuple(listed))), table(("name", "title", "spec", "model", "from"), rows))
 
 
 def _package(product: Product) -> str:
@@ -43,11 +36,11 @@ def _package(product: Product) -> str:
     return OWN if product.name in BUILT_IN or found is None else f"{found.package} {found.version}"
 
 
-@clear_errors
+@command
 def new(
     name: Annotated[str, typer.Argument(help="Its name: `kind` in unit.toml and in specs.")],
     out: Annotated[Path | None, typer.Option(help="Folder to write; default: ./accept-product-NAME.")] = None,
-) -> Exit:
+) -> Answer:
     """Write the package of a new product, to be installed. With a spec, a check of its own and an example unit."""
     from accept.units.product_package import skeleton
 
@@ -58,15 +51,14 @@ def new(
     for file, text in files.items():
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
         write_atomic(folder / file, text.encode("utf-8"))
-        stdout.print(str(folder / file))
-    say(f"next: accept product check {folder}; pip install -e {folder}")
-    return Exit.ACCEPTED
+    written = (str(folder / file) for file in files)
+    return Answer(*written, Remark(f"next: accept product check {folder}; pip install -e {folder}"))
 
 
-@clear_errors
+@command
 def check(
     product: Annotated[str, typer.Argument(help="Name of an installed product, or its folder.")],
-) -> Exit:
+) -> Answer:
     """Check a product, installed or in its folder. Reads its spec, checks and model; the code in a folder is run."""
     from accept.units.product_package import from_folder
 
@@ -77,7 +69,7 @@ def check(
     return _check(product_named(product))
 
 
-def _check(product: Product) -> Exit:
+def _check(product: Product) -> Answer:
     from accept.judging.judge_unit import load_spec
     from accept.models.model_file import open_model
     from checks.acceptance import CHECKS
@@ -93,11 +85,9 @@ def _check(product: Product) -> Exit:
         open_model(spec.gap.model)
     quantities = {q for name in spec.checks for q in CHECKS[name].quantities}
     problems += [f"matched_by: its checks measure no '{name}'" for name in product.matched_by if name not in quantities]
-    for problem in problems:
-        say(f"accept: product '{product.name}': {problem}")
     if problems:
-        return Exit.BAD_INPUT
+        words = (Remark(f"accept: product '{product.name}': {problem}") for problem in problems)
+        return Answer(*words, exit=Exit.BAD_INPUT)
     required = [name for name, asked in spec.checks.items() if asked.required]
     model = "no model" if product.model is None else f"model {product.model}"
-    stdout.print(f"{product.name}: valid; spec {spec.name} ({', '.join(required)} required), {model}", soft_wrap=True)
-    return Exit.ACCEPTED
+    return Answer(f"{product.name}: valid; spec {spec.name} ({', '.join(required)} required), {model}")

@@ -6,12 +6,13 @@ from typing import Annotated
 import typer
 
 from accept.base.atomic_files import check_place
-from accept.base.console import ask, clear_errors, confirm, say
-from accept.base.exit_codes import Exit, of_verdicts
+from accept.base.console import ask, confirm, say
+from accept.base.exit_codes import of_verdicts
 from accept.base.home import home
 from accept.base.progress import busy
 from accept.batch.pipeline import Pipeline, ReasonError, spec_for
 from accept.batch.table import reasons_of
+from accept.commands.answer import Answer, Remark, command
 from accept.commands.trust.bench_keys import bench_credential, who_acts
 from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions
@@ -22,8 +23,8 @@ from accept.units import unit_folder
 from specs.bench import load_bench
 
 
-@clear_errors
-def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: ReportOptions) -> Exit:
+@command
+def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: ReportOptions) -> Answer:
     """Judge one unit and write its signed certificate."""
     check_place(wanted.out, ".pdf")
     folder = unit_folder.read(unit)
@@ -50,18 +51,16 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
         job = pipeline.prepare(folder, pipeline.ask(folder), wanted.out)
         with busy(f"{folder.serial}: judging and signing"):
             settled = pipeline.settle(job, job.judge(say))
-    for other in settled.weakened:
-        say(f"warning: {other} was judged with a recording of {folder.serial}; its result is invalid; judge it again")
     result = settled.result
-    if result.action is not None:
-        say(f"{result.serial}: what to do: {result.action}")
-    for line in reasons_of(result):
-        say(line)
-    if result.gap is not None:
-        say(f"{result.serial}: {one_line(result.gap)}")
+    weakened = f"was judged with a recording of {folder.serial}; its result is invalid; judge it again"
     word = signs.marked(result.word, result.simulated)
-    if settled.unsigned:
-        say(f"{result.serial}: {word}")
-        raise ReasonError(settled.unsigned)
-    say(f"{result.serial}: {word}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
-    return of_verdicts([str(result.verdict)])
+    written = "" if settled.unsigned else f"; {'certificate' if credential else 'unsigned report'} in {wanted.out}"
+    return Answer(
+        *(Remark(f"warning: {other} {weakened}") for other in settled.weakened),
+        Remark("" if result.action is None else f"{result.serial}: what to do: {result.action}"),
+        *map(Remark, reasons_of(result)),
+        Remark("" if result.gap is None else f"{result.serial}: {one_line(result.gap)}"),
+        Remark(f"{result.serial}: {word}{written}"),
+        exit=of_verdicts([str(result.verdict)]),
+        error=ReasonError(settled.unsigned) if settled.unsigned else None,
+    )

@@ -1,48 +1,51 @@
 """`accept spec`. The checks' declarations are loaded when they are needed, since it takes longer than all the rest."""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, say, stdout
-from accept.base.documents.answers import check_answer, wants_text
 from accept.base.documents.listings import LimitShown, SpecList, SpecListed, SpecShown
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.commands.answer import Answer, File, Remark, command, table
 from accept.commands.options import JsonAnswer
 from specs.spec import Limit, Spec, builtin, load
 from specs.strict import SpecError
 
 
-@clear_errors
-def show_list(json: JsonAnswer = None) -> Exit:
+@command
+def show_list(json: JsonAnswer = None) -> Answer:
     """List the specs that come with the program."""
-    check_answer(json)
     specs = [load(name) for name in builtin()]
     listed = [SpecListed(spec.name, spec.kind, spec.title, tuple(spec.checks), spec.sha256) for spec in specs]
-    if wants_text(json, SpecList(tuple(listed))):
-        table = Table("name", "kind", "checks", "title")
-        for spec in specs:
-            table.add_row(spec.name, spec.kind, str(len(spec.checks)), spec.title)
-        stdout.print(table)
-    return Exit.ACCEPTED
+    rows = ((spec.name, spec.kind, str(len(spec.checks)), spec.title) for spec in specs)
+    return Answer(File(json, SpecList(tuple(listed))), table(("name", "kind", "checks", "title"), rows))
 
 
-@clear_errors
-def show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")], json: JsonAnswer = None) -> Exit:
+@command
+def show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")], json: JsonAnswer = None) -> Answer:
     """Show every limit of a spec with its rule and source."""
-    check_answer(json)
     spec = load(name)
-    if wants_text(json, _document(spec)):
-        _show(spec)
-    if name not in builtin():  # what it asks of checks that they do not know
-        from accept.judging.judge_unit import load_spec
+    head = (f"{spec.name} ({spec.kind}): {spec.title}", f"sha256 {spec.sha256}")
+    limits = table(("check", "quantity", "limits", "rule", "source"), _rows(spec))
+    compared = "responses are compared with model '{}'; this does not affect the verdict"
+    gap = None if spec.gap is None else compared.format(spec.gap.model)
+    problem = None if name in builtin() else _unknown_to_checks(name)
+    return Answer(File(json, _document(spec)), *head, limits, gap, error=problem)
 
+
+def _unknown_to_checks(name: str) -> SpecError | None:
+    """Return what a spec asks of checks that they do not know."""
+    from accept.judging.judge_unit import load_spec
+
+    try:
         load_spec(name)
-    return Exit.ACCEPTED
+    except SpecError as e:
+        return e
+    return None
 
 
 def _document(spec: Spec) -> SpecShown:
@@ -57,18 +60,12 @@ def _document(spec: Spec) -> SpecShown:
     return SpecShown(spec.name, spec.kind, spec.title, spec.sha256, tuple(limits))
 
 
-def _show(spec: Spec) -> None:
-    for line in (f"{spec.name} ({spec.kind}): {spec.title}", f"sha256 {spec.sha256}"):
-        stdout.print(line)
-    table = Table("check", "quantity", "limits", "rule", "source")
+def _rows(spec: Spec) -> Iterator[tuple[str, ...]]:
     for check, section in spec.checks.items():
         needed = "" if section.required else " (optional)"
         for quantity, limit in section.limits.items():
             source = f"ASSUMED: {limit.source}" if limit.assumed else limit.source
-            table.add_row(check + needed, quantity, interval(limit), limit.rule, source)
-    stdout.print(table)
-    if spec.gap is not None:
-        stdout.print(f"responses are compared with model '{spec.gap.model}'; this does not affect the verdict")
+            yield check + needed, quantity, interval(limit), limit.rule, source
 
 
 def interval(limit: Limit) -> str:
@@ -80,63 +77,66 @@ def interval(limit: Limit) -> str:
     return f"{limit.lower:g} to {limit.upper:g} {limit.unit}"
 
 
-@clear_errors
-def validate(names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")]) -> Exit:
+@command
+def validate(names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")]) -> Answer:
     """Check specs. One report lists every problem with its file and key path."""
-    found = [_valid(name) for name in names]  # all of them, so that one report lists every problem
-    return Exit.BAD_INPUT if None in found else Exit.ACCEPTED
+    found, words = _loaded(names)
+    return Answer(*words, exit=Exit.BAD_INPUT if len(found) < len(names) else Exit.ACCEPTED)
 
 
-@clear_errors
+@command
 def check(
     names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")],
     iso17025: Annotated[
         bool, typer.Option("--iso17025", help="Name what their certificates lack of ISO/IEC 17025 7.8; exit 4.")
     ] = False,
     unit: Annotated[Path | None, typer.Option(help="With --iso17025: a unit folder that is looked at too.")] = None,
-) -> Exit:
+) -> Answer:
     """Check specs, and what their certificates state. As `validate`, and on demand clause by clause."""
-    found = [_valid(name) for name in names]
-    lacking = [iso17025 and _lacking(spec, unit) for spec in found if spec is not None]
-    return Exit.BAD_INPUT if None in found else Exit.INCOMPLETE if any(lacking) else Exit.ACCEPTED
+    found, words = _loaded(names)
+    complete = [_is_complete(spec, unit, words) for spec in found if iso17025]
+    exit = Exit.ACCEPTED if all(complete) else Exit.INCOMPLETE
+    return Answer(*words, exit=Exit.BAD_INPUT if len(found) < len(names) else exit)
 
 
-def _valid(name: str) -> Spec | None:
-    """Print whether a spec is valid and return it, None if it is not."""
+def _loaded(names: Sequence[str]) -> tuple[list[Spec], list[str]]:
+    """Return the specs that are valid, and lines about all of them."""
     from accept.judging.judge_unit import load_spec, spec_warnings
 
-    try:
-        spec = load_spec(name)
-    except SpecError as e:
-        say(str(e))
-        return None
-    stdout.print(f"{name}: valid, {spec.kind}, sha256 {spec.sha256}")
-    for warning in spec_warnings(spec):
-        say(f"warning: {name}: {warning}")
-    return spec
+    found, words = [], list[str]()
+    for name in names:
+        try:
+            spec = load_spec(name)
+        except SpecError as e:
+            words.append(Remark(e))
+            continue
+        found.append(spec)
+        words.append(f"{name}: valid, {spec.kind}, sha256 {spec.sha256}")
+        words += [Remark(f"warning: {name}: {warning}") for warning in spec_warnings(spec)]
+    return found, words
 
 
-def _lacking(spec: Spec, folder: Path | None) -> bool:
-    """Print what certificates of a spec would lack; return whether they lack anything. Raises SpecError, UnitError."""
+def _is_complete(spec: Spec, folder: Path | None, words: list[str]) -> bool:
+    """Return whether certificates of a spec lack nothing, and add lines about what they lack. Raises SpecError,
+    UnitError."""
     from accept.certificate.contents.iso17025 import missing
     from accept.certificate.contents.laboratory import FILE, laboratory_of
     from accept.units import unit_folder
 
     found = missing(laboratory_of(home()), spec, unit_folder.read(folder) if folder else None)
-    for each in found:
-        stdout.print(f"{spec.name}: {each.words}", soft_wrap=True)
+    words += [f"{spec.name}: {each.words}" for each in found]
     if any(each.where.startswith(FILE) for each in found):
-        say(f"{FILE} belongs into the folder of the bench: {home() / FILE}")
+        words.append(Remark(f"{FILE} belongs into the folder of the bench: {home() / FILE}"))
     if not found:
-        stdout.print(f"{spec.name}: everything that ISO/IEC 17025 7.8 asks a laboratory to state is stated")
-    return bool(found)
+        words.append(f"{spec.name}: everything that ISO/IEC 17025 7.8 asks a laboratory to state is stated")
+    return not found
 
 
-@clear_errors
+@command
 def copy(
     name: Annotated[str, typer.Argument(help="Built-in name.")],
     file: Annotated[Path, typer.Argument(help="The TOML file to write.")],
-) -> Exit:
+) -> Answer:
     """Write a built-in spec as TOML, to change it."""
     import tomlkit
 
@@ -150,14 +150,12 @@ def copy(
     own = file.stem if file.stem not in builtins else f"{file.stem}-copy"
     document["name"] = own
     write_atomic(file, tomlkit.dumps(document).encode("utf-8"))
-    stdout.print(f"{file}: spec '{own}', a copy of '{name}' ({load(name).sha256[:12]}); change its limits there")
-    return Exit.ACCEPTED
+    return Answer(f"{file}: spec '{own}', a copy of '{name}' ({load(name).sha256[:12]}); change its limits there")
 
 
-@clear_errors
-def checks() -> Exit:
+@command
+def checks() -> Answer:
     """List every check that a spec may ask for. What it needs, what it measures, what can be set."""
     from accept.commands.units.check_docs import all_checks
 
-    print(all_checks(), end="")
-    return Exit.ACCEPTED
+    return Answer(*all_checks().splitlines())

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from accept.fleet.population.learn import Population
-from checks.model.channel_paths import LATENCIES
-from checks.model.learned_bench import LearnedBench
+from checks.model import LATENCIES, LearnedBench
 from checks.picture import Band, Line, Panel
+from checks.population import Population
 from checks.rounding import with_U
 from specs.model import ModelSpec
 from specs.model_sections import BenchOfChannel, LearnedBenchRecord

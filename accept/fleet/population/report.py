@@ -21,7 +21,7 @@ from reportlab.platypus import (
 )
 
 from accept.fleet.population import bench
-from accept.fleet.population.learn import BatchMember, Population
+from accept.fleet.population.learn import LearnedPopulation
 from accept.models.model_file import write_model
 from accept.models.value_labels import value_label
 from accept.pictures.pdf import page_style
@@ -29,9 +29,9 @@ from accept.pictures.pdf.assemble import assemble
 from accept.pictures.pdf.figure_row import FigureRow
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 from accept.pictures.pdf.page_style import words
-from checks.fitting.hierarchy import determined_parameters
-from checks.model.channel_paths import LATENCIES
+from checks.model import LATENCIES
 from checks.picture import Band, Line, Mark, Panel
+from checks.population import BatchMember
 from checks.quantity import TWO_SIDED_95
 from checks.rounding import rounded_U, with_U
 from specs.model import ModelSpec
@@ -55,7 +55,7 @@ EXPLAINED = (
 )
 
 
-def write_population(path: Path, found: Population, learned_on: str | None = None) -> None:
+def write_population(path: Path, found: LearnedPopulation, learned_on: str | None = None) -> None:
     """Write batch and bench as a model file; learned_on: the day, in ISO 8601. Raises SpecError, ModelError,
     OSError."""
     batch, spec = found.batch, found.given.spec
@@ -69,7 +69,7 @@ def write_population(path: Path, found: Population, learned_on: str | None = Non
         units=[j.serial for j in found.judged if j.belongs],
         apart=[j.serial for j in found.judged if not j.belongs],
         model=spec.name,
-        model_sha256=found.given.model.sha256,
+        model_sha256=found.model.sha256,
         holds_together=found.holds,
     )
     plain = [i for i, n in enumerate(found.names) if n in spec.values or n in LATENCIES.values()]
@@ -84,13 +84,13 @@ def _short(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def document(found: Population, learned_on: str | None = None, changed: Sequence[str] = ()) -> dict[str, Any]:
+def document(found: LearnedPopulation, learned_on: str | None = None, changed: Sequence[str] = ()) -> dict[str, Any]:
     """Return the population as a document for scripts; changed: differences from an earlier bench."""
-    shares, together = determined_parameters(found.batch, found.prior)
+    shares, together = found.determined
     inside, compared = found.covered
     return {
         "model": found.given.spec.name,
-        "model_sha256": found.given.model.sha256,
+        "model_sha256": found.model.sha256,
         "damping": found.damping,
         "holds_together": found.holds,
         "units": [_unit(j) for j in found.judged],
@@ -119,14 +119,14 @@ def _unit(j: BatchMember) -> dict[str, Any]:
     }
 
 
-def _parameter(found: Population, i: int, left: float) -> dict[str, Any]:
+def _parameter(found: LearnedPopulation, i: int, left: float) -> dict[str, Any]:
     """Return the entry of a parameter in population.json. left: share of its prior's sd that the batch leaves."""
     batch, prior = found.batch, found.prior
     sd = float(np.sqrt(batch.mean_cov[i, i]))
     return {
         "unit": unit_of(found.names[i]),
         "prior": float(prior.mean[i]),
-        "prior_sd": found.given.model.sds[found.names[i]],
+        "prior_sd": found.model.sds[found.names[i]],
         "mean": float(batch.mean[i]),
         "U": 2.0 * sd,
         "scatter": float(batch.scatter[i]),
@@ -136,7 +136,7 @@ def _parameter(found: Population, i: int, left: float) -> dict[str, Any]:
     }
 
 
-def lines(found: Population, changed: Sequence[str] = ()) -> list[str]:
+def lines(found: LearnedPopulation, changed: Sequence[str] = ()) -> list[str]:
     """Return the report on the terminal. changed: what changed since an earlier bench."""
     inside, compared = found.covered
     kept = [j.serial for j in found.judged if j.belongs]
@@ -157,7 +157,7 @@ def missing_scatter(spec: ModelSpec) -> list[str]:
     return [NO_SCATTER] if isinstance(spec.apa, ApaOfModes) and spec.apa.mode_scatter is None else []
 
 
-def shifts(found: Population, most: int = 8) -> list[str]:
+def shifts(found: LearnedPopulation, most: int = 8) -> list[str]:
     """Return the learned parameters, largest shift first."""
     order = _by_shift(found)[:most]
     return [
@@ -171,17 +171,17 @@ def shifts(found: Population, most: int = 8) -> list[str]:
     ]
 
 
-def _by_shift(found: Population) -> list[int]:
+def _by_shift(found: LearnedPopulation) -> list[int]:
     """Return the parameters that the batch determines, by falling shift of the mean in standard uncertainties."""
     sd, before = np.sqrt(np.diag(found.batch.mean_cov)), found.prior.mean_sd
     away = np.where(sd < LEARNED * before, np.abs(found.batch.mean - found.prior.mean) / sd, -1.0)
     return [int(i) for i in np.argsort(-away) if away[i] >= 0]
 
 
-def picture_of(found: Population) -> Panel:
+def picture_of(found: LearnedPopulation) -> Panel:
     """Return the picture of the parameters that moved: the values of every unit and the batch's mean."""
     order = _by_shift(found)[:SHOWN][::-1]
-    scale = np.array([found.given.model.sds[n] for n in found.names])
+    scale = np.array([found.model.sds[n] for n in found.names])
     units = (found.batch.units - found.prior.mean) / scale
     mean, sd = (found.batch.mean - found.prior.mean) / scale, np.sqrt(np.diag(found.batch.mean_cov)) / scale
     items: list[Any] = [Mark(0.0, "x", role="quiet")]
@@ -195,11 +195,11 @@ def picture_of(found: Population) -> Panel:
         "",
         tuple(items),
         y_range=(-0.6, max(len(order), 1) - 0.4),
-        y_names=tuple(value_label(found.given.model, found.names[i]) for i in order),
+        y_names=tuple(value_label(found.model, found.names[i]) for i in order),
     )
 
 
-def render(found: Population, changed: Sequence[str] = ()) -> bytes:
+def render(found: LearnedPopulation, changed: Sequence[str] = ()) -> bytes:
     """Return the report as a PDF, the bench on its first page; equal answers give equal bytes."""
     register()
     row = FigureRow([picture_of(found)], 80.0)
@@ -225,14 +225,14 @@ def render(found: Population, changed: Sequence[str] = ()) -> bytes:
     return assemble(buffer.getvalue(), {}, {}, f"Batch of {found.given.spec.name}")
 
 
-def _bench_figure(found: Population) -> list[Flowable]:
+def _bench_figure(found: LearnedPopulation) -> list[Flowable]:
     if found.bench is None:
         return []
     title = words("What the bench adds to every unit", page_style.HEADING)
     return [title, words(bench.EXPLAINED, page_style.QUIET), FigureRow(bench.bench_panels(found.bench), 56.0)]
 
 
-def _head(canvas: Canvas, found: Population) -> None:
+def _head(canvas: Canvas, found: LearnedPopulation) -> None:
     top = page_style.HEIGHT - page_style.MARGIN
     canvas.setFillColor(page_style.GREY_COLOUR)
     canvas.setFont(BOLD, 8)
@@ -256,7 +256,7 @@ def _head(canvas: Canvas, found: Population) -> None:
     canvas.drawRightString(page_style.WIDTH - page_style.MARGIN, page_style.MARGIN, f"page {canvas.getPageNumber()}")
 
 
-def _units_table(found: Population) -> list[Flowable]:
+def _units_table(found: LearnedPopulation) -> list[Flowable]:
     head = ("Unit", "G, fitted alone", "G, foretold by others", "p of all, of the worst", "farthest value", "belongs")
     rows = [
         [
@@ -264,7 +264,7 @@ def _units_table(found: Population) -> list[Flowable]:
             ", ".join(f"{c} {G:.2f}" for c, G in j.G.items()),
             ", ".join(f"{c} {G:.2f}" for c, G in j.G_left_out.items()),
             f"{j.belonging.p_all:.2g}, {j.belonging.p_worst:.2g}",
-            "" if j.worst is None else f"{value_label(found.given.model, j.worst[0])} {j.worst[1]:+.1f} sd",
+            "" if j.worst is None else f"{value_label(found.model, j.worst[0])} {j.worst[1]:+.1f} sd",
             "yes" if j.belongs else "no",
         ]
         for j in found.judged
@@ -273,15 +273,15 @@ def _units_table(found: Population) -> list[Flowable]:
     return [words(title, page_style.HEADING), _table(head, rows, [18, 42, 42, 26, 40, 14])]
 
 
-def _parameters_table(found: Population) -> list[Flowable]:
+def _parameters_table(found: LearnedPopulation) -> list[Flowable]:
     head = ("Parameter", "model file", "batch", "one unit about it", "shift / its u", "left of the prior")
-    left, _ = determined_parameters(found.batch, found.prior)
+    left, _ = found.determined
     rows, order = [], _by_shift(found)
     for i in order[:LISTED]:
         p = _parameter(found, i, float(left[i]))
         rows.append(
             [
-                value_label(found.given.model, found.names[i]),
+                value_label(found.model, found.names[i]),
                 with_unit(with_U(p["prior"], 2 * p["prior_sd"]), found.names[i]),
                 with_unit(with_U(p["mean"], p["U"]), found.names[i]),
                 with_unit(f"± {rounded_U(2 * p['scatter'])}" if p["scatter"] > 0.0 else "-", found.names[i]),
@@ -297,9 +297,9 @@ def _parameters_table(found: Population) -> list[Flowable]:
     return [*heading, table]
 
 
-def _untold(found: Population) -> list[Flowable]:
-    shares, together = determined_parameters(found.batch, found.prior)
-    label = partial(value_label, found.given.model)
+def _untold(found: LearnedPopulation) -> list[Flowable]:
+    shares, together = found.determined
+    label = partial(value_label, found.model)
     names = [label(n) for n, left in zip(found.names, shares, strict=True) if left > LEARNED]
     story: list[Flowable] = [words("What this batch cannot tell", page_style.HEADING)]
     if names:

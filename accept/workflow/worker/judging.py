@@ -18,7 +18,7 @@ from accept.workflow.state.unit_state import StepJudgement, StepState
 from accept.workflow.steps.section import note_lines
 from accept.workflow.worker.process import Say, Work, WorkerProcess
 from checks.errors import ModelError, RecordError
-from checks.gap.decision.panels import panels
+from checks.gap import gap_panels
 from checks.picture import Panel
 from specs.spec import Spec
 from specs.strict import SpecError
@@ -75,7 +75,7 @@ def _explain(say: Say, folder: Path, spec: Spec) -> Explanation:
         return start.refused(str(e)), {}
     say("writing")
     analyse_unit.write(done, folder / "gap")
-    return start.answer(done.document), panels(done.result)
+    return start.answer(done.document), gap_panels(done.result)
 
 
 def judgement_of_result(name: str, result: UnitResult, state: StepState, spec_name: str) -> StepJudgement:

@@ -20,7 +20,7 @@ from checks.cause import Cause, because
 from checks.declare import Measured
 from checks.errors import ModelError
 from checks.fitting.constants import GS_BAND_HZ, Constant, fit_constants
-from checks.model.build import build
+from checks.model.build import build_model
 from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
 from checks.record import motion_of
@@ -218,7 +218,7 @@ def constants(frf: Frf, mass: float, rules: ResponseSettings, spec: CheckSpec) -
 
 @cache
 def _model(name: str) -> Model:
-    return build(load_model(name))
+    return build_model(load_model(name))
 
 
 def _constant(name: str, found: Constant | None, model: Model, spec: CheckSpec, motion: str) -> Quantity:

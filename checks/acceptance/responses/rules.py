@@ -111,7 +111,7 @@ def dead_channels(record: Record) -> list[Reason]:
     return [reason for n in still for reason in dead(n, record[n])]
 
 
-def unusable(record: Record) -> list[Reason]:
+def record_faults(record: Record) -> list[Reason]:
     """Return the reasons why no model can be compared with a record: a motion in another unit, or faults of sampling.
     The comparison itself names dead, reversed and exchanged channels."""
     return unusable_units(record) or list(sampling_faults(record))
@@ -122,7 +122,7 @@ def unusable_units(record: Record) -> list[Reason]:
     return [r for r in _wrong_sizes(_sampled_columns(record)) if r.cause is Cause.CHANNEL_UNIT]
 
 
-def unusable_sizes(record: Record) -> list[Reason]:
+def size_faults(record: Record) -> list[Reason]:
     """Return a reason for each channel of the bench, in V or m, whose size does not fit its name."""
     columns = {
         n: x for n, x in _sampled_columns(record).items() if record.units.get(n) == ("m" if n in MOTIONS else "V")

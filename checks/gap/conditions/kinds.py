@@ -17,6 +17,10 @@ class ExperimentKind:
         """Return the sentence that describes the experiment, with its value."""
         return self.words.format(value)
 
+    def drive_factor(self, value: float | None) -> float:
+        """Return the factor on the drive of every record."""
+        return value if self is DRIVE_LEVEL and value is not None else 1.0
+
 
 ADDED_MASS = ExperimentKind(
     "added_mass", Scalar("mass_kg", "mass added to the payload", lo=1e-3, hi=100.0), "{:g} kg added to the payload"

@@ -11,7 +11,7 @@ without a path for its charge ([IEEE176] 2) is open if the corner lies below the
 """
 
 from checks.errors import ModelError
-from checks.gap.conditions.kinds import ADDED_MASS, DRIVE_LEVEL, OTHER_RESISTOR, TURNED, ExperimentKind
+from checks.gap.conditions.kinds import ADDED_MASS, OTHER_RESISTOR, TURNED, ExperimentKind
 from checks.model.electrical import highpass_corner
 from checks.model.model import Model
 
@@ -20,9 +20,9 @@ OPEN_HZ, CLOSED_HZ = 2.0, 20_000.0  # corners of a stack that is open, closed, a
 SENSOR_F = 5.1e-6  # of the sensor stack, the default ([STB] 3.1.9)
 
 
-def under(model: Model, kind: ExperimentKind, value: float | None, sensor_F: float = SENSOR_F) -> Model:
-    """Return a model of a unit as it is under an experiment; the drive's level is not a parameter of it. Raises
-    ModelError."""
+def under_experiment(model: Model, kind: ExperimentKind, value: float | None, sensor_F: float | None = None) -> Model:
+    """Return a model of a unit as it is under an experiment; the drive's level is not a parameter of it. sensor_F: of
+    the sensor stack, if it was measured. Raises ModelError."""
     if kind is TURNED:
         return model
     if value is None:
@@ -30,7 +30,7 @@ def under(model: Model, kind: ExperimentKind, value: float | None, sensor_F: flo
     if kind is ADDED_MASS:
         return model.with_values({PAYLOAD: model.values[PAYLOAD] + value})
     if kind is OTHER_RESISTOR:
-        corner = highpass_corner(value, sensor_F)
+        corner = highpass_corner(value, SENSOR_F if sensor_F is None else sensor_F)
         stiffer = model.values[STIFFENING]
         return model.with_values({CORNER: corner, STIFFENING: stiffer and stiffer * share_open(corner)})
     return model
@@ -45,8 +45,3 @@ def share_open(corner_Hz: float) -> float:
             f"open neither open nor closed; expected a corner up to {OPEN_HZ:g} Hz, or from {CLOSED_HZ:g} Hz on"
         )
     return 1.0 if corner_Hz <= OPEN_HZ else 0.0
-
-
-def drive(kind: ExperimentKind, value: float | None) -> float:
-    """Return the factor on the drive of every record."""
-    return value if kind is DRIVE_LEVEL and value is not None else 1.0

@@ -13,10 +13,10 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.fitting.prior import prior_rows
-from checks.gap.decision.panels import shown, smooth
+from checks.gap.decision.panels import disagreement_map, shown, smooth
 from checks.gap.decision.result import Result
 from checks.gap.statistics.projected_residual import Projected
-from checks.model.unidentified import Element
+from checks.model.unidentified import UnidentifiedElement
 from checks.picture import Band, Item, Line, Mark, Panel, PanelKind
 from checks.quantity import TWO_SIDED_95
 from specs.units import RESPONSE_UNITS
@@ -28,9 +28,9 @@ CUTS = range(-360, 0, 15)  # [deg] where the circle may be cut for an axis
 AFTER, ELEMENT = "model after", "with the unidentified element"
 
 
-def bode_panels(result: Result, elements: Mapping[str, Element] | None = None) -> dict[str, Panel]:
-    """Return the panels "<channel> magnitude", "<channel> phase", "<channel> deviation". elements: those added to the
-    improved model without a name, by channel."""
+def bode_panels(result: Result, elements: Mapping[str, UnidentifiedElement] | None = None) -> dict[str, Panel]:
+    """Return the panels "map", "<channel> magnitude", "<channel> phase", "<channel> deviation". elements: those added
+    to the improved model without a name, by channel."""
     data = result.before.data
     f = np.union1d(data.f, np.geomspace(data.f[0], data.f[-1], GRID))
     names = data.channels
@@ -38,7 +38,7 @@ def bode_panels(result: Result, elements: Mapping[str, Element] | None = None) -
     before, after = (p.response.frf(f, p.at, names) for p in (first, last))
     units = _units_of_the_file(first, f)
     along, across = _spread(last, f, after)
-    out: dict[str, Panel] = {}
+    out = {"map": disagreement_map(result)}
     for c, name in enumerate(names):
         added = (elements or {}).get(name)
         extra = None if added is None else after[:, c] * added.factor(f)
@@ -137,7 +137,7 @@ def _phase(result: Result, c: int, f: Array, curves: Mapping[str, Complex], sd_d
     )  # fmt: skip
 
 
-def _deviation(result: Result, c: int, f: Array, relative_sd: Array, added: Element | None) -> Panel:
+def _deviation(result: Result, c: int, f: Array, relative_sd: Array, added: UnidentifiedElement | None) -> Panel:
     """Return measured less model, relative to the measured, beside the band of noise and the model's own
     uncertainty."""
     data = result.before.data

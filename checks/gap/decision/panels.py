@@ -14,10 +14,10 @@ CELLS = 120  # of the map along log f
 SHOWN = 0.0, 4.0  # of log10 G on the map: below it agrees, above the colour stays
 
 
-def panels(result: Result) -> dict[str, Panel]:
+def gap_panels(result: Result) -> dict[str, Panel]:
     """Return the map, then for every channel magnitude and residual, on records that were not fitted."""
     data = result.before.data
-    out = {"map": disagreement(result)}
+    out = {"map": disagreement_map(result)}
     before, after = responses(result)
     for c, name in enumerate(data.channels):
         out[f"{name} magnitude"] = _magnitude(data.f, name, data.H[:, c], before[:, c], after[:, c])
@@ -38,7 +38,7 @@ def shown(result: Result) -> tuple[Projected, Projected]:
     return (result.before, result.after) if result.named else (result.after, result.after)
 
 
-def disagreement(result: Result) -> Panel:
+def disagreement_map(result: Result) -> Panel:
     """Return the map over frequency and channel, before and after if something was named: log10 of the squared residual
     over noise and tolerance."""
     data = result.before.data
@@ -103,7 +103,7 @@ def smooth(f: Array, x: Array) -> tuple[Array, Array]:
     return middle, np.maximum(mean, 1e-4)
 
 
-def errors(result: Result) -> Mapping[str, tuple[float, float, float, float]]:
+def channel_errors(result: Result) -> Mapping[str, tuple[float, float, float, float]]:
     """Return by channel the rms of the level [dB] and of the phase [deg], before and after, over bins that are not
     noise."""
     data = result.before.data

@@ -4,6 +4,7 @@ from __future__ import annotations  # so that reading results does not load what
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -14,8 +15,18 @@ if TYPE_CHECKING:
     from checks.gap.statistics.adequacy import ExcessBand
     from checks.gap.statistics.projected_residual import Projected
 
-NO_MISSING, EXPLAINED, AMBIGUOUS = "no_missing_effect", "explained", "ambiguous"
-PARTLY, UNEXPLAINED = "partly_explained", "unexplained"
+
+class GapVerdict(StrEnum):
+    """Outcome of a search for what is missing."""
+
+    NO_MISSING = "no_missing_effect"
+    EXPLAINED = "explained"
+    AMBIGUOUS = "ambiguous"
+    PARTLY = "partly_explained"
+    UNEXPLAINED = "unexplained"
+
+
+NO_MISSING, EXPLAINED, AMBIGUOUS, PARTLY, UNEXPLAINED = GapVerdict
 
 
 @dataclass(frozen=True)

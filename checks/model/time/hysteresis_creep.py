@@ -10,8 +10,6 @@ from checks.errors import ModelError
 from checks.model.time.partial_fractions import Fractions
 
 PLAYS = 120
-RISE_S = 0.02  # of a mass put down by hand
-RING_HZ, RING_S, RING_SHARE = 14.0, 0.08, 0.1  # of its ringing: the unit under the added mass
 
 
 @dataclass(frozen=True)
@@ -80,15 +78,3 @@ def creep(per_decade: float) -> Fractions:
     share = np.full(tau.size, 0.5 * per_decade)
     share[[0, -1]] /= 2.0
     return Fractions((-1.0 / tau).astype(np.complex128), (share / tau).astype(np.complex128), 1.0)
-
-
-def mass_steps(t: Array, moments: tuple[float, float], deflection: float, per_decade: float) -> Array:
-    """Return the deflection (N,) at t (N,) [s] under a mass added and removed at these moments. `deflection` is reached
-    0.1 s after each step and creeps by per_decade per decade of time; steps rise within 20 ms and ring a little."""
-    out = np.zeros(t.size)
-    for moment, sign in zip(moments, (1.0, -1.0), strict=True):
-        after = np.maximum(t - moment, 0.0)
-        creep = 1.0 + per_decade * np.log10(np.maximum(after, 1e-3) / 0.1)
-        ring = RING_SHARE * np.sin(2 * np.pi * RING_HZ * after) * np.exp(-after / RING_S)
-        out += sign * deflection * np.minimum(after / RISE_S, 1.0) * (creep + ring)
-    return out

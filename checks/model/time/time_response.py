@@ -62,17 +62,14 @@ class HoldSimulation:
         return {c: path.held(Va, self.fs, self.late[c]) for c, path in self.paths.items()}
 
 
-Answer = SpectrumSimulation | HoldSimulation
-
-
-def answer(
+def time_simulation(
     model: Model,
     samples: int,
     fs: float,
     hold: bool = False,
     channels: Iterable[str] | None = None,
     filters: Mapping[str, Fractions] = NO_FILTER,
-) -> Answer:
+) -> SpectrumSimulation | HoldSimulation:
     """Return the simulation of the model's responses to drives of up to so many samples at fs [Hz]; hold: see `Held`;
     filters: further filters of a channel, in series with the model.
 

@@ -25,18 +25,6 @@ class ExcitationError(AcceptError, ValueError):
     """A signal that must not be played; the text names the wrong value, or the time at which it leaves its limits."""
 
 
-@dataclass(frozen=True)
-class Rig:
-    """Rig of the signal. The mean, 3.25 V at the DAC, is half way between -20 V and 150 V on the stacks."""
-
-    fs: float = 10_000.0
-    mean_V: float = 3.25
-    ramp_s: float = 5.0
-    gain: float = 20.0
-    dac_V: tuple[float, float] = DAC_V
-    stack_V: tuple[float, float] = STACK_V
-
-
 @dataclass(frozen=True, eq=False)
 class Excitation:
     """A signal to play: t (N,) [s] from 0, Va (N,) [V] at the DAC, fs [Hz].
@@ -60,27 +48,138 @@ class Excitation:
         return self.Va[self.start : self.stop] - self.mean_V
 
 
-def sweep(
-    rig: Rig,
-    f_start_Hz: float,
-    f_end_Hz: float,
-    duration_s: float,
-    amplitude_V: float,
-    law: str = "log",
-    shape: AmplitudeShape | None = None,
-    fade_s: float = 0.1,
-) -> Excitation:
-    """Return a swept sine of this amplitude [V at the DAC] times the shape at the momentary frequency; law "log" or
-    "lin".
+@dataclass(frozen=True)
+class Rig:
+    """Rig of the signal. The mean, 3.25 V at the DAC, is half way between -20 V and 150 V on the stacks."""
 
-    Phase: [STB] 7.4; it ends at any phase, so the amplitude is faded at both ends. Raises ExcitationError."""
-    _positive(amplitude_V=amplitude_V, f_start_Hz=f_start_Hz, f_end_Hz=f_end_Hz)
-    _check_rig(rig, f_start_Hz, f_end_Hz)
-    t = np.arange(_samples(rig, duration_s) + 1) / rig.fs
-    phase, momentary = _sweep_phase(t, f_start_Hz, f_end_Hz, duration_s, law)
-    core = amplitude_V * (shape or Flat()).gain(momentary) * np.sin(phase) * fade(t.size, round(fade_s * rig.fs))
-    meaning = f"{law} sweep {f_start_Hz:g} to {f_end_Hz:g} Hz in {duration_s:g} s, amplitude {amplitude_V:g} V"
-    return _play(rig, core, meaning, notes=(f"shape: {shape or Flat()}",))
+    fs: float = 10_000.0
+    mean_V: float = 3.25
+    ramp_s: float = 5.0
+    gain: float = 20.0
+    dac_V: tuple[float, float] = DAC_V
+    stack_V: tuple[float, float] = STACK_V
+
+    def sweep(
+        self,
+        f_start_Hz: float,
+        f_end_Hz: float,
+        duration_s: float,
+        amplitude_V: float,
+        law: str = "log",
+        shape: AmplitudeShape | None = None,
+        fade_s: float = 0.1,
+    ) -> Excitation:
+        """Return a swept sine of this amplitude [V at the DAC] times the shape at the momentary frequency; law "log" or
+        "lin".
+
+        Phase: [STB] 7.4; it ends at any phase, so the amplitude is faded at both ends. Raises ExcitationError."""
+        _positive(amplitude_V=amplitude_V, f_start_Hz=f_start_Hz, f_end_Hz=f_end_Hz)
+        _check_rig(self, f_start_Hz, f_end_Hz)
+        t = np.arange(_samples(self, duration_s) + 1) / self.fs
+        phase, momentary = _sweep_phase(t, f_start_Hz, f_end_Hz, duration_s, law)
+        core = amplitude_V * (shape or Flat()).gain(momentary) * np.sin(phase) * fade(t.size, round(fade_s * self.fs))
+        meaning = f"{law} sweep {f_start_Hz:g} to {f_end_Hz:g} Hz in {duration_s:g} s, amplitude {amplitude_V:g} V"
+        return _play(self, core, meaning, notes=(f"shape: {shape or Flat()}",))
+
+    def noise(
+        self,
+        f_start_Hz: float,
+        f_end_Hz: float,
+        duration_s: float,
+        rms_V: float,
+        seed: int = 0,
+        shape: AmplitudeShape | None = None,
+        fade_s: float = 0.1,
+    ) -> Excitation:
+        """Return Gaussian noise between two frequencies (f_start_Hz = 0: low-passed), of exactly this rms [V at the
+        DAC] before the fades at its ends.
+
+        White in the band times the shape, zero outside: shaped in the frequency domain, because a filter's skirt would
+        drive frequencies that the band excludes. Raises ExcitationError."""
+        _positive(rms_V=rms_V, f_end_Hz=f_end_Hz)
+        _check_rig(self, f_start_Hz, f_end_Hz)
+        if not 0.0 <= f_start_Hz < f_end_Hz:
+            raise ExcitationError(f"band {f_start_Hz:g} to {f_end_Hz:g} Hz: expected 0 <= start < end")
+        n = _samples(self, duration_s)
+        f = fft.rfftfreq(n, 1 / self.fs)
+        spectrum = fft.rfft(_rng(seed).standard_normal(n))
+        spectrum *= np.where((f >= f_start_Hz) & (f <= f_end_Hz) & (f > 0), (shape or Flat()).gain(f), 0.0)
+        x = fft.irfft(spectrum, n)
+        rms = float(np.sqrt(np.mean(x**2)))
+        if rms == 0.0:
+            raise ExcitationError(f"{duration_s:g} s hold no frequency between {f_start_Hz:g} and {f_end_Hz:g} Hz")
+        core = x * (rms_V / rms) * fade(n, round(fade_s * self.fs))
+        meaning = f"noise {f_start_Hz:g} to {f_end_Hz:g} Hz for {duration_s:g} s, rms {rms_V:g} V"
+        return _play(self, core, meaning, notes=(f"seed {seed}", f"shape: {shape or Flat()}"))
+
+    def sines(self, f_Hz: float, amplitudes_V: Sequence[float], cycles: int = 3) -> Excitation:
+        """Return a sine whose amplitude grows after every `cycles` periods, for hysteresis loops ([STB] 3.1.6, 7.6).
+
+        Raises ExcitationError unless the amplitudes [V at the DAC] are positive and grow."""
+        _positive(f_Hz=f_Hz, cycles=cycles)
+        _check_rig(self, f_Hz, f_Hz)
+        amplitudes = np.asarray(amplitudes_V, dtype=float)
+        if amplitudes.size == 0 or not (
+            np.isfinite(amplitudes).all() and amplitudes[0] > 0 and (np.diff(amplitudes) > 0).all()
+        ):
+            raise ExcitationError(f"amplitudes {list(amplitudes_V)} V: expected positive values that grow")
+        n = _samples(self, amplitudes.size * cycles / f_Hz)
+        turns = np.arange(n + 1) * (f_Hz / self.fs)
+        block = np.minimum((turns / cycles).astype(int), amplitudes.size - 1)
+        core = amplitudes[block] * np.sin(2 * np.pi * turns)
+        listed = ", ".join(f"{a:g}" for a in amplitudes)
+        return _play(self, core, f"sines of {f_Hz:g} Hz, {cycles} periods each at {listed} V")
+
+    def full_range(self, f_Hz: float, cycles: int = 2) -> Excitation:
+        """Return slow cosines over the whole range of the stacks, from its lower end and back, for the stroke ([STB]
+        2.3). Raises ExcitationError."""
+        _positive(f_Hz=f_Hz, cycles=cycles)
+        _check_rig(self, f_Hz)
+        lo, hi = (V / self.gain for V in self.stack_V)
+        n = _samples(self, cycles / f_Hz)
+        core = 0.5 * (hi - lo) * (1.0 - np.cos(2 * np.pi * f_Hz * np.arange(n + 1) / self.fs))
+        return _play(replace(self, mean_V=lo), core, f"{cycles} cycles of {f_Hz:g} Hz from {self.stack_V[0]:g} V")
+
+    def multisine(
+        self,
+        f_start_Hz: float,
+        f_end_Hz: float,
+        resolution_Hz: float,
+        rms_V: float,
+        periods: int = 4,
+        seed: int = 0,
+        shape: AmplitudeShape | None = None,
+        lines: str = "all",
+        crest_iterations: int = 0,
+        lead_in: bool = True,
+    ) -> Excitation:
+        """Return a random-phase multisine: a line at every multiple of the resolution in the band, this number of whole
+        periods, one more before them for the transient (lead_in). rms_V [V at the DAC]; amplitude over frequency by the
+        shape.
+
+        The period has round(fs / resolution) samples, and every period is the same to the last bit: no leakage, and
+        differences between periods are noise ([PS12] 4.3). Another seed is another realisation. Raises
+        ExcitationError."""
+        _positive(rms_V=rms_V, resolution_Hz=resolution_Hz, periods=periods)
+        if not 0 <= crest_iterations <= MAX_CREST:
+            raise ExcitationError(f"crest_iterations is {crest_iterations}, expected 0 to {MAX_CREST}")
+        _check_rig(self, f_start_Hz, f_end_Hz)
+        n = _samples(self, 1.0 / resolution_Hz)
+        _samples(self, (periods + lead_in) / resolution_Hz)
+        try:
+            chosen = ms.harmonics(n, self.fs, (f_start_Hz, f_end_Hz), lines)
+        except ValueError as e:
+            raise ExcitationError(str(e)) from e
+        one = ms.random_phase(n, self.fs, chosen, shape or Flat(), _rng(seed))
+        one = ms.from_zero(ms.compress_crest(one, crest_iterations))
+        core = np.tile(rms_V * one.x, periods + lead_in)
+        meaning = (
+            f"multisine {f_start_Hz:g} to {f_end_Hz:g} Hz, {chosen.size} {'odd ' if lines == 'odd' else ''}lines, "
+            f"{periods} periods of {n / self.fs:g} s, rms {rms_V:g} V"
+        )
+        notes = (f"seed {seed}", f"shape: {shape or Flat()}", f"crest factor {one.crest:.2f}")
+        played = _play(self, core, meaning, notes)
+        return replace(played, start=played.start + (n if lead_in else 0), period=n)
 
 
 def _sweep_phase(t: Array, f0: float, f1: float, duration: float, law: str) -> tuple[Array, Array]:
@@ -95,109 +194,6 @@ def _sweep_phase(t: Array, f0: float, f1: float, duration: float, law: str) -> t
         return 2 * np.pi * f0 * t, np.full_like(t, f0)
     growth = np.expm1(ratio * t / duration)
     return 2 * np.pi * f0 * duration / ratio * growth, f0 * (1.0 + growth)
-
-
-def noise(
-    rig: Rig,
-    f_start_Hz: float,
-    f_end_Hz: float,
-    duration_s: float,
-    rms_V: float,
-    seed: int = 0,
-    shape: AmplitudeShape | None = None,
-    fade_s: float = 0.1,
-) -> Excitation:
-    """Return Gaussian noise between two frequencies (f_start_Hz = 0: low-passed), of exactly this rms [V at the DAC]
-    before the fades at its ends.
-
-    White in the band times the shape, zero outside: shaped in the frequency domain, because a filter's skirt would
-    drive frequencies that the band excludes. Raises ExcitationError."""
-    _positive(rms_V=rms_V, f_end_Hz=f_end_Hz)
-    _check_rig(rig, f_start_Hz, f_end_Hz)
-    if not 0.0 <= f_start_Hz < f_end_Hz:
-        raise ExcitationError(f"band {f_start_Hz:g} to {f_end_Hz:g} Hz: expected 0 <= start < end")
-    n = _samples(rig, duration_s)
-    f = fft.rfftfreq(n, 1 / rig.fs)
-    spectrum = fft.rfft(_rng(seed).standard_normal(n))
-    spectrum *= np.where((f >= f_start_Hz) & (f <= f_end_Hz) & (f > 0), (shape or Flat()).gain(f), 0.0)
-    x = fft.irfft(spectrum, n)
-    rms = float(np.sqrt(np.mean(x**2)))
-    if rms == 0.0:
-        raise ExcitationError(f"{duration_s:g} s hold no frequency between {f_start_Hz:g} and {f_end_Hz:g} Hz")
-    core = x * (rms_V / rms) * fade(n, round(fade_s * rig.fs))
-    meaning = f"noise {f_start_Hz:g} to {f_end_Hz:g} Hz for {duration_s:g} s, rms {rms_V:g} V"
-    return _play(rig, core, meaning, notes=(f"seed {seed}", f"shape: {shape or Flat()}"))
-
-
-def sines(rig: Rig, f_Hz: float, amplitudes_V: Sequence[float], cycles: int = 3) -> Excitation:
-    """Return a sine whose amplitude grows after every `cycles` periods, for hysteresis loops ([STB] 3.1.6, 7.6).
-
-    Raises ExcitationError unless the amplitudes [V at the DAC] are positive and grow."""
-    _positive(f_Hz=f_Hz, cycles=cycles)
-    _check_rig(rig, f_Hz, f_Hz)
-    amplitudes = np.asarray(amplitudes_V, dtype=float)
-    if amplitudes.size == 0 or not (
-        np.isfinite(amplitudes).all() and amplitudes[0] > 0 and (np.diff(amplitudes) > 0).all()
-    ):
-        raise ExcitationError(f"amplitudes {list(amplitudes_V)} V: expected positive values that grow")
-    n = _samples(rig, amplitudes.size * cycles / f_Hz)
-    turns = np.arange(n + 1) * (f_Hz / rig.fs)
-    block = np.minimum((turns / cycles).astype(int), amplitudes.size - 1)
-    core = amplitudes[block] * np.sin(2 * np.pi * turns)
-    listed = ", ".join(f"{a:g}" for a in amplitudes)
-    return _play(rig, core, f"sines of {f_Hz:g} Hz, {cycles} periods each at {listed} V")
-
-
-def full_range(rig: Rig, f_Hz: float, cycles: int = 2) -> Excitation:
-    """Return slow cosines over the whole range of the stacks, from its lower end and back, for the stroke ([STB] 2.3).
-    Raises ExcitationError."""
-    _positive(f_Hz=f_Hz, cycles=cycles)
-    _check_rig(rig, f_Hz)
-    lo, hi = (V / rig.gain for V in rig.stack_V)
-    n = _samples(rig, cycles / f_Hz)
-    core = 0.5 * (hi - lo) * (1.0 - np.cos(2 * np.pi * f_Hz * np.arange(n + 1) / rig.fs))
-    return _play(replace(rig, mean_V=lo), core, f"{cycles} cycles of {f_Hz:g} Hz from {rig.stack_V[0]:g} V")
-
-
-def multisine(
-    rig: Rig,
-    f_start_Hz: float,
-    f_end_Hz: float,
-    resolution_Hz: float,
-    rms_V: float,
-    periods: int = 4,
-    seed: int = 0,
-    shape: AmplitudeShape | None = None,
-    lines: str = "all",
-    crest_iterations: int = 0,
-    lead_in: bool = True,
-) -> Excitation:
-    """Return a random-phase multisine: a line at every multiple of the resolution in the band, this number of whole
-    periods, one more before them for the transient (lead_in). rms_V [V at the DAC]; amplitude over frequency by the
-    shape.
-
-    The period has round(fs / resolution) samples, and every period is the same to the last bit: no leakage, and
-    differences between periods are noise ([PS12] 4.3). Another seed is another realisation. Raises ExcitationError."""
-    _positive(rms_V=rms_V, resolution_Hz=resolution_Hz, periods=periods)
-    if not 0 <= crest_iterations <= MAX_CREST:
-        raise ExcitationError(f"crest_iterations is {crest_iterations}, expected 0 to {MAX_CREST}")
-    _check_rig(rig, f_start_Hz, f_end_Hz)
-    n = _samples(rig, 1.0 / resolution_Hz)
-    _samples(rig, (periods + lead_in) / resolution_Hz)
-    try:
-        chosen = ms.harmonics(n, rig.fs, (f_start_Hz, f_end_Hz), lines)
-    except ValueError as e:
-        raise ExcitationError(str(e)) from e
-    one = ms.random_phase(n, rig.fs, chosen, shape or Flat(), _rng(seed))
-    one = ms.from_zero(ms.compress_crest(one, crest_iterations))
-    core = np.tile(rms_V * one.x, periods + lead_in)
-    meaning = (
-        f"multisine {f_start_Hz:g} to {f_end_Hz:g} Hz, {chosen.size} {'odd ' if lines == 'odd' else ''}lines, "
-        f"{periods} periods of {n / rig.fs:g} s, rms {rms_V:g} V"
-    )
-    notes = (f"seed {seed}", f"shape: {shape or Flat()}", f"crest factor {one.crest:.2f}")
-    played = _play(rig, core, meaning, notes)
-    return replace(played, start=played.start + (n if lead_in else 0), period=n)
 
 
 def _play(rig: Rig, core: Array, meaning: str, notes: tuple[str, ...] = ()) -> Excitation:

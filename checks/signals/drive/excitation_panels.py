@@ -12,7 +12,7 @@ _TURNS = 10.0  # that a segment holds at least
 _FLOOR = 1e-8  # of the largest density: below, it is only rounding and the window's skirt
 
 
-def panels(excitation: Excitation) -> dict[str, Panel]:
+def excitation_panels(excitation: Excitation) -> dict[str, Panel]:
     """Return the panels "time": voltage at the DAC; "spectrum": lines of a periodic signal, density of others."""
     return {"time": _time(excitation), "spectrum": _spectrum(excitation)}
 

@@ -6,7 +6,8 @@ from typing import Protocol
 import numpy as np
 
 from checks.arrays import Array
-from checks.signals.spectral.frf import Frf
+from checks.record import Record
+from checks.signals.spectral.frf import Frf, h1_record
 
 _COHERENCE_MIN = 0.5  # leakage lowers it at the peak of a lightly damped mode, so no more is required
 _RESONANCE_FROM_Hz = 20.0  # below is the static response, whose noise has peaks of its own
@@ -85,6 +86,19 @@ class ShapeProduct:
 
     def __str__(self) -> str:
         return f"{self.one}; {self.other}"
+
+
+def amplitude_shape(notch: Notch | None = None, low_pass_Hz: float | None = None) -> AmplitudeShape:
+    """Return the shape with a notch, a low-pass, both or neither."""
+    low_pass = None if low_pass_Hz is None else LowPass(low_pass_Hz)
+    if notch is not None and low_pass is not None:
+        return ShapeProduct(notch, low_pass)
+    return notch or low_pass or Flat()
+
+
+def notch_of_record(record: Record) -> Notch:
+    """Return a notch for the largest peak of de over Va in a first record. Raises ValueError."""
+    return notch_at_resonance(h1_record(record, "Va", ["de"]), "de")
 
 
 def notch_at_resonance(frf: Frf, channel: str) -> Notch:

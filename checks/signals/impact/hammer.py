@@ -21,6 +21,7 @@ from checks.signals.impact.impacts import (
     available,
     find_impacts,
     off_level,
+    tally,
     upright,
 )
 
@@ -111,6 +112,11 @@ class HammerTests:
     impacts: tuple[tuple[Impact, ...], ...]
     frfs: tuple[ImpactFrf, ...]
     forces: tuple[Array, ...]
+
+    @property
+    def tally(self) -> str:
+        """Return how many impacts of all records were good, in words."""
+        return tally(self.all_impacts)
 
     @property
     def all_impacts(self) -> tuple[Impact, ...]:

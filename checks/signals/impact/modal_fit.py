@@ -4,6 +4,7 @@ A decay cut by the end of a block has the very same pole on the DFT's bins, so t
 comes from the estimates of the single impacts, so that it also holds when the impacts differ in level or place, not
 only for noise."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,7 @@ from checks.signals.impact.local_rational import (
     weighted_inverse,
 )
 from checks.signals.spectral.recursion import peaks
+from checks.signals.spectral.resonance import U_CLOCK
 
 _ORDER = 2  # of the local polynomial
 _PROMINENCE = 0.3  # in log10: 6 dB
@@ -64,6 +66,16 @@ class Mode:
             2.0 * np.hypot(self.u_damping, self.u_damping_model),
         )
         return f"Mode({with_U(self.f_Hz, U)} Hz, damping ratio {with_U(self.damping_ratio, U_damping)}; k = 2)"
+
+    @property
+    def U_Hz(self) -> float:
+        """Return U of the frequency [Hz] (k = 2): scatter between hits, model, and the clock."""
+        return math.hypot(2.0 * math.hypot(self.u_f_Hz, self.u_f_model_Hz), U_CLOCK * self.f_Hz)
+
+    @property
+    def U_damping(self) -> float:
+        """Return U of the damping ratio (k = 2): scatter between hits and model."""
+        return 2.0 * math.hypot(self.u_damping, self.u_damping_model)
 
     @property
     def significant(self) -> bool:

@@ -1,5 +1,6 @@
 """Frequency responses with their uncertainty, and the averaged estimate H1."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -7,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array, Complex
+from checks.errors import RecordError
 from checks.record import Record
 from checks.signals.spectral.segments import Segments, Spectra
 
@@ -51,6 +53,18 @@ class Frf:
     def usable(self) -> Mask:
         """Return (F,) bins where every channel has a finite variance."""
         return np.asarray(np.isfinite(self.var).all(axis=1))
+
+    @property
+    def known(self) -> Mask:
+        """Return the bins (F,) that hold a response: driven, or of a file that states no variance."""
+        return np.asarray(~np.isinf(self.var).any(axis=1))
+
+    def cut(self, f_lo: float, f_hi: float | None, notes: tuple[str, ...] | None = None) -> "Frf":
+        """Return the bins from f_lo to f_hi [Hz], with other notes if given. Raises RecordError for fewer than two."""
+        part = self.band(f_lo, math.inf if f_hi is None else f_hi)
+        if part.f.size < 2:
+            raise RecordError(f"no two frequencies lie in {f_lo:g}..{f_hi or self.f[-1]:g} Hz")
+        return part if notes is None else replace(part, notes=notes)
 
     @property
     def stride(self) -> int:

@@ -24,6 +24,9 @@ CANDIDATE_BINS = 500  # the grid is tried on so many bins; its best is fitted an
 _NONE = np.zeros(0, dtype=complex)
 
 
+U_CLOCK = 2e-4  # relative, k = 2, as the specs state it: the converters' clock has not been compared with another
+
+
 @dataclass(frozen=True, eq=False)
 class Resonance:
     """Resonance of a record. f_Hz: undamped natural frequency |p|/2 pi; damping_ratio: -Re p/|p|. u_*: standard
@@ -49,6 +52,16 @@ class Resonance:
             2.0 * math.hypot(self.u_damping, self.u_damping_model),
         )
         return f"Resonance({with_U(self.f_Hz, U)} Hz, damping ratio {with_U(self.damping_ratio, U_damping)}; k = 2)"
+
+    @property
+    def U_Hz(self) -> float:
+        """Return U of the frequency [Hz] (k = 2) from scatter, model, and the clock by which the record was sampled."""
+        return math.hypot(2.0 * math.hypot(self.u_Hz, self.u_Hz_model), U_CLOCK * self.f_Hz)
+
+    @property
+    def U_damping(self) -> float:
+        """Return U of the damping ratio (k = 2) from scatter and model."""
+        return 2.0 * math.hypot(self.u_damping, self.u_damping_model)
 
     @property
     def seen(self) -> bool:

@@ -31,7 +31,8 @@ class Variable:
 
     shape : as declared; kind : "double", "int16", "char", "struct" and the like; unit : "" if the file states none.
     load : its data as (size,) float64; None unless real numbers. text : of words. inner : content of a structure, a
-    matrix in its shape. clock : its own times, if they are part of it. home : name of its structure."""
+    matrix in its shape. clock : its own times, if they are part of it. home : name of its structure. unpacked : bytes
+    that it unpacks to, if the file states them."""
 
     name: str
     shape: tuple[int, ...]
@@ -42,6 +43,7 @@ class Variable:
     inner: Callable[[], Any] | None = None
     clock: Callable[[], Clock] | None = None
     home: str = ""
+    unpacked: int = 0
 
     @property
     def values(self) -> Array:

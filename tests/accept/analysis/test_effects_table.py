@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from accept.analysis.effects_table import HEAD, PAGE, table, update_table
-from checks.gap.effects import EFFECTS
+from checks.gap import EFFECTS
 
 ROOT = Path(__file__).parents[3]
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from accept.base.child_processes import process_pool
 from accept.base.home import home
-from accept.batch.executors import processes
 from accept.batch.judge_batch import BatchRequest, run
 from accept.certificate.contents.content import content_of
 from accept.certificate.page.document import render
@@ -332,7 +332,7 @@ def test_a_unit_with_a_missing_file_has_a_certificate_that_verifies(tmp_path: Pa
 def test_a_pool_that_is_broken_loses_no_unit(tmp_path: Path) -> None:
     """It refuses the first job that it is given; all units, the one judged here too, are judged nevertheless."""
     units = [make_unit(tmp_path / serial, serial) for serial in "AB"]
-    with processes(1) as broken:
+    with process_pool(1) as broken:
         with pytest.raises(BrokenProcessPool):
             broken.submit(os._exit, 1).result()
         order = BatchRequest(units, tmp_path / "out", {"apa": load_spec("apa-basic")}, "NN", workers=2, pool=broken)

@@ -159,6 +159,23 @@ def test_a_copy_of_a_unit_judged_earlier_is_found_in_the_store(tmp_path: Path, s
     assert "copied: hysteresis/record" in accept("store", "log", "A-1").stdout
 
 
+@pytest.mark.parametrize("file", ["h.mat", "copied.csv"])
+def test_a_copy_without_its_first_sample_is_no_other_units(tmp_path: Path, spec: Path, file: str) -> None:
+    """Red before: both were accepted."""
+    from scipy.io import loadmat
+
+    first, second = (unit(tmp_path / "units" / serial, serial, 1, file) for serial in ("A-1", "B-1"))
+    assert first != second
+    if file.endswith(".csv"):
+        head, _, *rows = (second / file).read_text().splitlines()
+        (second / file).write_text("\n".join([head, *rows]) + "\n")
+    else:
+        held = {k: v.ravel()[1:] for k, v in loadmat(second / file).items() if not k.startswith("_")}
+        save_mat(second / file, **held)
+    batch(tmp_path / "out", spec, tmp_path / "units")
+    assert verdicts(tmp_path / "out") == {"A-1": "incomplete", "B-1": "incomplete"}
+
+
 def test_one_recording_in_two_sections_counts_in_neither(tmp_path: Path, spec: Path) -> None:
     text = UNIT + '[stiffness]\nclosed_circuit = "{file}"\nmass_kg = 6.4\n'
     spec.write_text(

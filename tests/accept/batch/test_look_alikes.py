@@ -7,6 +7,7 @@ import pytest
 
 from accept.commands.units import batch, report
 from accept.store import open_store
+from accept.store.spelling import difference, look_alike
 from accept.workflow.bench import open_bench
 from accept.workflow.unit_list import known_units
 from accept.workflow.worker.process import WorkerProcess
@@ -54,6 +55,24 @@ def test_two_in_one_batch_are_not_both_accepted(tmp_path: Path) -> None:
     assert accept("batch", tmp_path / "u", "--out", tmp_path / "o", "--spec", "apa-basic").exit_code == 4
     verdicts = {serial: found["verdict"] for serial, found in judged(tmp_path / "o").items()}
     assert sorted(verdicts.values()) == ["accepted", "conditional"]
+
+
+@pytest.mark.parametrize("serial", ["APA-010", "APA_10", "APA10", "apa.0010"])
+def test_zeros_and_separators_are_asked_about(tmp_path: Path, known: Path, serial: str) -> None:
+    folder = unit(tmp_path / "more" / serial, serial)
+    assert accept("batch", folder, "--out", known, "--spec", "apa-basic").exit_code == 4
+    found = judged(known)[serial]
+    assert (found["verdict"], found["folder"]) == ("conditional", {"alike": "APA-10"})
+    assert "looks like APA-10" in found["findings"][0]["reason"]
+    assert difference(serial, "APA-10").endswith("in leading zeros or separators")
+
+
+@pytest.mark.parametrize(
+    "pair", [("A-1", "A-10"), ("A-1.1", "A-11"), ("B-8", "8-B"), ("A-100", "A-1"), ("10-1", "1-01-1")]
+)
+def test_other_numbers_are_other_units(pair: tuple[str, str]) -> None:
+    assert not look_alike(*pair)
+    assert not look_alike(*reversed(pair))
 
 
 def test_a_serial_that_was_not_confirmed_is_not_judged(

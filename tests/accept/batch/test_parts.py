@@ -61,7 +61,7 @@ def test_a_part_that_was_not_accepted_is_not_built_in_plainly(tmp_path: Path, sp
 
 
 def test_a_part_stands_in_one_strut(tmp_path: Path, spec: Path) -> None:
-    """Two struts of one batch, whichever came first, until one of them names another part."""
+    """Two struts of one batch, whichever came first, until one of them names another part; it is measured with that."""
     units = tmp_path / "units"
     make_unit(units / "X-1", "X-1")
     strut(units, "A-S", "X-1", 1)
@@ -70,6 +70,8 @@ def test_a_part_stands_in_one_strut(tmp_path: Path, spec: Path) -> None:
     assert found["A-S"] == "conditional; apa X-1 stands in B-S too"
     assert found["B-S"] == "conditional; apa X-1 stands in A-S too"
     strut(units, "A-S", "X-2", 1)
+    assert judged(tmp_path, spec, units) == {"A-S": "conditional", "B-S": "accepted", "X-1": "accepted"}
+    strut(units, "A-S", "X-2", 3)
     assert judged(tmp_path, spec, units) == {"A-S": "accepted", "B-S": "accepted", "X-1": "accepted"}
 
 

@@ -87,6 +87,24 @@ def test_another_setting_of_the_spec_is_said(folder: Path, tmp_path: Path) -> No
     assert "before gravity = 9" in stiffness(entry)["reason"]
 
 
+@pytest.mark.parametrize("cut", [0, 1])
+def test_a_record_that_was_altered_in_its_file_accepts_nothing(folder: Path, cut: int) -> None:
+    """Red before: accepted. All samples times a factor, that brings the stiffness into its limits, with the first
+    sample dropped or not."""
+    from scipy.io import loadmat, savemat
+
+    file = folder / "closed.mat"
+    recorded = {k: v for k, v in loadmat(file).items() if not k.startswith("_")}
+    savemat(file, recorded | {"de": recorded["de"] * 1.15})
+    assert judged(folder, MASS_KG)["verdict"] == "rejected"
+    length = recorded["de"].size
+    savemat(file, {k: v.reshape(-1, 1)[cut:] if v.size == length else v for k, v in recorded.items()})
+    entry = judged(folder, MASS_KG)
+    assert entry["verdict"] == "conditional", [f["reason"] for f in entry["findings"]]
+    assert "read otherwise: closed.mat gives 1." in stiffness(entry)["reason"]
+    assert entry["rereadings"][QUANTITY]["was"] == "fail"
+
+
 def test_two_that_pass_are_a_remark_only(folder: Path) -> None:
     assert judged(folder, MASS_KG)["verdict"] == "accepted"
     entry = judged(folder, MASS_KG * 1.004)  # within the U of the mass

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from accept.base.child_processes import process_pool
 from accept.base.worker_process import memory_GB
-from accept.batch.executors import processes
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.judge_batch import BatchRequest, run
 from accept.judging.judge_unit import load_spec
@@ -25,9 +25,9 @@ from tests.accept.units.units import make_unit
 
 PARENT = """
 import os, time
-from accept.batch.executors import processes
+from accept.base.child_processes import process_pool
 if __name__ == "__main__":
-    with processes(2) as pool:
+    with process_pool(2) as pool:
         pids = set()
         while len(pids) < 2:
             pids |= set(pool.map(pid, range(8)))
@@ -68,7 +68,7 @@ def grab(gigabytes: float) -> int:
 def test_a_worker_has_a_declared_limit_of_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ACCEPT_WORKER_GB", "1")
     assert memory_GB() == 1.0
-    with processes(1) as pool:
+    with process_pool(1) as pool:
         assert pool.submit(grab, 0.1).result() > 0
         with pytest.raises(MemoryError):
             pool.submit(grab, 1.5).result()

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from accept.certificate.contents.provenance import Provenance
 from accept.certificate.contents.statements import statements
 from accept.models.evidence import ModelFiles
 
@@ -21,7 +22,7 @@ class Contents:
     models: dict[str, ModelFiles]
     spec_name: str = "strut"
     spec_sha256: str = "0" * 64
-    provenance: dict[str, object] = field(default_factory=dict)
+    stated: Provenance = field(default_factory=Provenance)
     result: dict[str, object] = field(default_factory=lambda: {"findings": [], "verdict": "accepted"})
 
 

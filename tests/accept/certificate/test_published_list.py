@@ -8,7 +8,8 @@ import pytest
 
 from accept.base.home import home
 from accept.certificate.trust import keys, merkle
-from accept.certificate.trust.published_list import JUDGED, entries_of
+from accept.certificate.trust.published_list import JUDGED, LEAST, VOIDED, Entry, ListError, entries_of
+from accept.certificate.trust.published_list import read as read_lists
 from accept.certificate.verify.attachments import read
 from accept.store import open_store
 from accept.store.payloads import AttemptStarted
@@ -184,3 +185,22 @@ def test_a_changed_list_and_a_foreign_one_are_refused(
     assert accept("store", "publish", log).exit_code == 0
     done = elsewhere(monkeypatch, office, pdf, "--log", log)
     assert (done.exit_code, "no bench of a trusted authority" in done.stderr) == (6, True), done.output
+
+
+@pytest.mark.parametrize("filling", ["[],", "1,", "{},"])
+def test_a_list_of_many_small_values_is_not_parsed(
+    filling: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """36 MB of them fill a gigabyte."""
+    path = tmp_path / "list.json"
+    path.write_text('{"format": 1, "lists": [' + filling * 10_000 + "0]}")
+    monkeypatch.setattr("accept.certificate.trust.published_list.json", None)
+    with pytest.raises(ListError, match="more than any list of a bench"):
+        read_lists(path)
+
+
+def test_the_values_of_a_list_are_few(tmp_path: Path) -> None:
+    """Beside what is allowed, in its shortest form."""
+    entry = Entry(1, "2026-05-04T10:00:00+00:00", VOIDED, "a" * 64, "b" * 64, "c" * 64)
+    text = json.dumps([list(vars(entry).values())] * 1000, separators=(",", ":"))
+    assert sum(map(text.count, "[{,")) * LEAST < len(text)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from accept.batch import fleet_comparison
+from accept.batch.outliers import robust_scale, scores
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.units import unit_folder
-from checks.signals.outliers import robust_scale, scores
 from tests.accept.units.units import GOOD, make_unit
 
 # Seed 3.2.1 (APA 8 among them), with the 2 % (k = 2) that the spec states for a typed stiffness.

@@ -14,10 +14,9 @@ import accept
 from accept.analysis import model_fit
 from accept.cli.main import app
 from accept.models.model_file import open_model
-from checks.fitting.calibrate import Calibration
+from checks.fitting import Calibration, Dataset
 from checks.fitting.coordinates import Free
-from checks.fitting.dataset import Dataset
-from checks.model.model import Model
+from checks.model import Model
 from tests.shared.recorded_units import RecordedUnits
 
 

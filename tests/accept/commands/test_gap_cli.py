@@ -17,9 +17,8 @@ from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.models.lookup_cache import table_for
 from accept.models.model_file import open_model, open_model_file, with_moved_paths
-from checks.gap.effects import EFFECTS
+from checks.gap import EFFECTS, GapRefused
 from checks.gap.modelling.augmented import Augmented
-from checks.gap.workflow import GapRefused
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.gap.shared.gap_units import make_strut
 from tests.checks.model.units_model import NOMINAL, needs_data

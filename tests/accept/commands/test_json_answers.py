@@ -15,7 +15,8 @@ from accept.cli.main import COMMANDS, app
 from accept.fleet.golden_check import GoldenCheck
 from accept.store import open_store
 from accept.store.formats import DOCUMENTS
-from checks.gap.effects import EFFECTS
+from checks.cause import Cause, because
+from checks.gap import EFFECTS
 from specs.model import builtin_models
 from specs.plugins import products
 from specs.spec import builtin, load
@@ -121,6 +122,18 @@ def test_documents_hold_what_is_there(place):
     ]
     assert document("verify").outcome == "not_valid"
     assert not document("recall").known
+
+
+def test_a_misalignment_goes_to_stdout_too(place, monkeypatch):
+    """A file called - was written."""
+    monkeypatch.chdir(place)
+    monkeypatch.setattr("accept.commands.physics.misalign._unit_or_response", lambda unit: (unit, "S-1"))
+    reason = because(Cause.IN_WORDS, detail="too few lines")
+    monkeypatch.setattr("accept.commands.physics.misalign.estimate_or_reason", lambda *_: reason)
+    done = CliRunner().invoke(app, ["misalign", "S-1", "--json", "-"])
+    assert done.exit_code == 4, done.output
+    assert json.loads(done.stdout)["reason"] == "too few lines"
+    assert not Path("-").exists()
 
 
 def test_a_place_that_cannot_be_written_is_said_before_the_work(place):

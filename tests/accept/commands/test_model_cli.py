@@ -13,8 +13,8 @@ from accept.gap.responses import responses
 from accept.models.model_file import AS_BUILT, open_model, open_model_file, write_model
 from accept.units.unit_folder import UnitError
 from checks.errors import ModelError
-from checks.fitting.dataset import Dataset
-from checks.model.model import Model
+from checks.fitting import Dataset
+from checks.model import Model
 from checks.rounding import with_U
 from specs.model import builtin_models, load_model
 from specs.model_sections import FitRecord
@@ -131,7 +131,7 @@ def test_modes_and_sweep() -> None:
         (("sweep", "dy", "--channel", "dz"), "no channel 'dz'"),
         (("fit", "/nowhere"), "/nowhere"),
         (("fit", "/nowhere", "--f-hi", 9000), "9000 Hz is outside"),
-        (("frf", "--plot", "/tmp/x.gif"), "not as 'gif'"),
+        (("frf", "--plot", "/tmp/x.gif"), "ends in .pdf, .svg or .png"),
     ],
 )
 def test_bad_input_ends_in_one_clear_line_and_exit_6(arguments: tuple, words: str) -> None:
@@ -213,7 +213,7 @@ def test_a_strut_is_fitted_with_the_modes_of_its_misalignment_as_far_as_they_hol
         seen.append((model.name, float(data.f[-1])))
         raise ModelError("seen enough")
 
-    monkeypatch.setattr(model_fit, "calibrate", stop)
+    monkeypatch.setattr(model_fit, "fit_model", stop)
     folder = unit_folder(tmp_path, "strut", {})
     toml = folder / "unit.toml"
     toml.write_text(

@@ -29,9 +29,9 @@ from accept.store.payloads import BenchStated, GoldenResolved
 from accept.store.seal import Sealer
 from checks.picture import Line, Text
 from tests.accept.fleet.judgements import add, judgement
+from tests.accept.fleet.process_control.test_gauge_bias import BIAS, LINEARITY
+from tests.accept.fleet.process_control.test_gauge_study import AIAG
 from tests.accept.units.units import make_unit
-from tests.checks.process_control.test_gauge_bias import BIAS, LINEARITY
-from tests.checks.process_control.test_gauge_study import AIAG
 
 GOOD = {"sensor_uF": 5.0, "stroke_um": 360.0}
 BEFORE = datetime.datetime(2026, 1, 5, 8, tzinfo=datetime.UTC)

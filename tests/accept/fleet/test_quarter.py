@@ -12,12 +12,12 @@ from typer.testing import CliRunner
 
 from accept.cli.main import app
 from accept.fleet.measurements import measurements
+from accept.fleet.process_control.capability import capability
 from accept.fleet.site.page_data import document
 from accept.fleet.trend import panel, trends
 from accept.fleet.yields import panels, pareto, yields
 from accept.store import open_store
 from checks.picture import Line, Mark
-from checks.process_control.capability import capability
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.fleet.quarter import COPIED, COPY, FAILED, GOLDEN, HELD, NOT_MEASURED, fill
 

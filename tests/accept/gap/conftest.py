@@ -2,7 +2,7 @@
 
 import pytest
 
-from checks.gap.decision.result import Result
+from checks.gap import Result
 from tests.shared.gap_run import GapRun
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from accept.gap.analyse_unit import _disturbances
 from checks.record import Record
+from checks.signals import disturbance_notes
 from tests.shared.strut_records import FS, SECONDS, drive, strut_record
 
 T = np.arange(int(FS * SECONDS)) / FS
@@ -20,7 +20,7 @@ def sine(f_Hz: float, amplitude: float, phase: float = 0.0) -> np.ndarray:
 def said(**added: np.ndarray) -> str:
     record = strut_record(1)
     return "; ".join(
-        _disturbances(replace(record, channels={c: x + added.get(c, 0.0) for c, x in record.channels.items()}))
+        disturbance_notes(replace(record, channels={c: x + added.get(c, 0.0) for c, x in record.channels.items()}))
     )
 
 
@@ -94,13 +94,13 @@ def changed(change: object) -> Record:
     ids=["gain that drifts", "response that grows with the level", "more noise"],
 )
 def test_what_lasts_is_no_burst(change: object) -> None:
-    assert _disturbances(changed(change)) == ()
+    assert disturbance_notes(changed(change)) == ()
 
 
 @pytest.mark.parametrize("limit", [0.6, 0.9])
 def test_a_drive_at_its_rail_is_said(limit: float) -> None:
     """Red before: only outputs were looked at."""
-    words = "; ".join(_disturbances(strut_record(1, Va=np.clip(drive(1), -limit, limit))))
+    words = "; ".join(disturbance_notes(strut_record(1, Va=np.clip(drive(1), -limit, limit))))
     assert "the drive Va is at its rail" in words
     assert f"hold {limit:.3g} V" in words or f"hold {-limit:.3g} V" in words
 
@@ -117,4 +117,4 @@ WHOLE = {
 
 @pytest.mark.parametrize("name", WHOLE)
 def test_a_whole_drive_is_at_no_rail(name: str) -> None:
-    assert "rail" not in " ".join(_disturbances(strut_record(1, Va=WHOLE[name])))
+    assert "rail" not in " ".join(disturbance_notes(strut_record(1, Va=WHOLE[name])))

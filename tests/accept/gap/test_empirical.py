@@ -12,11 +12,10 @@ from accept.gap.responses import Responses
 from accept.gap.text import AT_EDGE, poles_of
 from accept.models.model_file import open_model, open_model_file
 from checks.errors import ModelError
-from checks.fitting.dataset import Dataset
-from checks.gap.empirical import fitted
-from checks.gap.workflow import Inputs, run
+from checks.fitting import Dataset
+from checks.gap import Inputs, fit_element, run
+from checks.model import UnidentifiedElement, unidentified_element
 from checks.model.time.partial_fractions import paths
-from checks.model.unidentified import Element, element
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, TOLERANCE, F, recorded
 from validation.rational import lowpass, resonance
 
@@ -38,7 +37,7 @@ def test_effects_of_the_independent_simulation(channel: str, shape: object) -> N
     H, factor = strut.frf(F, channels=CHANNELS), shape.frf(F)[0]
     A, B = (outside(replace(recorded(strut, s), tolerance=0.003), channel, factor) for s in (1, 2))
     c = CHANNELS.index(channel)
-    found = fitted(channel, H[:, c], A, B, H[:, c])
+    found = fit_element(channel, H[:, c], A, B, H[:, c])
     assert found is not None
     truth = H[:, c] * factor
     left = np.abs(H[:, c] * found.element.factor(F) - truth) ** 2 / B.variance[:, c]
@@ -52,7 +51,7 @@ def test_nothing_is_added_to_noise() -> None:
     H = strut.frf(F, channels=CHANNELS)[:, 0]
     for seed in range(4):
         A, B = (replace(recorded(strut, 2 * seed + k), tolerance=0.0) for k in (0, 1))
-        assert fitted("Vs", H, A, B, H) is None
+        assert fit_element("Vs", H, A, B, H) is None
 
 
 def test_written_reopened_and_never_worse(tmp_path: Path) -> None:
@@ -81,7 +80,7 @@ def test_written_reopened_and_never_worse(tmp_path: Path) -> None:
 
 def test_the_response_in_time_is_that_in_frequency() -> None:
     strut = open_model("strut")
-    model = replace(strut, values=strut.values | element(GIVEN, "file").values())
+    model = replace(strut, values=strut.values | unidentified_element(GIVEN, "file").values())
     f = np.array([50.0, 610.0, 620.0, 635.0, 900.0])
     expected = model.frf(f, channels=("Vs",))[:, 0]
     np.testing.assert_allclose(paths(model)["Vs"].at(2j * np.pi * f), expected, rtol=1e-9)
@@ -102,13 +101,13 @@ def test_the_response_in_time_is_that_in_frequency() -> None:
 )
 def test_what_is_wrong_in_a_file_is_said(change: dict, said: str) -> None:
     with pytest.raises(ModelError) as e:
-        element(GIVEN | change, "file")
+        unidentified_element(GIVEN | change, "file")
     assert said in str(e.value)
 
 
 def test_values_and_back() -> None:
-    one = element(GIVEN, "file")
-    assert isinstance(one, Element)
+    one = unidentified_element(GIVEN, "file")
+    assert isinstance(one, UnidentifiedElement)
     np.testing.assert_allclose(one.factor(np.array([0.0])), 1.0)
 
 

@@ -9,10 +9,8 @@ import accept
 from accept.gap.summary import summary
 from accept.gap.text import data_words
 from accept.models.model_file import open_model
-from checks.gap.decision.result import Result
-from checks.gap.workflow import Inputs, run
-from checks.misalignment.estimate import estimate
-from checks.misalignment.estimate_types import MisalignmentEstimate
+from checks.gap import Inputs, Result, run
+from checks.misalignment import MisalignmentEstimate, estimate_misalignment
 from tests.checks.gap.shared.gap_cases import inputs
 from tests.checks.misalignment.misaligned import table_of
 from tests.checks.model.units_model import DATA, NOMINAL, needs_data
@@ -21,7 +19,7 @@ HIDDEN = {"misalignment": {"dx_um": -60.0, "dy_um": -90.0}}
 
 
 def estimated(case: Inputs) -> MisalignmentEstimate:
-    return estimate(case.model, case.A, table_of(case.model, 11, 13), case.B)
+    return estimate_misalignment(case.model, case.A, table_of(case.model, 11, 13), case.B)
 
 
 def compared(found: Result, off: MisalignmentEstimate) -> list[tuple[float, float]]:

@@ -19,14 +19,10 @@ from accept.gap.analyse_unit import GapAnalysis
 from accept.gap.responses import Responses
 from accept.gap.text import HEADLINE
 from accept.models.model_file import open_model, open_model_file
-from checks.fitting.dataset import Dataset
+from checks.fitting import Dataset
 from checks.fitting.identifiability import TWO_SIDED
-from checks.gap.conditions.kinds import EXPERIMENT_KINDS
-from checks.gap.conditions.simulated import under
-from checks.gap.conditions.trial import ConditionTrial
-from checks.gap.effects import EFFECTS, with_effects
-from checks.gap.workflow import Inputs, run
-from checks.model.unidentified import element
+from checks.gap import EFFECTS, EXPERIMENT_KINDS, ConditionTrial, Inputs, run, under_experiment, with_effects
+from checks.model import unidentified_element
 from tests.checks.gap.shared.experiment_cases import DAMPERS, SPRINGS, known
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, recorded
 
@@ -39,7 +35,7 @@ def odd_mode(zero_Hz: float) -> Any:
     """A mode that all channels share as a factor: no effect of the library does that. The nearer its zeros lie to its
     poles, the less it moves."""
     of = {"channel": "Vs", "gain": 1.0, "poles": [[420.0, 0.01]], "zeros": [[zero_Hz, 0.01]]}
-    return element(of, "odd mode")
+    return unidentified_element(of, "odd mode")
 
 
 WEAK, STRONG = 423.0, 441.0
@@ -67,7 +63,7 @@ class Hidden:
         if self.experiment is not None:
             name, value = self.experiment
             kind = EXPERIMENT_KINDS[name]
-            both = [self._recorded(recorded(under(truth, kind, value), seed)) for seed in (3, 4)]
+            both = [self._recorded(recorded(under_experiment(truth, kind, value), seed)) for seed in (3, 4)]
             trials = (ConditionTrial(name, kind, value, *both),)
         inputs = Inputs(given.model, A, B, FS, without=frozenset(EFFECTS) - LIBRARY, trials=trials)
         result = run(inputs, lambda _: None)

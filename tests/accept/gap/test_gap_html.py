@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from accept.gap.report_html import render_html
-from checks.gap.decision.result import Result
+from checks.gap import Result
 from tests.accept.fleet.test_site import ARGUMENTS, EVIL
 from tests.conftest import CHROMIUM
 

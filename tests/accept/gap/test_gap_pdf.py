@@ -14,9 +14,9 @@ from accept.gap.reasons import candidates, moved_parameters
 from accept.gap.report_pdf import render
 from accept.gap.summary import COLUMNS, LINES, RIVALS, summary
 from accept.gap.text import gap_number, one_line
-from checks.gap.decision.result import Ambiguous, Nameless, Result, Tried
-from checks.gap.empirical import FittedElement
-from checks.model.unidentified import Element
+from checks.gap import FittedElement, Result, Tried
+from checks.gap.decision.result import Ambiguous, Nameless
+from checks.model import UnidentifiedElement
 from checks.rounding import rounded
 
 AMBIGUOUS = Ambiguous(("amplifier_bandwidth", "loop_delay"), "drive a dummy capacitor and read it back")
@@ -67,7 +67,7 @@ def test_the_first_page_has_sentence_numbers_and_reasons_the_second_the_bode_plo
 
 
 def test_an_element_without_a_name_stands_in_the_report(result: Result) -> None:
-    element = Element("Vs", 1.034, ((750.4, 0.01),), ((762.8, 0.0098),))
+    element = UnidentifiedElement("Vs", 1.034, ((750.4, 0.01),), ((762.8, 0.0098),))
     added = (
         AddedElement("Vs", FittedElement(element, np.eye(5)), 329.0, 0.4),
         AddedElement("de", None, 0.17, 0.17, "agrees as it is"),

@@ -3,7 +3,7 @@
 import pytest
 
 from accept.gap.text import symbol, unit, value_words
-from checks.gap.effects import EFFECTS
+from checks.gap import EFFECTS
 from specs.units import unit_of
 
 

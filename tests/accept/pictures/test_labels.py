@@ -5,8 +5,7 @@ import pytest
 from accept.pictures.labels import label_and_name, label_of
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because, record_label
-from checks.consistency.contradictions import check_consistency
-from checks.consistency.relations import RELATIONS
+from checks.consistency import RELATIONS, check_consistency
 from checks.declare import Check, Series, Vector
 from checks.quantity import Quantity
 from checks.verdict import judge

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from checks.model.model import Model
+from checks.model import Model
 from hw.records import mat_bytes
 
 FS, SECONDS = 10_000.0, 4.0

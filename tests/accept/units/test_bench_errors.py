@@ -19,7 +19,7 @@ from accept.models.model_file import open_model
 from accept.simulate import FAULTS, UnitRequest, simulate, write
 from accept.units import unit_folder
 from checks.cause import Cause, because, together
-from checks.consistency.relations import PAYLOAD
+from checks.consistency import PAYLOAD
 from checks.quantity import Quantity
 from checks.verdict import Finding, Verdict, judge, unit_verdict
 from specs.spec import Limit

@@ -15,8 +15,7 @@ from accept.units import unit_folder
 from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.unit_folder import UnitError
 from checks.errors import RecordError
-from checks.gap.conditions.kinds import EXPERIMENT_KINDS
-from checks.gap.conditions.simulated import under
+from checks.gap import EXPERIMENT_KINDS, under_experiment
 from checks.model.build import FixedBody
 from specs.spec import load
 from tests.accept.units.units import save_mat
@@ -158,7 +157,7 @@ class TestSimulated:
         np.testing.assert_allclose(replace(strut, apa=apa).with_values(turned).frf(f), H, rtol=1e-6)
         one_not = {n: v for n, v in turned.items() if n != "encoder.arm_y_mm"}
         assert np.max(np.abs(replace(strut, apa=apa).with_values(one_not).frf(f) / H - 1.0)) > 0.01
-        assert under(strut, EXPERIMENT_KINDS["turned"], None) is strut
+        assert under_experiment(strut, EXPERIMENT_KINDS["turned"], None) is strut
 
     @pytest.mark.parametrize(
         ("text", "said"),

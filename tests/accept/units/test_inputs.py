@@ -24,6 +24,7 @@ from accept.certificate.verify.attachments import check_result
 from accept.certificate.verify.rejudge import rejudge
 from accept.cli.main import app
 from accept.judging import calibration
+from accept.judging.inputs import inputs_words
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.judging.result import UnitResult
 from accept.units import unit_folder
@@ -115,7 +116,10 @@ def test_a_mass_within_the_uncertainty_of_the_specs_is_the_same(folder: Path) ->
 
 def test_a_mass_that_the_bench_file_states_is_the_benchs(folder: Path) -> None:
     bench = bench_text(stroke="2099-01-01") + f"[values.stiffness]\nmass_kg = {HEAVY_KG}\n"
-    assert judged(written(folder, HEAVY_KG), bench)[0].verdict is Verdict.PASS
+    finding, result = judged(written(folder, HEAVY_KG), bench)
+    assert finding.verdict is Verdict.PASS
+    words = inputs_words(result.to_json())[finding.check]  # red before: nothing of the spec, which says otherwise
+    assert "added mass 7 kg (as the bench file says; the spec says 6.4 kg)" in words
     finding, _ = judged(written(folder, MASS_KG), bench)  # the spec's, but not what hangs there
     assert Cause.INPUT_NOT_STATED in causes(finding.cause)
 

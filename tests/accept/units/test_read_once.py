@@ -17,7 +17,7 @@ from accept.units import loaded_unit, unit_folder
 from accept.units.loaded_unit import LoadedUnit
 from checks.acceptance import misalignment
 from checks.errors import RecordError
-from checks.gap.workflow import GapRefused
+from checks.gap import GapRefused
 from tests.accept.units.test_unit import good_stroke, records_unit
 from tests.checks.gap.shared.gap_units import make_strut
 

@@ -19,18 +19,18 @@ from accept.models.model_file import open_model
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate import demo as demo_unit
 from accept.simulate.apa import heights
+from accept.simulate.converters import LSB_V, Converters
 from accept.simulate.records import DrivenUnit, axial_Hz, noise_record, slow_record
 from accept.simulate.unit_request import drawn
 from accept.units import unit_folder as units
-from checks.acceptance import CHECKS
-from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
+from checks.acceptance import CHECKS, POSITIONS_MM, minimum_zone
 from checks.cause import Cause
-from checks.gap.effects import EFFECTS, Parameter, with_effects
-from checks.model.model import Model, frequency_and_damping
-from checks.model.time.adc_dac import LSB_V, Converters
+from checks.gap import EFFECTS, with_effects
+from checks.gap.effects import Parameter
+from checks.model import Model, frequency_and_damping, time_simulation
 from checks.model.time.hysteresis_creep import creep
 from checks.model.time.partial_fractions import real_pole
-from checks.model.time.time_response import HoldSimulation, answer
+from checks.model.time.time_response import HoldSimulation
 from checks.record import Record
 from checks.signals.slow.cycles import last_cycles
 from checks.signals.spectral.lpm import lpm
@@ -111,7 +111,7 @@ def test_creep_of_the_drive_is_in_the_records(strut: Model, hold: bool) -> None:
     share = creep(0.02)
     t = np.arange(20_000) / 1e4
     Va = np.sin(2 * np.pi * 5.0 * t)
-    plain, crept = (answer(strut, t.size, 1e4, hold, ("da",), f)(Va)["da"] for f in ({}, {"da": share}))
+    plain, crept = (time_simulation(strut, t.size, 1e4, hold, ("da",), f)(Va)["da"] for f in ({}, {"da": share}))
     factor = share.at(np.array([2j * np.pi * 5.0]))[0]
     late = t > 1.0
     basis = np.column_stack([np.sin(2 * np.pi * 5.0 * t), np.cos(2 * np.pi * 5.0 * t), np.ones_like(t), t])[late]

@@ -22,7 +22,7 @@ from accept.workflow.steps.plan import steps_of
 from checks.acceptance import CHECKS
 from checks.cause import Cause
 from checks.declare import Series
-from checks.gap.effects import EFFECTS
+from checks.gap import EFFECTS
 from hw import records
 from specs.plugins import product_named
 from specs.spec import SpecError, builtin

@@ -138,7 +138,7 @@ def test_an_overloaded_hammer_channel_is_seen_at_once() -> None:
     force = np.where(np.abs(t - 0.5) < 4e-4, 100.0, 0.0) + 1e-3 * np.sin(40 * t)
     response = 1e-5 * np.sin(2 * np.pi * 280 * t) * np.exp(-20 * np.maximum(t - 0.5, 0)) * (t > 0.5)
     record = Record(t, {"Track1": force, "Track2": response + 1e-9 * np.cos(9 * t)}, {})
-    so_far = spurious_modes.progress(record, spec)
+    so_far = spurious_modes.hammer_progress(record, spec)
     assert [hit.fault for hit in so_far.hits] == ["overload"]
     assert so_far.more == 3
     assert "overload" in so_far.words
@@ -158,7 +158,7 @@ def test_silence_is_no_hit() -> None:
     spec = load_spec("apa").checks["spurious_modes"]
     t = np.arange(1000) / 5120
     still = Record(t, {"Track1": np.zeros(1000), "Track2": np.zeros(1000)}, {})
-    assert spurious_modes.progress(still, spec).hits == ()
+    assert spurious_modes.hammer_progress(still, spec).hits == ()
 
 
 @pytest.mark.parametrize(

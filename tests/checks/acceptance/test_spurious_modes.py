@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
-from checks.acceptance.spurious_modes import CHECK, RECORDS
+from checks.acceptance.spurious_modes import CHECK, HAMMER_RECORDS
 from checks.cause import Cause, because
 from checks.record import Record
 from specs.spec import CheckSpec, Limit, load
 from tests.causes import causes, no_result
 from tests.checks.signals.hammer_plant import FS, Struck, clean, noisy
 
-FILES = dict(zip(RECORDS, ("bending_X_top", "bending_Y_top", "torsion_left", "torsion_top"), strict=True))
+FILES = dict(zip(HAMMER_RECORDS, ("bending_X_top", "bending_Y_top", "torsion_left", "torsion_top"), strict=True))
 SPEC = CheckSpec(limits={"x_bending_Hz": Limit(lower=257.6, upper=302.4, unit="Hz", rule="guarded", source="test")})
 
 X, Y = (281.0, 0.008, 1e-6), (411.0, 0.007, 1e-6)
@@ -67,13 +67,13 @@ def test_three_modes_their_damping_and_harmonics(unit):
 
 def test_pictures_and_remarks(unit):
     _, outcome = measured(unit)
-    assert set(outcome.panels) == {f"{key}_{what}" for key in RECORDS for what in ("impacts", "frf")}
+    assert set(outcome.panels) == {f"{key}_{what}" for key in HAMMER_RECORDS for what in ("impacts", "frf")}
     words = " ".join(outcome.notes)
     assert "sqrt 2" in words
     assert "hit at the left, also shows 268, 414 Hz" in words
 
 
-@pytest.mark.parametrize("absent", RECORDS)
+@pytest.mark.parametrize("absent", HAMMER_RECORDS)
 def test_an_absent_record_leaves_the_others_alone(unit, absent):
     found, _ = measured({k: v for k, v in unit.items() if k != absent})
     touched = {n for n, q in found.items() if q.reason}
@@ -254,7 +254,7 @@ def test_two_clocks_a_little_apart_or_another_one_than_stated_are_no_result(unit
     with no_result(Cause.SAMPLING_RATE, expected="5120"):
         measured({key: slower(r, 1.01) for key, r in unit.items()}, stated)
     _, odd = measured({key: slower(r, 1.01) for key, r in unit.items()})
-    assert sum("seldom set to" in note for note in odd.notes) == len(RECORDS)
+    assert sum("seldom set to" in note for note in odd.notes) == len(HAMMER_RECORDS)
 
 
 def test_built_in_limits_state_the_clock(unit):

@@ -10,7 +10,7 @@ from checks.acceptance.common.typed_value import typed_quantity, with_temperatur
 from checks.acceptance.responses.gains import gain_quantities
 from checks.declare import Measured
 from checks.quantity import Contribution, Quantity
-from checks.signals.spectral.frf import Frf
+from checks.signals import Frf
 from checks.verdict import MOST_RISK, Verdict, judge, largest_U, probability_outside
 from specs.spec import Limit, Spec, StatedU, load, parse
 

@@ -16,7 +16,7 @@ from checks.fitting.dataset import Dataset, dataset_from_records, simulated
 from checks.fitting.fit import Fit, FitPoint, finish, fit, free_of
 from checks.fitting.goodness import gaps
 from checks.fitting.response import Response
-from checks.gap.effects import with_effects
+from checks.gap import with_effects
 from hw.records import read
 from tests.checks.fitting.function_response import FunctionResponse
 from tests.checks.model.units_model import nominal_model, true_values

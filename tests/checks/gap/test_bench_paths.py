@@ -14,7 +14,7 @@ from checks.arrays import Complex
 from checks.gap import workflow
 from checks.gap.effects import EFFECTS
 from checks.gap.workflow import Inputs, run
-from checks.model.learned_bench import LearnedBench
+from checks.model import LearnedBench
 from tests.checks.gap.shared.gap_cases import F, inputs
 from tests.checks.gap.test_gap import quiet
 

@@ -9,7 +9,7 @@ import pytest
 from accept.models.model_file import open_model
 from checks.errors import ModelError
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS
-from checks.gap.conditions.simulated import under
+from checks.gap.conditions.simulated import under_experiment
 from checks.gap.conditions.trial import ConditionTrial, together
 from checks.gap.decision.experiment_checks import changed_channels
 from checks.gap.effects import EFFECTS
@@ -144,4 +144,5 @@ class TestHeld:
         strut = open_model("strut")
         alarms = [changed_channels(recorded(strut, 2 * s), recorded(strut, 2 * s + 1)) for s in range(40)]
         assert sum(len(a) for a in alarms) == 0
-        assert changed_channels(recorded(strut, 1), recorded(under(strut, EXPERIMENT_KINDS["added_mass"], 0.05), 2))
+        heavier = under_experiment(strut, EXPERIMENT_KINDS["added_mass"], 0.05)
+        assert changed_channels(recorded(strut, 1), recorded(heavier, 2))

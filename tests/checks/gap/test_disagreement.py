@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from checks.arrays import Complex
-from checks.fitting.dataset import Dataset
+from checks.fitting import Dataset
 from checks.gap.search.disagreement import VALUES_PER_CELL, cells, left_by_cell, with_disagreement
 from checks.gap.workflow import Inputs, run
 from tests.checks.gap.shared.gap_cases import CHANNELS, F, inputs

@@ -9,7 +9,7 @@ import pytest
 
 from accept.gap.analyse_unit import to_json
 from accept.gap.reasons import candidates
-from checks.fitting.dataset import Dataset
+from checks.fitting import Dataset
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect, Parameter, Values, spread

@@ -20,7 +20,7 @@ from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import DisagreementFit
 from checks.gap.search.forward import SearchResult, has_needless_effect, is_within_tolerance
 from checks.gap.workflow import run
-from checks.model.learned_bench import LearnedBench
+from checks.model import LearnedBench
 from tests.checks.gap.shared.gap_cases import F, drawn, inputs, recorded
 from tests.checks.gap.test_gap import quiet
 from validation.model_files import write_model

@@ -23,7 +23,7 @@ from checks.gap.search.candidates import Search
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import GapRefused, check_same_unit, run
-from checks.model.model import Model
+from checks.model import Model
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, F, drawn, inputs, recorded, strut
 from tests.checks.model.units_model import NOMINAL
 from tests.shared.recorded_units import RecordedUnits

@@ -7,10 +7,10 @@ import pytest
 
 from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import open_model
-from checks.fitting.dataset import Dataset
+from checks.fitting import Dataset
 from checks.gap.decision.result import Result
 from checks.gap.workflow import GapRefused, Inputs, run
-from checks.model.model import Model
+from checks.model import Model
 from tests.checks.gap.shared.gap_cases import FS, TOLERANCE, drawn, inputs, recorded
 from tests.checks.gap.shared.gap_units import make_strut
 

@@ -8,7 +8,7 @@ import pytest
 
 from checks.gap.effects import EFFECTS
 from checks.gap.workflow import run
-from checks.model.channel_paths import LATENCIES
+from checks.model import LATENCIES
 from tests.checks.gap.shared.gap_cases import F, inputs
 from tests.checks.gap.test_bench_paths import NOTHING_LEARNED
 from tests.checks.gap.test_gap import quiet

@@ -10,7 +10,7 @@ import pytest
 from accept.gap.analyse_unit import run_gap
 from accept.simulate import simulate, write
 from accept.workflow.training import training_request
-from checks.fitting.dataset import Dataset
+from checks.fitting import Dataset
 from checks.gap import workflow
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.never_worse import gaps_of, withdraw_harmful

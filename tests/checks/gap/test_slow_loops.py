@@ -8,8 +8,7 @@ from checks.gap.decision.unidentified import static_bend
 from checks.gap.effects import effect_named
 from checks.gap.modelling.slow_sines import Slow, slow_record
 from checks.gap.modelling.thresholds import THRESHOLDS
-from checks.model.learned_bench import LearnedBench
-from checks.model.time.hysteresis_creep import loops_of
+from checks.model import LearnedBench, loops_of
 from checks.record import Record
 
 FS = 1000.0  # [Hz], sines of 1 Hz

@@ -9,9 +9,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from accept.models.model_file import open_model
-from checks.fitting.dataset import Dataset, simulated
+from checks.fitting import Dataset
+from checks.fitting.dataset import simulated
 from checks.misalignment.table import MisalignmentTable
-from checks.model.model import Model
+from checks.model import Model
 from tests.checks.misalignment.misaligned import noise_m_per_V, table_of
 from validation.model_files import write_model
 from validation.sets import SETS

@@ -6,10 +6,10 @@ from functools import lru_cache
 import numpy as np
 
 from accept.models.model_file import open_model
-from checks.fitting.dataset import Dataset, simulated
-from checks.misalignment.table import MisalignmentTable, grid, ratios, table_frequencies
-from checks.model.model import Model
-from checks.model.parameters import is_mode_factor
+from checks.fitting import Dataset
+from checks.fitting.dataset import simulated
+from checks.misalignment.table import MisalignmentTable, grid, table_frequencies, table_row
+from checks.model import Model, is_mode_factor
 from tests.checks.model.units_model import NOMINAL
 
 F = np.arange(10.2, 1000.0, 0.85)  # bins of 20 s records, one window in 17 bins
@@ -54,7 +54,7 @@ def seen(H: np.ndarray, rng: np.random.Generator) -> Dataset:
 def table_of(model: Model, nx: int = 21, ny: int = 21) -> MisalignmentTable:
     """A small table, in memory."""
     f, (dx, dy) = table_frequencies(), grid(model, nx, ny)
-    return MisalignmentTable(dx, dy, f, np.array([ratios(model, x, dy, f) for x in dx]), model.name, model.sha256)
+    return MisalignmentTable(dx, dy, f, np.array([table_row(model, x, dy, f) for x in dx]), model.name, model.sha256)
 
 
 @lru_cache

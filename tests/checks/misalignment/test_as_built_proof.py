@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 from checks.cause import NoResult
-from checks.misalignment.estimate import estimate
+from checks.misalignment.estimate import estimate_misalignment
 from checks.verdict import probability_outside
 from specs.spec import Limit
 from tests.checks.misalignment.as_built import AsBuilt, stated, strut
@@ -34,7 +34,7 @@ def answer(s: AsBuilt, scatter: float, beside: bool = False) -> tuple[float, flo
     """dx, U, dy, U [um], or None where there is no result."""
     model, table = stated(scatter, beside)
     try:
-        found = estimate(model, s.first, table, s.second)
+        found = estimate_misalignment(model, s.first, table, s.second)
     except NoResult:
         return None
     return None if found.reason is not None else (found.dx.value, found.dx.U, found.dy.value, found.dy.U)

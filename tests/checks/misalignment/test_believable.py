@@ -12,12 +12,12 @@ from accept.gap.responses import responses
 from accept.models.lookup_cache import table_for
 from accept.models.model_file import AS_BUILT, as_weighed, open_model_file
 from checks.cause import Cause
-from checks.fitting.dataset import Dataset
-from checks.misalignment.estimate import estimate
+from checks.fitting import Dataset
+from checks.misalignment.estimate import estimate_misalignment
 from checks.misalignment.estimate_types import AxisOffset, MisalignmentEstimate
 from checks.misalignment.gates import sensor_tells, unobservable
 from checks.misalignment.table import MisalignmentTable
-from checks.model.model import Model
+from checks.model import Model
 from tests.accept.units.units import DATA
 from tests.checks.model.units_model import needs_data
 from tests.shared.recorded_units import RecordedUnits
@@ -45,7 +45,7 @@ def measured(folder: Path) -> tuple[Model, Dataset, Dataset | None]:
 def test_a_bench_as_it_is(serial: str, built: tuple[Model, MisalignmentTable]) -> None:
     """Channels some microseconds apart and a guide that gives way above 400 Hz: without an answer before."""
     model, first, second = measured(BENCHES / serial)
-    found = estimate(model, first, built[1], second)
+    found = estimate_misalignment(model, first, built[1], second)
     assert found.reason is None
     true = json.loads((BENCHES / "truth.json").read_text())[serial]["effects"].get("misalignment", {})
     for axis in ("dx", "dy"):
@@ -77,7 +77,7 @@ def test_a_sensor_that_is_dead_or_reversed_is_not_needed(
     assert second is not None
     assert sensor_tells(first, model)
     assert not sensor_tells(spoil(first), model)
-    found = estimate(model, spoil(first), built[1], spoil(second))
+    found = estimate_misalignment(model, spoil(first), built[1], spoil(second))
     assert found.reason is None
     assert found.data.channels == ("de", "da")
     assert abs(found.dy.value) <= found.dy.U
@@ -86,7 +86,7 @@ def test_a_sensor_that_is_dead_or_reversed_is_not_needed(
 @pytest.fixture(scope="module")
 def sound(built: tuple[Model, MisalignmentTable], recorded_units: RecordedUnits) -> MisalignmentEstimate:
     model, first, second = measured(recorded_units.folder("S-01"))
-    return estimate(model, first, built[1], second)
+    return estimate_misalignment(model, first, built[1], second)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from scipy import stats
 from accept.gap.responses import responses
 from accept.models.model_file import as_weighed, open_model_file
 from checks.cause import NoResult
-from checks.misalignment.estimate import estimate
+from checks.misalignment.estimate import estimate_misalignment
 from tests.checks.misalignment.misaligned import table_of
 from tests.soak import SOAK
 from validation.model_files import write_model
@@ -38,7 +38,7 @@ def test_scales_of_channels_that_differ_are_within_U(tmp_path: Path) -> None:
         found = responses(case.write(tmp_path))
         model = as_weighed(opened, found.serial, found.payload_kg).model
         try:
-            answer = estimate(model, found.first, table, found.second)
+            answer = estimate_misalignment(model, found.first, table, found.second)
         except NoResult:
             continue
         if answer.reason is None:

@@ -18,15 +18,15 @@ from accept.units import unit_folder
 from checks.acceptance.misalignment import CHECK
 from checks.cause import Cause
 from checks.errors import ModelError
+from checks.fitting import Dataset
 from checks.fitting.common_drive import DELAY, FALL, GAIN, DrivenModel
-from checks.fitting.dataset import Dataset
-from checks.misalignment.estimate import estimate
+from checks.misalignment.estimate import estimate_misalignment
 from checks.misalignment.estimate_types import MisalignmentEstimate
-from checks.misalignment.panels import panels
+from checks.misalignment.panels import misalignment_panels
 from checks.misalignment.table import MisalignmentTable
+from checks.model import Model
 from checks.model.dynamics.complex_modes import modal
 from checks.model.dynamics.real_modes import real_modal, with_modal_damping
-from checks.model.model import Model
 from specs.spec import CheckSpec
 from tests.causes import causes, no_result
 from tests.checks.misalignment import misaligned
@@ -73,7 +73,7 @@ def recorded(
 ) -> tuple[MisalignmentEstimate, float, float]:
     measured = responses(units.folder(serial), channels=CHANNELS)
     true = units.truth(serial)["effects"].get("misalignment", {"dx_um": 0.0, "dy_um": 0.0})
-    return estimate(model, measured.first, table, measured.second), true["dx_um"], true["dy_um"]
+    return estimate_misalignment(model, measured.first, table, measured.second), true["dx_um"], true["dy_um"]
 
 
 # Of 32 offsets of simulated units by four seeds one lay outside of its 95 % interval, as may be: dy of S-03.
@@ -125,7 +125,7 @@ def good(builtin: Model) -> Drawn:
 def given(
     builtin: Model, table: MisalignmentTable, first: Dataset, second: Dataset | None = None
 ) -> MisalignmentEstimate:
-    return estimate(misaligned.sharp(), first, table, second)
+    return estimate_misalignment(misaligned.sharp(), first, table, second)
 
 
 def test_the_good_one_has_a_result_with_and_without_a_second_realisation(
@@ -164,7 +164,7 @@ def test_the_reason_names_what_leaves_its_prior(builtin: Model, builtin_table: M
 
 def test_a_model_without_encoder(builtin: Model, builtin_table: MisalignmentTable, good: Drawn) -> None:
     with pytest.raises(ModelError, match="'de'"):
-        estimate(builtin.without_encoder(), good.first, builtin_table, None)
+        estimate_misalignment(builtin.without_encoder(), good.first, builtin_table, None)
 
 
 # parts
@@ -202,7 +202,7 @@ def test_a_slow_amplifier_is_gain_delay_and_fall() -> None:
 
 def test_the_pictures(builtin: Model, builtin_table: MisalignmentTable, good: Drawn) -> None:
     found = given(builtin, builtin_table, good.first, good.second)
-    drawn = panels(found)
+    drawn = misalignment_panels(found)
     assert set(drawn) == {"ratio", "ratio phase", "map"}
     image = drawn["map"].items[0]
     assert image.z.shape == (image.y.size, image.x.size)
@@ -214,7 +214,7 @@ def test_the_pictures(builtin: Model, builtin_table: MisalignmentTable, good: Dr
 def test_the_pictures_of_no_result_show_no_place(builtin: Model, builtin_table: MisalignmentTable, good: Drawn) -> None:
     """The numbers of an estimate that is none stand on no picture, and nothing marks a place."""
     found = given(builtin, builtin_table, good.first, good.second)
-    drawn = panels(replace(found, reason="the model does not explain de"))
+    drawn = misalignment_panels(replace(found, reason="the model does not explain de"))
     assert "map" not in drawn
     assert "no result" in drawn["ratio"].title
     assert "±" not in drawn["ratio"].title

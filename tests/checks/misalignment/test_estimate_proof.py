@@ -10,8 +10,8 @@ import pytest
 from scipy import stats
 
 from checks.cause import NoResult
-from checks.misalignment.estimate import estimate
-from checks.model.model import Model
+from checks.misalignment.estimate import estimate_misalignment
+from checks.model import Model
 from tests.checks.misalignment import misaligned
 from tests.checks.misalignment.misaligned import Drawn, draw
 
@@ -27,7 +27,7 @@ def errors(title: str, drawn: list[Drawn], model: Model, table: str) -> np.ndarr
     found = []
     for d in drawn:
         try:
-            e = estimate(model, d.first, misaligned.small_table(table), d.second)
+            e = estimate_misalignment(model, d.first, misaligned.small_table(table), d.second)
         except NoResult:
             continue
         if e.reason is None:

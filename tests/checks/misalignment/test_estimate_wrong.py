@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from checks.cause import Cause, NoResult
-from checks.fitting.dataset import Dataset
-from checks.misalignment.estimate import estimate
+from checks.fitting import Dataset
+from checks.misalignment.estimate import estimate_misalignment
 from tests.checks.misalignment import misaligned
 from tests.checks.misalignment.misaligned import draw
 
@@ -27,7 +27,9 @@ def answer(pair: str, seed: int, wrong: Callable[[Dataset], Dataset], kg: float 
     strut = draw(source, seed)
     model = misaligned.sharp() if itself else misaligned.builtin()
     try:
-        found = estimate(model, wrong(strut.first), misaligned.small_table("builtin"), wrong(strut.second)).reason
+        found = estimate_misalignment(
+            model, wrong(strut.first), misaligned.small_table("builtin"), wrong(strut.second)
+        ).reason
     except NoResult as e:
         found = e.reason
     return None if found is None else found.cause

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from checks.misalignment.estimate import estimate, with_whole_scatter
+from checks.misalignment.estimate import estimate_misalignment, with_whole_scatter
+from checks.model import Model
 from checks.model.joint_prior import COMMON, JointPrior
-from checks.model.model import Model
 from tests.checks.gap.shared.gap_cases import strut
 from tests.checks.misalignment.misaligned import draw, table_of
 from tests.soak import SOAK
@@ -33,7 +33,7 @@ def test_units_that_have_nothing_in_common_are_answered_within_U() -> None:
     answered, inside = 0, []
     for seed in SEEDS:
         unit = draw(strut(), seed)
-        found = estimate(model, unit.first, table, unit.second)
+        found = estimate_misalignment(model, unit.first, table, unit.second)
         if found.reason is None:
             answered += 1
             inside += [abs(found.dx.value - unit.dx) <= found.dx.U, abs(found.dy.value - unit.dy) <= found.dy.U]

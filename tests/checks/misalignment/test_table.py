@@ -16,9 +16,9 @@ from accept.models.lookup_cache import Plan, TableError, build, open_table, read
 from accept.models.model_file import open_model
 from checks.errors import ModelError
 from checks.fitting.dataset import simulated
-from checks.misalignment.estimate import estimate
-from checks.misalignment.table import Likelihood, MisalignmentTable, grid, limits_um, ratios, table_frequencies
-from checks.model.model import Model
+from checks.misalignment.estimate import estimate_misalignment
+from checks.misalignment.table import Likelihood, MisalignmentTable, grid, table_frequencies, table_limits_um, table_row
+from checks.model import Model
 from tests.checks.misalignment.misaligned import CHANNELS, F, draw, noise_m_per_V, table_of
 from tests.checks.model.units_model import NOMINAL
 
@@ -64,14 +64,14 @@ def test_a_row_is_the_models_own_ratio(strut: Model, table: MisalignmentTable) -
 
 def test_gain_and_delay_of_the_drive_drop_out(strut: Model, table: MisalignmentTable) -> None:
     late = strut.with_values({"delay.tau_us": 300.0, "amplifier.f_Hz": 1500.0, "constants.ga_N_per_V": -20.0})
-    assert np.allclose(ratios(late, 0.0, np.array([0.0]), table.f)[0], table.R[10, 10], rtol=1e-5)
+    assert np.allclose(table_row(late, 0.0, np.array([0.0]), table.f)[0], table.R[10, 10], rtol=1e-5)
 
 
 def test_dz_hardly_shows(strut: Model) -> None:
     """Seed 6.2: 200 um along z change the ratio by less than a twentieth of what they do along y, as a median."""
     f = table_frequencies()
     H = {n: strut.frf(f, {n: 200.0}, CHANNELS) for n in ("misalignment.dz_um", "misalignment.dy_um")}
-    straight = ratios(strut, 0.0, np.array([0.0]), f)[0]
+    straight = table_row(strut, 0.0, np.array([0.0]), f)[0]
     dz, dy = (np.median(np.abs(h[:, 0] / h[:, 1] / straight - 1)) for h in H.values())
     assert dz < dy / 20
 
@@ -133,7 +133,7 @@ def test_the_limits_of_the_built_in_actuator(name: str) -> None:
 
 @pytest.mark.takes_data
 def test_the_limits_of_the_published_matrices() -> None:
-    assert limits_um(open_model(NOMINAL)) == (200.0, 600.0)
+    assert table_limits_um(open_model(NOMINAL)) == (200.0, 600.0)
 
 
 def taller(tmp_path: Path) -> Model:
@@ -147,9 +147,9 @@ def taller(tmp_path: Path) -> Model:
 def test_the_limits_follow_the_actuator(tmp_path: Path) -> None:
     """Red before: 200 and 600 um of any actuator, so 900 um of one that is twice as high was refused at the edge."""
     tall = taller(tmp_path)
-    assert limits_um(tall) == (400.0, 1200.0)
+    assert table_limits_um(tall) == (400.0, 1200.0)
     data = plain(tall, 300.0, -900.0)
-    found = estimate(tall, data, table_of(tall, 9, 9))
+    found = estimate_misalignment(tall, data, table_of(tall, 9, 9))
     assert found.reason is None
     assert found.dx.value == pytest.approx(300.0, abs=found.dx.U)
     assert found.dy.value == pytest.approx(-900.0, abs=found.dy.U)
@@ -243,7 +243,7 @@ def test_a_killed_build_goes_on(strut: Model) -> None:
     words: quiet = []
     table = build(plan, words.append, 1)
     assert f"{left - 1} of 21 rows are there, going on" in words[0]
-    assert np.allclose(table.R[1, 5], ratios(strut, float(plan.dx[1]), plan.dy[5:6], plan.f)[0], rtol=1e-5)
+    assert np.allclose(table.R[1, 5], table_row(strut, float(plan.dx[1]), plan.dy[5:6], plan.f)[0], rtol=1e-5)
 
 
 def test_the_commands() -> None:

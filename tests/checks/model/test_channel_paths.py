@@ -11,7 +11,7 @@ from accept.models.model_file import open_model, open_model_file, write_model
 from checks.errors import ModelError
 from checks.model.channel_paths import lowpass
 from checks.model.time.partial_fractions import paths
-from checks.model.time.time_response import answer
+from checks.model.time.time_response import time_simulation
 from specs.strict import SpecError
 
 F = np.geomspace(1.0, 2000.0, 200)
@@ -82,7 +82,7 @@ def test_the_same_in_time_as_over_frequency(values: dict[str, float]) -> None:
 def test_a_held_drive_comes_late_in_its_channel_alone() -> None:
     fs, Va = 10_000.0, np.r_[np.zeros(10), np.ones(300)]
     late = open_model("strut").with_values({"bench.latency_da_us": 200.0})  # two samples
-    own, other = (answer(m, Va.size, fs, hold=True)(Va) for m in (late, open_model("strut")))
+    own, other = (time_simulation(m, Va.size, fs, hold=True)(Va) for m in (late, open_model("strut")))
     np.testing.assert_allclose(own["da"][2:], other["da"][:-2], rtol=1e-9, atol=1e-18)
     np.testing.assert_array_equal(own["de"], other["de"])
 

@@ -7,7 +7,7 @@ import pytest
 
 from accept.models.model_file import open_model, open_model_file, write_model
 from checks.errors import ModelError
-from checks.fitting.dataset import Dataset
+from checks.fitting import Dataset
 from checks.model.learned_bench import LearnedBench
 from specs.model_sections import BenchOfChannel, LearnedBenchRecord
 from specs.strict import SpecError

@@ -10,7 +10,7 @@ from scipy import stats
 from accept.models.model_file import open_model
 from checks.errors import ModelError
 from checks.fitting.constants import fit_constants, seed_constants
-from checks.gap.effects import EFFECTS, with_effects
+from checks.gap import EFFECTS, with_effects
 from checks.model.electrical import highpass_corner
 from checks.model.model import Model
 

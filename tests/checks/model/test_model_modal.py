@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from accept.models.model_file import open_model
-from checks.model.build import build
+from checks.model.build import build_model
 from checks.model.dynamics.complex_modes import modal
 from checks.model.model import Model, frequency_and_damping
 from checks.model.parameters import derivative_step, is_mode_factor, rule
@@ -58,7 +58,7 @@ def test_modes_are_the_same_matrices_solved_once(name: str, seed: int) -> None:
 def test_reduction_keeps_everything_to_2_kHz(name: str, seed: int) -> None:
     spec = load_model(name)
     model = open_model(name)
-    whole = build(spec, matrices_of(spec), reduced=False)
+    whole = build_model(spec, matrices_of(spec), reduced=False)
     changes = drawn(model, seed)
     f = worst_places(model, changes)
     np.testing.assert_allclose(model.frf(f, changes), whole.direct(f, changes), rtol=UNREDUCED)
@@ -75,7 +75,7 @@ def test_soft_joints_and_open_circuits_do_not_break_the_reduction() -> None:
         "apa.actuator_stiffening": 0.5,
     }
     f = worst_places(open_model("strut"), changes)
-    whole = build(spec, reduced=False).direct(f, changes)
+    whole = build_model(spec, reduced=False).direct(f, changes)
     np.testing.assert_allclose(open_model("strut").frf(f, changes), whole, rtol=UNREDUCED)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from checks.fitting.constants import fit_constants, seed_constants
-from checks.gap.effects import with_effects
+from checks.gap import with_effects
 from checks.model.model import Model
 from tests.checks.model.units_model import measured, nominal_model, true_values
 from tests.shared.recorded_units import RecordedUnits

@@ -10,7 +10,7 @@ from accept.models.model_file import open_model
 from checks.errors import ModelError
 from checks.model.dynamics.complex_modes import direct_frf, modal
 from checks.model.model import Model, frequency_and_damping
-from checks.model.parameter_sweep import PUBLISHED_SWEEPS, Sweep, panels, sweep, table
+from checks.model.parameter_sweep import PUBLISHED_SWEEPS, Sweep, sweep_parameters
 from checks.model.structure.apa import superelement_body
 from checks.model.structure.frame import frame_apa
 from checks.model.structure.matrix_builder import Builder, System
@@ -179,7 +179,7 @@ class TestSeedStatements:
 
     def run(self, model: Model, name: str, channel: str = "de") -> Sweep:
         names, values = PUBLISHED_SWEEPS[name]
-        return sweep(model, names, values, channel, BAND)
+        return sweep_parameters(model, names, values, channel, BAND)
 
     def test_dy_decides_the_zero_between_the_first_two_resonances(self, either: Model) -> None:
         s = self.run(either, "dy")
@@ -240,10 +240,10 @@ class TestSeedStatements:
 
     def test_table_and_panels_show_it(self, either: Model) -> None:
         s = self.run(either, "dy")
-        rows = table(s)
+        rows = s.table
         assert [row["value"] for row in rows] == [-500.0, -100.0, 0.0, 100.0, 500.0]
         assert rows[2]["poles_Hz"][0] == pytest.approx(modes(either)[0])
-        size, phase = panels(s)
+        size, phase = s.panels
         assert len(size.items) == len(phase.items) == 5
         assert size.y_label == "|de / Va| [m/V]"
 

@@ -7,14 +7,15 @@ import pytest
 from scipy import linalg
 
 from accept.models.model_file import open_model
+from accept.simulate.apa import mass_steps
 from accept.simulate.hammer_records import ShellMode, hammer_record
 from checks.errors import ModelError
-from checks.gap.effects import with_effects
+from checks.gap import with_effects
 from checks.model.dynamics.complex_modes import modal
 from checks.model.model import Model
-from checks.model.time.hysteresis_creep import creep, loops_of, mass_steps, stroke_of
+from checks.model.time.hysteresis_creep import creep, loops_of, stroke_of
 from checks.model.time.partial_fractions import Fractions, _motion_fractions, paths
-from checks.model.time.time_response import answer
+from checks.model.time.time_response import time_simulation
 from tests.checks.model.units_model import EVERYTHING
 
 
@@ -76,7 +77,7 @@ def test_what_is_joined_up_is_the_response_of_a_steady_sine(strut: Model) -> Non
     model = with_effects(strut, EVERYTHING)
     fs, f = 1e4, 130.0
     t = np.arange(60_000) / fs
-    y = answer(model, t.size, fs)(np.sin(2 * np.pi * f * t))
+    y = time_simulation(model, t.size, fs)(np.sin(2 * np.pi * f * t))
     H = model.frf([f])[0]
     late = t > 5.0  # what rang at the start has died away to 1e-6
     for i, channel in enumerate(model.channels):
@@ -89,7 +90,7 @@ def test_joined_and_held_agree_below_the_sampling(strut: Model) -> None:
     fs = 1e4
     t = np.arange(30_000) / fs
     Va = np.sin(2 * np.pi * 3.0 * t) * np.minimum(t, 1.0) ** 2
-    one, two = (answer(strut, t.size, fs, hold=hold)(Va) for hold in (False, True))
+    one, two = (time_simulation(strut, t.size, fs, hold=hold)(Va) for hold in (False, True))
     for channel in ("de", "da"):
         half = np.interp(t - 0.5 / fs, t, one[channel])
         np.testing.assert_allclose(two[channel][10:], half[10:], atol=1e-4 * np.abs(half).max())
@@ -97,11 +98,11 @@ def test_joined_and_held_agree_below_the_sampling(strut: Model) -> None:
 
 def test_answers_refuse_what_they_cannot_give(strut: Model) -> None:
     with pytest.raises(ModelError, match="20000 Hz"):
-        answer(strut, 100, 2e4)
+        time_simulation(strut, 100, 2e4)
     with pytest.raises(ModelError, match="101"):
-        answer(strut, 100, 1e4)(np.zeros(101))
+        time_simulation(strut, 100, 1e4)(np.zeros(101))
     with pytest.raises(ModelError, match="before its cause"):
-        answer(strut.with_values({"delay.tau_us": -5.0}), 100, 1e4, hold=True)
+        time_simulation(strut.with_values({"delay.tau_us": -5.0}), 100, 1e4, hold=True)
 
 
 # --- slow

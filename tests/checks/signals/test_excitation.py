@@ -12,10 +12,9 @@ from accept.base.exit_codes import Exit
 from accept.commands.physics import excite
 from accept.commands.physics.excite_options import Playing, Shaping, SweepOptions
 from checks.declare import Series
-from checks.signals.drive import excitation as ex
 from checks.signals.drive import multisine as ms
 from checks.signals.drive.excitation import ExcitationError, Rig
-from checks.signals.drive.excitation_panels import panels
+from checks.signals.drive.excitation_panels import excitation_panels
 from checks.signals.drive.ramps import fade, ramp, trapezoid
 from checks.signals.drive.shapes import Flat, LowPass, Notch, ShapeProduct, notch_at_resonance
 from checks.signals.spectral.frf import h1
@@ -24,17 +23,17 @@ from hw.records import read, write_mat
 BENCH = Rig()
 QUICK = Rig(ramp_s=0.5)
 KINDS = {
-    "log": lambda rig: ex.sweep(rig, 10.0, 400.0, 5.0, 1.0),
-    "lin": lambda rig: ex.sweep(rig, 10.0, 400.0, 5.0, 1.0, "lin"),
-    "noise": lambda rig: ex.noise(rig, 300.0, 2000.0, 5.0, 0.3, seed=3),
-    "sines": lambda rig: ex.sines(rig, 1.0, [0.1, 0.4, 1.6]),
-    "multisine": lambda rig: ex.multisine(rig, 10.0, 2000.0, 1.0, 0.3, periods=3, seed=3),
+    "log": lambda rig: rig.sweep(10.0, 400.0, 5.0, 1.0),
+    "lin": lambda rig: rig.sweep(10.0, 400.0, 5.0, 1.0, "lin"),
+    "noise": lambda rig: rig.noise(300.0, 2000.0, 5.0, 0.3, seed=3),
+    "sines": lambda rig: rig.sines(1.0, [0.1, 0.4, 1.6]),
+    "multisine": lambda rig: rig.multisine(10.0, 2000.0, 1.0, 0.3, periods=3, seed=3),
 }
 
 
 def test_the_spectrum_of_a_slow_sine_shows_its_line():
     """0.1 Hz lies below the lowest frequency of segments of a second."""
-    (line,) = panels(ex.sines(Rig(fs=1000.0), 0.1, (1.0, 2.0), cycles=3))["spectrum"].items
+    (line,) = excitation_panels(Rig(fs=1000.0).sines(0.1, (1.0, 2.0), cycles=3))["spectrum"].items
     assert line.x[np.nanargmax(line.y)] == pytest.approx(0.1, abs=0.02)  # a bin of 60 s is 0.017 Hz
 
 
@@ -65,8 +64,8 @@ def test_no_step_where_the_parts_meet(kind):
 @pytest.mark.parametrize("kind", ["noise", "multisine"])
 def test_same_seed_same_samples(kind):
     assert np.array_equal(KINDS[kind](QUICK).Va, KINDS[kind](QUICK).Va)
-    other = {"noise": ex.noise(QUICK, 300.0, 2000.0, 5.0, 0.3, seed=4)}.get(
-        kind, ex.multisine(QUICK, 10.0, 2000.0, 1.0, 0.3, periods=3, seed=4)
+    other = {"noise": QUICK.noise(300.0, 2000.0, 5.0, 0.3, seed=4)}.get(
+        kind, QUICK.multisine(10.0, 2000.0, 1.0, 0.3, periods=3, seed=4)
     )
     assert not np.allclose(other.proper, KINDS[kind](QUICK).proper)
 
@@ -107,7 +106,7 @@ def test_fade_ends():
 def test_momentary_frequency_of_a_sweep(law):
     """From the phase of the signal itself: zero crossings, and the closed form of their times."""
     f0, f1, T = 10.0, 400.0, 10.0
-    e = ex.sweep(Rig(ramp_s=0.0, fs=50_000.0), f0, f1, T, 1.0, law, fade_s=0.0)
+    e = Rig(ramp_s=0.0, fs=50_000.0).sweep(f0, f1, T, 1.0, law, fade_s=0.0)
     t = np.arange(e.proper.size) / e.fs
     x = e.proper
     k = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
@@ -125,13 +124,13 @@ def test_momentary_frequency_of_a_sweep(law):
 
 
 def test_sweep_of_one_frequency_is_a_sine():
-    e = ex.sweep(QUICK, 50.0, 50.0, 1.0, 0.5, fade_s=0.0)
+    e = QUICK.sweep(50.0, 50.0, 1.0, 0.5, fade_s=0.0)
     np.testing.assert_allclose(e.proper, 0.5 * np.sin(2 * np.pi * 50 * np.arange(10_001) / 1e4), atol=1e-10)
 
 
 def test_sweep_amplitude_follows_the_shape():
     notch = Notch(95.0, 20.0, 0.2)
-    e = ex.sweep(QUICK, 10.0, 400.0, 60.0, 1.5, "lin", notch)
+    e = QUICK.sweep(10.0, 400.0, 60.0, 1.5, "lin", notch)
     t = np.arange(e.proper.size) / e.fs
     f = 10.0 + 390.0 * t / 60.0
     for centre in (20.0, 85.0, 95.0, 105.0, 300.0):
@@ -156,7 +155,7 @@ def test_notch_found_in_a_first_record_flattens_the_response():
     fs, f0, zeta = 10_000.0, 95.0, 0.02
     p = np.exp((-zeta + 1j * np.sqrt(1 - zeta**2)) * 2 * np.pi * f0 / fs)
     a = [1.0, -2 * p.real, abs(p) ** 2]
-    u = ex.noise(QUICK, 1.0, 2000.0, 60.0, 0.1).proper
+    u = QUICK.noise(1.0, 2000.0, 60.0, 0.1).proper
     y = lfilter([sum(a)], a, u)
     f, found = None, notch_at_resonance(h1(u, {"de": y}, fs, round(2 * fs)), "de")
     f = np.linspace(20.0, 150.0, 400)
@@ -173,7 +172,7 @@ def test_no_resonance_is_said():
 
 
 def test_noise_band_and_rms():
-    e = ex.noise(QUICK, 300.0, 2000.0, 40.0, 0.3, seed=5, fade_s=0.0)
+    e = QUICK.noise(300.0, 2000.0, 40.0, 0.3, seed=5, fade_s=0.0)
     assert np.sqrt(np.mean(e.proper**2)) == pytest.approx(0.3, rel=1e-9)
     power = np.abs(fft.rfft(e.proper)) ** 2
     f = fft.rfftfreq(e.proper.size, 1 / e.fs)
@@ -188,7 +187,7 @@ def test_noise_band_and_rms():
 
 def test_shaped_and_low_passed_noise():
     shape = LowPass(100.0, 2)
-    e = ex.noise(QUICK, 0.0, 1000.0, 200.0, 0.1, seed=6, shape=shape, fade_s=0.0)
+    e = QUICK.noise(0.0, 1000.0, 200.0, 0.1, seed=6, shape=shape, fade_s=0.0)
     assert abs(np.mean(e.proper)) < 1e-12
     band, density = welch(e.proper, e.fs, nperseg=5000)
     at = {f: density[np.argmin(np.abs(band - f))] for f in (20, 100, 200)}
@@ -198,13 +197,13 @@ def test_shaped_and_low_passed_noise():
 
 
 def test_noise_is_normal():
-    x = ex.noise(QUICK, 10.0, 4000.0, 20.0, 0.5, fade_s=0.0, seed=8).proper / 0.5
+    x = QUICK.noise(10.0, 4000.0, 20.0, 0.5, fade_s=0.0, seed=8).proper / 0.5
     # Kurtosis of 200,000 nearly independent values: 3 within 5 of sqrt(24/n).
     assert np.mean(x**4) == pytest.approx(3.0, abs=5 * np.sqrt(24 / 160_000))
 
 
 def test_sines_grow():
-    e = ex.sines(QUICK, 2.0, [0.1, 0.3, 1.0], cycles=3)
+    e = QUICK.sines(2.0, [0.1, 0.3, 1.0], cycles=3)
     turns = np.arange(e.proper.size) * 2.0 / e.fs
     assert e.proper.size == 45_001
     for k, a in enumerate((0.1, 0.3, 1.0)):
@@ -214,7 +213,7 @@ def test_sines_grow():
 
 @pytest.mark.parametrize("lines", ["all", "odd"])
 def test_multisine_lines_and_periodicity(lines):
-    e = ex.multisine(QUICK, 10.0, 400.0, 0.5, 0.2, periods=4, seed=2, lines=lines)
+    e = QUICK.multisine(10.0, 400.0, 0.5, 0.2, periods=4, seed=2, lines=lines)
     n = e.period
     assert (n, e.stop - e.start) == (20_000, 80_000)
     periods = e.Va[e.start - n : e.stop].reshape(5, n)  # the lead-in too
@@ -256,7 +255,7 @@ def test_multisine_response_has_no_leakage():
     fs, f0, zeta = 10_000.0, 95.0, 0.01
     p = np.exp((-zeta + 1j * np.sqrt(1 - zeta**2)) * 2 * np.pi * f0 / fs)
     b, a = [abs(1 - p) ** 2], [1.0, -2 * p.real, abs(p) ** 2]
-    e = ex.multisine(QUICK, 10.0, 400.0, 0.5, 0.2, periods=2, seed=2)
+    e = QUICK.multisine(10.0, 400.0, 0.5, 0.2, periods=2, seed=2)
     y = lfilter(b, a, e.Va)[e.start : e.stop]
     u, last = fft.rfft(e.proper[e.period :]), fft.rfft(y[e.period :])
     k = np.arange(20, 801)
@@ -269,30 +268,30 @@ def test_multisine_response_has_no_leakage():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: ex.sweep(BENCH, 10, 400, 5, 4.3), r"at t = 5\.\d+ s the stack would see 15\d.\d+ V, above 150 V"),
-        (lambda: ex.sweep(Rig(mean_V=0.0), 10, 400, 5, 1.1), r"stack would see -20\.\d+ V, below -20 V"),
-        (lambda: ex.sweep(Rig(gain=1.0), 10, 400, 5, 7.0), r"the DAC would see 10\.\d+ V, above 10 V"),
-        (lambda: ex.sines(BENCH, 1.0, [1.0, 5.0]), r"1\d+ of \d+ samples leave -20..150 V, the worst 165.000 V"),
-        (lambda: ex.noise(BENCH, 300, 2000, 5, 2.0), "leave -20..150 V"),
-        (lambda: ex.multisine(BENCH, 10, 2000, 1.0, 2.0), "leave -20..150 V"),
-        (lambda: ex.sweep(Rig(mean_V=8.0), 10, 400, 5, 0.1), r"at t = \d\.\d+ s the stack would see 150.0"),
-        (lambda: ex.sweep(BENCH, 10, 5000, 5, 1.0), "5000 Hz is not below half the sampling frequency, 5000 Hz"),
-        (lambda: ex.sweep(BENCH, 0, 400, 5, 1.0), "f_start_Hz is 0"),
-        (lambda: ex.sweep(BENCH, 10, 400, 5, np.nan), "amplitude_V is nan"),
-        (lambda: ex.sweep(BENCH, 10, 400, 5, 1.0, "cubic"), "'cubic' is not known"),
-        (lambda: ex.sweep(BENCH, 10, 400, 1e9, 1.0), "samples, expected 2.."),
-        (lambda: ex.sweep(Rig(ramp_s=-1.0), 10, 400, 5, 1.0), "no negative ramp"),
-        (lambda: ex.sweep(Rig(mean_V=np.nan), 10, 400, 5, 1.0), "mean nan V"),
-        (lambda: ex.noise(BENCH, 300, 200, 5, 0.1), "expected 0 <= start < end"),
-        (lambda: ex.noise(BENCH, 300.01, 300.02, 1, 0.1), "hold no frequency"),
-        (lambda: ex.sweep(Rig(ramp_s=1e9), 10, 400, 5, 1.0), "at most 20000000"),
-        (lambda: ex.noise(BENCH, 300, 2000, 5, 0.1, seed=-1), "seed is -1"),
-        (lambda: ex.multisine(BENCH, 10, 400, 0.5, 0.1, crest_iterations=-1), "crest_iterations is -1"),
-        (lambda: ex.multisine(BENCH, 10, 400, 0.5, 0.1, crest_iterations=10**8), "expected 0 to 10000"),
-        (lambda: ex.sines(BENCH, 1.0, []), "positive values that grow"),
-        (lambda: ex.sines(BENCH, 1.0, [0.2, 0.1]), "positive values that grow"),
-        (lambda: ex.multisine(BENCH, 10.1, 10.4, 0.5, 0.1), "no all line of 0.5 Hz"),
-        (lambda: ex.multisine(BENCH, 10, 400, 0.5, 0.1, lines="even"), "'even' are not known"),
+        (lambda: BENCH.sweep(10, 400, 5, 4.3), r"at t = 5\.\d+ s the stack would see 15\d.\d+ V, above 150 V"),
+        (lambda: Rig(mean_V=0.0).sweep(10, 400, 5, 1.1), r"stack would see -20\.\d+ V, below -20 V"),
+        (lambda: Rig(gain=1.0).sweep(10, 400, 5, 7.0), r"the DAC would see 10\.\d+ V, above 10 V"),
+        (lambda: BENCH.sines(1.0, [1.0, 5.0]), r"1\d+ of \d+ samples leave -20..150 V, the worst 165.000 V"),
+        (lambda: BENCH.noise(300, 2000, 5, 2.0), "leave -20..150 V"),
+        (lambda: BENCH.multisine(10, 2000, 1.0, 2.0), "leave -20..150 V"),
+        (lambda: Rig(mean_V=8.0).sweep(10, 400, 5, 0.1), r"at t = \d\.\d+ s the stack would see 150.0"),
+        (lambda: BENCH.sweep(10, 5000, 5, 1.0), "5000 Hz is not below half the sampling frequency, 5000 Hz"),
+        (lambda: BENCH.sweep(0, 400, 5, 1.0), "f_start_Hz is 0"),
+        (lambda: BENCH.sweep(10, 400, 5, np.nan), "amplitude_V is nan"),
+        (lambda: BENCH.sweep(10, 400, 5, 1.0, "cubic"), "'cubic' is not known"),
+        (lambda: BENCH.sweep(10, 400, 1e9, 1.0), "samples, expected 2.."),
+        (lambda: Rig(ramp_s=-1.0).sweep(10, 400, 5, 1.0), "no negative ramp"),
+        (lambda: Rig(mean_V=np.nan).sweep(10, 400, 5, 1.0), "mean nan V"),
+        (lambda: BENCH.noise(300, 200, 5, 0.1), "expected 0 <= start < end"),
+        (lambda: BENCH.noise(300.01, 300.02, 1, 0.1), "hold no frequency"),
+        (lambda: Rig(ramp_s=1e9).sweep(10, 400, 5, 1.0), "at most 20000000"),
+        (lambda: BENCH.noise(300, 2000, 5, 0.1, seed=-1), "seed is -1"),
+        (lambda: BENCH.multisine(10, 400, 0.5, 0.1, crest_iterations=-1), "crest_iterations is -1"),
+        (lambda: BENCH.multisine(10, 400, 0.5, 0.1, crest_iterations=10**8), "expected 0 to 10000"),
+        (lambda: BENCH.sines(1.0, []), "positive values that grow"),
+        (lambda: BENCH.sines(1.0, [0.2, 0.1]), "positive values that grow"),
+        (lambda: BENCH.multisine(10.1, 10.4, 0.5, 0.1), "no all line of 0.5 Hz"),
+        (lambda: BENCH.multisine(10, 400, 0.5, 0.1, lines="even"), "'even' are not known"),
         (lambda: Notch(95.0, 10.0, 0.0), "notch depth 0"),
         (lambda: Notch(-1.0, 10.0), "must be positive"),
         (lambda: LowPass(0.0), "must be positive"),
@@ -305,15 +304,15 @@ def test_refused(make, words):
 
 def test_the_limits_themselves_are_allowed():
     """Full range: 3.25 V +- 4.25 V is exactly -20..150 V on the stacks."""
-    e = ex.sines(Rig(ramp_s=0.1), 1.0, [4.25])
+    e = Rig(ramp_s=0.1).sines(1.0, [4.25])
     assert (20 * e.Va.min(), 20 * e.Va.max()) == pytest.approx((-20.0, 150.0))
     with pytest.raises(ExcitationError):
-        ex.sines(Rig(ramp_s=0.1), 1.0, [4.2501])
+        Rig(ramp_s=0.1).sines(1.0, [4.2501])
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_pictures(kind):
-    drawn = panels(KINDS[kind](QUICK))
+    drawn = excitation_panels(KINDS[kind](QUICK))
     assert set(drawn) == {"time", "spectrum"}
     assert KINDS[kind](QUICK).meaning.startswith(drawn["time"].title)
 
@@ -356,7 +355,7 @@ def test_command_refuses_in_words(tmp_path, capsys):
 def test_command_notches_a_first_record(tmp_path, capsys):
     fs, f0, zeta = 1e4, 95.0, 0.02
     p = np.exp((-zeta + 1j * np.sqrt(1 - zeta**2)) * 2 * np.pi * f0 / fs)
-    u = ex.noise(QUICK, 1.0, 2000.0, 20.0, 0.1).proper
+    u = QUICK.noise(1.0, 2000.0, 20.0, 0.1).proper
     y = lfilter([1e-6], [1.0, -2 * p.real, abs(p) ** 2], u)
     write_mat(tmp_path / "first.mat", {"t": np.arange(u.size) / fs, "Va": u, "de": y})
     shaping = Shaping(notch_from=tmp_path / "first.mat", low_pass=1000.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from checks.fitting.dataset import dataset_from_records
+from checks.fitting import dataset_from_records
 from checks.record import Record
 from checks.signals.interpolation import error_notes, errors_of_other_record, interpolation_errors, remove_errors
 from tests.soak import SOAK

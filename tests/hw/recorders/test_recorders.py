@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from checks.acceptance.spurious_modes import CHANNELS
-from checks.signals.drive import excitation
-from checks.signals.drive.excitation import Rig
+from checks.signals import Rig
 from hw.errors import (
     Implausible,
     InstrumentError,
@@ -54,7 +53,7 @@ Track2 = {{ physical = "{second}", unit = "rad", gain = 80000.0, integrations = 
 Va = {{ physical = "1", unit = "V", gain = 10.0 }}
 """
 WANTED = {"Va": "V", "Vs": "V", "de": "m"}
-DRIVE = excitation.noise(Rig(fs=10_000.0, ramp_s=0.5), 10.0, 400.0, 2.0, 0.2, seed=1).Va
+DRIVE = Rig(fs=10_000.0, ramp_s=0.5).noise(10.0, 400.0, 2.0, 0.2, seed=1).Va
 
 
 @pytest.fixture

@@ -21,17 +21,17 @@ import pytest
 
 from accept.base.cluster import dask_workers
 from accept.base.cluster.connect import connected
-from accept.base.cluster.work import Cluster, ClusterError, GivenUp, WorkFailed
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.base.runner import ClusterError, GivenUp, Workers, WorkFailed
 from accept.base.worker_process import memory_GB
-from accept.batch.executors import OnCluster, Processes, Returned, run_remotely
+from accept.batch.executors import Returned, run_jobs, run_remotely
 from accept.batch.job import UnitJob
 from accept.batch.judge_batch import BatchRequest, run
 from accept.commands.fleet import selection
 from accept.commands.fleet.options import Outputs
 from accept.commands.physics import gap, lookup
-from accept.commands.physics.gap import Answer, GapJob
+from accept.commands.physics.gap import GapAnswer, GapJob
 from accept.commands.trust.bench_keys import demo_credential
 from accept.fleet.judged_again import judged_again
 from accept.gap import analyse_unit
@@ -56,19 +56,19 @@ R = TypeVar("R")
 
 
 @pytest.fixture(scope="module")
-def cluster() -> Iterator[Cluster]:
+def cluster() -> Iterator[Workers]:
     with connected("local", print) as made:
         assert made is not None
         yield made
 
 
-def test_what_the_work_raises_is_raised_here_and_the_cluster_goes_on(cluster: Cluster) -> None:
+def test_what_the_work_raises_is_raised_here_and_the_cluster_goes_on(cluster: Workers) -> None:
     with pytest.raises(WorkFailed, match="ZeroDivisionError"):
         list(cluster.unordered(half, range(6)))
     assert sorted(cluster.unordered(half, [4, 5])) == [(4, 4.0), (5, 2.5)]
 
 
-def test_work_goes_on_when_every_worker_died(cluster: Cluster) -> None:
+def test_work_goes_on_when_every_worker_died(cluster: Workers) -> None:
     died = {pid for _, pid in cluster.unordered(process_of, range(40))}
     back = cluster.unordered(process_of, range(200))
     found = [next(back)]
@@ -91,7 +91,7 @@ def test_only_what_kills_its_worker_is_given_up(monkeypatch: pytest.MonkeyPatch)
     assert all(found == -item for item, found in back if item != 31)
 
 
-def test_what_was_handed_in_is_not_held(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_was_handed_in_is_not_held(cluster: Workers, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 120 items of 200 kB at most ten stay for each stream of messages (to the scheduler, and from it to two
     workers), where Dask would keep a thousand: with the item that is under way 7 MB, against 48."""
     monkeypatch.setattr(dask_workers, "TOGETHER", 1)
@@ -106,7 +106,7 @@ def test_what_was_handed_in_is_not_held(cluster: Cluster, monkeypatch: pytest.Mo
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only here the limit is enforced for sure")
-def test_a_worker_has_the_limit_of_memory_of_a_local_one(cluster: Cluster) -> None:
+def test_a_worker_has_the_limit_of_memory_of_a_local_one(cluster: Workers) -> None:
     """Beyond it a demand fails, however much the machine has; the worker lives on."""
     large = memory_GB() + 0.5
     back = dict(cluster.unordered(grab, [large, 0.1]))
@@ -153,14 +153,14 @@ def test_nobody_at_an_address_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
         pass
 
 
-def test_a_table(cluster: Cluster) -> None:
+def test_a_table(cluster: Workers) -> None:
     """Bit for bit: the workers are this machine's."""
     plan = Plan.of(open_model("strut-2dof"), 5, 3)
     far, near = build(plan, lambda _: None, cluster=cluster), build(plan, lambda _: None, workers=1)
     np.testing.assert_array_equal(far.R, near.R)
 
 
-def test_the_store_judged_again_from_records(cluster: Cluster, tmp_path: Path) -> None:
+def test_the_store_judged_again_from_records(cluster: Workers, tmp_path: Path) -> None:
     for serial in ("B", "A", "C"):
         make_unit(tmp_path / serial, serial, GOOD.replace("5.10", "1.72") if serial == "B" else GOOD)
     order = BatchRequest([tmp_path], tmp_path / "out", {"apa": load_spec("apa-basic")}, "Ada", workers=1)
@@ -176,7 +176,7 @@ def test_the_store_judged_again_from_records(cluster: Cluster, tmp_path: Path) -
 class Overheard:
     """A cluster, and all that went to its workers."""
 
-    def __init__(self, cluster: Cluster) -> None:
+    def __init__(self, cluster: Workers) -> None:
         self.cluster, self.sent = cluster, list[bytes]()
 
     def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
@@ -188,7 +188,7 @@ class Overheard:
         return self.cluster.unordered(work, noted())
 
 
-def test_the_coordinator_signs_and_no_key_leaves_it(cluster: Cluster, tmp_path: Path) -> None:
+def test_the_coordinator_signs_and_no_key_leaves_it(cluster: Workers, tmp_path: Path) -> None:
     """Certificates of a batch on a cluster are those that the store has; neither key nor passphrase was sent."""
     for serial in ("A", "B"):
         make_unit(tmp_path / "units" / serial, serial)
@@ -225,7 +225,7 @@ class Small:
         return 7.0
 
 
-def test_the_blind_test(cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_blind_test(cluster: Workers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Workers are handed the same units, byte for byte, and a crash is an outcome there as here; a worker whose
     validation is another one is found before it counts."""
     truth = {"effects": {}, "outside": {}, "kind": "none"}
@@ -243,7 +243,7 @@ def test_the_blind_test(cluster: Cluster, tmp_path: Path, monkeypatch: pytest.Mo
 
 @pytest.mark.soak
 @pytest.mark.needs_data
-def test_the_blind_test_by_the_real_workflow(cluster: Cluster) -> None:
+def test_the_blind_test_by_the_real_workflow(cluster: Workers) -> None:
     cases = draw_cases(2, 7)
     truth = json.loads(seal(cases)[0])
     jobs = [Job(case, truth[case.serial], misalign=True) for case in cases]
@@ -263,19 +263,19 @@ def test_a_unit_of_the_blind_test_that_no_worker_could_do_is_a_crash() -> None:
 
 
 @pytest.mark.soak
-def test_a_gap_analysis(cluster: Cluster, tmp_path: Path) -> None:
+def test_a_gap_analysis(cluster: Workers, tmp_path: Path) -> None:
     unit = anywhere(unit_folder.read(make_strut(tmp_path / "S-1", "S-1", repeats=False)))
     far_place, near_place = tmp_path / "far", tmp_path / "near"
-    ((_, far),) = OnCluster(cluster).run([GapJob(unit, far_place, "strut-2dof")])
-    ((_, near),) = Processes(1).run([GapJob(unit, near_place, "strut-2dof")])
-    assert isinstance(far, Answer)
-    assert isinstance(near, Answer)
+    ((_, far),) = run_jobs([GapJob(unit, far_place, "strut-2dof")], cluster=cluster)
+    ((_, near),) = run_jobs([GapJob(unit, near_place, "strut-2dof")], 1)
+    assert isinstance(far, GapAnswer)
+    assert isinstance(near, GapAnswer)
     assert (far.document, far.words) == (near.document, near.words)
     assert (far_place / "model.toml").read_bytes() == (near_place / "model.toml").read_bytes()
     assert {p.name for p in far_place.iterdir()} == {p.name for p in near_place.iterdir()}
 
 
-def test_a_folder_that_is_not_shared_is_refused(cluster: Cluster, tmp_path: Path) -> None:
+def test_a_folder_that_is_not_shared_is_refused(cluster: Workers, tmp_path: Path) -> None:
     """Without its files a unit would only seem incomplete."""
     unit = anywhere(unit_folder.read(make_unit(tmp_path / "A", "A", GOOD)))
     lost = replace(unit, sizes={**unit.sizes, "stroke.mat": 1000})
@@ -289,7 +289,7 @@ def test_a_model_that_came_back_finds_its_files(tmp_path: Path) -> None:
     """It was written in a folder of the worker, below another path, and names what lies beside the unit."""
     (tmp_path / "apa.mat").write_bytes(b"matrices")
     unit = unit_folder.read(make_unit(tmp_path / "A", "A", GOOD))
-    ((_, outcome),) = OnCluster(InProcess()).run([Writing(unit, tmp_path / "deep" / "out", tmp_path / "apa.mat")])
+    ((_, outcome),) = run_jobs([Writing(unit, tmp_path / "deep" / "out", tmp_path / "apa.mat")], cluster=InProcess())
     assert outcome == "written"
     text = tomllib.loads((tmp_path / "deep" / "out" / "models" / "A.toml").read_text())
     assert text["apa"]["file"] == "../../../apa.mat"

@@ -8,7 +8,7 @@ from distributed import KilledWorker
 
 from accept.base.cluster import dask_workers
 from accept.base.cluster.dask_workers import TOGETHER, DaskWorkers
-from accept.base.cluster.work import GivenUp, WorkFailed
+from accept.base.runner import GivenUp, WorkFailed
 from accept.base.version import code_sha256
 
 

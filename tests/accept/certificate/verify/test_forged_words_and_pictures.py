@@ -27,7 +27,7 @@ from accept.certificate.verify.verification import Validity, verify
 from accept.judging import judge_unit
 from accept.pictures.reduce import reduce_panel
 from accept.units.unit_folder import parse
-from checks.gap.effects import EFFECTS
+from checks.gap import EFFECTS
 from checks.gap.modelling.experiment import Experiment
 from checks.picture import Line, Panel, Text
 from specs.spec import builtin

@@ -20,6 +20,7 @@ from accept.base.home import home
 from accept.certificate import events
 from accept.certificate.contents import content as C
 from accept.certificate.contents.content import MANIFEST, RESULTS, CertificateContent, ContentError
+from accept.certificate.contents.statements import PAGE, STATEMENTS, statement_of
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature.signing import sign
@@ -29,7 +30,7 @@ from accept.certificate.trust.provenance import hashes_of, signed_text
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.rejudge import rejudge
-from accept.certificate.verify.statements import PAGE, STATEMENTS, statement_of, unlisted
+from accept.certificate.verify.statements import unlisted
 from accept.certificate.verify.verification import Validity, verify
 from accept.cli.main import app
 from accept.pictures.pdf.assemble import assemble

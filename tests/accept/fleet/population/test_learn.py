@@ -12,11 +12,12 @@ from scipy.io import loadmat, savemat
 from typer.testing import CliRunner
 
 from accept.cli.main import app
-from accept.fleet.population.learn import measured_units, physical
+from accept.fleet.population.learn import measured_units
 from accept.fleet.population.report import missing_scatter
 from accept.models.model_file import open_model, open_model_file
 from checks.errors import ModelError
 from checks.fitting.coordinates import Free
+from checks.population.learn import physical
 from specs.model import load_model
 from tests.accept.units.modelled_records import write_answers
 

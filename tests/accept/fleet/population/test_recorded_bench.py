@@ -7,7 +7,7 @@ import pytest
 
 from accept.analysis.misalignment import estimate_unit
 from accept.fleet.population.bench import latencies
-from accept.fleet.population.learn import Population, learn_population, measured_units
+from accept.fleet.population.learn import LearnedPopulation, learn, measured_units
 from accept.fleet.population.report import write_population
 from accept.models.model_file import open_model_file
 from accept.units.unit_folder import read
@@ -24,15 +24,15 @@ pytestmark = [
 
 
 @pytest.fixture(scope="module")
-def learned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Population]:
+def learned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, LearnedPopulation]:
     out = tmp_path_factory.mktemp("bench")
     given = open_model_file(write_model(SETS["scatter-1"], out))
-    found = learn_population(measured_units([LABORATORY / s for s in MATES], given), given, lambda _: None)
+    found = learn(measured_units([LABORATORY / s for s in MATES], given), given, lambda _: None)
     write_population(out / "population.toml", found)
     return out / "population.toml", found
 
 
-def test_latencies_are_those_of_converters_amplifier_and_filter(learned: tuple[Path, Population]) -> None:
+def test_latencies_are_those_of_converters_amplifier_and_filter(learned: tuple[Path, LearnedPopulation]) -> None:
     """Lags of first order far above the band delay by 1/(2 pi f). That is true up to a tenth of their corner: at
     2 kHz of 12 kHz the delay is a hundredth less."""
     bench = json.loads((LABORATORY / "truth.json").read_text())["L-01"]["bench"]
@@ -43,7 +43,7 @@ def test_latencies_are_those_of_converters_amplifier_and_filter(learned: tuple[P
         assert U < 2.0, channel
 
 
-def test_the_one_with_an_effect_does_not_belong(learned: tuple[Path, Population]) -> None:
+def test_the_one_with_an_effect_does_not_belong(learned: tuple[Path, LearnedPopulation]) -> None:
     assert [j.serial for j in learned[1].judged if not j.belongs] == ["L-05"]
     for unit in learned[1].judged:
         if unit.belongs:
@@ -51,7 +51,7 @@ def test_the_one_with_an_effect_does_not_belong(learned: tuple[Path, Population]
             assert max(unit.G_left_out.values()) < 1.5, unit.serial
 
 
-def test_a_misaligned_strut_is_measured_within_U(learned: tuple[Path, Population]) -> None:
+def test_a_misaligned_strut_is_measured_within_U(learned: tuple[Path, LearnedPopulation]) -> None:
     truth = json.loads((LABORATORY / "truth.json").read_text())["L-04"]["effects"]["misalignment"]
     found = estimate_unit(read(LABORATORY / "L-04"), str(learned[0]))
     for name, along in (("dx_um", found.dx), ("dy_um", found.dy)):

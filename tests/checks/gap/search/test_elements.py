@@ -16,8 +16,7 @@ from checks.gap.modelling.element import Direction, directions, element, joint, 
 from checks.gap.search.places import Places
 from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import Inputs, run
-from checks.model.model import Model
-from checks.model.parameters import is_mode_factor
+from checks.model import Model, is_mode_factor
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, TOLERANCE, F, drawn, recorded, strut
 
 HOLDER = {

@@ -8,7 +8,7 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.search.screen import screen
 from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import run
-from checks.model.model import frequency_and_damping
+from checks.model import frequency_and_damping
 from tests.checks.gap.shared.gap_cases import drawn, inputs, recorded, strut
 
 

@@ -11,7 +11,7 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.search.candidate import GROSS, Candidate
 from checks.gap.search.candidates import MOVES, Search, quicker
-from checks.model.model import Model
+from checks.model import Model
 from tests.checks.gap.shared.gap_cases import recorded
 
 

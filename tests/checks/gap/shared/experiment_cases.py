@@ -9,12 +9,12 @@ import numpy as np
 
 from accept.models.model_file import open_model
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS
-from checks.gap.conditions.simulated import under
+from checks.gap.conditions.simulated import under_experiment
 from checks.gap.conditions.trial import ConditionTrial
 from checks.gap.decision.result import Result
 from checks.gap.effects import with_effects
 from checks.gap.workflow import Inputs, run
-from checks.model.model import Model
+from checks.model import Model
 from tests.checks.gap.shared.gap_cases import FS, TOLERANCE, recorded
 
 BINS = 150
@@ -52,7 +52,7 @@ class Case:
         return run(Inputs(self.model, A, B, FS, trials=trials), lambda _: None)
 
     def trial(self, kind: str, value: float | None, truth: Model | None = None) -> ConditionTrial:
-        model = under(truth or self.truth, EXPERIMENT_KINDS[kind], value)
+        model = under_experiment(truth or self.truth, EXPERIMENT_KINDS[kind], value)
         A, B = (recorded(model, 10 * self.seed + k).thinned(BINS) for k in (3, 4))
         return ConditionTrial(kind, EXPERIMENT_KINDS[kind], value, A, B)
 

@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 
 from accept.models.model_file import open_model
-from checks.fitting.dataset import Dataset
+from checks.fitting import Dataset
 from checks.gap.effects import EFFECTS, with_effects
 from checks.gap.workflow import Inputs
-from checks.model.model import Model
+from checks.model import Model
 
 F = np.geomspace(8.0, 1900.0, 350)
 CHANNELS = ("Vs", "de", "da")

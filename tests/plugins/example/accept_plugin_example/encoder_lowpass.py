@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from checks.gap.modelling.effect import Effect, Parameter, spread
+from checks.gap import Parameter
+from checks.gap.modelling.effect import Effect, spread
 from checks.gap.modelling.experiment import Experiment
 from checks.model.time.partial_fractions import real_pole
 

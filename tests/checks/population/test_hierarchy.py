@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from checks.arrays import Array
-from checks.fitting.hierarchy import Prior, belonging, compare, count_covered, determined_parameters, information, learn
+from checks.population.hierarchy import (
+    Prior,
+    belonging,
+    compare,
+    count_covered,
+    determined_parameters,
+    information,
+    learn,
+)
 
 FLAT = 1e6
 

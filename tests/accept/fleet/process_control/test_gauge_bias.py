@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from checks.process_control.gauge_bias import bias_study, linearity_study
+from accept.fleet.process_control.gauge_bias import bias_study, linearity_study
 
 # [AIAG-MSA] chapter III B: 15 readings of a part of 6.00; and 12 readings of each of five parts.
 BIAS = [5.8, 5.7, 5.9, 5.9, 6.0, 6.1, 6.0, 6.1, 6.4, 6.3, 6.0, 6.1, 6.2, 5.6, 6.0]

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from checks.process_control.capability import normality
-from checks.process_control.control_chart import FALSE_ALARM, chart
-from checks.process_control.scale import POWERS, as_measured, from_scale, scale_of, to_scale
+from accept.fleet.process_control.capability import normality
+from accept.fleet.process_control.control_chart import FALSE_ALARM, chart
+from accept.fleet.process_control.scale import POWERS, as_measured, from_scale, scale_of, to_scale
 
 
 @pytest.mark.parametrize("name", POWERS)

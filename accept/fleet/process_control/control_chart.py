@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.special import stdtrit
 
+from accept.fleet.process_control.spread import moving_range_degrees, moving_range_sigma, robust_sigma
 from checks.arrays import Array
-from checks.process_control.spread import moving_range_degrees, moving_range_sigma, robust_sigma
 
 LEAST = 8  # values below which limits are not worth drawing
 FALSE_ALARM = 0.02  # chance that a test rings anywhere in a chart of a process in control; two tests: below 1 in 20
@@ -28,7 +28,7 @@ NEIGHBOURS = 9  # values whose median is the level around one of them
 BACK = 1.0 / 3.0  # of its limits: so far a weighted mean must come back before a shift is over
 SHORTEST = 3  # values that a shift must last to be a shift, not single values
 VALUE, SHIFT, DRIFT = "value", "shift", "drift"  # a drift is a shift that a line describes better than steps
-EQUAL = "equal"  # a run of equal values (`checks.process_control.equal_runs`)
+EQUAL = "equal"  # a run of equal values (`accept.fleet.process_control.equal_runs`)
 NELSON = {
     1: "one value beyond 3 sigma",
     2: "nine in a row on one side of the mean",

@@ -10,8 +10,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from accept.fleet.process_control.control_chart import (
+    DRIFT,
+    GROSS_SIGMAS,
+    LEAST,
+    SHORTEST,
+    Alarm,
+    Baseline,
+    Chart,
+    chart,
+)
 from checks.arrays import Array
-from checks.process_control.control_chart import DRIFT, GROSS_SIGMAS, LEAST, SHORTEST, Alarm, Baseline, Chart, chart
 
 STILL = 3.0  # standard errors: the other places must not have changed by more,
 ONLY_THERE = 4.0  # and must differ from the change by more

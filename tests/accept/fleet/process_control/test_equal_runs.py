@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from checks.process_control.control_chart import chart
-from checks.process_control.equal_runs import FALSE_ALARM, equal_runs
+from accept.fleet.process_control.control_chart import chart
+from accept.fleet.process_control.equal_runs import FALSE_ALARM, equal_runs
 
 
 def read(rng: np.random.Generator, count: int, sigmas: float, step: float = 0.01) -> np.ndarray:

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtri, ndtr, ndtri
 
+from accept.fleet.process_control.spread import moving_range_degrees, moving_range_sigma
 from checks.arrays import Array
-from checks.process_control.spread import moving_range_degrees, moving_range_sigma
 
 LEAST = 10  # below, the interval of Cpk is wider than any decision about it
 CONFIDENCE = 0.95  # two-sided, as usual for capability

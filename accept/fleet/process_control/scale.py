@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import median_filter
 
+from accept.fleet.process_control.capability import LEAST, NOT_NORMAL, normality
+from accept.fleet.process_control.control_chart import GROSS_SIGMAS, Alarm, Baseline, Chart
+from accept.fleet.process_control.spread import robust_sigma
 from checks.arrays import Array
-from checks.process_control.capability import LEAST, NOT_NORMAL, normality
-from checks.process_control.control_chart import GROSS_SIGMAS, Alarm, Baseline, Chart
-from checks.process_control.spread import robust_sigma
 
 AS_MEASURED = ""
 POWERS = {AS_MEASURED: 1.0, "square root": 1 / 2, "cube root": 1 / 3, "logarithm": 0.0}

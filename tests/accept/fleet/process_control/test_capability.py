@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from checks.process_control.capability import LEAST, NOT_NORMAL, _p_of, capability, normality
+from accept.fleet.process_control.capability import LEAST, NOT_NORMAL, _p_of, capability, normality
 
 
 def standard(n: int, mean: float, sigma: float, seed: int = 1) -> np.ndarray:

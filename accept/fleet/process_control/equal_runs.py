@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
+from accept.fleet.process_control.spread import moving_range_sigma
 from checks.arrays import Array
-from checks.process_control.spread import moving_range_sigma
 
 BY = ("operator", "bench")  # who reads, and with which meters: a run counts among the values of each alone
 FALSE_ALARM = 0.02  # chance of a run anywhere among measured values, of both together

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from checks.process_control.matching import cost, ideal_replacement, match
+from accept.fleet.process_control.matching import cost, ideal_replacement, match
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from checks.process_control.gauge_study import gauge_study
+from accept.fleet.process_control.gauge_study import gauge_study
 
 # AIAG, Measurement Systems Analysis, 4th ed., chapter III: ten parts, three appraisers, three trials.
 A = [

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from checks.arrays import Array, Complex
-from checks.fitting.bench_factor import learn_factor
-from checks.fitting.dataset import Dataset
+from checks.fitting import Dataset
 from checks.fitting.goodness import misfit
+from checks.population.bench_factor import learn_factor
 
 F = np.arange(10.0, 2000.0, 4.25)
 CHANNELS = ("Vs", "de")

@@ -1,17 +1,14 @@
 """Each unit of a batch fitted for itself: with the file's priors and with its misalignment free, so that it is not
 mistaken for a shift of the batch, and with free latencies of its channels, which no file states."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol, TypeVar
 
 import numpy as np
 
-from accept.base.progress import steps
-from accept.gap.responses import Responses
-from accept.models.model_file import OpenedModel, as_weighed
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
-from checks.fitting.bench_factor import BenchFactor, learn_factor, local_mean
 from checks.fitting.calibrate import Calibration, with_damping, with_likelier_damping
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
@@ -22,6 +19,7 @@ from checks.model.channel_paths import CHANNELS, LATENCIES
 from checks.model.joint_prior import JointPrior
 from checks.model.learned_bench import LearnedBench
 from checks.model.model import Model
+from checks.population.bench_factor import BenchFactor, learn_factor, local_mean
 
 OFFSETS = {DX: 60.0, DY: 180.0}  # [um] 1 sd, of a strut that was not aligned with care
 LATENCY_SD_US = 50.0  # of converters, interpolators and filters that no file states
@@ -35,8 +33,32 @@ COUNTS = 0.3  # weight below which a unit's own misfit is tolerated, too
 G_MOST = 2.0  # on records that were not fitted; above, a unit has something that no value of the model gives
 
 Say = Callable[[str], None]
+T = TypeVar("T")
 Gs = Mapping[str, float]
 Values = Mapping[str, float]
+
+
+class Progress(Protocol):
+    """Passes items on and shows the progress through them."""
+
+    def __call__(self, items: Sequence[T], words: str) -> Iterable[T]: ...
+
+
+@dataclass(frozen=True, eq=False)
+class UnitOfBatch:
+    """A unit to learn from: the model with its payload, and its responses. first: to fit; second: another realisation
+    of the same, to judge with, or None; payload_kg: as weighed, or None."""
+
+    serial: str
+    model: Model
+    first: Dataset
+    second: Dataset | None = None
+    payload_kg: float | None = None
+
+    def on_bench(self, learned: LearnedBench | None) -> "UnitOfBatch":
+        """Return the same with the scatter between units of a learned bench."""
+        second = None if self.second is None else self.second.on_bench(learned)
+        return replace(self, first=self.first.on_bench(learned), second=second)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +67,7 @@ class UnitFit:
     were not fitted, or on the fitted ones if there are no others; G_before: without the learned bench and with the
     latencies of the file; unlike: by channel, the share of the band in which it differs from the others."""
 
-    serial: str
-    measured: Responses
+    unit: UnitOfBatch
     model: Model
     names: tuple[str, ...]
     theta: Array
@@ -55,6 +76,10 @@ class UnitFit:
     converged: bool
     G_before: Gs
     unlike: Gs = field(default_factory=dict)
+
+    @property
+    def serial(self) -> str:
+        return self.unit.serial
 
     @property
     def fits(self) -> bool:
@@ -113,31 +138,29 @@ def with_latencies(model: Model) -> Model:
     return replace(model, sds={**model.sds, **unknown})
 
 
-def fit_all(measured: Sequence[Responses], given: OpenedModel, say: Say) -> FittedUnits:
+def fit_all(units: Sequence[UnitOfBatch], say: Say, steps: Progress) -> FittedUnits:
     """Fit every unit by itself together with the common factor of the bench, which is learned on the way.
 
     First each unit is fitted alone, with its misfit tolerated band by band; then in turns the bench is learned from the
     residuals of the units, and the units are fitted on that bench; at last every unit is fitted on all bins. A unit
     with an effect of its own has little weight in the bands where it shows."""
-    models = [_with_modal_damping(as_weighed(given, m.serial, m.payload_kg).model) for m in measured]
-    places = [
-        _fit_alone(model, r.first) for model, r in zip(models, steps(measured, "units fitted alone"), strict=True)
-    ]
+    models = [_with_modal_damping(u.model) for u in units]
+    places = [_fit_alone(model, u.first) for model, u in zip(models, steps(units, "units fitted alone"), strict=True)]
     bench: LearnedBench | None = None
     left: UnitRatios | None = None
     for turn in range(ROUNDS):
-        left = remaining_ratios(measured, models, places)
+        left = remaining_ratios(units, models, places)
         if left is None:
             break
         found = left.learned()
         bench = found.learned
         say(f"bench learned from {len(left.serials)} units, turn {turn + 1} of {ROUNDS}")
         if turn + 1 < ROUNDS:
-            places = [_fit_beside(m, r, at, found, left) for m, r, at in zip(models, measured, places, strict=True)]
-    last = zip(models, steps(measured, "units fitted beside the bench"), places, strict=True)
+            places = [_fit_beside(m, u, at, found, left) for m, u, at in zip(models, units, places, strict=True)]
+    last = zip(models, steps(units, "units fitted beside the bench"), places, strict=True)
     fits = []
-    for model, r, at in last:
-        fit = _last_fit(model, r, at, bench)
+    for model, u, at in last:
+        fit = _last_fit(model, u, at, bench)
         gaps = ", ".join(f"{c} {G:.3g}" for c, G in fit.G.items())
         say(f"{fit.serial}: G {gaps}" if gaps else f"{fit.serial}: no values of the model come near its responses")
         fits.append(fit)
@@ -148,10 +171,10 @@ def fit_all(measured: Sequence[Responses], given: OpenedModel, say: Say) -> Fitt
 
 
 def remaining_ratios(
-    measured: Sequence[Responses], models: Sequence[Model], places: Sequence[Values | None]
+    units: Sequence[UnitOfBatch], models: Sequence[Model], places: Sequence[Values | None]
 ) -> UnitRatios | None:
     """Return what fits at these places leave, on the bins of the unit with the fewest; None for fewer than three."""
-    usable = [(r, m, at) for r, m, at in zip(measured, models, places, strict=True) if at is not None]
+    usable = [(r, m, at) for r, m, at in zip(units, models, places, strict=True) if at is not None]
     if len(usable) < 3:
         return None
     channels = tuple(c for c in CHANNELS if all(c in r.first.channels for r, _, _ in usable))
@@ -200,7 +223,7 @@ def _fit_alone(model: Model, data: Dataset) -> Values | None:
     return at
 
 
-def _fit_beside(model: Model, r: Responses, at: Values | None, bench: BenchFactor, left: UnitRatios) -> Values | None:
+def _fit_beside(model: Model, r: UnitOfBatch, at: Values | None, bench: BenchFactor, left: UnitRatios) -> Values | None:
     """Return the values of a unit fitted beside a learned bench, starting at the given ones. In bands in which the unit
     differs from the others, its own misfit is tolerated too."""
     if at is None:
@@ -225,7 +248,7 @@ def _start_at(free: Sequence[Free], at: Values) -> FitPoint:
     return FitPoint(tuple(replace(p, start=at[p.name]) for p in free), np.inf)
 
 
-def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench | None) -> UnitFit:
+def _last_fit(model: Model, r: UnitOfBatch, at: Values | None, bench: LearnedBench | None) -> UnitFit:
     """Fit all bins, with the form of damping that the data ask for. If no search succeeds, return the priors without G.
 
     The tolerance stays that of the file, even if the data of one unit would bear a finer one: the model's error is the
@@ -233,8 +256,7 @@ def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench
     free = free_with_offsets(model)
     prior, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
     nothing = UnitFit(
-        serial=r.serial,
-        measured=r,
+        unit=r,
         model=model,
         names=tuple(p.name for p in free),
         theta=prior,
@@ -258,8 +280,7 @@ def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench
         return nothing
     fit = found.fit
     return UnitFit(
-        serial=r.serial,
-        measured=r,
+        unit=r,
         model=found.model,
         names=fit.names,
         theta=fit.values,
@@ -273,7 +294,7 @@ def _last_fit(model: Model, r: Responses, at: Values | None, bench: LearnedBench
 def predicted_gaps(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench | None) -> Gs:
     """Return G of a unit with a bench and a prior that were learned without it, fitted to its own data and judged on
     records that were not fitted. Empty if no values of the model come near them."""
-    model, r = replace(fit.model, learned=bench), fit.measured.on_bench(bench)
+    model, r = replace(fit.model, learned=bench), fit.unit.on_bench(bench)
     priors = {} if prior is None else {n: (v, prior.sds[n]) for n, v in prior.values.items()}
     free = [
         replace(p, prior=priors[p.name][0], sd=priors[p.name][1]) if p.name in priors else p

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from checks import distributions as stats
 from checks.arrays import Array
-from checks.distributions import t as student
 
 CHANCE = 0.01  # probability that a fleet without outliers has a unit flagged
 MIN_UNITS = 4  # of three, one odd unit and two odd units look the same
@@ -84,4 +84,4 @@ def _chance_against(value: float, u: float, rest: Array, only_high: bool) -> flo
     if spread == 0.0:
         return 1.0 if apart == 0.0 else 0.0
     size = apart if only_high else abs(apart)
-    return float((1 if only_high else 2) * student.sf(size / spread, rest.size - 1))
+    return float((1 if only_high else 2) * stats.t.sf(size / spread, rest.size - 1))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from checks.process_control.control_chart import estimate_baseline
-from checks.process_control.places import chart_by_place
+from accept.fleet.process_control.control_chart import estimate_baseline
+from accept.fleet.process_control.places import chart_by_place
 
 
 def of_benches(count: int, benches: int = 2) -> np.ndarray:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from checks.process_control.control_chart import (
+from accept.fleet.process_control.control_chart import (
     FALSE_ALARM,
     LEAST,
     NELSON,
@@ -13,7 +13,7 @@ from checks.process_control.control_chart import (
     nelson,
     simulated_rate,
 )
-from checks.process_control.spread import D2, moving_range_degrees, moving_range_sigma
+from accept.fleet.process_control.spread import D2, moving_range_degrees, moving_range_sigma
 
 COSTS = [310, 288, 297, 298, 307, 303, 294, 297, 308, 306, 294, 299, 297, 299, 314, 295, 293, 306, 301, 304]
 

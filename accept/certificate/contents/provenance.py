@@ -1,0 +1,264 @@
+"""The provenance of a certificate: the statements beside its result, each declared once with its type, its way of
+checking, what a store must have, and its row on the page. One that a certificate lacks has its default."""
+
+import hashlib
+import re
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from datetime import datetime
+from typing import Annotated, Any, Self, get_args, get_type_hints
+
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
+
+from accept.base.documents.document import Document, Number, only_if
+from accept.base.documents.results import UnitEntry
+from accept.certificate.contents.laboratory import LaboratoryFile, StatedLaboratory, statement_of
+from accept.certificate.contents.statement import (
+    DERIVED,
+    DERIVED_AND_SIGNED,
+    LOOKED_UP,
+    SIGNED,
+    SIGNED_AND_LOOKED_UP,
+    Statement,
+)
+from accept.store.event import Event
+from accept.store.fold import VOIDED, UnitState
+from accept.store.payloads import BenchStated, CertificateSigned
+from checks.verdict import UnitVerdict
+
+AT_THE_BENCH = "its key lies at this bench"
+
+
+def _with_zone(text: str) -> str:
+    if datetime.fromisoformat(text).tzinfo is None:
+        raise ValueError(f"'{text}' is stated, expected a time with its zone")
+    return text
+
+
+def _given(value: Any) -> Any:
+    if value is None or value is False:
+        raise ValueError("expected a value or no such key")
+    return value
+
+
+_filled = only_if(bool)
+_GIVEN = BeforeValidator(_given)
+_Text = Annotated[str, Field(min_length=1)]
+_Time = Annotated[str, AfterValidator(_with_zone)]
+_Hex = Annotated[str, Field(pattern="^[0-9a-f]{64,128}$")]
+_End = Annotated[str, Field(pattern=f"^({'|'.join((*UnitVerdict, VOIDED))})$")]
+
+
+class Part(Document):
+    """A part of the provenance, of exactly its keys."""
+
+    __pydantic_config__ = ConfigDict(strict=True, allow_inf_nan=False, extra="forbid")
+
+
+@dataclass(frozen=True)
+class Replaced(Part):
+    """The judgement before: verdict, time and certificate; if it had none, the last certificate, of which attempt."""
+
+    verdict: str
+    time: _Time
+    certificate: str | None
+    earlier_attempt: Annotated[int, _filled] = 0
+    earlier_certificate: Annotated[str, _filled] = ""
+
+    def __post_init__(self) -> None:
+        if bool(self.earlier_attempt) != bool(self.earlier_certificate):
+            raise ValueError("expected both earlier_attempt and earlier_certificate, or neither")
+
+    @classmethod
+    def of(cls, before: UnitState | None) -> Self | None:
+        """Return what the next judgement of a unit replaces; None for a first one."""
+        if before is None:
+            return None
+        certificate = before.certificate.sha256 if before.certificate else None
+        earlier = before.handed_out if certificate is None else None
+        more = (earlier.attempt, earlier.sha256) if earlier is not None else ()
+        return cls(before.verdict, before.time, certificate, *more)
+
+
+@dataclass(frozen=True)
+class Stopped(Part):
+    """An attempt that was not accepted."""
+
+    attempt: int
+    verdict: str
+    time: _Time
+
+
+@dataclass(frozen=True)
+class Earlier(Part):
+    """How the attempts before ended: how many with which verdict, and the last that was not accepted."""
+
+    verdicts: Mapping[_End, Annotated[int, Field(gt=0)]]
+    not_accepted: Stopped | None
+
+    def __post_init__(self) -> None:
+        if (self.not_accepted is None) is bool({*self.verdicts} - {UnitVerdict.ACCEPTED, VOIDED}):
+            raise ValueError("not_accepted does not agree with its verdicts")
+
+    @classmethod
+    def of(cls, before: UnitState | None) -> Self | None:
+        """Return how the attempts before the next one ended; None for a first one. A void one counts as void."""
+        if before is None:
+            return None
+        stopped = [
+            Stopped(number, verdict, time)
+            for number, (_, verdict, time) in enumerate(before.ended, 1)
+            if verdict not in (UnitVerdict.ACCEPTED, VOIDED)
+        ]
+        return cls(dict(Counter(verdict for _, verdict, _ in before.ended)), stopped[-1] if stopped else None)
+
+
+@dataclass(frozen=True)
+class ValueBefore(Part):
+    """A value of the judgement that is replaced."""
+
+    value: Number
+    U: Number
+
+
+@dataclass(frozen=True)
+class Head(Part):
+    """The head of the bench's store when the unit was judged, signed by the bench."""
+
+    seq: int
+    hash: _Hex
+    bench: _Hex
+    signature: _Hex
+
+
+@dataclass(frozen=True)
+class History:
+    """The store's record of a certified judgement. entry: the result; before: the unit's state before it; replaced:
+    states that it may replace, in the workflow also that before its attempt; numbers: of its attempt. bench: one of the
+    bench's statements of itself until the signature; numbered: numbers by its scheme then, "" without one."""
+
+    judged: Event
+    signature: CertificateSigned
+    entry: UnitEntry
+    before: UnitState | None
+    replaced: Sequence[UnitState | None]
+    numbers: Collection[int]
+    checks: Collection[str]
+    bench: BenchStated | None = None
+    numbered: Collection[str] = ()
+
+    @property
+    def laboratory(self) -> StatedLaboratory | None:
+        file = None if self.bench is None else self.bench.laboratory
+        return None if file is None else statement_of(LaboratoryFile(**file), self.checks)
+
+
+@dataclass(frozen=True)
+class Provenance(Document):
+    """The statements of a certificate beside its result. Each is absent from certificates that had no cause to state
+    it, and from those of programs that did not know it."""
+
+    # fmt: off
+    attempt: Annotated[int, Field(ge=1), _filled, Statement(
+        LOOKED_UP, "number of the unit's judgements", "Attempt", due=True, called="attempt",
+        stored=lambda p, known: p.attempt in known.numbers)] = 0
+    replaces: Annotated[Replaced | None, Statement(
+        LOOKED_UP, "judgement and certificate before, also in a list; signed later than that", "Attempt", due=True,
+        called="replaced judgement", stored=lambda p, known: p.replaces in map(Replaced.of, known.replaced))] = None
+    earlier: Annotated[Earlier | None, _GIVEN, only_if(), Statement(
+        LOOKED_UP, "how its judgements ended; in a list, how many they are and when", "Attempt",
+        due=lambda p, own: own and p.replaces is not None, called="end of the attempts before", later=True,
+        stored=lambda p, known: p.earlier == Earlier.of(known.before))] = None
+    amends: Annotated[_Text, _filled, Statement(
+        LOOKED_UP, "number and result of the certificate before", "Amended", called="amended certificate", later=True,
+        stored=lambda p, known: p.amends == amended(known.judged.subject, known.before, known.entry))] = ""
+    judged: Annotated[_Time, _filled, Statement(
+        LOOKED_UP, "time of the judgement, also in a list", "Attempt", called="time of the judgement",
+        stored=lambda p, known: p.judged in ("", known.judged.time))] = ""
+    before: Annotated[Mapping[str, ValueBefore] | None, _GIVEN, only_if(), Statement(
+        LOOKED_UP, "values of the judgement that is replaced, in the store", "Changed",
+        called="values before", later=True,
+        stored=lambda p, known: (p.replaces, p.before) in [(Replaced.of(b), values_before(b)) for b in known.replaced],
+    )] = None
+    reason: Annotated[str | None, _GIVEN, only_if(), Statement(
+        SIGNED_AND_LOOKED_UP, "the bench's key; the stored judgement", "Attempt", called="reason",
+        stored=lambda p, known: p.reason == known.judged.data.get("reason"))] = None
+    signed_because: Annotated[_Text, _filled, Statement(
+        SIGNED_AND_LOOKED_UP, "the bench's key; the stored signature", "Signed", called="reason of signing",
+        stored=lambda p, known: p.signed_because == known.signature.reason)] = ""
+    laboratory: Annotated[StatedLaboratory | None, _GIVEN, only_if(), Statement(
+        SIGNED_AND_LOOKED_UP, "the bench's key; laboratory.toml as the store has it", "Laboratory",
+        stored=lambda p, known: p.laboratory == known.laboratory)] = None
+    number: Annotated[_Text, _filled, Statement(
+        SIGNED_AND_LOOKED_UP, "the bench's key; its scheme in the store, where it stands once", "Number",
+        stored=lambda p, known: not {p.number, re.sub(r"(?<=.)-\d+$", "", p.number)}.isdisjoint(known.numbered))] = ""
+    approval: Annotated[Mapping[str, Any] | None, Statement(
+        DERIVED_AND_SIGNED, "the program's own; a QA key's, of spec and models", "Spec", due=True)] = None
+    head: Annotated[Head | None, only_if(), Statement(
+        SIGNED_AND_LOOKED_UP, "signature of the bench; that event in its store", "Store", due=True)] = None
+    bench: Annotated[_Text, _filled, Statement(
+        SIGNED, "certificate of the authority; its key signs head and provenance", "Bench")] = ""
+    result: Annotated[Mapping[str, str], Field(min_length=2, max_length=2), _filled, Statement(
+        DERIVED_AND_SIGNED, "results.json and spec.toml; the bench's key",
+        due=lambda p, own: own and bool(p.signature))] = field(default_factory=dict)
+    authority: Annotated[_Text, _filled, Statement(
+        SIGNED_AND_LOOKED_UP, "the bench's key; in the store, as that day", "Bench",
+        stored=lambda p, known: bool(p.authority) is known.bench.authority)] = ""
+    signature: Annotated[_Text, _filled, Statement(
+        SIGNED, "the bench's key, over the serial and all of the provenance")] = ""
+    crl: Annotated[_Text, _filled, Statement(
+        SIGNED_AND_LOOKED_UP, "signature of the authority; its hash in the store",
+        stored=lambda p, known: (digest_of(p.crl) if p.crl else None) == known.bench.crl)] = ""
+    demo: Annotated[bool, _GIVEN, _filled, Statement(
+        DERIVED, "the kind of authority that signed")] = False
+    # fmt: on
+
+
+def _declared() -> Iterator[Statement]:
+    hints = get_type_hints(Provenance, include_extras=True)
+    for name in (each.name for each in fields(Provenance)):
+        yield from (replace(s, field=f"provenance.{name}") for s in get_args(hints[name]) if isinstance(s, Statement))
+
+
+PROVENANCE = tuple(_declared())
+
+
+def differences(stated: Provenance, known: History, own: bool = True) -> list[str]:
+    """Return the statements that the store has otherwise, by name: those of the bench if `known` is of one time of the
+    bench, else those of the judgement. own: this program made the certificate; earlier ones stated less."""
+    compared = [each for each in PROVENANCE if each.stored is not None and bool(each.called) is (known.bench is None)]
+    nothing = Provenance()
+    known_then = [s for s in compared if own or not s.later or getattr(stated, s.name) != getattr(nothing, s.name)]
+    return [each.called or each.field for each in known_then if each.stored and not each.stored(stated, known)]
+
+
+def digest_of(listed: str) -> str:
+    """Return the hash of a list of revoked keys, as the store keeps it."""
+    return hashlib.sha256(listed.encode()).hexdigest()
+
+
+def values_before(before: UnitState | None) -> dict[str, ValueBefore] | None:
+    """Return value and U of each quantity of the judgement that the next one replaces; None without such a judgement,
+    or if it was declared void."""
+    if before is None or before.voided:
+        return None
+    known = before.result.findings
+    return {f.quantity: ValueBefore(f.value, f.U) for f in known if f.value is not None and f.U is not None} or None
+
+
+def amended(serial: str, before: UnitState | None, result: UnitEntry) -> str:
+    """Return the number of the certificate that one with this result replaces, serial and attempt if it has none; "" if
+    it replaces none, or one with the same result."""
+    last = before.handed_out if before is not None else None
+    if last is None or (last.result is not None and _claims(last.result) == _claims(result)):
+        return ""
+    return last.number or f"{serial}/{last.attempt}"
+
+
+def _claims(entry: UnitEntry) -> tuple[str, list[tuple[object, ...]]]:
+    """Return what a certificate states of a result: verdicts, and values, U and limits to the digits that another
+    processor computes too."""
+    numbers = {f.quantity: (f.value, f.U, f.lower, f.upper) for f in entry.findings}
+    rounded = {name: tuple(x if x is None else f"{x:.8g}" for x in given) for name, given in numbers.items()}
+    return entry.verdict, [(f.quantity, f.unit, f.rule, f.verdict, *rounded[f.quantity]) for f in entry.findings]

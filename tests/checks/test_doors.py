@@ -1,0 +1,136 @@
+"""The doors of the rooms of `checks`: few names, each there, none hidden by a file of its name; their pages run."""
+
+import ast
+import textwrap
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import Any
+
+import numpy as np
+import pytest
+
+from accept.models.model_file import open_model
+from accept.simulate.hammer_records import FS, ShellMode, hammer_record
+from checks import shown
+from checks.declare import Measured
+from checks.fitting import Dataset
+from checks.fitting.dataset import simulated
+from checks.model import Model, time_simulation
+from checks.record import Record
+from specs.model import load_model
+from specs.spec import load
+
+ROOT = Path(__file__).parents[2]
+MOST_AT_A_DOOR, MOST_IN_ALL = 25, 177
+
+
+def simulated_records(model: Model, channels: tuple[str, ...], seed: int, bins: int = 60) -> Dataset:
+    f = np.geomspace(10.0, 1000.0, bins)
+    H = model.frf(f, channels=channels)
+    cov = (1e-3 * np.abs(H[:, :, None])) ** 2 * np.eye(len(channels))
+    return simulated(f, H, channels, cov.astype(complex), np.random.default_rng(seed))
+
+
+def for_acceptance() -> dict[str, Any]:
+    t = np.arange(2000) / 1e3
+    record = Record(t, {"Va": np.sin(300 * t), "de": 1e-6 * np.sin(300 * t)}, {"Va": "V", "de": "m"})
+    values = {"sensor_uF": Measured(5.1), "actuator_uF": Measured(9.8)}
+    return {"values": values, "spec": load("apa-basic"), "record": record}
+
+
+def for_consistency() -> dict[str, Any]:
+    return {"findings": [], "known": {}}
+
+
+def for_misalignment() -> dict[str, Any]:
+    model = replace(open_model("strut"), damping="modal")
+    first, second = (simulated_records(model, ("de", "da"), seed, 800) for seed in (1, 2))
+    return {"model": model, "first": first, "second": second, "np": np}
+
+
+def for_fitting() -> dict[str, Any]:
+    model = open_model("apa-2dof")
+    first, second = (simulated_records(model, model.channels, seed) for seed in (1, 2))
+    rng = np.random.default_rng(5)
+    t, Va = np.arange(40_000) / 1e4, rng.standard_normal(40_000)
+    channels = {"Va": Va} | time_simulation(model, t.size, 1e4)(Va)
+    low = Record(t, channels, {"Va": "V", "Vs": "V", "de": "m", "da": "m"})
+    return {"model": model, "first": first, "second": second, "low": low, "high": low}
+
+
+def for_gap() -> dict[str, Any]:
+    model = open_model("apa-2dof")
+    first, second = (simulated_records(model, model.channels, seed) for seed in (1, 2))
+    return {"model": model, "first": first, "second": second}
+
+
+def for_model() -> dict[str, Any]:
+    return {"f": np.geomspace(20.0, 700.0, 30), "Va": np.sin(np.arange(500)), "load_model": load_model}
+
+
+def for_signals() -> dict[str, Any]:
+    force, angle = hammer_record([ShellMode(280.0, 0.008, 3e-7)], np.random.default_rng(2))
+    hits = Record(np.arange(force.size) / FS, {"Track1": force, "Track2": angle}, {"Track1": "N", "Track2": "rad"})
+    return {"record": for_fitting()["low"], "hammer_records": [hits]}
+
+
+def for_population() -> dict[str, Any]:
+    model = open_model("apa-2dof")
+    units = {f"U-{i}": simulated_records(model, model.channels, i) for i in range(3)}
+    return {"model": model, "measured": units}
+
+
+PAGES: dict[str, Callable[[], dict[str, Any]]] = {
+    "checks.acceptance": for_acceptance,
+    "checks.consistency": for_consistency,
+    "checks.misalignment": for_misalignment,
+    "checks.fitting": for_fitting,
+    "checks.gap": for_gap,
+    "checks.model": for_model,
+    "checks.population": for_population,
+    "checks.signals": for_signals,
+}
+
+
+def names_of(room: str) -> set[str]:
+    own = ast.parse(Path(str(import_module(room).__file__)).read_text(encoding="utf-8"))
+    defined = {n.name for n in own.body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+    defined |= {t.id for n in own.body if isinstance(n, ast.Assign) for t in n.targets if isinstance(t, ast.Name)}
+    return {name for name in defined | shown(room).keys() if not name.startswith("_")}
+
+
+@pytest.mark.parametrize("room", PAGES)
+def test_a_door_shows_few_names_and_each_is_there(room: str) -> None:
+    names = names_of(room)
+    assert len(names) <= MOST_AT_A_DOOR
+    door = import_module(room)
+    assert all(getattr(door, name) is not None for name in names)
+    assert not names & {m.name for m in iter_modules(door.__path__)}, "a file of this name would hide it once imported"
+    with pytest.raises(AttributeError, match=f"'{room}' has no attribute 'bell'"):
+        _ = door.bell
+
+
+@pytest.mark.parametrize("room", PAGES)
+def test_the_page_of_a_door_runs(room: str) -> None:
+    """The indented lines of its docstring, with all names of the door."""
+    page = str(import_module(room).__doc__).partition("\n\n")[2]
+    code = "\n".join(line for line in page.splitlines() if line.startswith("    ") or not line)
+    assert code.strip()
+    names = {name: getattr(import_module(room), name) for name in names_of(room)}
+    exec(textwrap.dedent(code), names | PAGES[room]())
+
+
+def test_checks_is_entered_by_few_names() -> None:
+    """Of modules and doors, counted with imports in functions."""
+    entered = {
+        (node.module, alias.name)
+        for house in ("accept", "hw")
+        for path in (ROOT / house).rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_bytes()))
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "checks"
+        for alias in node.names
+    }
+    assert len(entered) <= MOST_IN_ALL, sorted(entered)
