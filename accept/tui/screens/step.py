@@ -265,24 +265,23 @@ class StepScreen(Page):
             self.send(lambda: self.session.remeasure(self.step.name, answer[0]), self._changed, "storing")
 
     def _noted(self, event: Event) -> None:
-        self._later(Turn)  # a nonconformance holds the step that is shown
         self.say(note_saved(event), "good")
+        self._later(Turn)  # a nonconformance holds the step that is shown
 
     def _changed(self, event: Event) -> None:
         undone = self.session.words_of(event) if event.what == EntryUndone.KIND else ""
         self._later(dialogue.changed, event.seq, undone)
 
     async def _pick(self, effect: do.PickFile) -> None:
-        declared, records = effect.declared, self.bench.records
-        fits, score = partial(self.session.may_fit, declared), partial(self.session.name_score, self.step, declared)
-        screen = Pick(declared.label, records, fits, score, effect.first)
+        declared, records, session = effect.declared, self.bench.records, self.session
+        fits, score = partial(session.may_fit, declared), partial(session.name_score, self.step, declared)
 
         def picked(path: Any) -> None:
             if path is not None:
                 within = path.is_relative_to(records)
                 self._later(dialogue.picked, effect.place, str(path.relative_to(records) if within else path))
 
-        await self.app.push_screen(screen, picked)
+        await self.app.push_screen(Pick(declared.label, records, fits, score, effect.first), picked)
 
     async def _draw(self) -> None:
         """Show the dialogue as it is now."""

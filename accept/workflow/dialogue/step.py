@@ -205,8 +205,7 @@ def returned(d: StepDialogue, place: Place) -> Turn:
     """Put the cursor back to an entry that was refused or is in question, unless it was saved or something was typed
     elsewhere meanwhile: what is typed next is its correction, and no value of the next line."""
     n = d.at(place)
-    typed = d.here is not None and d.here.text
-    if n is None or typed or d.reason(n)[1] not in ("refused", "doubted"):
+    if n is None or (d.here is not None and d.here.text) or d.reason(n)[1] not in ("refused", "doubted"):
         return Turn(d)
     return Turn(replace(d, cursor=n), (Do.SELECT,))
 
@@ -305,12 +304,9 @@ def stored(d: StepDialogue, entry: StoreEntry, seq: int, origin: str = "", file:
     d = _ended(d, entry)
     taken = PurePath(origin).name
     if entry.is_file:  # it is proposed no more, and the record it replaces may be proposed again
-        left = {name: one for name, one in d.proposals.items() if one.name != taken}
-        d = replace(d, proposals=left)
-    saved = f"Saved ({seq}){f' as {file}' if taken != file else ''}"
-    if d.early:
-        saved = f"{saved}. The second F3 came too early: nothing was read"
-    again = looks(d) if entry.is_file else ()
+        d = replace(d, proposals={name: one for name, one in d.proposals.items() if one.name != taken})
+    early = ". The second F3 came too early: nothing was read" if d.early else ""
+    saved, again = f"Saved ({seq}){f' as {file}' if taken != file else ''}{early}", looks(d) if entry.is_file else ()
     said = _say(replace(d, early=False), f"{saved}. {d.what_now}", "doubt" if d.early else "saved", *again)
     return said.then(_judge) if d.complete and not (d.awaits_records and d.cursor is not None) else said
 
@@ -328,13 +324,11 @@ def not_stored(d: StepDialogue, entry: StoreEntry, why: str, is_there: bool = Fa
     d = _ended(replace(d, early=False), entry)
     refused = {PurePath(path).name for path in d.facts.state.unusable}
     d = replace(d, proposals={name: one for name, one in d.proposals.items() if one.name not in refused})
-    select = False
     if (n := d.at(entry.place)) is not None:
-        text = d.lines[n].text or ("" if is_there else entry.text)
-        d, select = d.with_line(n, text=text, refusal=f"✗ {why}", doubted=None), n == d.cursor and bool(text)
+        d = d.with_line(n, text=d.lines[n].text or ("" if is_there else entry.text), refusal=f"✗ {why}", doubted=None)
     advice = why.rpartition("→ ")[2]
     words = f"{PurePath(entry.text).name}: not taken. {advice[:1].upper()}{advice[1:]}" if is_there else why
-    return _say(d, words, "bad", *([Do.SELECT] if select else []), *looks(d), do.ReturnLater(entry.place))
+    return _say(d, words, "bad", *([Do.SELECT] if n == d.cursor else []), *looks(d), do.ReturnLater(entry.place))
 
 
 def looks(d: StepDialogue) -> tuple[do.LookForRecords, ...]:
@@ -371,10 +365,9 @@ def _found(d: StepDialogue, form: Form, found: Proposals, now: float) -> Turn:
     """Propose other records than before; the cursor goes to a new one unless its own line is begun."""
     if form is not d.form or found == d.proposals:
         return Turn(d)
-    lines = range(len(d.lines))
-    before = [d.proposed(n) for n in lines]
+    before = [d.proposed(n) for n in range(len(d.lines))]
     d = replace(d, proposals=found, looked=now)
-    new = [n for n in lines if d.proposed(n) is not None and d.proposed(n) != before[n]]
+    new = [n for n, file in enumerate(before) if d.proposed(n) is not None and d.proposed(n) != file]
     if new and (d.here is None or d.cursor is None or not (d.here.text or d.proposed(d.cursor))):
         d = replace(d, cursor=new[0])
     file = None if d.cursor is None else d.proposed(d.cursor)
@@ -436,9 +429,8 @@ def no_next_unit(d: StepDialogue, asked: do.NextUnit, why: str) -> Turn:
 
 def changed(d: StepDialogue, seq: int, undone: str = "") -> Turn:
     """Go on after an entry was undone, or the step begun once more. undone: the entry in words."""
-    saved = f"Saved ({seq}); the record keeps the earlier entries"
-    words = f"Undone: {undone}; the record keeps both" if undone else saved
-    return _say(d, words, "saved").then(_go_on_and_judge)
+    again, back = f"Saved ({seq}); the record keeps the earlier entries", f"Undone: {undone}; the record keeps both"
+    return _say(d, back if undone else again, "saved").then(_go_on_and_judge)
 
 
 def mended(d: StepDialogue, step: str) -> Turn:
