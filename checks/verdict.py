@@ -149,7 +149,7 @@ def _decide(quantity: Quantity, limit: Limit) -> tuple[Verdict, Reason | None]:
 
 
 def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, Reason | None]:
-    lower, upper = bounds(limit)
+    lower, upper = limit.bounds
     inside = lower <= value <= upper
     outside = Verdict.FAIL, outside_reason(value, U, limit)
     if math.isinf(U):
@@ -176,22 +176,14 @@ def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, Reason |
 def largest_U(limit: Limit) -> float:
     """Return the largest expanded uncertainty that a limit's decision rule allows: a share of half the zone between its
     limits, infinite for a limit that has one bound only."""
-    lower, upper = bounds(limit)
+    lower, upper = limit.bounds
     return LARGEST_U[limit.rule] * (upper - lower) / 2.0
-
-
-def bounds(limit: Limit) -> tuple[float, float]:
-    """Return (lower, upper) of a limit, infinite for a bound that it does not have."""
-    return (
-        -math.inf if limit.lower is None else limit.lower,
-        math.inf if limit.upper is None else limit.upper,
-    )
 
 
 def outside_reason(value: float, U: float, limit: Limit) -> Reason:
     """Return the reason that names the limit which the value misses: the value as it stands beside its U, with further
     digits if it would look like the limit."""
-    lower, upper = bounds(limit)
+    lower, upper = limit.bounds
     side, at = ("below the lower", lower) if value < lower else ("above the upper", upper)
     whole = f"{value:.6g}" if f"{value:.6g}" != f"{at:.6g}" else repr(float(value))
     short = rounded(value, U)
@@ -202,7 +194,7 @@ def outside_reason(value: float, U: float, limit: Limit) -> Reason:
 def probability_outside(value: float, U: float, limit: Limit) -> float:
     """Return P(true value outside the limits) for a normal with mean `value` and standard deviation U / 2 ([JCGM106]
     7.4)."""
-    lower, upper = bounds(limit)
+    lower, upper = limit.bounds
     u = U / COVERAGE_FACTOR
     if u == 0.0:
         return float(not lower <= value <= upper)

@@ -38,6 +38,11 @@ class Limit(Strict):
             raise ValueError("U_max goes with rule 'shared' and only with it")
         return self
 
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """(lower, upper), infinite for a bound that it does not have."""
+        return -math.inf if self.lower is None else self.lower, math.inf if self.upper is None else self.upper
+
 
 class StatedU(Strict):
     """Expanded uncertainty (k = 2) of a value typed without one: absolute in the value's unit, or in percent of the

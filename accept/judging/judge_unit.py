@@ -28,7 +28,7 @@ from checks.declare import Check, Measured
 from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
 from checks.record import Record
-from checks.verdict import Finding, bounds, judge, largest_U, unit_verdict
+from checks.verdict import Finding, judge, largest_U, unit_verdict
 from hw.records import Remarked
 from specs import plugins
 from specs.plugins import BUILT_IN, product_named, products
@@ -187,7 +187,7 @@ def spec_warnings(spec: Spec) -> list[str]:
     for name, section in spec.checks.items():
         for quantity, limit in section.limits.items():
             stated, most = section.uncertainty.get(quantity), largest_U(limit)
-            lower, upper = bounds(limit)
+            lower, upper = limit.bounds
             if stated is None or not isfinite(most):
                 continue
             U = stated.at((lower + upper) / 2.0)

@@ -13,7 +13,7 @@ from accept.units.unit_folder import UnitFolder
 from checks.declare import Check, Measured
 from checks.errors import RecordError
 from checks.record import Record
-from checks.signals import sketch_of
+from checks.signals import Sketch
 
 DRIVES = frozenset({"t", "Va", "V"})  # one excitation serves every unit: no evidence of a measurement
 FEW_NUMBERS = 16  # different numbers in a table, below which two honest ones may be equal
@@ -78,7 +78,7 @@ def _hash(content: bytes) -> str:
 
 def _told(value: object) -> dict[str, str]:
     if isinstance(value, Record):
-        sketched = {c: sketch_of(x) for c, x in sorted(value.channels.items()) if c not in DRIVES}
+        sketched = {c: Sketch.of(x) for c, x in sorted(value.channels.items()) if c not in DRIVES}
         return {channel: str(found) for channel, found in sketched.items() if found is not None}
     if isinstance(value, Mapping):
         numbers = np.array([np.asarray(column, dtype=float) for _, column in sorted(value.items())])

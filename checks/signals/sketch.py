@@ -96,6 +96,19 @@ class Sketch:
         swings, even, odd, *noise = parts[: len(_NONE)]
         return cls(values, levels, swings, (even, odd), tuple(noise))
 
+    @classmethod
+    def of(cls, x: Array) -> "Sketch | None":
+        """Return the sketch of a channel (N,), None if it is not distinctive: a constant, or one of a few levels."""
+        if x.size < SAMPLES or (np.unique(x[: 20 * SAMPLES]).size < 2 and np.unique(x).size < FEW):
+            return None
+        picked = x[np.linspace(0, x.size - 1, SAMPLES).astype(int)]
+        values = picked if np.unique(picked).size >= TELLING else np.zeros(0)
+        levels, swings = _levels(x), _swings(x)
+        halves = (_swings(x[::2]), _swings(x[1::2]))
+        noise = _noise(x, () if swings.size else STRIDES[1:])
+        kept = values.size or levels or swings.size or noise[0].size
+        return cls(values, levels, swings, halves, noise) if kept else None
+
     def keys(self) -> list[int]:
         """Return its index keys, 63 bits each: sketches of the same samples share one, others practically never."""
         found = [f"levels {self.levels}".encode()] if self.levels else []
@@ -158,19 +171,6 @@ class Sketch:
 def sketch_key(content: bytes) -> int:
     """Return the key of a text for an index: 63 bits of its SHA-256."""
     return int.from_bytes(hashlib.sha256(content).digest()[:8], "big") >> 1
-
-
-def sketch_of(x: Array) -> Sketch | None:
-    """Return the sketch of a channel (N,), None if it is not distinctive: a constant, or one of a few levels."""
-    if x.size < SAMPLES or (np.unique(x[: 20 * SAMPLES]).size < 2 and np.unique(x).size < FEW):
-        return None
-    picked = x[np.linspace(0, x.size - 1, SAMPLES).astype(int)]
-    values = picked if np.unique(picked).size >= TELLING else np.zeros(0)
-    levels, swings = _levels(x), _swings(x)
-    halves = (_swings(x[::2]), _swings(x[1::2]))
-    noise = _noise(x, () if swings.size else STRIDES[1:])
-    kept = values.size or levels or swings.size or noise[0].size
-    return Sketch(values, levels, swings, halves, noise) if kept else None
 
 
 def _share(one: frozenset[int], other: frozenset[int]) -> bool:

@@ -96,7 +96,7 @@ def test_an_estimate_starts_no_process_which_would_run_the_callers_script_again(
     monkeypatch.setattr(misalignment, "table_for", table)
     measured = SimpleNamespace(serial="S-1", payload_kg=None, first=None, second=None, remarks=())
     monkeypatch.setattr(misalignment, "_responses_of", lambda _: measured)
-    monkeypatch.setattr(misalignment, "estimate", failing)
+    monkeypatch.setattr(misalignment, "estimate_misalignment", failing)
     with pytest.raises(NoResult):
         misalignment.estimate_unit(None, "strut-as-built")
     assert asked == [1]

@@ -25,7 +25,6 @@ from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
 from checks.record import motion_of
 from checks.signals.spectral.frf import Frf
-from checks.verdict import bounds
 from specs.bench import STATIC_HZ
 from specs.model import load_model
 from specs.spec import CheckSpec
@@ -124,7 +123,7 @@ def check_against_payload(
         return resonance.doubted(Cause.PAYLOAD_DIFFERS, expected=rules.payload_kg, value=given.value)
     limit = spec.limits.get(resonance.name)
     there_Hz = resonance.value * math.sqrt(ratio)
-    if limit is None or bounds(limit)[0] <= there_Hz <= bounds(limit)[1]:
+    if limit is None or limit.bounds[0] <= there_Hz <= limit.bounds[1]:
         return resonance
     return resonance.doubted(Cause.PAYLOAD_MOVES_IT, expected=rules.payload_kg, value=given.value, f_Hz=there_Hz)
 

@@ -42,7 +42,7 @@ def test_the_key_of_the_index_is_that_of_the_program() -> None:
             due = {s for s in serials if look_alike(s, serial) and s != serial and s.lower() != serial.lower()}
             before = set(serials[: serials.index(serial)])
             assert set(store.look_alikes(serial)) == due & before, serial
-    assert look_key("SOB-Il") == "508-11"
+    assert look_key("SOB-Il") == "5811"  # without zeros and separators, which may differ
 
 
 def test_the_later_of_two_is_asked_about_until_it_is_confirmed() -> None:

@@ -13,7 +13,7 @@ from scipy.stats import norm
 from checks.acceptance import CHECKS
 from checks.cause import Cause, NoResult
 from checks.quantity import Contribution, Quantity
-from checks.verdict import LARGEST_U, RULES, UnitVerdict, Verdict, bounds, judge, probability_outside, unit_verdict
+from checks.verdict import LARGEST_U, RULES, UnitVerdict, Verdict, judge, probability_outside, unit_verdict
 from specs.spec import CheckSpec, Limit
 from specs.units import unit_of
 
@@ -48,7 +48,7 @@ def test_every_quantity_of_every_check_under_every_rule(data: st.DataObject, of,
     check, name = of
     limit = data.draw(limits(unit_of(name)))
     finding = judge(check, Quantity(name, value, U), limit)
-    lower, upper = bounds(limit)
+    lower, upper = limit.bounds
     if finding.verdict is Verdict.PASS:
         assert U is not None
         assert lower <= value <= upper
@@ -125,7 +125,7 @@ def test_a_pass_lies_inside_and_a_fail_outside(limit: Limit, value: float, U: fl
 def test_a_pass_keeps_the_margin_of_its_rule(case: tuple[Limit, float, float]) -> None:
     """And the other way round: exactly what keeps it passes. In fractions, so that no rounding is shared."""
     limit, value, U = case
-    lower, upper = bounds(limit)
+    lower, upper = limit.bounds
     margin = Fraction(U) if limit.rule == "guarded" else Fraction(0)
     inside = (lower == -math.inf or Fraction(value) - margin >= Fraction(lower)) and (
         upper == math.inf or Fraction(value) + margin <= Fraction(upper)
@@ -144,7 +144,7 @@ def test_a_pass_keeps_the_margin_of_its_rule(case: tuple[Limit, float, float]) -
 @given(cases())
 def test_what_lies_outside_by_more_than_U_fails(case: tuple[Limit, float, float]) -> None:
     limit, value, U = case
-    lower, upper = bounds(limit)
+    lower, upper = limit.bounds
     if value + U < lower or value - U > upper:
         assert verdict_of(value, U, limit) is Verdict.FAIL
 
@@ -154,7 +154,7 @@ def test_moving_further_out_never_helps(case: tuple[Limit, float, float], furthe
     """Away from the middle of the limits a verdict only gets worse: pass, conditional, fail."""
     limit, value, U = case
     worse = {Verdict.PASS: 0, Verdict.CONDITIONAL: 1, Verdict.FAIL: 2}
-    lower, upper = bounds(limit)
+    lower, upper = limit.bounds
     # with one limit only, out is towards it, from anywhere
     middle = -math.inf if math.isinf(lower) else math.inf if math.isinf(upper) else lower + (upper - lower) / 2
     out = 1.0 if value >= middle else -1.0

@@ -12,7 +12,7 @@ from accept.units.samples import DRIVES
 from checks.acceptance import CHECKS
 from checks.declare import Series
 from checks.record import Record
-from checks.signals.sketch import Sketch, sketch_of
+from checks.signals.sketch import Sketch
 from tests.shared.recorded_units import RecordedUnits
 
 T = np.arange(20_000) / 1000.0
@@ -39,7 +39,7 @@ def measured(kind: str, seed: int) -> np.ndarray:
 
 
 def sketched(x: np.ndarray) -> Sketch:
-    found = sketch_of(x)
+    found = Sketch.of(x)
     assert found is not None
     return Sketch.parse(str(found))
 
@@ -86,14 +86,14 @@ def test_the_steps_of_a_coarse_channel_are_not_noise(kind: str, noise: float, mo
     """noise: of a step. Its staircase is the same for every repeat, but for where it begins."""
     motion, step, _ = SLOW[kind]
     monkeypatch.setitem(SLOW, kind, (motion, step, noise * step))
-    repeats = [found for seed in range(15) if (found := sketch_of(measured(kind, seed))) is not None]
+    repeats = [found for seed in range(15) if (found := Sketch.of(measured(kind, seed))) is not None]
     pairs = list(combinations(repeats, 2))
     assert sum(a.same(b) for a, b in pairs) <= len(pairs) // 100
 
 
 def test_a_motion_without_noise_has_none() -> None:
     """Its residual is smooth: also of a fine channel."""
-    found = sketch_of(40e-6 * np.sin(2 * np.pi * 0.5 * T) + 2e-6 * np.sin(2 * np.pi * 94.0 * T))
+    found = Sketch.of(40e-6 * np.sin(2 * np.pi * 0.5 * T) + 2e-6 * np.sin(2 * np.pi * 94.0 * T))
     assert found is not None
     assert not any(hashes.size for hashes in found.noise)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage, signal
 
-from checks.signals.sketch import Sketch, _running, sketch_of
+from checks.signals.sketch import Sketch, _running
 
 RNG = np.random.default_rng(5)
 T = np.arange(20_000) / 1000.0
@@ -38,7 +38,7 @@ STORED = {
 @pytest.mark.parametrize("how", STORED)
 def test_a_copy_is_known_in_whatever_form(how: str, step: float) -> None:
     x = measured(2e-4, 1, step)
-    one, other = sketch_of(x), sketch_of(STORED[how](x))
+    one, other = Sketch.of(x), Sketch.of(STORED[how](x))
     assert one is not None
     assert other is not None
     assert one.same(other)
@@ -51,7 +51,7 @@ def test_a_copy_is_known_in_whatever_form(how: str, step: float) -> None:
 def test_what_is_measured_again_is_no_copy(noise: float, step: float) -> None:
     """1e-5 of the span is 0.8 nm of 80 um: no encoder and no interferometer on air repeats so well. 40 repeats;
     the gauge has steps of twelve times its noise."""
-    many = [sketch_of(measured(noise, seed, step)) for seed in range(40)]
+    many = [Sketch.of(measured(noise, seed, step)) for seed in range(40)]
     found = [s for s in many if s is not None]
     assert len(found) == 40
     assert not [1 for n, a in enumerate(found) for b in found[:n] if a.same(b)]
@@ -62,7 +62,7 @@ def test_rounding_about_the_levels_changes_none() -> None:
     x = measured(2e-4, 1, 1e-7)
     rounded = x + 1e-9 * np.ptp(x) * RNG.standard_normal(x.size)
     assert np.unique(rounded).size > 2 * np.unique(x).size
-    one, other = sketch_of(x), sketch_of(rounded)
+    one, other = Sketch.of(x), Sketch.of(rounded)
     assert one is not None
     assert other is not None
     assert one.levels
@@ -73,7 +73,7 @@ def test_levels_of_a_converter_that_is_not_quite_even_are_counted_one_by_one() -
     """Every fifth step is short by a fifth, so that after some steps two levels lie within one."""
     level = np.cumsum(np.where(np.arange(400) % 5 == 0, 0.8, 1.0))
     at = RNG.integers(0, 400, 5000)
-    uneven, even = sketch_of(level[at]), sketch_of(at.astype(float))
+    uneven, even = Sketch.of(level[at]), Sketch.of(at.astype(float))
     assert uneven is not None
     assert even is not None
     assert uneven.levels
@@ -81,9 +81,9 @@ def test_levels_of_a_converter_that_is_not_quite_even_are_counted_one_by_one() -
 
 
 def test_what_tells_nothing_has_no_sketch() -> None:
-    assert sketch_of(np.zeros(5000)) is None
-    assert sketch_of(np.arange(20.0)) is None
-    assert sketch_of((np.arange(5000) % 3).astype(float)) is None  # a force at rest between two levels
+    assert Sketch.of(np.zeros(5000)) is None
+    assert Sketch.of(np.arange(20.0)) is None
+    assert Sketch.of((np.arange(5000) % 3).astype(float)) is None  # a force at rest between two levels
 
 
 @pytest.mark.parametrize("text", ["", "x", "AAAA:", "!!!!:00"])
@@ -120,7 +120,7 @@ COPIES = {
 def test_a_copy_that_was_cut_or_thinned_is_known(how: str) -> None:
     """Whichever of the two was filed first."""
     x = excited(1)
-    one, other = sketch_of(x), sketch_of(COPIES[how](x))
+    one, other = Sketch.of(x), Sketch.of(COPIES[how](x))
     assert one is not None
     assert other is not None
     for first, second in ((one, other), (other, one)):
@@ -130,27 +130,27 @@ def test_a_copy_that_was_cut_or_thinned_is_known(how: str) -> None:
 
 @pytest.mark.parametrize("rate", [slice(None, None, 2), slice(1, None, 2)])
 def test_honest_records_at_half_the_rate_are_no_copies(rate: slice) -> None:
-    one = sketch_of(excited(1))
+    one = Sketch.of(excited(1))
     assert one is not None
     for other in (excited(2), excited(3, 95.1), excited(4, 95.1, 0.0)):
-        found = sketch_of(other[rate])
+        found = Sketch.of(other[rate])
         assert found is not None
         assert not one.same(found)
 
 
 def test_honest_records_of_the_same_excitation_are_no_copies() -> None:
     """The same unit measured again, and another one whose resonance is a thousandth higher."""
-    one = sketch_of(excited(1))
+    one = Sketch.of(excited(1))
     assert one is not None
     assert one.swings.size
     for other in (excited(2), excited(3, 95.1), excited(4, 95.1, 0.0), excited(5, 97.0)):
-        found = sketch_of(other)
+        found = Sketch.of(other)
         assert found is not None
         assert not one.same(found)
 
 
 def test_a_sketch_of_before_is_read_and_keeps_its_keys() -> None:
-    new = sketch_of(excited(1))
+    new = Sketch.of(excited(1))
     assert new is not None
     text = ":".join(str(new).split(":")[:2])
     old = Sketch.parse(text)
