@@ -187,7 +187,8 @@ class TestImprovedModel:
         fit = SimpleNamespace(names=tuple(at), at=at, sds=dict.fromkeys(at, 1e-3), cov=np.eye(len(at)))
         result = SimpleNamespace(
             fit=fit, named=(SimpleNamespace(effect=name, parameters=values),), gap_after=SimpleNamespace(channels={}),
-            written_G={}, bench_latency={}, damping=given.model.damping,
+            written_G={}, bench_latency={}, damping=given.model.damping, after=SimpleNamespace(response=response),
+            elements=(),
         )  # fmt: skip
         write_improved(tmp_path / "m.toml", given, gap_run.done.measured, result)
         again = open_model(tmp_path / "m.toml").frf(F)
