@@ -42,7 +42,7 @@ def test_one_strut_from_records_to_certificate(tmp_path: Path, monkeypatch: pyte
         raise GapRefused("not searched")
 
     monkeypatch.setattr(analyse_unit, "run", found)
-    monkeypatch.setattr(misalignment, "estimate", found)
+    monkeypatch.setattr(misalignment, "estimate_misalignment", found)
     folder = make_strut(tmp_path / "units" / "S-1", "S-1")
     keys.init(tmp_path / "home", PASSPHRASE, "Ada")
     credential = keys.unlock(tmp_path / "home", keys.TECHNICIAN, PASSPHRASE)
