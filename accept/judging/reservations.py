@@ -66,9 +66,7 @@ class Reservations:
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
             tuple(part_doubts(store, unit.serial, unit.parts)),
             folder=doubted_folder(store, unit, confirmed_by),
-            rereadings=rereadings(
-                store, unit.serial, samples, () if entry is None else entry.findings, unit.input_hashes()
-            ),
+            rereadings={} if entry is None else rereadings(store, unit.serial, samples, entry.findings, entry.inputs),
         )
         if entry is not None:  # what is held already needs no earlier attempt
             entry = replace(entry, findings=alone.weaken(entry.findings), copies=tuple(alone.copies))
