@@ -35,6 +35,7 @@ def test_values_that_the_file_does_not_allow_explain_nothing(misaligned: Path) -
     assert done.exit_code == 4, done.output
     said = " ".join((done.stdout + done.stderr).split())
     assert "does not allow" in said
+    assert "the responses do not fit this model: it allows" in said
     assert "standard deviations" in said
     assert ", fitted, explains" not in said
     document = json.loads((out / "fit.json").read_text())
