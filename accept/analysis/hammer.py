@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from accept.analysis.record_responses import MeasuredResponse, vet_sizes
+from accept.analysis.record_responses import MeasuredResponse, mode_json, vet_sizes
 from checks.errors import RecordError
 from checks.record import Record
 from checks.signals import HammerTestResponse, ImpactRules, hammer_response
@@ -60,15 +60,5 @@ def hammer_json(response: ImpactResponse) -> dict[str, Any]:
             for record, found in zip(response.records, response.tests.impacts, strict=True)
             for i in found
         ],
-        "modes": [
-            {
-                "channel": c,
-                "f_Hz": m.f_Hz,
-                "U_Hz": m.U_Hz,
-                "damping_ratio": m.damping_ratio,
-                "U_damping": m.U_damping,
-            }
-            for c, modes in response.modes.items()
-            for m in modes
-        ],
+        "modes": [mode_json(c, mode) for c, modes in response.modes.items() for mode in modes],
     }

@@ -153,17 +153,14 @@ def to_json(response: MeasuredResponse) -> dict[str, Any]:
         "H": {c: {"re": frf.H[:, i].real.tolist(), "im": frf.H[:, i].imag.tolist()} for i, c in columns},
         "coherence": {c: _finite(frf.coherence[:, i]) for i, c in columns},
         "var": {c: _finite(frf.var[:, i]) for i, c in columns},
-        "resonances": [
-            {
-                "channel": c,
-                "f_Hz": mode.f_Hz,
-                "U_Hz": mode.U_Hz,
-                "damping_ratio": mode.damping_ratio,
-                "U_damping": mode.U_damping,
-            }
-            for c, mode in response.resonances.items()
-        ],
+        "resonances": [mode_json(c, mode) for c, mode in response.resonances.items()],
     }
+
+
+def mode_json(channel: str, mode: Any) -> dict[str, Any]:
+    """Return a resonance or a mode of a channel as its document states it."""
+    names = ("f_Hz", "U_Hz", "damping_ratio", "U_damping")
+    return {"channel": channel} | {name: getattr(mode, name) for name in names}
 
 
 def _finite(values: Array) -> list[float | None]:

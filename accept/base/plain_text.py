@@ -2,6 +2,7 @@
 place that takes secrets out of addresses."""
 
 import re
+from collections.abc import Sequence
 
 _ADDRESS = re.compile(r"([A-Za-z][\w+.-]*://)((?:(?!::[A-Za-z])\S)*)")  # each link of a chain, zip://a::https://b
 _STATED = re.compile(r"(?i)\b(\w*(?:passw(?:or)?d|passphrase|secret|token|signature|sig|credential)=)[^\s&;'\"]+")
@@ -21,6 +22,11 @@ def as_utf8(text: str) -> str:
 def lines(text: str) -> str:
     """Return the same of several lines."""
     return "\n".join(one_line(line) for line in text.split("\n"))
+
+
+def listed(words: Sequence[str], most: int = 3, between: str = ", ") -> str:
+    """Return the first few words and the number of the others: `a, b, c and 4 more`."""
+    return between.join(words[:most]) + (f" and {len(words) - most} more" if len(words) > most else "")
 
 
 def without_secrets(text: str) -> str:

@@ -5,11 +5,11 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
+from accept.base.plain_text import listed
 from specs.distribution import NAME
 from specs.plugins import packaged, packages
 
 PACKAGES = ("accept", "hw", "checks", "specs")
-_NAMED = 3  # packages of plug-ins, in a line
 
 
 def version() -> str:
@@ -20,8 +20,7 @@ def version() -> str:
 def program() -> str:
     """Return the version with the packages of plug-ins that are used beside it."""
     others = packages()
-    more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
-    return f"{version()} with {', '.join(others[:_NAMED])}{more}" if others else version()
+    return f"{version()} with {listed(others)}" if others else version()
 
 
 @cache

@@ -80,8 +80,8 @@ class UnitJob:
             result = explain_result(result, held, self.start, say, self.out)
         if self.certificate is None:
             return Judgement(replace(result, panels={}))
-        head = self.provenance.head if self.provenance else None
-        if not self.draws or (head and bench_of(self.home / BENCH_KEY) != head.bench):  # another machine has no key
+        bench = self.provenance.head_bench if self.provenance else None
+        if not self.draws or (bench and bench_of(self.home / BENCH_KEY) != bench):  # another machine has no key
             return Judgement(result)
         contents = self.contents(result, held)
         return Judgement(replace(result, panels=contents.pictures), drawn(contents))

@@ -50,8 +50,7 @@ def _differences(
     event: Event, serial: str, own: Samples, findings: Sequence[Finding], files: Mapping[str, str]
 ) -> Iterator[tuple[str, Rereading]]:
     """Yield the quantities that a judgement found in the same recordings, read otherwise."""
-    judgement = UnitJudged.of(event)
-    result = judgement.result
+    result = UnitJudged.of(event).result
     pairs = [(a, b) for a in own for b in result.samples if same_recording(own[a], result.samples[b])]
     then = {f.quantity: f for f in result.findings if f.inputs}
     for now in findings:
@@ -62,7 +61,7 @@ def _differences(
         changes = [*_changes(now.check, now.inputs, before.inputs), *(f"{a}, before {b}" for a, b in shared if a != b)]
         names = {i.name: str(i.value) for i in now.inputs if _is_record(now.check, i)}
         read = [names[a.partition("/")[2]] for a, _ in shared if a.partition("/")[2] in names]
-        if not _is_same_value(now, before) and any(files.get(name) not in judgement.inputs.values() for name in read):
+        if not _is_same_value(now, before) and any(files.get(name) not in result.inputs.values() for name in read):
             changes.append(f"{' and '.join(read)} gives {_value(now)}, before {_value(before)}")
         if changes:
             whose = "" if event.subject == serial else f" of {event.subject}"

@@ -18,6 +18,7 @@ from datetime import datetime
 from typing import NamedTuple
 
 from accept.base.documents.results import Information, UnitEntry
+from accept.base.plain_text import listed
 from accept.judging.copies import Channels, same_recording
 from accept.store import Event
 from accept.store.payloads import UnitJudged
@@ -30,7 +31,6 @@ from checks.verdict import Finding, UnitVerdict, Verdict
 _UNREAD = {Cause.FILE_DAMAGED, Cause.IN_WORDS, Cause.CHANNEL_MISSING}  # nothing is known of what such a file holds
 # Doubts that the store raises itself, from what it knows of the unit by its serial: as long as they last.
 _OF_STORE = {Cause.SUPERSEDED, Cause.NONCONFORMANCE, Cause.READ_OTHERWISE, Cause.SERIAL_ALIKE, Cause.FOLDER_NAME}
-_NAMED = 3  # files that the words of a doubt name
 SAME = 1e-9  # relative: the same data judged twice, on whatever processor; two readings do not agree by so much
 
 
@@ -142,7 +142,7 @@ def _used_again(finding: Finding, result: UnitEntry, entry: UnitEntry, later: Se
         return ""
     if passes and _is_recorded(entry, check):
         names = [name for name, sha256 in _files(entry, check).items() if sha256 in result.inputs.values()]
-        return f"its recordings ({_listed(names)}) are used again" if names else "its recordings are used again"
+        return f"its recordings ({listed(names)}) are used again" if names else "its recordings are used again"
     if any(_passes_anew(each, finding, result) for each in later):
         return ""
     if passes:
@@ -194,12 +194,8 @@ def _changes(entry: UnitEntry, result: UnitEntry) -> list[str]:
     """Return what an earlier attempt had and this one has not, or has otherwise."""
     gone = [name for name in result.inputs if name not in entry.inputs]
     changed = [name for name, sha256 in result.inputs.items() if entry.inputs.get(name, sha256) != sha256]
-    words = [f"{_listed(names)} {was}" for names, was in ((gone, "is gone"), (changed, "was changed")) if names]
+    words = [f"{listed(names)} {was}" for names, was in ((gone, "is gone"), (changed, "was changed")) if names]
     return words if _bench(entry) == _bench(result) else [*words, "the bench file is another one or gone"]
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
 
 
 def _bench(result: UnitEntry) -> object:

@@ -34,6 +34,7 @@ AGREE = 61  # of the 64: 95 percent
 TELLING = 32  # different values among the samples, below which only the levels of the whole channel are compared
 KEY_STEP = 1 / 8192  # of the span: all samples at this step, in keys of which a copy shares most
 KEY_SAMPLES = 16
+ROUNDED = 1e-6  # of the span: smaller gaps between samples are rounding of one level
 BEGINNING = 32_768  # samples of a channel that show fine steps without sorting all of it
 MOST_LEVELS = 10_000  # coarser steps may be above the noise: single samples of honest repeats are then equal
 SWINGS = 64  # hashes of swings that a sketch keeps
@@ -103,9 +104,11 @@ class Sketch:
             return None
         picked = x[np.linspace(0, x.size - 1, SAMPLES).astype(int)]
         values = picked if np.unique(picked).size >= TELLING else np.zeros(0)
-        levels, swings = _levels(x), _swings(x)
+        gaps = np.diff(np.sort(x[:BEGINNING]))
+        gaps = gaps[gaps > ROUNDED * np.ptp(x)]  # with NaN none is left
+        levels, swings = _levels(x, gaps), _swings(x)
         halves = (_swings(x[::2]), _swings(x[1::2]))
-        noise = _noise(x, () if swings.size else STRIDES[1:])
+        noise = _noise(x, gaps, () if swings.size else STRIDES[1:])
         kept = values.size or levels or swings.size or noise[0].size
         return cls(values, levels, swings, halves, noise) if kept else None
 
@@ -200,11 +203,9 @@ def _swings(x: Array) -> NDArray[np.uint32]:
     return np.unique(np.frombuffer(hashes, dtype="<u4")[::8])[:SWINGS]
 
 
-def _noise(x: Array, strides: tuple[int, ...]) -> tuple[Hashes, ...]:
+def _noise(x: Array, gaps: Array, strides: tuple[int, ...]) -> tuple[Hashes, ...]:
     """Return the hashes of the noise of a channel, at stride 1 and at these: the smallest that occur once, in order;
     none if what local cubics leave of it is not noise."""
-    gaps = np.diff(np.sort(x[:BEGINNING]))
-    gaps = gaps[gaps > 1e-6 * np.ptp(x)]  # smaller ones are rounding; with NaN none is left
     level, found = np.inf, [NO_HASHES] * len(STRIDES)
     for n, step in enumerate((1, *strides) if gaps.size else ()):
         residuals = [np.rint(np.convolve(x[k::step] / gaps.min(), RESIDUAL, "valid")) for k in range(step)]
@@ -278,14 +279,13 @@ def _vertex(before: Array, at: Array, after: Array) -> Array:
     return np.where(np.abs(height - at) <= np.maximum(np.abs(before - at), np.abs(after - at)), height, at)
 
 
-def _levels(x: Array) -> str:
+def _levels(x: Array, gaps: Array) -> str:
     """Return the hash of the sequence of levels of a channel of coarse steps, in its own steps, up or down."""
-    rounding = 1e-6 * np.ptp(x)  # smaller gaps are rounding of one level
-    if np.count_nonzero(np.diff(np.sort(x[:BEGINNING])) > rounding) > 1.5 * MOST_LEVELS:
+    if gaps.size > 1.5 * MOST_LEVELS:
         return ""
     there = np.unique(x)
     gaps = np.diff(there)
-    apart = gaps > rounding
+    apart = gaps > ROUNDED * np.ptp(x)
     if np.count_nonzero(apart) + 1 < FEW:
         return ""
     smallest = gaps[apart].min()

@@ -103,7 +103,7 @@ class Earlier(Part):
 
     @classmethod
     def of(cls, before: UnitState | None) -> Self | None:
-        """Return how the attempts before the next one ended; None for a first one. A void one counts as void."""
+        """Return the ends of the attempts before the next one, void ones as such; None before the first."""
         if before is None:
             return None
         stopped = [
@@ -213,6 +213,11 @@ class Provenance(Document):
     demo: Annotated[bool, _GIVEN, _filled, Statement(
         DERIVED, "the kind of authority that signed")] = False
     # fmt: on
+
+    @property
+    def head_bench(self) -> str | None:
+        """Public key of the bench that signed the head, None without a head."""
+        return self.head.bench if self.head else None
 
 
 def _declared() -> Iterator[Statement]:

@@ -71,14 +71,14 @@ def check_list(
     whose lists are in doubt. Steps are not complete if its bench's list is in doubt or lacks the certificate or its
     judgement, and if a later attempt is listed. A doubt about the list of another bench is said in the first line: that
     list may lack a later attempt."""
-    bench = contents.stated.head.bench if contents.stated.head else None
+    bench = contents.stated.head_bench
     doubts = [(words, public_of(one.bench) == bench) for one in lists if (words := _doubt(one, revoked))]
     said = [Step(words, complete=not own, remark="" if own else words) for words, own in doubts]
     return [*said, *_comparison(signed, contents, when, lists)]
 
 
 def _comparison(signed: bytes, contents: CertificateContent, when: datetime, lists: Sequence[BenchList]) -> list[Step]:
-    bench = contents.stated.head.bench if contents.stated.head else None
+    bench = contents.stated.head_bench
     own = next((one for one in lists if public_of(one.bench) == bench), None)
     if own is None:
         return [Step("its bench published nothing in this list", complete=False)]

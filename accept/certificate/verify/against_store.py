@@ -48,7 +48,7 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
     signed: the bytes up to the technician's signature, it included; when: its time. again: the unit as it was judged
     again from the attached records, None if it was not. A step is not complete if the store cannot be asked or does not
     hold, and if this bench made the certificate and its store is gone."""
-    stated = contents.stated.head.bench if contents.stated.head else None
+    stated = contents.stated.head_bench
     certified = keys.certified_bench(home())
     problem = keys.bench_problem(home())
     here = stated is not None and stated in (bench_of(home() / BENCH_KEY), certified)
@@ -146,7 +146,7 @@ def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, co
 def _at_bench(store: Store, known: History, signature: Event, contents: CertificateContent) -> Iterator[History]:
     """Yield everything that the bench stated of itself from the judgement until the signature: it states something
     else since its laboratory.toml, say, was changed."""
-    own, bench = known.judged, contents.stated.head.bench if contents.stated.head else None
+    own, bench = known.judged, contents.stated.head_bench
     events = [e for e in store.events("", BenchStated.KIND) if e.data["bench"] == bench and e.seq < signature.seq]
     years = {datetime.fromisoformat(e.time).year for e in (own, signature)}
     for event in [*[e for e in events if e.seq < own.seq][-1:], *(e for e in events if e.seq > own.seq)]:

@@ -12,6 +12,7 @@ from pyhanko.pdf_utils.generic import ArrayObject
 from pyhanko.pdf_utils.reader import PdfFileReader
 
 from accept.base import version
+from accept.base.plain_text import listed
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import BEFORE, SIZE_LIMIT, CertificateContent, ContentError
 from accept.certificate.contents.errors import InvalidCertificate
@@ -32,7 +33,6 @@ from specs.files import read_bounded
 from specs.strict import toml_of
 
 MOST_SAMPLES = 8_000_000  # of all attached records: an actuator or strut has 5e6; small files may expand to many more
-_SHOWN = 3  # differences named in the reason; the details have all
 
 
 Rejudge = Callable[[CertificateContent], UnitResult]
@@ -145,9 +145,7 @@ def _sketched_as(
 
 
 def _some(lines: Sequence[str]) -> str:
-    lines = sorted(lines, key=lambda line: "].value " not in line)
-    more = f" and {len(lines) - _SHOWN} more" if len(lines) > _SHOWN else ""
-    return "; ".join(lines[:_SHOWN]) + more
+    return listed(sorted(lines, key=lambda line: "].value " not in line), between="; ")
 
 
 def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[str]:

@@ -17,7 +17,7 @@ SAVED = "▪"  # what is saved is not yet judged: no mark of a verdict
 
 
 class Field(Vertical):
-    """Label, what is typed, and beside it what is saved; below, why it was refused or what is asked about it."""
+    """Label, typed text and saved value in a line; below them the reason of a refusal, or a question."""
 
     def __init__(self, place: FieldPlace) -> None:
         super().__init__(classes="field")

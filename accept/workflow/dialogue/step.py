@@ -347,7 +347,7 @@ def looked(d: StepDialogue, look: do.LookForRecords, found: Sequence[tuple[Form,
     first = next(((form, proposals) for form, proposals in found if proposals), None)
     match look.then:
         case "again":
-            return _found(d, *found[0], now) if found and found[0][0] is d.form else Turn(d)
+            return _found(d, *found[0], now) if found else Turn(d)
         case "turn" if first is None or d.begun or d.chosen:
             return Turn(d)
         case "opened" | "mended" if first is None:

@@ -51,7 +51,7 @@ class StepService:
         return None if place.is_file else self.bench.instruments.serving(self.step.name, *place.key)
 
     def proposals(self, form: Form) -> Proposals:
-        """Return the records that are proposed for a form; the list behind F2 says why there are none."""
+        """Return the proposed records of a form; if they cannot be listed, the list behind F2 gives the reason."""
         try:
             return self.session.proposals(self.step, form, self.bench.records)
         except (AcceptError, OSError):

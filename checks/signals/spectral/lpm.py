@@ -101,7 +101,7 @@ class LpmTransforms:
         return cls(spectra, input, tuple(outputs), len(u), fs, first, last, step)
 
     def bins(self, half: int) -> Bins:
-        """Return the wanted bins with `half` neighbours on both sides. Raises ValueError if there are none."""
+        """Return the wanted bins with `half` neighbours on both sides. Raises ValueError for an empty band."""
         # Bin 0 is left out of every neighbourhood: its offset is no response to the input.
         lo, hi = max(half + 1, self.first), min((self.n - 1) // 2 - half, self.last)
         if hi < lo:
