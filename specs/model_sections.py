@@ -1,11 +1,13 @@
 """The sections of a model file. A number may be a value or `{ value, sd }`; with an sd it is uncertain."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model, model_validator
 
+from specs.models.parameters import CHANNELS, PARAMETERS, of_section
 from specs.strict import Finite, NotNegative, Positive, Strict, Words
 
 BENDING = ("kRx_Nm_per_rad", "kRy_Nm_per_rad")
@@ -24,11 +26,9 @@ def _as_value(entry: Any) -> Any:
 
 
 Number = Annotated[Value, BeforeValidator(_as_value)]
-Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
 
 
-def _number(value: float) -> Any:
-    return Field(default_factory=lambda: Value(value=value))
+KEYS = {p.key: p.keys for p in PARAMETERS if p.each}
 
 
 class NodesSection(Strict):
@@ -66,28 +66,28 @@ class ModelSection(Strict):
             elif isinstance(held, list) and held and isinstance(held[0], Value):
                 yield from zip(self.listed(key)[: len(held)], held, strict=True)
             elif isinstance(held, ByChannel):
-                of_channels = ((c, getattr(held, c)) for c in ByChannel.model_fields)
-                yield from ((_axis_name(key, c), number) for c, number in of_channels if number is not None)
+                of_channels = zip(self.listed(key), (getattr(held, c) for c in CHANNELS), strict=True)
+                yield from ((name, number) for name, number in of_channels if number is not None)
 
-    def listed(self, key: str) -> list[str]:
-        """Return the names of the numbers of a list."""
-        return [_axis_name(key, axis) for axis in "xyz"]
-
-
-def _axis_name(key: str, axis: str) -> str:
-    """Return the flat name of a list's entry: `com_mm` along x is `com_x_mm`, `latency_us` of Vs `latency_Vs_us`."""
-    head, _, unit = key.partition("_")
-    return f"{head}_{axis}_{unit}"
+    def listed(self, key: str) -> Sequence[str]:
+        """Return the names of the numbers under one key."""
+        return KEYS[key]
 
 
-class Apa(ModelSection):
-    """Open circuits stiffen the stacks by these ratios of the stiffness across them. lopsided: how far beside its
-    middle the APA pushes."""
-
-    sensor_stiffening: Number = _number(0.0)
-    actuator_stiffening: Number = _number(0.0)
-    lopsided_x_um: Number = _number(0.0)
-    lopsided_y_um: Number = _number(0.0)
+def _numbers(*sections: str) -> Any:
+    """Return a section of a model file with the parameters that are declared for it."""
+    fields: dict[str, Any] = {}
+    for p in of_section(*sections):
+        kind: Any = Number
+        if p.each:
+            kind = ByChannel if p.each == CHANNELS else Annotated[list[Number], Field(min_length=3, max_length=3)]
+        if p.needed:
+            fields[p.key] = kind, ...
+        elif p.default is not None:
+            fields[p.key] = kind, Field(default_factory=partial(Value, value=p.default))
+        else:
+            fields[p.key] = (kind, Field(default_factory=ByChannel)) if p.each else (kind | None, None)
+    return create_model("".join(sections).title(), __base__=ModelSection, **fields)
 
 
 MOST_MODES = 1000  # fifteen times those of an APA300ML below 30 kHz
@@ -101,12 +101,11 @@ class ModeScatter(Strict):
     damping: Annotated[float, Field(ge=0, le=1.0, allow_inf_nan=False)]
 
 
-class ApaOfModes(Apa):
+class ApaOfModes(_numbers("apa", "apa of modes")):  # type: ignore[misc]
     """An APA with free elastic modes. mode_stiffness, mode_damping: factors on stiffness and damping of the first
     modes, by rising frequency, as far as this unit or its batch is known; with a sd of their own or that of the
     scatter."""
 
-    damping_ratio: Number = _number(0.01)
     mode_scatter: ModeScatter | None = None
     mode_stiffness: Annotated[list[Number], Field(max_length=MOST_MODES)] = Field(default_factory=list)
     mode_damping: Annotated[list[Number], Field(max_length=MOST_MODES)] = Field(default_factory=list)
@@ -117,21 +116,14 @@ class ApaOfModes(Apa):
             raise ValueError("mode_stiffness and mode_damping need mode_scatter")
         return self
 
-    def listed(self, key: str) -> list[str]:
+    def listed(self, key: str) -> Sequence[str]:
         return [f"{key}_{k + 1}" for k in range(MOST_MODES)]
 
 
-class Apa2dof(Apa):
-    """Defaults: [STB] 7.3 (k 0.38e6, ke 1.75e6, ka 3e7 N/m; c 30, ce 20, ca 20 N s/m)."""
+class Apa2dof(_numbers("apa", "2dof")):  # type: ignore[misc]
+    """An APA of springs and dampers."""
 
     type: Literal["2dof"]
-    k_N_per_um: Number = _number(0.38)
-    ke_N_per_um: Number = _number(1.75)
-    ka_N_per_um: Number = _number(30.0)
-    c_N_s_per_m: Number = _number(30.0)
-    ce_N_s_per_m: Number = _number(20.0)
-    ca_N_s_per_m: Number = _number(20.0)
-    height_mm: Number = _number(30.0)
 
 
 class ApaFrame(ApaOfModes):
@@ -150,23 +142,11 @@ class ApaSuperelement(ApaOfModes):
     names: MatrixNames = Field(default_factory=MatrixNames)
 
 
-class JointSection(ModelSection):
+class JointSection(_numbers("joint")):  # type: ignore[misc]
     """One flexible joint. type: `2dof` bends, `3dof` twists too, `4dof` also gives along the axis; lateral springs kx,
     ky are added if they are named. Directions that it does not name are rigid."""
 
     type: Literal["2dof", "3dof", "4dof"]
-    kRx_Nm_per_rad: Number
-    kRy_Nm_per_rad: Number
-    kRz_Nm_per_rad: Number | None = None
-    kz_N_per_um: Number | None = None
-    kx_N_per_um: Number | None = None
-    ky_N_per_um: Number | None = None
-    c_N_s_per_m: Number = _number(10.0)
-    cR_Nm_s_per_rad: Number = _number(0.001)
-    length_mm: Number = _number(25.5)
-    mass_kg: Number = _number(0.0292)
-    half_inertia_kg_m2: Number = _number(1e-6)
-    half_arm_mm: Number = _number(6.4)
 
     @model_validator(mode="after")
     def _springs_of_its_type(self) -> "JointSection":
@@ -177,6 +157,30 @@ class JointSection(ModelSection):
         return self
 
 
+class EncoderSection(_numbers("encoder")):  # type: ignore[misc]
+    """Head and ruler as bodies."""
+
+
+class BenchSection(_numbers("bench")):  # type: ignore[misc]
+    """The bench: payload, guide and its own effects."""
+
+
+class Misalignment(_numbers("misalignment")):  # type: ignore[misc]
+    """Offsets of the APA."""
+
+
+class DelaySection(_numbers("delay")):  # type: ignore[misc]
+    """Delay."""
+
+
+class Amplifier(_numbers("amplifier")):  # type: ignore[misc]
+    """The amplifier, which is infinitely fast without either bandwidth."""
+
+
+class Sensor(_numbers("sensor")):  # type: ignore[misc]
+    """The circuit of the sensor stack."""
+
+
 class Joints(Strict):
     """Two joints that differ."""
 
@@ -184,92 +188,14 @@ class Joints(Strict):
     top: JointSection
 
 
-class EncoderSection(ModelSection):
-    """Head and ruler as bodies; the ruler is read at the head unless `ruler_arm` states another point; `scale` and the
-    bracket's mode are off unless named."""
-
-    head_mass_kg: Number
-    ruler_mass_kg: Number
-    com_mm: Three
-    inertia_kg_m2: Three
-    arm_x_mm: Number
-    arm_y_mm: Number
-    ruler_arm_x_mm: Number | None = None
-    ruler_arm_y_mm: Number | None = None
-    scale: Number = _number(0.0)
-    bracket_Hz: Number | None = None
-    bracket_damping_ratio: Number = _number(0.01)
-
-
-class BenchSection(ModelSection):
-    """The bench: payload, guide and its own effects.
-
-    mode: of the bench, which de and da see alike; support_mode: of a guide or support that gives way, with a share of
-    its own in the static response of every channel. latency_us: of each channel against Va; lowpass_Hz, lowpass_order:
-    Butterworth low-pass before the converter of each channel."""
-
-    payload_kg: Number
-    guide_damping_N_s_per_m: Number = _number(0.0)
-    mode_Hz: Number = _number(100.0)
-    mode_ratio: Number = _number(0.0)
-    mode_damping_ratio: Number = _number(0.01)
-    support_mode_Hz: Number = _number(400.0)
-    support_mode_damping_ratio: Number = _number(0.01)
-    support_mode_ratio_Vs: Number = _number(0.0)
-    support_mode_ratio_de: Number = _number(0.0)
-    support_mode_ratio_da: Number = _number(0.0)
-    latency_us: ByChannel = Field(default_factory=ByChannel)
-    lowpass_Hz: ByChannel = Field(default_factory=ByChannel)
-    lowpass_order: ByChannel = Field(default_factory=ByChannel)
-
-
-class Constants(ModelSection):
+class Constants(_numbers("constants")):  # type: ignore[misc]
     """gs in volts per elongation of the sensor stack, or for a 2-DoF APA in volts per newton in ke."""
-
-    amplifier_gain: Number = _number(20.0)
-    ga_N_per_V: Number
-    gs_V_per_m: Number | None = None
-    gs_V_per_N: Number | None = None
 
     @model_validator(mode="after")
     def _one_gs(self) -> "Constants":
         if (self.gs_V_per_m is None) == (self.gs_V_per_N is None):
             raise ValueError("needs exactly one of gs_V_per_m and gs_V_per_N")
         return self
-
-
-class Misalignment(ModelSection):
-    """Offsets of the APA from the axis of the joints."""
-
-    dx_um: Number = _number(0.0)
-    dy_um: Number = _number(0.0)
-    dz_um: Number = _number(0.0)
-
-
-class DelaySection(ModelSection):
-    """Delay of the whole path from DAC to ADC."""
-
-    tau_us: Number = _number(0.0)
-
-
-class Amplifier(ModelSection):
-    """f_Hz: bandwidth of an amplifier of first order; second_order: of an amplifier of second order. Without either the
-    amplifier is infinitely fast."""
-
-    f_Hz: Number | None = None
-    second_order_Hz: Number | None = None
-    second_order_damping_ratio: Number = _number(0.7)
-
-
-class Sensor(ModelSection):
-    """The circuit of the sensor stack; charge_highpass: of second order, that of a charge amplifier; pickup: volts for
-    each volt per microsecond of the amplifier's output."""
-
-    highpass_Hz: Number = _number(0.0)
-    charge_highpass_Hz: Number = _number(0.0)
-    charge_highpass_damping_ratio: Number = _number(0.7)
-    crosstalk_V_per_V: Number = _number(0.0)
-    pickup_us: Number = _number(0.0)
 
 
 class Tolerance(Strict):

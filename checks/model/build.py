@@ -1,7 +1,6 @@
 """From a model file's description to a model that can be evaluated."""
 
 import hashlib
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
@@ -9,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from checks.errors import ModelError
-from checks.model.channel_paths import channel_path_off
 from checks.model.free_apa_modes import modal_apa, mode_names
 from checks.model.joint_prior import JointPrior
 from checks.model.learned_bench import LearnedBench
@@ -25,6 +23,7 @@ from checks.model.structure.superelement import Nodes, Superelement
 from checks.model.structure.superelement_check import check_superelement
 from specs.model import ModelSpec
 from specs.model_sections import ApaFrame, ApaOfModes, ApaSuperelement
+from specs.models.parameters import off_values
 
 # Five times the end of the band: beyond, a fifth more damping of a mode changes less than 1e-3 of what the mode adds
 # to a response within, which is a few percent of it.
@@ -131,10 +130,7 @@ def file_nodes(spec: ModelSpec) -> Nodes:
 
 def _values(spec: ModelSpec) -> dict[str, float]:
     """Return all parameters; omitted ones have the value at which they have no effect."""
-    off = {"amplifier.f_Hz": math.inf, "amplifier.second_order_Hz": math.inf, **channel_path_off()}
-    if spec.encoder is not None:
-        off["encoder.bracket_Hz"] = math.inf
-    return off | spec.values
+    return off_values("amplifier", "bench", *([] if spec.encoder is None else ["encoder"])) | spec.values
 
 
 def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callable[[Values], ApaBody], bytes]:

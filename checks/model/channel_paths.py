@@ -5,17 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from checks.arrays import Array, Complex
+from specs.models.parameters import CHANNELS as CHANNELS
 
-CHANNELS = ("Vs", "de", "da")
 LATENCIES = {c: f"bench.latency_{c}_us" for c in CHANNELS}
-ORDER = 2.0  # of a low-pass whose order no file names
-
-
-def channel_path_off() -> dict[str, float]:
-    """Return the parameters of all channels' paths, by flat name, at values at which they have no effect."""
-    latencies = dict.fromkeys(LATENCIES.values(), 0.0)
-    corners = {f"bench.lowpass_{c}_Hz": np.inf for c in CHANNELS}
-    return latencies | corners | {f"bench.lowpass_{c}_order": ORDER for c in CHANNELS}
 
 
 def channel_path(f: Array, values: Mapping[str, float], channel: str) -> Complex | float:

@@ -1,10 +1,12 @@
 """The electrical side: volts into force, elongation into volts; amplifier, wires and converters."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from checks.arrays import Array, Complex
+from checks.model.parameters import si
 
 PICKUP_TO_HZ = 100e3  # a derivative without an end has no path in time; far above every band
 
@@ -21,13 +23,13 @@ class Electrical:
     gain: float
     ga: float
     gs: float
-    amplifier_Hz: float = np.inf
-    highpass_Hz: float = 0.0
-    crosstalk: float = 0.0
-    pickup: float = 0.0
-    tau: float = 0.0
-    second_order: tuple[float, float] = (np.inf, 0.7)
-    charge_highpass: tuple[float, float] = (0.0, 0.7)
+    amplifier_Hz: float
+    highpass_Hz: float
+    crosstalk: float
+    pickup: float
+    tau: float
+    second_order: tuple[float, float]
+    charge_highpass: tuple[float, float]
 
     def coupling(self, f: Array) -> Complex:
         """Return the share (F,) of the amplifier's output that couples into Vs: a constant, and its derivative up to
@@ -56,6 +58,26 @@ class Electrical:
             x = 1j * f
             factor = factor * x * x / (x * x + 2.0 * damping_ratio * corner_Hz * x + corner_Hz**2)
         return factor
+
+
+def electrical_of(v: Mapping[str, float]) -> Electrical:
+    """Return the converters, amplifier and sensor circuit that a model's values describe."""
+    if "constants.gs_V_per_N" in v:  # the sensor stack reads a force
+        gs = v["constants.gs_V_per_N"] * si(v, "apa.ke_N_per_um")
+    else:
+        gs = v["constants.gs_V_per_m"]
+    return Electrical(
+        gain=v["constants.amplifier_gain"],
+        ga=v["constants.ga_N_per_V"],
+        gs=gs,
+        amplifier_Hz=v["amplifier.f_Hz"],
+        highpass_Hz=v["sensor.highpass_Hz"],
+        crosstalk=v["sensor.crosstalk_V_per_V"],
+        pickup=si(v, "sensor.pickup_us"),
+        tau=si(v, "delay.tau_us"),
+        second_order=(v["amplifier.second_order_Hz"], v["amplifier.second_order_damping_ratio"]),
+        charge_highpass=(v["sensor.charge_highpass_Hz"], v["sensor.charge_highpass_damping_ratio"]),
+    )
 
 
 def highpass_corner(resistor_ohm: float, capacitance_F: float) -> float:

@@ -8,8 +8,8 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.model.channel_paths import channel_path
+from checks.model.electrical import electrical_of
 from checks.model.learned_bench import LearnedBench
-from checks.model.parts import electrical_of
 from checks.model.structure.bench import suspension
 from checks.model.structure.encoder import bracket
 from checks.model.unidentified import factor

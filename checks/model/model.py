@@ -32,7 +32,6 @@ from checks.model.joint_prior import JointPrior
 from checks.model.learned_bench import LearnedBench
 from checks.model.measured_outputs import OutputGains, output_gains
 from checks.model.parameters import (
-    TURNS_TIES,
     depends_on,
     derivative_step,
     in_range,
@@ -40,9 +39,9 @@ from checks.model.parameters import (
     is_mode_factor,
     is_of_body,
     known,
-    last,
     matters,
     rule,
+    turns_ties,
 )
 from checks.model.parts import bench_of, encoder_of, joints_of, offset_of
 from checks.model.structure.apa import ApaBody
@@ -275,7 +274,7 @@ class Model:
     def _smooth(self, name: str) -> bool:
         """Return whether the matrices change in fixed coordinates. Rigid directions are eliminated; if they turn, the
         coordinates do too."""
-        return is_mechanical(name) and not (self._has_ties and last(name) in TURNS_TIES)
+        return is_mechanical(name) and not (self._has_ties and turns_ties(name))
 
     @cached_property
     def _has_ties(self) -> bool:

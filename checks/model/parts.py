@@ -1,12 +1,10 @@
 """From flat parameter values (in their own units) to the parts of the strut (in SI)."""
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from checks.arrays import Array
-from checks.model.electrical import Electrical
 from checks.model.parameters import si
 from checks.model.structure.bench import Bench
 from checks.model.structure.encoder import Encoder
@@ -73,32 +71,6 @@ def offset_of(values: Values) -> Array:
     lopsided = [si(values, f"apa.lopsided_{axis}_um") for axis in "xy"]
     offset: Array = _vector(values, "misalignment.d{}_um") + np.array([*lopsided, 0.0])
     return offset
-
-
-def electrical_of(values: Values) -> Electrical:
-    """Return the converters, amplifier and sensor circuit that a model's values describe."""
-    if "constants.gs_V_per_N" in values:  # the sensor stack reads a force
-        gs = values["constants.gs_V_per_N"] * si(values, "apa.ke_N_per_um")
-    else:
-        gs = values["constants.gs_V_per_m"]
-    return Electrical(
-        gain=values["constants.amplifier_gain"],
-        ga=values["constants.ga_N_per_V"],
-        gs=gs,
-        amplifier_Hz=values.get("amplifier.f_Hz", math.inf),
-        highpass_Hz=values["sensor.highpass_Hz"],
-        crosstalk=values["sensor.crosstalk_V_per_V"],
-        pickup=1e-6 * values.get("sensor.pickup_us", 0.0),
-        tau=si(values, "delay.tau_us"),
-        second_order=(
-            values.get("amplifier.second_order_Hz", math.inf),
-            values.get("amplifier.second_order_damping_ratio", 0.7),
-        ),
-        charge_highpass=(
-            values.get("sensor.charge_highpass_Hz", 0.0),
-            values.get("sensor.charge_highpass_damping_ratio", 0.7),
-        ),
-    )
 
 
 def _vector(values: Values, pattern: str) -> Array:

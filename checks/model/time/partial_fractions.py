@@ -12,9 +12,8 @@ from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.model.channel_paths import lowpass_poles
 from checks.model.dynamics.complex_modes import FAST, Modal
-from checks.model.electrical import PICKUP_TO_HZ
+from checks.model.electrical import PICKUP_TO_HZ, electrical_of
 from checks.model.model import PRIOR_ONLY, Model, Values
-from checks.model.parts import electrical_of
 from checks.model.unidentified import Pair, element_of
 
 STILL = 1e-12  # of the largest part: a pole that shows less is not worth its time

@@ -7,8 +7,8 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.model.channel_paths import LATENCIES
+from checks.model.electrical import electrical_of
 from checks.model.model import PRIOR_ONLY, Model, Values
-from checks.model.parts import electrical_of
 from checks.model.time.partial_fractions import STILL, paths
 
 

@@ -11,8 +11,8 @@ from scipy import fft
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.model.channel_paths import LATENCIES
+from checks.model.electrical import electrical_of
 from checks.model.model import F_MAX, Model
-from checks.model.parts import electrical_of
 from checks.model.time.partial_fractions import Fractions, paths
 
 SETTLED = 14.0  # decay times: 1e-6 of the ringing at the record's end is left when it could wrap round to the start
