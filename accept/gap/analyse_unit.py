@@ -1,33 +1,16 @@
 """The gap workflow on a unit folder: records in; gap.json, gap.pdf and the improved model out."""
 
 import json
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
-from accept.base.documents.gap import (
-    AmbiguousEffects,
-    CandidateEffect,
-    EffectValue,
-    ElementFound,
-    ElementPlace,
-    Evidence,
-    GapAtMode,
-    GapBand,
-    GapDocument,
-    GapExperiment,
-    GapSize,
-    GapStep,
-    NamedEffect,
-    UnnamedEffect,
-)
+from accept.gap.document import to_json
 from accept.gap.empirical import AddedElement, write_with_elements
 from accept.gap.improved_model import write_improved
 from accept.gap.realisations import F_LO, realisations, trials_of
-from accept.gap.reasons import considered_explanations
 from accept.gap.responses import Responses, channels_of, responses
 from accept.gap.summary import summary
 from accept.gap.text import words_of
@@ -209,77 +192,3 @@ def _slow(unit: LoadedUnit) -> Record | None:
     except RecordError:
         return None
     return record if isinstance(record, Record) else None
-
-
-def to_json(serial: str, r: Result) -> dict[str, Any]:
-    """Return gap.json ([DESIGN] 6)."""
-    gap_before, gap_after = _gap_sizes(r)
-    return GapDocument(
-        serial=serial,
-        model=r.model,
-        verdict=str(r.verdict),
-        gap_before=gap_before,
-        where=tuple(GapBand(w.channel, w.f_lo_Hz, w.f_hi_Hz, w.p, w.excess_dB) for w in r.where),
-        named=tuple(
-            NamedEffect(
-                n.effect,
-                {name: EffectValue(v.value, (v.lo, v.hi)) for name, v in n.parameters.items()},
-                Evidence(_finite(n.delta_lnL), n.p),
-                n.sentence,
-            )
-            for n in r.named
-        ),
-        ambiguous=tuple(AmbiguousEffects(tuple(a.effects), a.experiment) for a in r.ambiguous),
-        unnamed=tuple(
-            UnnamedEffect(
-                u.channel,
-                tuple(u.poles_Hz),
-                tuple(u.zeros_Hz),
-                bool(u.level_dependent),
-                u.words,
-                tuple((lo, hi) for lo, hi in u.ci95),
-                bool(u.at_edge),
-            )
-            for u in r.unnamed
-        ),
-        elements=tuple(
-            ElementFound(
-                e.kind,
-                tuple(ElementPlace(p.part, p.against, p.direction, p.point_mm) for p in e.places),
-                {name: EffectValue(v.value, (v.lo, v.hi)) for name, v in e.parameters.items()},
-                e.sentence,
-                e.looks_like,
-                e.experiment,
-            )
-            for e in r.elements
-        ),
-        candidates=tuple(
-            CandidateEffect(", ".join(t.names), _finite(t.delta_lnL), _finite(t.p), why)
-            for t, why in considered_explanations(r)
-        ),
-        steps=tuple(GapStep(s.effect, s.channels) for s in r.steps),
-        detection_limits=r.detection_limits,
-        gap_after=gap_after,
-        p_before=r.p_before,
-        p_after=r.p_after,
-        damping=r.damping,
-        notes=tuple(r.notes),
-        experiments=tuple(
-            GapExperiment(
-                t.kind, t.value, {c: gap.G for c, gap in t.channels.items()}, t.holds, tuple(t.level), t.against
-            )
-            for t in r.experiments
-        ),
-    ).to_json()
-
-
-def _gap_sizes(r: Result) -> list[GapSize]:
-    """Return the gap before and after."""
-    return [
-        GapSize(g.G, {c: gap.G for c, gap in g.channels.items()}, tuple(GapAtMode(m.f_Hz, m.G) for m in g.modes))
-        for g in (r.gap_before, r.gap_after)
-    ]
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

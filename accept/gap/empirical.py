@@ -82,16 +82,3 @@ def _G(model: Model, data: Dataset) -> dict[str, float]:
 def elements_of(added: Sequence[AddedElement]) -> dict[str, UnidentifiedElement]:
     """Return the added elements by channel."""
     return {a.channel: a.fitted.element for a in added if a.fitted is not None}
-
-
-def lines(added: tuple[AddedElement, ...]) -> list[str]:
-    """Return the added elements as text for a terminal."""
-    out = []
-    for a in added:
-        if a.fitted is not None:
-            poles = ", ".join(f"{f:.1f}" for f, _ in a.fitted.element.poles)
-            said = f"an unidentified element was added to the model (poles {poles} Hz)"
-            out.append(f"  {a.channel}: {said}: G {a.before:.3g} -> {a.after:.3g}")
-        else:
-            out.append(f"  {a.channel}: nothing was added: {a.reason} (G {a.before:.3g})")
-    return out

@@ -17,62 +17,44 @@ from reportlab.platypus import (
     TableStyle,
 )
 
+from accept.gap.document import to_json
 from accept.gap.empirical import AddedElement, elements_of
-from accept.gap.report_tables import tables
-from accept.gap.text import (
-    alternatives,
-    chance,
-    experiment_line,
-    gap_number,
-    headline_of_result,
-    parameter_line,
-    poles_of,
-    subject,
-    value_words,
-    words_of,
-)
-from accept.pictures.interactive import PageTable
+from accept.gap.report import report
+from accept.gap.text import headline_of_document
+from accept.pictures import blocks
+from accept.pictures.blocks import Block, Heading, Picture, Role, Sentence
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
 from accept.pictures.pdf.figure_row import FigureRow, FigureStack
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 from accept.pictures.pdf.page_style import words
 from accept.pictures.reduce import reduce_panel
-from checks.gap import GapVerdict, Result, bode_panels
+from checks.gap import Result, bode_panels
 from checks.picture import Panel
 
 HEAD = 20 * mm
+MAP_HEIGHT = 40.0  # mm
 BODE = 27.0, 14.0, 15.5  # mm: axes of magnitude, phase and what is left, of three channels on a page
-BEFORE = "Before: the fitted model without {}; after: with them. Both on records that were not fitted."
-BANDS = (
-    "Bands hold 95 % at each frequency: of the measurement by its noise; of the model after by its stated tolerance "
-    "and the covariance of its fitted values, the scatter of the APA's modes among them; of units as the model's file "
-    "describes them, drawn from its priors and scatter."
-)
+COLUMNS: dict[str, dict[int, tuple[int, ...]]] = {  # mm, by the head
+    "Channel": {7: (24, 24, 24, 28, 24, 30, 28), 4: (46, 46, 46, 44), 6: (18, 20, 20, 18, 56, 50)},
+    "With": {n: (80, *[34] * (n - 1)) for n in range(2, 5)},
+    "Explanation tried": {4: (66, 22, 24, 70)},
+    "Named value": {5: (50, 36, 36, 16, 44)},
+    "Model value": {4: (56, 44, 44, 38)},
+}
+STRONG = (Role.FOUND, Role.RIVAL, Role.UNNAMED)
 
 
 def render(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> bytes:
     """Return the report as a PDF. added: elements that were added to the improved model without a name."""
     register()
-    shown, drawn = tables(result, added), bode_panels(result, elements_of(added))
-    story: list[Flowable] = [
-        *_findings(result),
-        words("Where model and data disagree", page_style.HEADING),
-        *([words(BEFORE.format(subject(result)), page_style.QUIET)] if result.found else []),
-        FigureRow([reduce_panel(drawn["map"])], 40.0),
-        *_table(shown.get("gap"), (24, 24, 24, 28, 24, 30, 28) if result.found else (46, 46, 46, 44)),
-        *_table(shown.get("steps"), (80, 34, 34, 34)),
-        *_remarks(result),
-        *_table(shown.get("reasons"), (66, 22, 24, 70)),
-        *_table(shown.get("identified"), (50, 36, 36, 16, 44)),
-        *_limits(result),
-        *_table(shown.get("added"), (18, 20, 20, 18, 56, 50)),
-        *_table(shown.get("fitted"), (56, 44, 44, 38)),
-        PageBreak(),
-        words("Bode plots, on records that were not fitted", page_style.HEADING),
-        words(BANDS, page_style.QUIET),
-        *_bode(result, drawn),
-    ]
+    drawn, shown = bode_panels(result, elements_of(added)), report(result, added)
+    scale = min(3.0 / len(result.before.data.channels), 1.6)
+    story: list[Flowable] = []
+    for above, block in zip([None, *shown], shown, strict=False):
+        if isinstance(above, blocks.Table) and isinstance(block, Sentence):
+            story.append(Spacer(1, 4))
+        story += _flowables(block, drawn, scale)
     buffer = io.BytesIO()
     document = BaseDocTemplate(buffer, pagesize=(page_style.WIDTH, page_style.HEIGHT), invariant=1, pageCompression=1)
     bottom = page_style.MARGIN + page_style.FOOTER
@@ -100,7 +82,7 @@ def _head(canvas: Canvas, serial: str, result: Result) -> None:
     canvas.setStrokeColor(page_style.GREY_COLOUR)
     canvas.roundRect(left, top - height, width, height, 2 * mm, stroke=int(sign.fill == page_style.WHITE), fill=1)
     canvas.setFillColor(sign.ink)
-    line = headline_of_result(result)
+    line = headline_of_document(to_json(serial, result))
     canvas.setFont(BOLD, fitting_size(line, BOLD, 15, width - 8 * mm))
     canvas.drawCentredString(left + width / 2, top - height / 2 - 5, line)
     canvas.setFillColor(page_style.GREY_COLOUR)
@@ -108,56 +90,24 @@ def _head(canvas: Canvas, serial: str, result: Result) -> None:
     canvas.drawRightString(page_style.WIDTH - page_style.MARGIN, page_style.MARGIN, f"page {canvas.getPageNumber()}")
 
 
-def _findings(result: Result) -> list[Flowable]:
-    """Return the named effects in plain words, rivals that cannot be distinguished, and unidentified effects."""
-    story: list[Flowable] = []
-    for n in result.named:
-        values = f"{parameter_line(n)}; p {chance(n.p)}"
-        story += [words(n.sentence, page_style.STRONG), words(values, page_style.SMALL)]
-    for e in result.elements:
-        story += [words(e.sentence, page_style.STRONG), words(f"Next experiment: {e.experiment}.", page_style.SMALL)]
-    if result.verdict == GapVerdict.NO_MISSING:
-        agrees = "Noise, the stated tolerance and the calibrated values explain every channel."
-        story.append(words(agrees, page_style.STRONG))
-    story += [words(alternatives(a.effects, a.experiment), page_style.STRONG) for a in result.ambiguous]
-    for u in result.unnamed:
-        poles = poles_of(u.poles_Hz, u.ci95, u.at_edge)
-        zeros = ", ".join(f"{f:.1f} Hz" for f in u.zeros_Hz) or "none"
-        said = f"Unidentified effect: {u.channel}, poles {poles}, zeros {zeros}. {u.words}"
-        story.append(words(said, page_style.STRONG))
-    return story
+def _flowables(block: Block, drawn: Mapping[str, Panel], scale: float) -> list[Flowable]:
+    match block:
+        case Heading():
+            return [*([PageBreak()] if block.new_page else []), words(block.words, page_style.HEADING)]
+        case Sentence():
+            quiet = page_style.QUIET if block.role is Role.LEGEND else page_style.SMALL
+            more = "; ".join([*block.details, *block.evidence])
+            said = [words(block.words, page_style.STRONG if block.role in STRONG else quiet)]
+            return [*said, *([words(more, page_style.SMALL)] if more else [])]
+        case Picture():
+            panels = [reduce_panel(drawn[name]) for name in block.panels]
+            one = len(panels) == 1
+            return [FigureRow(panels, MAP_HEIGHT) if one else FigureStack(panels, [h * scale for h in BODE])]
+    return [_table(block)]
 
 
-def _bode(result: Result, drawn: Mapping[str, Panel]) -> list[Flowable]:
-    """Return the magnitude, phase and residual of every channel, on one frequency axis each."""
-    channels = result.before.data.channels
-    heights = [h * min(3.0 / len(channels), 1.6) for h in BODE]
-    kinds = ("magnitude", "phase", "deviation")
-    return [FigureStack([reduce_panel(drawn[f"{c} {kind}"]) for kind in kinds], heights) for c in channels]
-
-
-def _limits(result: Result) -> list[Flowable]:
-    if not result.detection_limits:
-        return []
-    parts = [
-        f"{words_of(effect)} ({', '.join(value_words(effect, k, v) for k, v in values.items())})"
-        for effect, values in result.detection_limits.items()
-    ]
-    head = words("Would have been seen with 90 % power, from", page_style.HEADING)
-    return [head, words("; ".join(parts), page_style.SMALL)]
-
-
-def _remarks(result: Result) -> list[Flowable]:
-    experiments = [f"{line[0].upper()}{line[1:]}." for line in map(experiment_line, result.experiments)]
-    modes = ", ".join(f"{m.f_Hz:.0f} Hz {gap_number(m.G)}" for m in result.gap_after.modes)
-    notes = [f"{note[0].upper()}{note[1:].rstrip('.')}." for note in result.notes]
-    lines = [f"G after, within 5 Hz about each mode: {modes}.", *experiments, *notes]
-    return [Spacer(1, 4), *(words(line, page_style.SMALL) for line in lines)]
-
-
-def _table(table: PageTable | None, widths_mm: Sequence[float]) -> list[Flowable]:
-    if table is None:
-        return []
+def _table(table: blocks.Table) -> Flowable:
+    widths_mm = COLUMNS[table.head[0]][len(table.head)]
     cells = [[words(h, page_style.TABLE_HEAD) for h in table.head]]
     cells += [[words(value, page_style.SMALL) for value in row] for row in table.rows]
     drawn = Table(cells, colWidths=[w * mm for w in widths_mm], hAlign="LEFT")
@@ -174,4 +124,4 @@ def _table(table: PageTable | None, widths_mm: Sequence[float]) -> list[Flowable
             ]
         )
     )
-    return [KeepTogether([words(table.title, page_style.HEADING), words(table.note, page_style.QUIET), drawn])]
+    return KeepTogether([words(table.title, page_style.HEADING), words(table.note, page_style.QUIET), drawn])

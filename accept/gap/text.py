@@ -3,16 +3,14 @@
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from checks.gap import GapVerdict, Named, Tested
+from checks.gap import GapVerdict
 from checks.rounding import rounded
 
 if TYPE_CHECKING:
     from checks.fitting import Fit
-    from checks.gap import Parameter, Result
+    from checks.gap import Parameter
 
-Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
-TWO = 2  # steps: the model alone and one effect, which the gap before and after says already
 AT_EDGE = " (at an end of the band: a slope that goes on outside looks like a pole there)"
 HEADLINE: dict[str, str] = {
     GapVerdict.NO_MISSING: "Model and data agree",
@@ -33,31 +31,18 @@ def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:
     return f"{worst} magnitude", f"{worst} residual"
 
 
-def headline_of(verdict: str, effects: Iterable[str], elements: Iterable[str] = ()) -> str:
-    """Return the headline, such as `Cause found: misalignment`. elements: kinds of what has no name."""
-    named = ", ".join([*map(words_of, effects), *(f"something like a {kind}" for kind in elements)])
-    return f"{HEADLINE[verdict]}: {named}" if named else HEADLINE[verdict]
-
-
 def headline_of_document(document: Mapping[str, Any]) -> str:
-    """Return the headline of gap.json, or of a judged unit's key `gap`."""
-    kinds = [e["kind"] for e in document.get("elements", ())]
-    return headline_of(document["verdict"], [n["effect"] for n in document["named"]], kinds)
+    """Return the headline of gap.json, or of a judged unit's key `gap`, such as `Cause found: misalignment`."""
+    kinds = (f"something like a {e['kind']}" for e in document.get("elements", ()))
+    named = ", ".join([*(words_of(n["effect"]) for n in document["named"]), *kinds])
+    headline = HEADLINE[document["verdict"]]
+    return f"{headline}: {named}" if named else headline
 
 
-def element_words(e: Mapping[str, Any]) -> str:
-    """Return the sentence of an entry of `elements`, and the measurement that tells more."""
-    return f"{e['sentence']} Next experiment: {e['experiment']}."
-
-
-def subject(r: "Result") -> str:
-    """Return the words for what was found and added to the model."""
-    return " and ".join(["the named effects"] * bool(r.named) + ["the elements"] * bool(r.elements))
-
-
-def headline_of_result(r: "Result") -> str:
-    """Return the headline of a result."""
-    return headline_of(r.verdict, [n.effect for n in r.named], [e.kind for e in r.elements])
+def subject(document: Mapping[str, Any]) -> str:
+    """Return the words for what was found and added to the model, "" if nothing was."""
+    named, elements = (bool(document.get(key)) for key in ("named", "elements"))
+    return " and ".join(["the named effects"] * named + ["the elements"] * elements)
 
 
 def number(x: float) -> str:
@@ -80,20 +65,16 @@ def words_of(effect: str) -> str:
     return effect.replace("_", " ")
 
 
-def parameter_line(n: Named) -> str:
-    """Return an effect's name, then every parameter with its interval."""
-    values = parameters(n.effect, ((name, v.value, v.lo, v.hi) for name, v in n.parameters.items()))
-    return f"{words_of(n.effect)}: {values}" if values else words_of(n.effect)
-
-
-def parameters(effect: str, values: Iterable[Value], form: str = "{} = {} [{}, {}]", between: str = ", ") -> str:
-    """Return the label, value with its unit and the ends of the interval of an effect's parameters, each in the given
-    form and to two digits of half the interval."""
+def parameters(n: Mapping[str, Any]) -> str:
+    """Return an entry of `named` in a line: the effect, then label, value with its unit and interval of each parameter,
+    to two digits of half the interval: `loop delay: tau 30.1 us (29.8 to 30.4)`."""
     parts = []
-    for name, value, lo, hi in values:
+    for name in in_order(n):
+        value, (lo, hi) = n["parameters"][name]["value"], n["parameters"][name]["ci95"]
         at, low, high = (rounded(x, (hi - lo) / 2.0) for x in (value, lo, hi))
-        parts.append(form.format(symbol(effect, name), f"{at} {unit(effect, name)}".rstrip(), low, high))
-    return between.join(parts)
+        with_unit = f"{at} {unit(n['effect'], name)}".rstrip()
+        parts.append(f"{symbol(n['effect'], name)} {with_unit} ({low} to {high})")
+    return f"{words_of(n['effect'])}{': ' if parts else ''}{'; '.join(parts)}"
 
 
 def symbol(effect: str, parameter: str) -> str:
@@ -123,16 +104,6 @@ def data_words(fit: "Fit") -> str:
     return f"{', '.join(data.channels)} from {data.f[0]:.0f} to {data.f[-1]:.0f} Hz"
 
 
-def step_line(effect: str | None, G: Mapping[str, float]) -> str:
-    """Return a step of the search, at the values of the whole explanation: `then crosstalk: G Vs 3.1, de 0.9`."""
-    left = ", ".join(f"{c} {gap_number(g)}" for c, g in G.items())
-    return (
-        f"the named effects left out, nothing fitted again: G {left}"
-        if effect is None
-        else f"then {words_of(effect)}: G {left}"
-    )
-
-
 def poles_of(poles_Hz: Iterable[float], ci95: Iterable[Iterable[float]], at_edge: bool) -> str:
     """Return the pole as text, `140.1 [139.8, 140.4] Hz`, with a warning if it lies at the end of the band."""
     ends = [tuple(each) for each in ci95]
@@ -142,15 +113,6 @@ def poles_of(poles_Hz: Iterable[float], ci95: Iterable[Iterable[float]], at_edge
     if not shown:
         return "none"
     return f"{', '.join(shown)} Hz{AT_EDGE if at_edge else ''}"
-
-
-def experiment_line(t: Tested) -> str:
-    """Return the outcome of an experiment for the explanation."""
-    if t.against and not t.channels:
-        return f"experiment, {t.words}: {t.against}"
-    G = ", ".join(f"{c} {gap_number(g.G)}" for c, g in t.channels.items())
-    level = f"; {', '.join(t.level)} depends on the drive level" if t.level else ""
-    return f"experiment, {t.words}: {'holds' if t.holds else f'does not hold: {t.against}'} (G {G}){level}"
 
 
 def value_words(effect: str, name: str, value: float) -> str:
@@ -203,25 +165,6 @@ def in_order(n: Mapping[str, Any]) -> list[str]:
 
     declared = [p.name for p in EFFECTS[n["effect"]].parameters] if n["effect"] in EFFECTS else []
     return sorted(n["parameters"], key=lambda k: (declared.index(k) if k in declared else len(declared), k))
-
-
-def values_of(n: Mapping[str, Any]) -> list[Value]:
-    """Return the parameters of an entry of `named`, in order, for `parameters`."""
-    found = ((name, n["parameters"][name]) for name in in_order(n))
-    return [(name, p["value"], *p["ci95"]) for name, p in found]
-
-
-def alternatives(effects: Iterable[str], experiment: str) -> str:
-    """Return the effects of an entry of `ambiguous`, and the experiment that distinguishes them."""
-    return f"Cannot be distinguished: {', '.join(map(words_of, effects))}. Next experiment: {experiment}."
-
-
-def unidentified_words(u: Mapping[str, Any]) -> str:
-    """Return the channel, poles and zeros of an entry of `unnamed`, and the effects that were tried for it."""
-    zeros = ", ".join(f"{f:.1f} Hz" for f in u["zeros_Hz"]) or "none"
-    poles = poles_of(u["poles_Hz"], u.get("poles_ci95", ()), u.get("at_edge", False))
-    level = ", depends on the level" if u["level_dependent"] else ""
-    return f"{u['channel']}, poles {poles}, zeros {zeros}{level}. {u.get('words', '')}".strip()
 
 
 def _pole_words(u: Mapping[str, Any]) -> str:

@@ -6,13 +6,13 @@ run, by their hashes, so no text of a unit can become a script."""
 import base64
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from html import escape
 from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
+from accept.pictures.blocks import Table
 from accept.pictures.colours import MAP_STEPS, colour
 from accept.pictures.formats import PictureError
 from accept.pictures.words import pretty
@@ -35,17 +35,7 @@ _DRAW = (  # without the button that uploads a chart
 )
 
 
-@dataclass(frozen=True)
-class PageTable:
-    """A table between words and plots; note: a line above it."""
-
-    title: str
-    note: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-
-
-def page(panels: Mapping[str, Panel], title: str, words: Sequence[str] = (), tables: Sequence[PageTable] = ()) -> bytes:
+def page(panels: Mapping[str, Panel], title: str, words: Sequence[str] = (), tables: Sequence[Table] = ()) -> bytes:
     """Return one HTML page: paragraphs, all panels, tables. Raises PictureError without plotly or panels."""
     if find_spec("plotly") is None:
         raise PictureError(MISSING)
@@ -92,7 +82,7 @@ def _hash(script: str) -> str:
     return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
-def _table_html(table: PageTable) -> str:
+def _table_html(table: Table) -> str:
     head = "".join(f"<th>{escape(pretty(h))}</th>" for h in table.head)
     rows = "".join(f"<tr>{''.join(f'<td>{escape(pretty(v))}</td>' for v in row)}</tr>" for row in table.rows)
     return (

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from checks.gap.conditions.simulated import under_experiment
     from checks.gap.conditions.trial import ConditionTrial
     from checks.gap.decision.bode_panels import bode_panels
-    from checks.gap.decision.elements import element_words
     from checks.gap.decision.gates import AT_LEAST
+    from checks.gap.decision.made_again import contradictions, picture_again
     from checks.gap.decision.next_experiment import every_experiment
     from checks.gap.decision.panels import channel_errors, gap_panels
-    from checks.gap.decision.result import GapVerdict, Named, Result, Tested, Tried
+    from checks.gap.decision.result import GapVerdict, Result, Tested, Tried
     from checks.gap.effects import EFFECTS, effect_named, with_effects
     from checks.gap.empirical import FittedElement, fit_element
     from checks.gap.modelling.effect import Parameter

@@ -8,17 +8,8 @@ from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, Table, TableStyle
 
 from accept.certificate.page.body import padding
-from accept.gap.text import (
-    REFUSED,
-    alternatives,
-    element_words,
-    gap_number,
-    headline_of_document,
-    parameters,
-    unidentified_words,
-    values_of,
-    words_of,
-)
+from accept.gap.findings import findings, gap_by_channel
+from accept.gap.text import REFUSED, headline_of_document
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.page_style import words
@@ -31,35 +22,19 @@ def explanation(result: Mapping[str, Any]) -> list[Flowable]:
     head = words(f"Responses against model {found.get('model', found['start'])}, for information", page_style.HEADING)
     if found["verdict"] == REFUSED:
         return [head, words(f"Not compared: {found['reason']}", page_style.SMALL)]
-    story: list[Flowable] = [head, *_missing(found)]
+    story = [head, words(headline_of_document(found) + ".", page_style.STRONG)]
+    story += [words(" ".join([each.words, *each.details]), page_style.BODY) for each in findings(found)]
     twice = _estimated_twice(found, result["findings"])
     story += [words(twice, page_style.BODY)] if twice else []
-    rows = [[words(h, page_style.TABLE_HEAD) for h in ("Channel", "G before", "G after")]]
-    before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
-    rows += [  # in the order of the names, as the attached JSON has them: the page is drawn again from there
-        [words(x, page_style.SMALL) for x in (c, gap_number(before[c]), gap_number(after[c]))] for c in sorted(before)
-    ]
-    table = Table(rows, colWidths=[w * mm for w in (20, 24, 24)], hAlign="LEFT")
+    gap = gap_by_channel(found)
+    # in the order of the names, as the attached JSON has them: the page is drawn again from there
+    cells = [[words(h, page_style.TABLE_HEAD) for h in gap.head]]
+    cells += [[words(x, page_style.SMALL) for x in row] for row in sorted(gap.rows)]
+    table = Table(cells, colWidths=[w * mm for w in (20, 24, 24)], hAlign="LEFT")
     whole = ("NOSPLIT", (0, 0), (-1, -1))  # no head at the foot of a page
     rule = ("LINEBELOW", (0, 0), (-1, 0), 0.5, page_style.GREY_COLOUR)
     table.setStyle(TableStyle([whole, rule, *padding(0.4, left=2)]))
-    legend = "G: squared residual over noise and stated tolerance, on records that were not fitted; 1 or less agrees."
-    return [*story, table, words(legend, page_style.QUIET)]
-
-
-def _missing(found: Mapping[str, Any]) -> list[Flowable]:
-    """Return the effects that were named, elements, rivals with the experiment that distinguishes them, and
-    unidentified effects."""
-    story: list[Flowable] = [words(headline_of_document(found) + ".", page_style.STRONG)]
-    for n in found["named"]:
-        values = parameters(n["effect"], values_of(n), "{} {} ({} to {})", "; ")
-        story.append(words(f"{n['sentence']} {words_of(n['effect'])}{': ' if values else ''}{values}", page_style.BODY))
-    story += [words(element_words(e), page_style.BODY) for e in found.get("elements", ())]
-    for a in found["ambiguous"]:
-        story.append(words(alternatives(a["effects"], a["experiment"]), page_style.BODY))
-    for u in found["unnamed"]:
-        story.append(words(f"Unidentified effect: {unidentified_words(u)}", page_style.BODY))
-    return story
+    return [*story, table, words(gap.note, page_style.QUIET)]
 
 
 def _estimated_twice(found: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> str:

@@ -1,10 +1,8 @@
-"""The gap analysis on a certificate: its search is not repeated, but what it can be about, what it names and what its
-pictures say is known without it."""
+"""The gap analysis on a certificate: its search is not repeated, but the words and the pictures that its numbers give
+are made again, and what it can be about is known without it."""
 
-import re
 import tomllib
 from collections.abc import Iterator, Mapping
-from functools import cache
 from typing import Any
 
 from accept.certificate.contents.content import CertificateContent
@@ -19,64 +17,45 @@ from checks.picture import Panel
 from specs.model import builtin_models
 from specs.units import RESPONSE_UNITS
 
-_NUMBER = r"-?(?:[0-9.]{1,20}(?:e[-+]?[0-9]{1,3})?|nan|inf)"  # as an effect writes it
-ELEMENT_KINDS = {"spring", "mass", "damper", "resonator", "joint"}
-_NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}
-
-
-@cache
-def _channel() -> str:
-    """Return the pattern of a response's channel. The check is loaded for it, so it is made when a gap is read."""
-    return "|".join(
-        sorted({*RESPONSE_UNITS, *(c for i in CHECKS["frf"].inputs.values() for c in getattr(i, "channels", ()))})
-    )
-
-
-@cache
-def _words() -> re.Pattern[str]:
-    """Return every text of the pictures that `checks.gap.decision.panels` draws."""
-    c = _channel()
-    return re.compile(
-        rf"|({c}) / Va|\|({c}) / Va\| \[({'|'.join(RESPONSE_UNITS.values())}|)\]|({c}): what is left"
-        r"|\|data - model\| / \|data\||frequency \[Hz\]"
-        r"|measured|model before|model after|before|after|disagrees, before|95 % of noise and tolerance|pole [0-9.]+ Hz"
-        r"|nan|inf|-inf"
-    )
-
-
-@cache
-def _fault() -> re.Pattern[str]:
-    """Return the faults of the records, which are found before the search."""
-    c = _channel()
-    return re.compile(
-        rf"({c}) does not answer the drive\.|({c}) comes -?[0-9]+ samples late\."
-        rf"|({c}) has the wrong sign\.|({c}) and ({c}) are exchanged\."
-    )
+_NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}  # keys of a picture
 
 
 def check_gap(unit: UnitFolder, gap: Mapping[str, Any] | None, panels: Mapping[str, Panel]) -> None:
-    """Raise InvalidCertificate if a unit without responses states a gap analysis, if an effect is described in other
-    words than those of the library, or if a picture is not one of the analysis or says anything else."""
+    """Raise InvalidCertificate if a unit without responses states a gap analysis, if a sentence is not the one of the
+    values beside it, or if a picture is not one of the analysis or shows more than its curves and what is stated."""
     if gap is not None and not applies(unit):
         raise InvalidCertificate("it states a gap analysis, but the unit has no responses")
-    for named in (gap or {}).get("named", ()):
-        if not _is_sentence(str(named["effect"]), str(named["sentence"])):
-            raise InvalidCertificate(f"the gap analysis describes '{named['effect']}' in words that are not its own")
-        if unknown := _other_parameters(str(named["effect"]), named["parameters"]):
-            raise InvalidCertificate(f"the gap analysis gives '{named['effect']}' the parameter '{unknown[0][:60]}'")
-    for one in (gap or {}).get("elements", ()):
-        if not _is_element(one):
-            raise InvalidCertificate("the gap analysis describes an element in words that are not its own")
-    compared = (gap or {}).get("gap_before", {}).get("channels", {})
-    for channel in (*(str(pole["channel"]) for pole in (gap or {}).get("unnamed", ())), *compared):
-        if not re.fullmatch(_channel(), channel):
-            raise InvalidCertificate(f"the gap analysis names a channel '{channel[:60]}', which no response has")
+    if gap is not None:
+        from checks.gap import contradictions  # loads the library: only for a unit with an analysis
+
+        for said in contradictions(gap, _channels()):
+            raise InvalidCertificate(f"the gap analysis {said}")
     known = {f"{GAP_PICTURES}{name}" for name in (on_certificate(gap) if gap and "named" in gap else ())}
-    for panel in panels_to_json({name: p for name, p in panels.items() if name.startswith(GAP_PICTURES)}):
-        if panel["name"] not in known:
-            raise InvalidCertificate(f"the picture {panel['name']} is not of the stated gap analysis")
-        if (other := next((t for t in _texts(panel) if not _words().fullmatch(t)), None)) is not None:
-            raise InvalidCertificate(f"the picture {panel['name']} says '{other[:60]}'")
+    for name, panel in panels.items():
+        if name.startswith(GAP_PICTURES):
+            if gap is None or name not in known:
+                raise InvalidCertificate(f"the picture {name} is not of the stated gap analysis")
+            _check_picture(name, panel, gap)
+
+
+def _check_picture(name: str, panel: Panel, gap: Mapping[str, Any]) -> None:
+    from checks.gap import picture_again  # as above
+
+    try:
+        again = picture_again(name.removeprefix(GAP_PICTURES), panel, gap)
+    except ValueError as e:
+        raise InvalidCertificate(f"the picture {name} does not have the curves of a gap analysis") from e
+    stated, made = (panels_to_json({name: each}) for each in (panel, again))
+    if stated != made:
+        own = {*_texts(made)}
+        other = next((f"says '{text[:60]}'" for text in _texts(stated) if text not in own), "")
+        raise InvalidCertificate(f"the picture {name} {other or 'marks what the analysis does not state'}")
+
+
+def _channels() -> list[str]:
+    """Return the channels that responses can have."""
+    declared = (c for i in CHECKS["frf"].inputs.values() for c in getattr(i, "channels", ()))
+    return sorted({*RESPONSE_UNITS, *declared})
 
 
 def own_words(contents: CertificateContent) -> list[str]:
@@ -91,7 +70,7 @@ def own_words(contents: CertificateContent) -> list[str]:
     if gap["ambiguous"]:
         from checks.gap import (
             EFFECTS,
-            every_experiment,  # loads the library, as `_is_sentence`
+            every_experiment,  # loads the library, as above
         )
 
         known = every_experiment()
@@ -112,36 +91,6 @@ def _names_its_model(gap: Mapping[str, Any], contents: CertificateContent) -> bo
     else:
         return False
     return gap.get("model") in (None, tomllib.loads(text.decode()).get("name"))
-
-
-def _other_parameters(effect: str, stated: Mapping[str, Any]) -> list[str]:
-    """Return the parameters that the effect does not have; of the faults of the records some have `samples`."""
-    from checks.gap import EFFECTS  # as `_is_sentence`
-
-    own = {p.name for p in EFFECTS[effect].parameters} if effect in EFFECTS else {"samples"}
-    return [name for name in stated if name not in own]
-
-
-def _is_sentence(effect: str, text: str) -> bool:
-    """Return whether this is the sentence of a fault of the records, or of an effect of the library, with any
-    numbers."""
-    from checks.gap import EFFECTS  # loads the library: only for a unit whose responses were searched
-
-    if _fault().fullmatch(text):
-        return True
-    if effect not in EFFECTS:
-        return False
-    templates = (EFFECTS[effect].sentence, EFFECTS[effect].below, *EFFECTS[effect].earlier)
-    patterns = (_NUMBER.join(map(re.escape, re.split(r"\{[^}]*\}", t))) for t in templates if t)
-    return any(re.fullmatch(pattern, text) for pattern in patterns)
-
-
-def _is_element(one: Mapping[str, Any]) -> bool:
-    """Return whether an element is described in the words of the analysis, with any numbers."""
-    from checks.gap import element_words  # as `_is_sentence`
-
-    stated = zip(element_words(), ("sentence", "experiment"), strict=True)
-    return one["kind"] in ELEMENT_KINDS and all(re.fullmatch(own, str(one[key])) for own, key in stated)
 
 
 def _texts(panel: Any) -> Iterator[str]:

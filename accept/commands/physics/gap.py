@@ -19,7 +19,6 @@ from accept.batch.executors import run_jobs
 from accept.commands.answer import Answer, File, command
 from accept.commands.options import ClusterAt, StartModelName
 from accept.gap import analyse_unit
-from accept.gap.empirical import lines as lines_of
 from accept.gap.fleet import SETTLED, common, lines
 from accept.gap.summary import summary
 from accept.gap.text import REFUSED
@@ -122,7 +121,7 @@ class GapJob:
         except MemoryError:
             return too_large()
         added = analyse_unit.write(done, self.out, self.empirical, self.html)
-        return GapAnswer(done.document, [*summary(serial, done.result), *lines_of(added)])
+        return GapAnswer(done.document, summary(serial, done.result, added))
 
 
 def _print_answer(serial: str, given: GapAnswer | str | GivenUp, place: Path, html: bool) -> Mapping[str, Any] | None:

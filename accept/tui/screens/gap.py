@@ -8,18 +8,10 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Static
 
-from accept.gap.text import (
-    REFUSED,
-    alternatives,
-    element_words,
-    gap_number,
-    headline_of_document,
-    parameters,
-    unidentified_words,
-    values_of,
-    words_of,
-)
+from accept.gap.findings import findings
+from accept.gap.text import REFUSED, gap_number, headline_of_document
 from accept.pictures import signs
+from accept.pictures.blocks import Role
 from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.page import Page
@@ -34,6 +26,9 @@ WORDS = (
     "Compares the responses with the model. Where they differ, it identifies the missing effect, adds it to the model "
     "and tests the result on records that were not fitted. Takes up to a minute; does not change any verdict."
 )
+
+
+COLOURS = {Role.FOUND: "bold", Role.RIVAL: "yellow", Role.UNNAMED: "magenta"}
 
 
 class Explain(Page):
@@ -122,16 +117,9 @@ def answer(found: Mapping[str, Any]) -> Text:
     text = Text.assemble(headline(found), "\n")
     if found["verdict"] == REFUSED:
         return text
-    for effect in found["named"]:
-        text.append(f"  {effect['sentence']}\n", "bold")
-        if values := values_of(effect):
-            text.append(f"    {words_of(effect['effect'])}: {parameters(effect['effect'], values)}\n", "dim")
-    for element in found.get("elements", ()):
-        text.append(f"  {element_words(element)}\n", "bold")
-    for rivals in found["ambiguous"]:
-        text.append(f"  {alternatives(rivals['effects'], rivals['experiment'])}\n", "yellow")
-    for nameless in found["unnamed"]:
-        text.append(f"  Unidentified effect: {unidentified_words(nameless)}\n", "magenta")
+    for each in findings(found):
+        text.append(f"  {each.words}\n", COLOURS[each.role])
+        text.append("".join(f"    {detail}\n" for detail in each.details), "dim")
     before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
     shrunk = "   ".join(f"{c} {gap_number(G)} → {gap_number(after[c])}" for c, G in before.items())
     text.append("  G before → after, on unseen records; 1 or less agrees:\n", "bold")

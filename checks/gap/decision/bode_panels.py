@@ -13,7 +13,7 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.fitting.prior import prior_rows
-from checks.gap.decision.panels import disagreement_map, shown, smooth
+from checks.gap.decision.panels import LEAST, disagreement_map, shown, smooth
 from checks.gap.decision.result import Result
 from checks.gap.statistics.projected_residual import Projected
 from checks.model.unidentified import UnidentifiedElement
@@ -23,7 +23,6 @@ from specs.units import RESPONSE_UNITS
 
 GRID = 1200  # frequencies of a curve of the model, beside those of the bins
 DRAWS = 80  # of units as the model's file describes them: the 2.5 % ends are then good to a third of their distance
-LEAST = 1e-4  # of |H|: less than any tolerance, so nothing to look at
 CUTS = range(-360, 0, 15)  # [deg] where the circle may be cut for an axis
 AFTER, ELEMENT = "model after", "with the unidentified element"
 
@@ -152,16 +151,16 @@ def _deviation(result: Result, c: int, f: Array, relative_sd: Array, added: Unid
         Band(f, np.full(f.size, LEAST), np.maximum(model, LEAST), "95 % of the model", "model"),
         Line(*smooth(data.f, np.maximum(noise, LEAST)), "95 % of the noise", "dashed", "data"),
         *(Line(*smooth(data.f, np.abs(H - M) / np.abs(H)), words, "solid", role) for words, M, role in models),
-        *(Mark(u.poles_Hz[0], label=f"{u.poles_Hz[0]:.1f} Hz") for u in result.unnamed if _has_pole(u, name)),
+        *(
+            Mark(u.poles_Hz[0], label=f"{u.poles_Hz[0]:.1f} Hz")
+            for u in result.unnamed
+            if u.channel == name and u.poles_Hz
+        ),
     ]
     return Panel(
         f"{name} deviation", "frequency [Hz]", "relative error", tuple(items), True, True, y_range=(LEAST, 10.0),
         x_range=_range(data.f),
     )  # fmt: skip
-
-
-def _has_pole(unnamed: object, channel: str) -> bool:
-    return getattr(unnamed, "channel", "") == channel and bool(getattr(unnamed, "poles_Hz", ()))
 
 
 def _range(f: Array) -> tuple[float, float]:

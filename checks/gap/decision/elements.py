@@ -1,6 +1,5 @@
 """Generic elements of an explanation in words: place, kind, values, likely causes, the measurement that tells more."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
@@ -22,6 +21,7 @@ from checks.gap.modelling.element import (
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 from checks.model.model import Model
+from checks.model.parameters import is_declared
 from checks.rounding import rounded
 from specs.units import DIMENSIONLESS, unit_of
 
@@ -52,7 +52,11 @@ OF_KIND = {
     RESONATOR: (HANGS,),
 }
 WORDS = {SPRING: "spring", MASS: "mass", DAMPER: "damper", RESONATOR: "mass on a spring"}
-OTHER_VALUES = "other values of"
+OTHER_VALUES, AS_WELL = "other values of", " Explained as well by "
+NAMES = (  # of values, in the order of a sentence
+    *("k_N_per_um", "k_Nm_per_rad", "kz_ratio", "kR_ratio", "kxy_ratio", "m_kg", "J_kg_m2"),
+    *("c_N_s_per_m", "c_Nm_s_per_rad", "cR_Nm_s_per_rad", "f_Hz", "damping_ratio"),
+)
 SHOWN = 3  # places besides the best that a sentence lists
 
 
@@ -101,22 +105,63 @@ def _found(
     places = [*first.values()]
     kind = e.of_kind
     values = _ratios(e, shown, model, fit) if e.kind == JOINT else {k: v for k, v in shown.items() if k[1:] != "_mm"}
-    causes = tuple(dict.fromkeys(c for o in (e, *(o for o, _ in others)) for c in _causes(o)))
-    words = _sentence(kind, places, values, causes[0], library)
-    return FoundElement(kind, tuple(places), values, words, causes, _experiment(places, library), library)
+    causes = tuple(dict.fromkeys(c for o in (e, *(o for o, _ in others)) for c in _causes(o.of_kind, o.place)))
+    words, experiment = element_texts(kind, places, values, library)
+    return FoundElement(kind, tuple(places), values, words, causes, experiment, library)
 
 
-def _causes(e: GenericElement) -> tuple[str, ...]:
-    return LOOKS_LIKE.get((e.of_kind, e.place)) or OF_KIND[e.of_kind]
+def element_texts(
+    kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], library: tuple[str, ...]
+) -> tuple[str, str]:
+    """Return the sentence and the next measurement of an element, from what gap.json has of it. library: what explains
+    the records as well."""
+    cause = _causes(kind, PLACE_OF[places[0].part, places[0].against])[0]
+    return _sentence(kind, places, values, cause, library), _experiment(places, library)
+
+
+def alike_in(sentence: str) -> tuple[str, ...]:
+    """Return what a sentence says explains the records as well. Raises ValueError for what no analysis can name."""
+    names = sentence.partition(AS_WELL)[2].removesuffix(".")
+    out: list[str] = []
+    for name in names.split(", ") if names else ():
+        value = name.removeprefix(f"{OTHER_VALUES} ")
+        if name in {_label(n) for n in EFFECTS}:
+            out.append(name)
+        elif not is_value(value) or (value == name and not (out and out[-1].startswith(OTHER_VALUES))):
+            raise ValueError(f"'{name}' is neither an effect of the library nor a value of a model")
+        elif value == name:
+            out[-1] += f", {name}"
+        else:
+            out.append(name)
+    return tuple(out)
+
+
+def is_value(name: str) -> bool:
+    """Return whether this is the flat name of a value of a model, or of an effect."""
+    effect, _, parameter = name.partition(".")
+    if effect in EFFECTS:
+        return parameter in {p.name for p in EFFECTS[effect].parameters}
+    return is_declared(name)
+
+
+def _causes(kind: str, place: str) -> tuple[str, ...]:
+    return LOOKS_LIKE.get((kind, place)) or OF_KIND[kind]
 
 
 def _place(e: GenericElement, values: dict[str, float]) -> FoundPlace:
     point = None
     if e.place in NODES:
         point = (values.get("x_mm", 0.0), values.get("y_mm", 0.0), 0.0)
-    part = "top interface" if e.place == "apa" else e.place.replace("_", " ")
-    other = AGAINST.get(e.place, f"across the {part}" if e.place in ACROSS else "ground")
-    return FoundPlace(part, other, e.direction, point)
+    return FoundPlace(*_parts(e.place), e.direction, point)
+
+
+def _parts(place: str) -> tuple[str, str]:
+    """Return the part at a place, and what it acts against."""
+    part = "top interface" if place == "apa" else place.replace("_", " ")
+    return part, AGAINST.get(place, f"across the {part}" if place in ACROSS else "ground")
+
+
+PLACE_OF = {_parts(place): place for place in (*BESIDE_THE_AXIS, *sorted(ACROSS), *OF_PLACE)}
 
 
 def _ratios(e: GenericElement, shown: dict[str, NamedValue], model: Model, fit: Fit) -> dict[str, NamedValue]:
@@ -143,11 +188,11 @@ def _sentence(
     kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], cause: str, library: tuple[str, ...]
 ) -> str:
     what = f"{places[0].part} of other stiffness" if kind == JOINT else f"{WORDS[kind]} {_where(places[0])}"
-    numbers = ", ".join(_value_words(name, v) for name, v in values.items())
+    numbers = ", ".join(_value_words(name, values[name]) for name in sorted(values, key=NAMES.index))
     more = [_where(p) for p in places[1 : 1 + SHOWN]]
     beyond = len(places) - 1 - len(more)
     others = f" As good: {'; '.join(more)}{f'; and {beyond} more' if beyond > 0 else ''}." if more else ""
-    names = f" Explained as well by {', '.join(map(_label, library))}." if library else ""
+    names = f"{AS_WELL}{', '.join(map(_label, library))}." if library else ""
     return f"Something like a {what}: {numbers}; {cause} would look like this.{others}{names}"
 
 
@@ -181,23 +226,3 @@ def _experiment(places: Sequence[FoundPlace], library: tuple[str, ...]) -> str:
 def _label(name: str) -> str:
     """Return an effect's name for readers, or other values of calibrated parameters as they are."""
     return name if name.startswith(OTHER_VALUES) else name.replace("_", " ")
-
-
-def element_words() -> tuple[str, str]:
-    """Return the patterns of every sentence and of every next measurement, for any numbers."""
-    causes = {c for each in (*LOOKS_LIKE.values(), *OF_KIND.values()) for c in each}
-    parts = {"base", "ground", *(p.replace("_", " ") for p in (*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE))}
-    part, cause, kind = ("|".join(map(re.escape, words)) for words in (parts, causes, WORDS.values()))
-    value_of = r"\w+(?:\.\w+)+"
-    name = rf"(?:{'|'.join(n.replace('_', ' ') for n in EFFECTS)}|{OTHER_VALUES} {value_of}(?:, {value_of})*)"
-    number, point = r"-?[\d.e+-]{1,20}", r"(?:, at \(-?\d+, -?\d+\) mm)?"
-    where = rf"(?:across the (?:{part}|APA)|to (?:{part}) at the (?:{part})), (?:along|about) [xyz]{point}"
-    symbol = r"(?:[A-Za-z]{1,3}|(?:damping|kz|kR|kxy) ratio)"
-    value = rf"{symbol} {number}(?: [NmskgHzradu2/ ]{{1,9}})? \(95 %: {number} to {number}\)"
-    what = rf"Something like a (?:(?:{kind}) {where}|(?:{part}) of other stiffness): {value}(?:, {value})*"
-    others = rf"(?: As good: {where}(?:; {where})*(?:; and \d+ more)?\.)?"
-    library = rf"(?: Explained as well by {name}(?:, {name})*\.)?"
-    removed = rf"repeat the record with whatever touches or hangs on the (?:{part})(?: and the (?:{part}))* removed"
-    gone = rf"(?:it is then gone|an element there is then gone, {name}(?: and {name})* stays)"
-    experiment = rf"{removed}(?:, one part after the other)?: {gone}"
-    return rf"{what}; (?:{cause}) would look like this\.{others}{library}", experiment

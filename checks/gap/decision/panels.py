@@ -1,6 +1,6 @@
 """The answer of the gap workflow to look at: where model and data disagree, and both before and after."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from checks.picture import Band, Image, Item, Line, Mark, Panel, Span
 from specs.units import RESPONSE_UNITS
 
 CELLS = 120  # of the map along log f
+WORST = 4  # bands that a picture marks
+LEAST = 1e-4  # of |H|: less than any tolerance, so nothing to look at
+Curve = tuple[Array, Array]
 SHOWN = 0.0, 4.0  # of log10 G on the map: below it agrees, above the colour stays
 
 
@@ -20,7 +23,8 @@ def gap_panels(result: Result) -> dict[str, Panel]:
     out = {"map": disagreement_map(result)}
     before, after = responses(result)
     for c, name in enumerate(data.channels):
-        out[f"{name} magnitude"] = _magnitude(data.f, name, data.H[:, c], before[:, c], after[:, c])
+        sizes = (np.abs(H[:, c]) for H in (data.H, before, after))
+        out[f"{name} magnitude"] = magnitude_panel(name, *((data.f, size) for size in sizes))
     for c, name in enumerate(data.channels):
         out[f"{name} residual"] = _residual(result, c, before[:, c], after[:, c])
     return out
@@ -67,11 +71,12 @@ def _by_cell(f: Array, G: Array, edges: Array) -> Array:
     return np.asarray(mean[nearest])
 
 
-def _magnitude(f: Array, name: str, H: Complex, before: Complex, after: Complex) -> Panel:
+def magnitude_panel(name: str, measured: Curve, before: Curve, after: Curve) -> Panel:
+    """Return the magnitudes of a channel."""
     lines = (
-        Line(f, np.abs(H), "measured", "points", "data"),
-        Line(f, np.abs(before), "model before", "dashed", "before"),
-        Line(f, np.abs(after), "model after", "solid", "model"),
+        Line(*measured, "measured", "points", "data"),
+        Line(*before, "model before", "dashed", "before"),
+        Line(*after, "model after", "solid", "model"),
     )
     return Panel(f"{name} / Va", "frequency [Hz]", f"|{name} / Va| [{RESPONSE_UNITS.get(name, '')}]", lines, True, True)
 
@@ -80,17 +85,32 @@ def _residual(result: Result, c: int, before: Complex, after: Complex) -> Panel:
     data = result.before.data
     name, size = data.channels[c], np.abs(data.H[:, c])
     allowed = np.sqrt(-np.log(0.05) * data.variance[:, c]) / size  # of a complex normal error of this variance
-    worst = [w for w in result.where if w.channel == name][:4]
+    left, after_left = (smooth(data.f, np.abs(data.H[:, c] - H) / size) for H in (before, after))
+    where = [(w.f_lo_Hz, w.f_hi_Hz) for w in result.where if w.channel == name]
+    poles = [f for u in result.unnamed if u.channel == name for f in u.poles_Hz[:1]]
+    return residual_panel(name, (data.f, allowed), left, after_left, where, poles)
+
+
+def residual_panel(
+    name: str,
+    allowed: Curve,
+    before: Curve,
+    after: Curve,
+    where: Sequence[tuple[float, float]],
+    poles_Hz: Sequence[float],
+) -> Panel:
+    """Return what is left of a channel. where: bands [Hz] in which it disagrees, the worst first."""
+    f, most = allowed
     items: list[Item] = [
-        Span(w.f_lo_Hz, max(w.f_hi_Hz, 1.01 * w.f_lo_Hz), label="" if k else "disagrees, before", role="quiet")
-        for k, w in enumerate(worst)
+        Span(lo, max(hi, 1.01 * lo), label="" if k else "disagrees, before", role="quiet")
+        for k, (lo, hi) in enumerate(where[:WORST])
     ]
     items += [
-        Band(data.f, np.full(data.f.size, 1e-4), np.maximum(allowed, 1e-4), "95 % of noise and tolerance", "quiet"),
-        Line(*smooth(data.f, np.abs(data.H[:, c] - before) / size), "before", "solid", "before"),
-        Line(*smooth(data.f, np.abs(data.H[:, c] - after) / size), "after", "solid", "model"),
+        Band(f, np.full(f.size, LEAST), np.maximum(most, LEAST), "95 % of noise and tolerance", "quiet"),
+        Line(*before, "before", "solid", "before"),
+        Line(*after, "after", "solid", "model"),
     ]
-    items += [Mark(f, label=f"pole {f:.1f} Hz") for u in result.unnamed if u.channel == name for f in u.poles_Hz[:1]]
+    items += [Mark(f, label=f"pole {f:.1f} Hz") for f in poles_Hz]
     return Panel(f"{name}: what is left", "frequency [Hz]", "|data - model| / |data|", tuple(items), True, True)
 
 
@@ -100,7 +120,7 @@ def smooth(f: Array, x: Array) -> tuple[Array, Array]:
     _, inverse, counts = np.unique(place, return_inverse=True, return_counts=True)
     mean = np.sqrt(np.bincount(inverse, x**2) / counts)
     middle = np.exp(np.bincount(inverse, np.log(f)) / counts)
-    return middle, np.maximum(mean, 1e-4)
+    return middle, np.maximum(mean, LEAST)
 
 
 def channel_errors(result: Result) -> Mapping[str, tuple[float, float, float, float]]:

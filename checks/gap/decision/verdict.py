@@ -45,16 +45,20 @@ def named_effects(
         effect = claim.effect
         if isinstance(effect, GenericElement):
             continue
-        values = {p.name: final.at[f"{effect.name}.{p.name}"] for p in effect.parameters}
-        shown = {k: NamedValue(v, *final.interval(f"{effect.name}.{k}")) for k, v in values.items()}
-        words = effect.say(values, {k: (v.hi - v.lo) / 2 for k, v in shown.items()})
-        out.append(Named(effect.name, effect.title, words, shown, claim.delta_lnL, claim.p))
+        names = {p.name: f"{effect.name}.{p.name}" for p in effect.parameters}
+        shown = {k: NamedValue(final.at[n], *final.interval(n)) for k, n in names.items()}
+        out.append(_named(effect, shown, claim.delta_lnL, claim.p))
     for effect, finding in in_slow.items():
         halves = finding.half_widths
         shown = {k: NamedValue(v, v - halves[k], v + halves[k]) for k, v in finding.values.items()}
-        words = effect.say(finding.values, halves)
-        out.append(Named(effect.name, effect.title, words, shown, finding.delta_lnL, finding.p))
+        out.append(_named(effect, shown, finding.delta_lnL, finding.p))
     return tuple(out)
+
+
+def _named(effect: Effect, shown: Mapping[str, NamedValue], delta_lnL: float, p: float) -> Named:
+    """Return an effect with the sentence of these values and intervals, which `made_again` compares."""
+    words = effect.say({k: v.value for k, v in shown.items()}, {k: (v.hi - v.lo) / 2 for k, v in shown.items()})
+    return Named(effect.name, effect.title, words, shown, delta_lnL, p)
 
 
 def indistinguishable(result: SearchResult, claims: Sequence[Claim], table: Thresholds) -> tuple[Ambiguous, ...]:

@@ -192,6 +192,11 @@ class Effect:
         shown = {k: _short(abs(v) if turned else v, half_widths[k]) for k, v in values.items()}
         return (self.below if turned else self.sentence).format(**shown)
 
+    def sentences(self, values: Values, half_widths: Values) -> set[str]:
+        """Return the sentence with its numbers, and those that earlier programs wrote."""
+        shown = {k: _short(v, half_widths[k]) for k, v in values.items()}
+        return {self.say(values, half_widths), *(s.format(**shown) for s in (self.sentence, *self.earlier))}
+
     def checked(self, values: Values) -> None:
         """Raise ModelError if values are not those of its parameters."""
         expected = {p.name for p in self.parameters}

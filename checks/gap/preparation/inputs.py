@@ -133,16 +133,24 @@ def _find_faults(inputs: Inputs) -> tuple[tuple[RecordFault, ...], Dataset, Data
     if not alive:
         raise GapRefused("no channel answers the drive: is the amplifier on, and are these the right records?")
     A, B = A.select(alive), B.select(alive)
-    dead = [RecordFault("dead_channel", (c,), {}, f"{c} does not answer the drive.") for c in silent]
+    dead = [*map(dead_fault, silent)]
     signs = [fault for c in faults.find_inverted(A, model) if (fault := sign_fault(c)).effect not in inputs.without]
     A, B = (reduce(faults.correct, signs, d) for d in (A, B))
     late = faults.find_offsets(A, model, inputs.fs)
     A, B = (faults.with_offsets(d, late, inputs.fs) for d in (A, B))
-    offsets = [
-        RecordFault(SAMPLE_OFFSET, (channel,), {"samples": float(n)}, f"{channel} comes {n} samples late.")
-        for channel, n in late.items()
-    ]
+    offsets = [offset_fault(channel, n) for channel, n in late.items()]
     return (*dead, *exchanged, *signs, *offsets), A, B
+
+
+def dead_fault(channel: str) -> RecordFault:
+    """Return the fault of a channel that does not follow the drive."""
+    return RecordFault("dead_channel", (channel,), {}, f"{channel} does not answer the drive.")
+
+
+def offset_fault(channel: str, samples: int) -> RecordFault:
+    """Return the fault of a channel that comes late by whole samples."""
+    words = f"{channel} comes {samples} samples late."
+    return RecordFault(SAMPLE_OFFSET, (channel,), {"samples": float(samples)}, words)
 
 
 def sign_fault(channel: str) -> RecordFault:

@@ -124,7 +124,15 @@ def checked(element: dict[str, Any]) -> None:
     check_gap(unit, {"verdict": "ambiguous", "named": [], "elements": [element]}, {})
 
 
-@pytest.mark.parametrize("one", [ANSWER, None])
+AS_WELL = ANSWER | {
+    "sentence": ANSWER["sentence"] + " Explained as well by sensor highpass, other values of apa.damping_ratio, "
+    "joint.kz_N_per_um.",
+    "experiment": ANSWER["experiment"].partition(", one part")[0]
+    + ": an element there is then gone, sensor highpass stays",
+}
+
+
+@pytest.mark.parametrize("one", [ANSWER, AS_WELL, None])
 def test_an_element_in_the_words_of_the_analysis_is_verified(one: dict[str, Any] | None) -> None:
     checked(one or json.loads(json.dumps(analysed().document["elements"][0], sort_keys=True)))
 
@@ -140,6 +148,14 @@ def test_an_element_in_the_words_of_the_analysis_is_verified(one: dict[str, Any]
         {"experiment": ANSWER["experiment"] + ", and the unit ACCEPTED"},
         {"sentence": ANSWER["sentence"].replace("a cable", "a good unit, ACCEPTED")},
         {"kind": "good unit"},
+        {"sentence": ANSWER["sentence"].replace("120.88", "620.88")},  # red before: any number passed
+        {"sentence": ANSWER["sentence"].replace("As good: to ground at the payload", "As good: to ground at the head")},
+        {"parameters": ANSWER["parameters"] | {"OK_Hz": {"value": 1.0, "ci95": [0.9, 1.1]}}},
+        {"places": [ANSWER["places"][0] | {"part": "ACCEPTED unit"}, ANSWER["places"][1]]},
+        {"sentence": ANSWER["sentence"] + " Explained as well by other values of THE.UNIT.IS_ACCEPTED."},  # red before
+        {
+            "sentence": ANSWER["sentence"] + " Explained as well by sensor highpass."
+        },  # red before: the experiment differs
     ],
 )
 def test_an_element_in_other_words_is_no_certificate(forged: dict[str, Any]) -> None:

@@ -11,8 +11,9 @@ from pypdf import PdfReader
 from accept.gap import analyse_unit
 from accept.gap.empirical import AddedElement
 from accept.gap.reasons import candidates, moved_parameters
+from accept.gap.report import RIVALS
 from accept.gap.report_pdf import render
-from accept.gap.summary import COLUMNS, LINES, RIVALS, summary
+from accept.gap.summary import COLUMNS, LINES, summary
 from accept.gap.text import gap_number, one_line
 from checks.gap import FittedElement, Result, Tried
 from checks.gap.decision.result import Ambiguous, Nameless
@@ -61,7 +62,7 @@ def test_the_first_page_has_sentence_numbers_and_reasons_the_second_the_bode_plo
     found = document["named"][0]["parameters"]["f_Hz"]
     half = (found["ci95"][1] - found["ci95"][0]) / 2.0
     at, low, high = (rounded(x, half) for x in (found["value"], *found["ci95"]))
-    assert f"f = {at} Hz [{low}, {high}]" in text
+    assert f"f {at} Hz ({low} to {high})" in text
     assert result.tried[0].names[0].replace("_", " ") in text  # the candidates, the best first
     assert "Cause found" in text
 
@@ -99,7 +100,7 @@ def test_terminal(result: Result, crowded: Result) -> None:
         assert len(lines) <= LINES
         assert max(map(len, lines)) <= COLUMNS
         for c, G in shown.gap_after.channels.items():
-            assert any(re.search(rf"{c}: G .* -> {re.escape(gap_number(G.G))}$", line) for line in lines)
+            assert any(re.search(rf"{c}: G before .*, G after {re.escape(gap_number(G.G))}$", line) for line in lines)
     assert any("for the rest see gap.json" in line for line in summary("X-1", crowded))
 
 
@@ -116,7 +117,7 @@ def test_the_rivals_stand_wherever_nothing_was_named(result: Result, verdict: st
     rows = list(candidates(shown))
     assert len(rows) > RIVALS
     for words, gain, _, _ in rows[:RIVALS]:
-        assert f"{words}: {gain}, " in seen
+        assert f"{words}: gain in ln L {gain}, " in seen
     listed = analyse_unit.to_json("X-1", shown)["candidates"]
     assert listed[0]["effect"] == "crosstalk"
     assert listed[0]["delta_lnL"] == 4321.0
@@ -127,7 +128,7 @@ def test_the_rivals_stand_wherever_nothing_was_named(result: Result, verdict: st
 
 
 def test_agreement_has_no_rivals(result: Result) -> None:
-    assert "tried" not in " ".join(summary("X-1", replace(result, verdict="no_missing_effect", named=())))
+    assert "gain in ln L" not in " ".join(summary("X-1", replace(result, verdict="no_missing_effect", named=())))
 
 
 def test_what_was_named_stands_among_what_was_tried(result: Result) -> None:

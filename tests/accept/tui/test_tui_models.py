@@ -120,7 +120,7 @@ async def test_what_is_missing_is_told_kept_and_stands_in_the_list(begun, monkey
         await open_row(pilot, "gap")
         said = words(pilot, "#answer")
         assert "The APA sits 12 um (x) and 149 um (y) beside the axis of the joints." in said
-        assert "dy = 149.0 um [143.0, 155.0]" in said
+        assert "dy 149.0 um (143.0 to 155.0)" in said
         assert "de 81 → 1" in said
         await press(pilot, "escape")
         assert "cause found" in str(pilot.app.screen.query_one(DataTable).get_cell("gap", "more"))

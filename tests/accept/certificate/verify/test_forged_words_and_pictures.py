@@ -28,8 +28,9 @@ from accept.judging import judge_unit
 from accept.pictures.reduce import reduce_panel
 from accept.units.unit_folder import parse
 from checks.gap import EFFECTS
+from checks.gap.decision.panels import magnitude_panel, residual_panel
 from checks.gap.modelling.experiment import Experiment
-from checks.picture import Line, Panel, Text
+from checks.picture import Line, Mark, Panel, Span, Text
 from specs.spec import builtin
 from specs.strict import toml_of
 from tests.accept.certificate.certificate_help import WHEN
@@ -160,7 +161,19 @@ def test_a_gap_analysis_is_of_responses_and_brings_its_own_pictures(
     refused(verify(sign(render(forged), bench.technician, WHEN), bench.trust, rejudge, NOW), words)
 
 
-FITTED = {"verdict": "explained", "gap_before": {"channels": {"de": 9.0}}}
+FITTED = {
+    "verdict": "explained",
+    "gap_before": {"channels": {"de": 9.0}},
+    "where": [{"channel": "de", "f_lo_Hz": 170.0, "f_hi_Hz": 215.0, "p": 1e-9, "excess_dB": 14.2}],
+    "unnamed": [{"channel": "de", "poles_Hz": [191.6], "zeros_Hz": [], "level_dependent": False}],
+}
+CURVE = np.linspace(1.0, 2.0, 5), np.linspace(1.0, 2.0, 5)
+CROSSTALK = {
+    "effect": "crosstalk",
+    "sentence": EFFECTS["crosstalk"].say({"V_per_V": 1.2e-5}, {"V_per_V": 1e-7}),
+    "parameters": {"V_per_V": {"value": 1.2e-5, "ci95": [1.19e-5, 1.21e-5]}},
+}
+LATE = {"samples": {"value": 2.0, "ci95": [2.0, 2.0]}}
 NAMED = {"effect": "sensor_polarity", "sentence": EFFECTS["sensor_polarity"].sentence, "parameters": {}}
 
 
@@ -187,15 +200,33 @@ NAMED = {"effect": "sensor_polarity", "sentence": EFFECTS["sensor_polarity"].sen
         (NAMED | {"effect": "goodwill"}, "de / Va", "in words that are not its own"),
         (NAMED | {"parameters": {"the unit is accepted": {}}}, "de / Va", "the parameter 'the unit is accepted'"),
         ({"effect": "dead_channel", "sentence": "Vs does not answer the drive."}, "de / Va", None),
+        (CROSSTALK, "de / Va", None),
+        (  # red before: any number passed
+            CROSSTALK | {"sentence": EFFECTS["crosstalk"].say({"V_per_V": 3e-7}, {"V_per_V": 1e-7})},
+            "de / Va",
+            "in words that are not its own",
+        ),
+        (CROSSTALK | {"parameters": {}}, "de / Va", "in words that are not its own"),  # red before
         (
-            {"effect": "crosstalk", "sentence": EFFECTS["crosstalk"].say({"V_per_V": 1.2e-5}, {"V_per_V": 1e-7})},
+            {"effect": "sample_offset", "sentence": "de comes 2 samples late.", "parameters": LATE},
             "de / Va",
             None,
+        ),
+        (  # red before
+            {"effect": "sample_offset", "sentence": "de comes 3 samples late.", "parameters": LATE},
+            "de / Va",
+            "in words that are not its own",
+        ),
+        (  # red before: the effect of a fault could be any
+            {"effect": "goodwill", "sentence": "Vs does not answer the drive."},
+            "de / Va",
+            "in words that are not its own",
         ),
         (  # as it was worded when the certificate was made
             {
                 "effect": "sensor_pickup",
                 "sentence": "The derivative of the amplifier's output, times -2.97 us, adds to Vs.",
+                "parameters": {"tau_us": {"value": -2.9743, "ci95": [-2.99, -2.96]}},
             },
             "de / Va",
             None,
@@ -205,12 +236,44 @@ NAMED = {"effect": "sensor_polarity", "sentence": EFFECTS["sensor_polarity"].sen
 def test_a_gap_analysis_speaks_in_the_words_of_the_library(
     named: dict[str, str], title: str, words: str | None, tmp_path: Path
 ) -> None:
-    text = b'serial = "S-1"\nkind = "strut"\n[frf]\nlow = "a.mat"\nhigh = "b.mat"\n'
-    unit = parse(tmp_path, text, toml_of(text))
-    x = np.linspace(1.0, 2.0, 5)
-    panel = Panel(title, "frequency [Hz]", "|de / Va| [m/V]", (Line(x, x, "measured"),), True, True)
+    panel = replace(magnitude_panel("de", CURVE, CURVE, CURVE), title=title)
     with pytest.raises(InvalidCertificate, match=words) if words else nullcontext():
-        check_gap(unit, FITTED | {"named": [{"parameters": {}, **named}]}, {"gap/de magnitude": panel})
+        checked(tmp_path, {"parameters": {}, **named}, {"gap/de magnitude": panel})
+
+
+def checked(folder: Path, named: dict[str, object], panels: dict[str, Panel]) -> None:
+    text = b'serial = "S-1"\nkind = "strut"\n[frf]\nlow = "a.mat"\nhigh = "b.mat"\n'
+    check_gap(parse(folder, text, toml_of(text)), FITTED | {"named": [named]}, panels)
+
+
+RESIDUAL = residual_panel("de", CURVE, CURVE, CURVE, [(170.0, 215.0)], [191.6])
+
+
+def with_item(panel: Panel, kind: type, **changes: object) -> Panel:
+    """With another first item of a kind."""
+    first = next(item for item in panel.items if isinstance(item, kind))
+    return replace(panel, items=tuple(replace(i, **changes) if i is first else i for i in panel.items))
+
+
+@pytest.mark.parametrize(
+    ("name", "panel", "words"),
+    [
+        ("de residual", RESIDUAL, None),
+        ("de residual", with_item(RESIDUAL, Mark, label="pole 12.0 Hz"), "says 'pole 12.0 Hz'"),  # red before
+        ("de residual", with_item(RESIDUAL, Mark, at=12.0), "marks what the analysis does not state"),  # red before
+        ("de residual", with_item(RESIDUAL, Span, lo=400.0, hi=500.0), "marks what"),  # red before
+        ("de residual", with_item(RESIDUAL, Line, label="after"), "marks what"),  # red before: before for after
+        ("de residual", replace(RESIDUAL, items=RESIDUAL.items[1:]), "marks what"),  # red before
+        ("de residual", replace(RESIDUAL, items=(*RESIDUAL.items, Text(0, 0, "good"))), "says 'good'"),
+        ("de magnitude", RESIDUAL, "does not have the curves"),
+        ("Vs residual", RESIDUAL, "not of the stated gap analysis"),
+    ],
+)
+def test_a_picture_of_a_gap_shows_what_is_stated_beside_it(
+    name: str, panel: Panel, words: str | None, tmp_path: Path
+) -> None:
+    with pytest.raises(InvalidCertificate, match=words) if words else nullcontext():
+        checked(tmp_path, NAMED, {f"gap/{name}": panel})
 
 
 RIVALS = ["amplifier_bandwidth", "loop_delay"]

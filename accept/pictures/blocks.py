@@ -1,0 +1,54 @@
+"""What a report says, as blocks of plain data: each medium (terminal, PDF, web page, screen) shows them in its own way
+and adds no words."""
+
+from dataclasses import dataclass
+from enum import Enum, auto
+
+
+class Role(Enum):
+    """What a sentence is for; each medium has its own look for each."""
+
+    FOUND = auto()  # what the report is about
+    RIVAL = auto()  # what cannot be distinguished
+    UNNAMED = auto()
+    REMARK = auto()
+    DETAIL = auto()  # for those who have room
+    LEGEND = auto()  # how to read what stands beside it
+
+
+@dataclass(frozen=True)
+class Heading:
+    """Words above other blocks. new_page: where a medium has pages, it begins one."""
+
+    words: str
+    new_page: bool = False
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """details: numbers and advice that belong to it; evidence: how sure it is."""
+
+    words: str
+    role: Role = Role.REMARK
+    details: tuple[str, ...] = ()
+    evidence: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table. note: a line above it."""
+
+    title: str
+    note: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Panels that stand below each other, by their names."""
+
+    panels: tuple[str, ...]
+
+
+Block = Heading | Sentence | Table | Picture
