@@ -87,16 +87,9 @@ def moved_parameters(result: Result) -> list[MovedParameter]:
     """Return the values of the model with a prior, those that the fit moved furthest first."""
     fit, sds = result.fit, result.fit.sds
     found = [
-        MovedParameter(
-            free.name,
-            free.prior,
-            free.sd,
-            fit.at[free.name],
-            sds[free.name],
-            (fit.at[free.name] - free.prior) / free.sd,
-        )
+        MovedParameter(n, free.prior, free.sd, fit.at[n], sds[n], (fit.at[n] - free.prior) / free.sd)
         for free in fit.free
-        if math.isfinite(free.sd) and free.sd > 0 and free.name in fit.at
+        if math.isfinite(free.sd) and free.sd > 0 and (n := free.name) in fit.at
     ]
     return sorted(found, key=lambda one: -abs(one.shift))
 

@@ -17,7 +17,7 @@ def render_html(serial: str, result: Result, added: Sequence[AddedElement] = ())
             case Heading():
                 words.append(block.words)
             case Sentence():
-                words += [block.words, *(["; ".join([*block.details, *block.evidence])] if block.details else [])]
+                words += [block.words, *filter(None, [block.more])]
             case Table():
                 tables.append(block)
     return page(bode_panels(result, elements_of(added)), title(serial, result), words, tables)

@@ -96,9 +96,8 @@ def _flowables(block: Block, drawn: Mapping[str, Panel], scale: float) -> list[F
             return [*([PageBreak()] if block.new_page else []), words(block.words, page_style.HEADING)]
         case Sentence():
             quiet = page_style.QUIET if block.role is Role.LEGEND else page_style.SMALL
-            more = "; ".join([*block.details, *block.evidence])
-            said = [words(block.words, page_style.STRONG if block.role in STRONG else quiet)]
-            return [*said, *([words(more, page_style.SMALL)] if more else [])]
+            said = words(block.words, page_style.STRONG if block.role in STRONG else quiet)
+            return [said, *([words(block.more, page_style.SMALL)] if block.more else [])]
         case Picture():
             panels = [reduce_panel(drawn[name]) for name in block.panels]
             one = len(panels) == 1

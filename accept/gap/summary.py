@@ -29,7 +29,7 @@ def _lines(blocks: Sequence[Block]) -> Iterator[str]:
                 yield from _wrap(f"{block.words}:", "  ")
             case Sentence():
                 yield from _wrap(block.words, "  ", most=2 if block.role is Role.UNNAMED else None)
-                yield from _wrap("; ".join([*block.details, *block.evidence]), "    ")
+                yield from _wrap(block.more, "    ")
             case Table():
                 yield from _wrap(block.note, "  ")
                 for first, *rest in block.rows:

@@ -33,6 +33,11 @@ class Sentence:
     details: tuple[str, ...] = ()
     evidence: tuple[str, ...] = ()
 
+    @property
+    def more(self) -> str:
+        """Return what belongs to it, in a line."""
+        return "; ".join([*self.details, *self.evidence])
+
 
 @dataclass(frozen=True)
 class Table:

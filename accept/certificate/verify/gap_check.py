@@ -2,11 +2,12 @@
 are made again, and what it can be about is known without it."""
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.verify.picture_check import texts
 from accept.gap.start_model import applies
 from accept.gap.text import REFUSED, on_certificate
 from accept.judging.result import GAP_PICTURES
@@ -17,8 +18,6 @@ from checks.picture import Panel
 from specs.model import builtin_models
 from specs.units import RESPONSE_UNITS
 
-_NOT_SHOWN = {"name", "type", "style", "role", "axis", "kind"}  # keys of a picture
-
 
 def check_gap(unit: UnitFolder, gap: Mapping[str, Any] | None, panels: Mapping[str, Panel]) -> None:
     """Raise InvalidCertificate if a unit without responses states a gap analysis, if a sentence is not the one of the
@@ -28,7 +27,8 @@ def check_gap(unit: UnitFolder, gap: Mapping[str, Any] | None, panels: Mapping[s
     if gap is not None:
         from checks.gap import contradictions  # loads the library: only for a unit with an analysis
 
-        for said in contradictions(gap, _channels()):
+        declared = (c for i in CHECKS["frf"].inputs.values() for c in getattr(i, "channels", ()))
+        for said in contradictions(gap, sorted({*RESPONSE_UNITS, *declared})):
             raise InvalidCertificate(f"the gap analysis {said}")
     known = {f"{GAP_PICTURES}{name}" for name in (on_certificate(gap) if gap and "named" in gap else ())}
     for name, panel in panels.items():
@@ -47,15 +47,9 @@ def _check_picture(name: str, panel: Panel, gap: Mapping[str, Any]) -> None:
         raise InvalidCertificate(f"the picture {name} does not have the curves of a gap analysis") from e
     stated, made = (panels_to_json({name: each}) for each in (panel, again))
     if stated != made:
-        own = {*_texts(made)}
-        other = next((f"says '{text[:60]}'" for text in _texts(stated) if text not in own), "")
+        own = {*texts(made)}
+        other = next((f"says '{text[:60]}'" for text in texts(stated) if text not in own), "")
         raise InvalidCertificate(f"the picture {name} {other or 'marks what the analysis does not state'}")
-
-
-def _channels() -> list[str]:
-    """Return the channels that responses can have."""
-    declared = (c for i in CHECKS["frf"].inputs.values() for c in getattr(i, "channels", ()))
-    return sorted({*RESPONSE_UNITS, *declared})
 
 
 def own_words(contents: CertificateContent) -> list[str]:
@@ -91,16 +85,3 @@ def _names_its_model(gap: Mapping[str, Any], contents: CertificateContent) -> bo
     else:
         return False
     return gap.get("model") in (None, tomllib.loads(text.decode()).get("name"))
-
-
-def _texts(panel: Any) -> Iterator[str]:
-    """Yield what a picture shows in words, at any depth."""
-    if isinstance(panel, str):
-        yield panel
-    elif isinstance(panel, Mapping):
-        for key, value in panel.items():
-            if key not in _NOT_SHOWN:
-                yield from _texts(value)
-    elif isinstance(panel, list):
-        for value in panel:
-            yield from _texts(value)

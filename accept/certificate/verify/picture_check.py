@@ -31,7 +31,7 @@ def check_pictures(attached: Mapping[str, Panel], again: Mapping[str, Panel]) ->
     here = {panel["name"]: panel for panel in panels_to_json({name: reduce_panel(p) for name, p in again.items()})}
     for name, panel in there.items():
         if name.startswith(GAP_PICTURES):
-            if said := VERDICT_WORDS.findall(" ".join(_texts(panel))):
+            if said := VERDICT_WORDS.findall(" ".join(texts(panel))):
                 raise InvalidCertificate(f"the picture {name} says '{said[0]}'")
         elif name not in here or not _same(panel, here[name]):
             raise InvalidCertificate(f"the picture {name} does not show the attached records")
@@ -79,12 +79,13 @@ def _near(one: Sequence[Any], other: Sequence[Any]) -> bool:
     return all(run.min() - allowed <= value <= run.max() + allowed for value, run in runs)
 
 
-def _texts(panel: Any) -> Iterator[str]:
+def texts(panel: Any) -> Iterator[str]:
+    """Yield the texts of a picture, at any depth."""
     if isinstance(panel, str):
         yield panel
     elif isinstance(panel, Mapping):
-        for value in panel.values():
-            yield from _texts(value)
+        for key, value in panel.items():
+            yield from () if key == "type" else texts(value)
     elif isinstance(panel, list):
         for value in panel:
-            yield from _texts(value)
+            yield from texts(value)

@@ -8,7 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Static
 
-from accept.gap.findings import findings
+from accept.gap.findings import G_NOTE, findings
 from accept.gap.text import REFUSED, gap_number, headline_of_document
 from accept.pictures import signs
 from accept.pictures.blocks import Role
@@ -98,10 +98,7 @@ class Explain(Page):
             self.say("Stopped. F3: analyse again", "doubt")
 
     def help_text(self) -> str:
-        return (
-            f"{WORDS}\n\nG is the squared residual over noise and the model's tolerance, per degree of freedom; "
-            "G of 1 or less is agreement. The improved model, gap.json and gap.pdf are in the folder gap/ of the unit."
-        )
+        return f"{WORDS}\n\n{G_NOTE} The improved model, gap.json and gap.pdf are in the folder gap/ of the unit."
 
 
 def headline(found: Mapping[str, Any]) -> Text:

@@ -122,26 +122,18 @@ def element_texts(
 def alike_in(sentence: str) -> tuple[str, ...]:
     """Return what a sentence says explains the records as well. Raises ValueError for what no analysis can name."""
     names = sentence.partition(AS_WELL)[2].removesuffix(".")
+    of_effects = {f"{e.name}.{p.name}" for e in EFFECTS.values() for p in e.parameters}
     out: list[str] = []
     for name in names.split(", ") if names else ():
         value = name.removeprefix(f"{OTHER_VALUES} ")
+        goes_on = value == name and bool(out) and out[-1].startswith(OTHER_VALUES)  # with the values before it
         if name in {_label(n) for n in EFFECTS}:
             out.append(name)
-        elif not is_value(value) or (value == name and not (out and out[-1].startswith(OTHER_VALUES))):
+        elif (value == name and not goes_on) or not (value in of_effects or is_declared(value)):
             raise ValueError(f"'{name}' is neither an effect of the library nor a value of a model")
-        elif value == name:
-            out[-1] += f", {name}"
         else:
-            out.append(name)
+            out.append(f"{out.pop()}, {name}" if goes_on else name)
     return tuple(out)
-
-
-def is_value(name: str) -> bool:
-    """Return whether this is the flat name of a value of a model, or of an effect."""
-    effect, _, parameter = name.partition(".")
-    if effect in EFFECTS:
-        return parameter in {p.name for p in EFFECTS[effect].parameters}
-    return is_declared(name)
 
 
 def _causes(kind: str, place: str) -> tuple[str, ...]:

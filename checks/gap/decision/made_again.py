@@ -1,6 +1,6 @@
 """Words and pictures of gap.json, made again from the data beside them, so that a reader need not believe them."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import permutations
 from typing import Any
 
@@ -71,11 +71,8 @@ def picture_again(name: str, panel: Panel, document: Mapping[str, Any]) -> Panel
     before, after = curves
     (allowed,) = ((item.x, item.hi) for item in panel.items if isinstance(item, Band))
     where = [(w["f_lo_Hz"], w["f_hi_Hz"]) for w in document["where"] if w["channel"] == channel]
-    return residual_panel(channel, allowed, before, after, where, _poles(document["unnamed"], channel))
-
-
-def _poles(unnamed: Iterable[Mapping[str, Any]], channel: str) -> list[float]:
-    return [f for u in unnamed if u["channel"] == channel for f in u["poles_Hz"][:1]]
+    poles = [f for u in document["unnamed"] if u["channel"] == channel for f in u["poles_Hz"][:1]]
+    return residual_panel(channel, allowed, before, after, where, poles)
 
 
 def _values(entry: Mapping[str, Any]) -> dict[str, NamedValue]:
