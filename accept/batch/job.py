@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from accept.base.console import say as say_on_stderr
+from accept.base.documents.results import UnitRecord
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.base.worker_process import too_large
 from accept.certificate.contents.content import CertificateContent, ContentError, content_of
@@ -14,7 +15,6 @@ from accept.certificate.trust.provenance import signed_by_bench
 from accept.gap.start_model import StartModel, applies
 from accept.judging.calibration import Statement
 from accept.judging.judge_unit import judge_unit
-from accept.judging.result import UnitResult
 from accept.store.opening import BENCH_KEY
 from accept.store.payloads import PlaceInBatch
 from accept.store.seal import bench_of
@@ -32,7 +32,7 @@ class Judgement:
     """The judgement of a unit, before the store's reservations. page: its certificate, unsigned, if it was drawn;
     result: with its pictures only if a certificate is wanted."""
 
-    result: UnitResult
+    result: UnitRecord
     page: bytes | None = None
 
 
@@ -99,7 +99,7 @@ class UnitJob:
         except MemoryError:
             return Refusal(f"{self.unit.path}: {too_large()}")
 
-    def contents(self, result: UnitResult, held: LoadedUnit | None = None) -> CertificateContent:
+    def contents(self, result: UnitRecord, held: LoadedUnit | None = None) -> CertificateContent:
         """Return what the certificate of a result states. Raises ContentError if an input is gone or was changed."""
         files = {} if held is None else contents_of(held)
         drawn_up = content_of(result, self.spec, self.unit.path, self.operator, held=files, provenance=self.provenance)

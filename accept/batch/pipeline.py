@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob, drawn
@@ -44,7 +44,6 @@ from accept.judging.folder_name import ALIKE, CONFIRMED, NAME, confirm, question
 from accept.judging.golden import check_may_judge, goldens, missed
 from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations
-from accept.judging.result import UnitResult
 from accept.judging.superseded import Approval
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import Event, SignedHead, Store, UnitState, fold
@@ -86,7 +85,7 @@ class StoredJudgement:
     units that share its recordings, and whose results are invalid; unsigned: why no certificate was written, "" if it
     was or none was wanted."""
 
-    result: UnitResult
+    result: UnitRecord
     seq: int
     weakened: tuple[str, ...]
     unsigned: str = ""
@@ -222,7 +221,7 @@ class Pipeline:
     def _settle(self, job: UnitJob, judgement: Judgement) -> StoredJudgement:
         past, found, page = self.events(job.unit.serial), judgement.result, judgement.page
         last = fold(past).units.get(job.unit.serial)
-        result = self._reservations(job.unit, found.entry).apply(found)
+        result = self._reservations(job.unit, found).apply(found)
         due = last if last is not None and last.seq in {job.uncertified, *self._weakened} else None
         if due is not None and not (self._unchanged(job.unit, due) and self._is_stored(due.seq, result)):
             due = None
@@ -234,7 +233,7 @@ class Pipeline:
         if due is not None:
             reason = due.reason
         signs = job.certificate is not None and self.credential is not None
-        if amends := amended(result.serial, before, result.entry) if signs else "":
+        if amends := amended(result.serial, before, result) if signs else "":
             given = reason or self._reason_to_amend(result, amends, before)
             reason, because = (given, "") if due is None else (reason, "" if reason else given)
         job, unsigned = replace(job, reason=reason), ""
@@ -288,7 +287,7 @@ class Pipeline:
             del self._read[next(iter(self._read))]
         return known
 
-    def _reservations(self, unit: UnitFolder, result: UnitEntry | None) -> Reservations:
+    def _reservations(self, unit: UnitFolder, result: UnitRecord | None) -> Reservations:
         confirmed_by = self.operator if unit.path in self._confirmed else ""
         past = self.events(unit.serial)
         approval = self._approval(unit.kind) if past else None
@@ -326,20 +325,20 @@ class Pipeline:
             return None
         return self._asked(f"{before.serial} was {before.verdict} on {before.time[:10]}; why is it judged again?")
 
-    def _reason_to_amend(self, result: UnitResult, number: str, before: UnitState | None) -> str:
+    def _reason_to_amend(self, result: UnitRecord, number: str, before: UnitState | None) -> str:
         """Return why a certificate is replaced by one with another result, "" if no reason was given. None is asked for
         where the data are the same, and for golden units."""
         last = before.handed_out if before is not None else None
-        if last is not None and last.result is not None and last.spec_sha256 == result.spec_sha256:
+        if last is not None and last.result is not None and last.spec_sha256 == result.spec.partition("@")[2]:
             benches = {(stated or {}).get("sha256") for stated in (last.result.calibration, result.calibration)}
-            same = dict(last.result.inputs) == dict(result.entry.inputs) and len(benches) == 1
+            same = dict(last.result.inputs) == dict(result.inputs) and len(benches) == 1
             if same and before is not None and before.code_sha256 == code_sha256():
                 return _SAME_DATA
         if result.serial in goldens(self.store):
             return "a golden unit, measured again"
         return self._asked(f"{result.serial}: its certificate {number} has another result; why is it replaced?")
 
-    def _waits(self, result: UnitResult, before: UnitState | None) -> bool:
+    def _waits(self, result: UnitRecord, before: UnitState | None) -> bool:
         """Return whether a certificate in place of another one waits for a reason: also if an earlier program stored no
         result with the one that it replaces."""
         if before is None or before.handed_out is None:
@@ -401,18 +400,18 @@ class Pipeline:
             return None
         return fold(e for e in self.events(last.serial) if e.seq < last.seq).units.get(last.serial)
 
-    def _is_stored(self, seq: int, result: UnitResult) -> bool:
+    def _is_stored(self, seq: int, result: UnitRecord) -> bool:
         """Return whether a result is that of an event, so that one certificate states both."""
         stored = UnitJudged.of(next(self.store.events(result.serial, UnitJudged.KIND, after=seq - 1)))
         return canonical(stored.result.to_json()) == canonical(result.to_json())
 
-    def _store_verdict(self, job: UnitJob, result: UnitResult, after: int) -> Event:
+    def _store_verdict(self, job: UnitJob, result: UnitRecord, after: int) -> Event:
         """Store a result, as results.json has it, with all that it depends on. The golden units are checked here, so
         that every verdict passes them. after: the last event of the unit that was read. Raises also Overtaken."""
         check_may_judge(self.store, result.serial)
-        entry, path = result.entry, str(job.unit.path.resolve())
+        path = str(job.unit.path.resolve())
         judged = UnitJudged(
-            path, entry.inputs, result.spec_sha256, code_sha256(), entry, job.place, self.store.bench, job.reason
+            path, result.inputs, job.spec.sha256, code_sha256(), result, job.place, self.store.bench, job.reason
         )
         return self.store.write(judged, result.serial, who=self.operator, spec=result.spec, after=after)
 

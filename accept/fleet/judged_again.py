@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
 from accept.base.progress import steps
 from accept.base.runner import GivenUp, Workers
 from accept.judging.calibration import weakened
@@ -96,7 +96,7 @@ def _from_records(unit: UnitState, spec: Spec) -> list[Finding] | None:
         return None
 
 
-def from_values(result: UnitEntry, spec: Spec) -> list[Finding]:
+def from_values(result: UnitRecord, spec: Spec) -> list[Finding]:
     """Compare stored values with a spec's limits. A quantity that was not measured has no result; one by inputs that
     unit.toml alone stated is conditional at best."""
     doubts = input_doubts({f.check: f.inputs for f in result.findings})

@@ -15,7 +15,7 @@ from itertools import combinations
 from pathlib import PurePath
 from typing import Any
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
 from accept.judging.advice import action
 from accept.judging.decisions import Signer, problem_here, sign_decision
 from accept.store import Event, Store
@@ -157,7 +157,7 @@ def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any
     return changed
 
 
-def _entry_without(entry: UnitEntry, copies: Sequence[Copy]) -> UnitEntry:
+def _entry_without(entry: UnitRecord, copies: Sequence[Copy]) -> UnitRecord:
     """Return an entry of results.json without the findings from copies. A recording that was withheld once and counts
     again needs judging from its records; here it stays without a result."""
     findings = tuple(without_copies(finding, copies) for finding in entry.findings)

@@ -7,15 +7,16 @@ from functools import reduce
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from accept.base.documents.results import Information, UnitRecord
 from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.base.worker_process import memory_GB
 from accept.judging import calibration
+from accept.judging.advice import action
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.calibration import Statement, weakened
 from accept.judging.check_settings import settings_problems
 from accept.judging.inputs import input_doubts, inputs_of
 from accept.judging.learned_bench import learned_bench_doubts
-from accept.judging.result import UnitResult
 from accept.models.evidence import Models, model_of
 from accept.units import unit_folder as units
 from accept.units.loaded_unit import LoadedUnit, loaded
@@ -98,7 +99,7 @@ def judge_unit(
     stated: Statement | None = None,
     models: Models | None = None,
     own: bool = True,
-) -> UnitResult:
+) -> UnitRecord:
     """Judge every section of a unit that the spec asks about. Raises UnitError if the spec is for another kind.
 
     stated : the calibration of the instruments behind it; None without a bench file, then the result states none.
@@ -113,7 +114,7 @@ def judge_unit(
         problem = f"kind = '{unit.kind}', but spec {spec.name} judges {judges}: correct the kind, or name another spec"
         raise UnitError(unit.path / units.UNIT_FILE, [problem])
     models = models or Models()
-    temperature = unit.environment.get("temperature_C")
+    temperature = unit.header.environment.get("temperature_C")
     outcomes = {
         name: _at_temperature(_outcome(held, CHECKS[name], asked, models), asked, temperature)
         for name, asked in spec.checks.items()
@@ -136,29 +137,25 @@ def judge_unit(
     notes += _notes_of_unit(held, spec)
     stated, findings, of_instruments = calibration.applied(stated, findings, spec.checks, unit.measured)
     notes += of_instruments
-    result = UnitResult(
-        serial=unit.serial,
-        kind=unit.kind,
+    record = UnitRecord(
+        **vars(unit.header),
         verdict=unit_verdict(findings),
         findings=tuple(findings),
-        information=tuple((n, q) for n, q in quantities if q.name not in spec.checks[n].limits and isfinite(q.value)),
+        information=tuple(
+            Information.of(n, q) for n, q in quantities if q.name not in spec.checks[n].limits and isfinite(q.value)
+        ),
         not_judged=tuple(_not_judged(unit, spec)),
         notes=tuple(notes),
-        parts=unit.parts,
-        inputs=held.hashes,
-        spec_name=spec.name,
-        spec_sha256=spec.sha256,
+        inputs=dict(sorted(held.hashes.items())),
+        action=action(findings),
+        spec=f"{spec.name}@{spec.sha256}",
         panels={f"{name}/{key}": p for name, outcome in outcomes.items() for key, p in outcome.panels.items()},
         calibration=stated,
         models=models.hashes(spec),
         measured=days,
-        origin=unit.origin,
-        environment=unit.environment,
-        provided=unit.provided,
-        simulated=unit.simulated,
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
-    return without_bench_errors(result) if own else result
+    return without_bench_errors(record) if own else record
 
 
 def _unexpected_channels(held: LoadedUnit, spec: Spec) -> dict[str, Reason]:

@@ -14,14 +14,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
+from accept.judging.advice import action
 from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
 from accept.judging.folder_name import ALIKE, CONFIRMED, NAME, doubted_folder
 from accept.judging.nonconformance import RELEASING, in_notes, standing
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import Rereading, rereadings, weaken_reread
-from accept.judging.result import UnitResult
 from accept.judging.superseded import Approval
 from accept.store import Event, Store
 from accept.units.unit_folder import UnitFolder
@@ -53,7 +53,7 @@ class Reservations:
         cls,
         store: Store,
         unit: UnitFolder,
-        entry: UnitEntry | None,
+        entry: UnitRecord | None,
         confirmed_by: str = "",
         past: Sequence[Event] | None = None,
         approval: Approval | None = None,
@@ -64,7 +64,7 @@ class Reservations:
         samples: Samples = {} if entry is None else entry.samples
         alone = cls(
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
-            tuple(part_doubts(store, unit.serial, unit.parts)),
+            tuple(part_doubts(store, unit.serial, unit.header.parts)),
             folder=doubted_folder(store, unit, confirmed_by),
             rereadings={} if entry is None else rereadings(store, unit.serial, samples, entry.findings, entry.inputs),
         )
@@ -79,7 +79,7 @@ class Reservations:
         )
 
     @classmethod
-    def stated(cls, entry: UnitEntry) -> "Reservations":
+    def stated(cls, entry: UnitRecord) -> "Reservations":
         """Return the reservations that an entry of results.json states."""
         causes = [one.cause for f in entry.findings if f.cause is not None for one in f.cause.all()]
         return cls(
@@ -128,7 +128,7 @@ class Reservations:
             found = tuple(weakened(f, doubt) for f in found)
         return found
 
-    def apply(self, result: UnitResult) -> UnitResult:
+    def apply(self, result: UnitRecord) -> UnitRecord:
         """Return the result with its reservations stated, and its findings and verdict as they leave them; the same
         object if there are no reservations."""
         if not self:
@@ -138,7 +138,8 @@ class Reservations:
         return replace(
             result,
             findings=findings,
-            information=tuple((check, q) for check, q in result.information if CHECKS[check].reads not in withheld),
+            action=action(findings),
+            information=tuple(i for i in result.information if CHECKS[i.check].reads not in withheld),
             verdict=unit_verdict(findings, bool(self.nonconformances)),
             copies=tuple(self.copies),
             part_doubts=tuple(self.part_doubts),

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
 from accept.store.event import Event
 from accept.store.payloads import (
     AttemptVoided,
@@ -45,7 +45,7 @@ class HandedOut:
     sha256: str
     number: str
     spec_sha256: str
-    result: UnitEntry | None
+    result: UnitRecord | None
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class UnitState:
     inputs: Mapping[str, str]
     spec_sha256: str
     code_sha256: str
-    result: UnitEntry
+    result: UnitRecord
     ended: tuple[tuple[int, str, str], ...] = ()  # event, verdict (`VOIDED` too) and time of each judgement, in order
     certificate: Certificate | None = None
     handed_out: HandedOut | None = None

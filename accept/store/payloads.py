@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Self
 
 from accept.base.documents.document import Document, DocumentError, Number, only_if
-from accept.base.documents.results import Information, UnitEntry
+from accept.base.documents.results import Information, UnitRecord
 from accept.store.errors import StoreError
 from accept.store.event import Event, NewEvent
 from checks.cause import Reason
@@ -70,7 +70,7 @@ class UnitJudged(Payload, what="unit_judged"):
     inputs: Annotated[Mapping[str, str], "sha256 of every file that was read, by name"]
     spec_sha256: str
     code_sha256: Annotated[str, "hash of the program that judged"]
-    result: Annotated[UnitEntry, "the unit's entry in results.json"]
+    result: Annotated[UnitRecord, "the unit's entry in results.json"]
     batch: Annotated[PlaceInBatch | None, only_if(), "if a batch judged it"] = None
     bench: Annotated[str, only_if(bool), "public key of the bench that judged it"] = ""
     reason: Annotated[str | None, only_if(), "why it was judged again; empty if no reason was given"] = None

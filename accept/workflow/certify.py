@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
 
+from accept.base.documents.results import UnitRecord
 from accept.batch.job import drawn
 from accept.certificate.certify import set_aside, sign_into
 from accept.certificate.contents.content import CertificateContent, content_of
@@ -23,7 +24,6 @@ from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge
 from accept.certificate.verify.revocation_check import ListsBeside
 from accept.certificate.verify.verification import Verification, verify
-from accept.judging.result import UnitResult
 from accept.store import fold
 from accept.store.payloads import CertificateSigned
 from accept.workflow.session import Session
@@ -199,7 +199,7 @@ def _verified(session: Session, path: Path, credential: Credential) -> Verificat
 def _verify(session: Session, document: bytes, credential: Credential) -> Verification:
     listed = ListsBeside({keys.folder(session.home) / FILE: credential.ca})
 
-    def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
+    def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitRecord | None) -> list[Step]:
         return [*check_store(signed, contents, when, again), *listed.steps(contents, ())]
 
     return verify(

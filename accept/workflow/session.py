@@ -13,7 +13,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from accept.base.documents.results import Information
+from accept.base.documents.results import UnitRecord
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
@@ -22,7 +22,6 @@ from accept.gap.attach_to_result import with_explanation
 from accept.judging.advice import ADVICE, action, record_advice
 from accept.judging.bench_errors import BY_RESONANCE, withhold_bench_errors
 from accept.judging.nonconformance import open_nonconformances
-from accept.judging.result import UnitResult
 from accept.store import Event, Store, fold
 from accept.store.errors import Overtaken
 from accept.store.payloads import (
@@ -110,7 +109,7 @@ class Session:
         self.spec_name = f"{spec.name}@{spec.sha256}"
         self._mutex = threading.RLock()
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
-        self._result: tuple[Given, UnitResult] | None = None
+        self._result: tuple[Given, UnitRecord] | None = None
         self._held: tuple[int, Sequence[str]] | None = None
         self._compared: tuple[int, Sequence[Finding]] | None = None
         self.usual = usual_values(store, spec.kind, but=serial)
@@ -185,7 +184,7 @@ class Session:
             states = (self.state(step.name) for step in self.steps)
             own = [j for state in states if (j := judgement_of(state, self.spec_name, code_sha256())) is not None]
             findings = [finding for each in own for finding in each.findings]
-            known = {quantity.name: quantity for each in own for _, quantity in each.information}
+            known = {i.quantity: i.measured() for each in own for i in each.information}
             known |= {f.quantity: Quantity(f.quantity, f.value, f.U) for f in findings if f.value is not None}
             stiffness = known[BY_RESONANCE].value if BY_RESONANCE in known else math.nan
             compared = withhold_bench_errors(check_consistency(findings, known), stiffness, self.gap)
@@ -501,8 +500,7 @@ class Session:
         with self._mutex:
             now = self.state(name)  # an entry that came meanwhile may be in the folder: it is judged by itself
             if now.upto == state.upto and judgement_of(now, self.spec_name, code_sha256()) != judged:
-                information = tuple(Information.of(check, quantity) for check, quantity in judged.information)
-                self.append(StepJudged(name, judged.upto, judged.findings, information, judged.notes))
+                self.append(StepJudged(name, judged.upto, judged.findings, judged.information, judged.notes))
         return judged
 
     @property
@@ -531,7 +529,7 @@ class Session:
         panel_cache.save(self.folder, "gap", attempt.step("frf").upto, drawn)
         return self.append(GapExplained(attempt.step("frf").upto, document))
 
-    def judge(self, judge: Judge = judge_here) -> UnitResult:
+    def judge(self, judge: Judge = judge_here) -> UnitRecord:
         """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped if the golden
         units were missed, and what `judge` does."""
         given = self._written().given
@@ -547,7 +545,7 @@ class Session:
         return result
 
     @property
-    def result(self) -> UnitResult | None:
+    def result(self) -> UnitRecord | None:
         """Return the last result of `judge`, None if its inputs have changed since."""
         if self._result is None or self.attempt.verdict is None or self._result[0] != self.attempt.given:
             return None
@@ -557,7 +555,7 @@ class Session:
     def amends(self) -> str:
         """Return the certificate with another result that one of the present result replaces, "" for none."""
         state = fold(self._events).units.get(self.serial)
-        return amended(self.serial, state, self.result.entry) if self.result is not None else ""
+        return amended(self.serial, state, self.result) if self.result is not None else ""
 
     def append(self, payload: Payload, after: int | None = None) -> Event:
         """Store an event about this unit. after: number of the last one that it follows from. Raises StoreError, and

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
+from accept.base.documents.results import unit_word
 from accept.base.version import code_sha256
-from accept.pictures.signs import unit_word
 from accept.store import Store
 from accept.store.payloads import AttemptStarted
 from accept.workflow.state.unit_state import Attempt, EnteredValue, FileLink, fold_run

@@ -25,8 +25,8 @@ from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.judging.nonconformance import DISPOSITION, signed_content
 from accept.store.payloads import CopiesResolved, NonconformanceDecided, SignedBy
 from accept.store.seal import head_problem
+from accept.units.folder_header import serial_problem
 from accept.units.samples import TYPED
-from accept.units.unit_folder import serial_problem
 from checks.acceptance import CHECKS
 from specs.spec import parse
 from specs.strict import SpecError

@@ -94,7 +94,7 @@ def document(
                 "findings": [_row(finding, (event.seq, finding.quantity) in first) for finding in result.findings],
                 "notes": result.notes,
                 "held": result.nonconformances,
-                "dispositions": stated_words(result.to_json()) if result.dispositions else [],
+                "dispositions": stated_words(result.dispositions),
                 "gap": _gap(result.gap),
             }
         )

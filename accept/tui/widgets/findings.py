@@ -64,9 +64,9 @@ def findings_text(
             if line not in told:
                 text.append(f"  → {line}\n", "bold yellow")
             told.add(line)
-    name = max((len(label_of(q.name)) for _, q in judgement.information), default=0)
-    for _, q in judgement.information if whole else ():
-        text.append(f"  {label_of(q.name):<{name}}  {numbers(q.value, q.U, q.unit)}\n", "dim")
+    name = max((len(label_of(i.quantity)) for i in judgement.information), default=0)
+    for i in judgement.information if whole else ():
+        text.append(f"  {label_of(i.quantity):<{name}}  {numbers(i.value, i.U, i.unit)}\n", "dim")
     for note in judgement.notes:
         text.append(f"  Note: {note}\n", "dim")
     if judgement.information and not whole:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from accept.base.documents.results import Information
 from accept.store import Event, Signature, StoreError
 from accept.store.payloads import (
     AttemptStarted,
@@ -23,7 +24,6 @@ from accept.store.payloads import (
 )
 from accept.store.undone import undone
 from accept.units.attempt_folder import attempt_folder
-from checks.quantity import Quantity
 from checks.verdict import Finding
 
 
@@ -74,14 +74,14 @@ class Note:
 
 @dataclass(frozen=True)
 class StepJudgement:
-    """The judgement of one step, with its spec and program. findings: judged quantities; information: (check,
-    quantity) without limits; upto: the last entry that was judged, later ones make it stale."""
+    """The judgement of one step, with its spec and program. findings: judged quantities; information:
+    without limits; upto: the last entry that was judged, later ones make it stale."""
 
     upto: int
     spec: str
     code: str
     findings: tuple[Finding, ...]
-    information: tuple[tuple[str, Quantity], ...]
+    information: tuple[Information, ...]
     notes: tuple[str, ...]
 
 
@@ -282,7 +282,7 @@ def _unjudged(attempt: Attempt) -> Attempt:
 
 
 def _step_judged(attempt: Attempt, event: Event, judged: StepJudged) -> Attempt:
-    information = tuple((i.check, i.measured()) for i in judged.information)
+    information = judged.information
     judgement = StepJudgement(judged.upto, event.spec, event.code, judged.findings, information, judged.notes)
     state = attempt.step(judged.step)
     state = replace(state, judgements={**state.judgements, judged.upto: judgement})

@@ -12,7 +12,7 @@ from accept.base.documents.document import Document, DocumentError
 from accept.base.documents.gap import GapDocument
 from accept.base.documents.manifest import Manifest
 from accept.base.documents.misalignment import MisalignmentDocument
-from accept.base.documents.results import ListedUnit, ResultsDocument, UnitEntry
+from accept.base.documents.results import ListedUnit, ResultsDocument, UnitRecord
 from accept.models.model_file import effects_of, open_model_file
 from accept.store import NewEvent, Store, StoreError, fold, open_store
 from accept.store.event import Event, sealed
@@ -137,7 +137,7 @@ def test_keys_of_a_later_version_are_passed_over_and_those_of_an_earlier_one_may
     later = ListedUnit.from_json(unit(lot="7"))
     assert later == ListedUnit.from_json(unit())
     earlier = {key: value for key, value in unit().items() if key not in ("notes", "parts", "samples", "information")}
-    assert UnitEntry.from_json(earlier).verdict is UnitVerdict.REJECTED
+    assert UnitRecord.from_json(earlier).verdict is UnitVerdict.REJECTED
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_keys_of_a_later_version_are_passed_over_and_those_of_an_earlier_one_may
 )
 def test_a_wrong_key_is_named(change: dict[str, object], key: str) -> None:
     with pytest.raises(DocumentError, match=rf"(?m)^\[{key}\]"):
-        UnitEntry.from_json(unit(**change))
+        UnitRecord.from_json(unit(**change))
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", '"4.4"', "true"])
@@ -160,13 +160,13 @@ def test_a_value_that_is_no_finite_number_is_refused(number: str) -> None:
     content = json.dumps(unit()).replace('"value": 1.72', f'"value": {number}')
     assert number in content
     with pytest.raises(DocumentError, match="value"):
-        UnitEntry.from_text(content)
+        UnitRecord.from_text(content)
 
 
 def test_a_cause_of_another_version_stays_as_words() -> None:
     document = unit()
     document["findings"][1]["cause"] = {"code": "tomorrows_cause", "value": 3}
-    (finding,) = (f for f in UnitEntry.from_json(document).findings if f.quantity == "sensor_uF")
+    (finding,) = (f for f in UnitRecord.from_json(document).findings if f.quantity == "sensor_uF")
     assert finding.verdict == "fail"
     assert "tomorrows_cause" in str(finding.cause)
 
