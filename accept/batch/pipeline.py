@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
-from accept.base.documents.results import UnitRecord
+from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob, drawn
@@ -40,7 +40,7 @@ from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.copies import withhold_others
-from accept.judging.folder_name import ALIKE, CONFIRMED, NAME, confirm, question
+from accept.judging.folder_name import confirm, question
 from accept.judging.golden import check_may_judge, goldens, missed
 from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations

@@ -21,9 +21,8 @@ import numpy as np
 
 from accept.base.atomic_files import writing_atomic
 from accept.base.documents import document, results
-from accept.base.documents.results import UnitRecord
+from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.progress import busy
-from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.store import Event, Store, payloads
 from accept.store.chain import START, StoreHead
 from accept.store.fold import TECHNICIAN

@@ -1,13 +1,12 @@
 """Stored units under another spec: which verdicts flip, and why. Nothing is stored and no certificate is touched."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from accept.base.documents.results import UnitRecord
 from accept.base.progress import steps
 from accept.base.runner import GivenUp, Workers
-from accept.judging.calibration import weakened
 from accept.judging.inputs import input_doubts
 from accept.judging.judge_unit import judge_unit
 from accept.judging.reservations import Reservations
@@ -18,7 +17,7 @@ from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.cause import Cause, because
 from checks.quantity import Quantity
-from checks.verdict import Finding, judge, unit_verdict
+from checks.verdict import Finding, judge, unit_verdict, weakened
 from specs.spec import Spec
 
 RECORDS, VALUES = "records", "stored values"
@@ -72,7 +71,7 @@ def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
     basis = VALUES if findings is None else RECORDS
     measured = from_values(unit.result, spec) if findings is None else findings
     reservations = Reservations.stated(unit.result)
-    now = list(reservations.weaken(measured)) if reservations else measured
+    now = reservations.apply(replace(unit.result, findings=tuple(measured))).findings
     before = {f.quantity: str(f.verdict) for f in unit.result.findings}
     differ = {
         f.quantity: (before.get(f.quantity, "not judged"), str(f.verdict), f.reason or "")

@@ -12,11 +12,11 @@ from dataclasses import replace
 from typing import Any
 
 from accept.base.documents.results import UnitRecord
-from accept.judging.advice import action
+from accept.judging.advice import concluded
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because
 from checks.consistency import PAYLOAD
-from checks.verdict import Finding, Verdict, unit_verdict
+from checks.verdict import Finding, Verdict
 
 RESONANCE, BY_RESONANCE = "axial_resonance_Hz", "k_resonance_N_per_um"
 ADDED_MASS = "bench.payload_kg"  # what an effect adds to if it is a mass on the bench
@@ -31,8 +31,7 @@ def without_bench_errors(result: UnitRecord) -> UnitRecord:
     findings = withhold_bench_errors(result.findings, stiffness, result.gap)
     if findings is result.findings:
         return result
-    verdict = unit_verdict(findings, bool(result.nonconformances))
-    return replace(result, findings=tuple(findings), verdict=verdict, action=action(findings))
+    return concluded(replace(result, findings=tuple(findings)))
 
 
 def withhold_bench_errors(
