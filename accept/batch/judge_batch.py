@@ -265,7 +265,7 @@ class _Batch:
                 certificate = None if path is None else path.relative_to(request.out).as_posix()
                 unit = ListedUnit(**vars(UnitJudged.of(judged).result), certificate=certificate)
                 if attempts := earlier + len(more):
-                    before = fold(e for e in self.pipeline.events(serial) if e.seq < judged.seq).units.get(serial)
+                    before = fold(e for e in self.pipeline.events(serial) if e.seq < judged.seq)
                     ended = Earlier.of(before)
                     unit = replace(unit, attempt=attempts + 1, earlier=None if ended is None else ended.to_json())
                 report.verdicts[str(unit.verdict)] += 1

@@ -139,7 +139,7 @@ class Pipeline:
         # Of two serials that the store knows both have been here since before this was looked at.
         if not past and (other := self.store.other_spelling(unit.serial)) is not None:
             raise UnitError(unit.path / UNIT_FILE, [mistaken_for(unit.serial, other)])
-        before = fold(past).units.get(unit.serial)
+        before = fold(past)
         last = None if before is None else before.result
         known = Known(before, self._reservations(unit, last))
         doubted = known.reservations.folder  # only who signs the certificate states that it was confirmed
@@ -187,11 +187,11 @@ class Pipeline:
         typed = not isinstance(self.operator, KeyHolder)
         if certificate is not None and before is not None and self._lacks_only_certificate(unit, before):
             due, before = before, self._before(before)
-            reason = due.reason
+            reason = due.judged.reason
         elif reason is None:
             reason = self._reason_for(before)
         stated = self.statement(unit) if due is None else self._statement_of(unit, due)
-        amends = before is not None and before.handed_out is not None and before.inputs != unit.input_hashes()
+        amends = before is not None and before.handed_out is not None and before.judged.inputs != unit.input_hashes()
         return UnitJob(
             unit,
             spec,
@@ -220,7 +220,7 @@ class Pipeline:
 
     def _settle(self, job: UnitJob, judgement: Judgement) -> StoredJudgement:
         past, found, page = self.events(job.unit.serial), judgement.result, judgement.page
-        last = fold(past).units.get(job.unit.serial)
+        last = fold(past)
         result = self._reservations(job.unit, found).apply(found)
         due = last if last is not None and last.seq in {job.uncertified, *self._weakened} else None
         if due is not None and not (self._unchanged(job.unit, due) and self._is_stored(due.seq, result)):
@@ -231,7 +231,7 @@ class Pipeline:
         before = last if due is None else self._before(due)
         reason, because = (self._reason_for(before) if job.reason is None else job.reason), ""
         if due is not None:
-            reason = due.reason
+            reason = due.judged.reason
         signs = job.certificate is not None and self.credential is not None
         if amends := amended(result.serial, before, result) if signs else "":
             given = reason or self._reason_to_amend(result, amends, before)
@@ -332,7 +332,7 @@ class Pipeline:
         if last is not None and last.result is not None and last.spec_sha256 == result.spec.partition("@")[2]:
             benches = {(stated or {}).get("sha256") for stated in (last.result.calibration, result.calibration)}
             same = dict(last.result.inputs) == dict(result.inputs) and len(benches) == 1
-            if same and before is not None and before.code_sha256 == code_sha256():
+            if same and before is not None and before.judged.code_sha256 == code_sha256():
                 return _SAME_DATA
         if result.serial in goldens(self.store):
             return "a golden unit, measured again"
@@ -398,7 +398,7 @@ class Pipeline:
         """Return the state of a unit before its last judgement."""
         if last is None:
             return None
-        return fold(e for e in self.events(last.serial) if e.seq < last.seq).units.get(last.serial)
+        return fold(e for e in self.events(last.serial) if e.seq < last.seq)
 
     def _is_stored(self, seq: int, result: UnitRecord) -> bool:
         """Return whether a result is that of an event, so that one certificate states both."""

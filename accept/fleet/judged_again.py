@@ -53,7 +53,7 @@ def judged_again(
     from_records: measure unit folders again if they still hold what was judged; only this honours changed settings."""
     void = voids(store)
     last = (event for event in store.last_of_each(UnitJudged.KIND) if event.seq not in void)
-    units = (fold([event]).units[event.subject] for event in last)
+    units = (unit for event in last if (unit := fold([event])) is not None)
     with_spec = ((unit, specs.get(unit.result.kind)) for unit in steps(units, "units judged again"))
     asked = ((unit, spec, from_records) for unit, spec in with_spec if spec is not None)
     if cluster is None:
@@ -87,8 +87,8 @@ def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
 def _from_records(unit: UnitState, spec: Spec) -> list[Finding] | None:
     """Return the findings measured again from the unit's folder, None unless the folder is as it was judged."""
     try:
-        folder = unit_folder.read(Path(unit.path))
-        if folder.serial != unit.serial or folder.input_hashes() != dict(unit.inputs):
+        folder = unit_folder.read(Path(unit.judged.path))
+        if folder.serial != unit.serial or folder.input_hashes() != dict(unit.judged.inputs):
             return None
         return list(judge_unit(folder, spec).findings)
     except (UnitError, OSError):

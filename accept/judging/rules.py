@@ -142,7 +142,7 @@ def hold_findings(record: UnitRecord) -> UnitRecord:
 
 
 def doubt_folder(record: UnitRecord) -> UnitRecord:
-    """Doubt every result if the folder has the name of another unit and nobody confirmed the serial."""
+    """Doubt every result if the folder has the name of another unit and no person confirmed the serial."""
     name = None if CONFIRMED in record.folder else record.folder.get(NAME)
     return record if name is None else _all_doubted(record, because(Cause.FOLDER_NAME, name=name))
 

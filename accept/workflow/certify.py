@@ -25,7 +25,7 @@ from accept.certificate.verify.rejudge import read_certificate, rejudge
 from accept.certificate.verify.revocation_check import ListsBeside
 from accept.certificate.verify.verification import Verification, verify
 from accept.store import fold
-from accept.store.payloads import CertificateSigned
+from accept.store.payloads import CertificateSigned, UnitJudged
 from accept.workflow.session import Session
 from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.state.unit_state import certificate_name
@@ -55,13 +55,13 @@ def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verificati
     if _is_one_of(why, [passphrase]):
         raise SigningRefused(NOT_TAKEN)
     number, past = session.attempt.number, list(session.store.events(session.serial))
-    before = fold(session.before_attempt()).units.get(session.serial)
-    judged = fold(past).units[session.serial]
-    earlier = Earlier.of(fold(e for e in past if e.seq < judged.seq).units.get(session.serial))
+    before = fold(session.before_attempt())
+    judged = next(event for event in reversed(past) if event.what == UnitJudged.KIND)
+    earlier = Earlier.of(fold(e for e in past if e.seq < judged.seq))
     stated = provenance(
         session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
         session.home, credential, numbers_of(past),
-        Provenance(number, reason=judged.reason, earlier=earlier, amends=amends, signed_because=why),
+        Provenance(number, reason=UnitJudged.of(judged).reason, earlier=earlier, amends=amends, signed_because=why),
     )  # fmt: skip
     contents = content_of(result, session.spec, session.folder, credential.person, provenance=stated)
     page = drawn(signed_by_bench(contents, session.home))

@@ -22,7 +22,7 @@ from accept.gap.attach_to_result import with_explanation
 from accept.judging.advice import ADVICE, action, record_advice
 from accept.judging.bench_errors import BY_RESONANCE, withhold_bench_errors
 from accept.judging.nonconformance import open_nonconformances
-from accept.store import Event, Store, fold
+from accept.store import Event, Store
 from accept.store.errors import Overtaken
 from accept.store.payloads import (
     AttemptStarted,
@@ -554,8 +554,7 @@ class Session:
     @property
     def amends(self) -> str:
         """Return the certificate with another result that one of the present result replaces, "" for none."""
-        state = fold(self._events).units.get(self.serial)
-        return amended(self.serial, state, self.result) if self.result is not None else ""
+        return amended(self.serial, self.run.state, self.result) if self.result is not None else ""
 
     def append(self, payload: Payload, after: int | None = None) -> Event:
         """Store an event about this unit. after: number of the last one that it follows from. Raises StoreError, and

@@ -132,11 +132,11 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
     counted = [e for e in events if e.seq < own.seq]
     started = [e for e in counted if e.what == _STARTED]
-    before = fold(counted).units.get(own.subject)
+    before = fold(counted)
     numbers, replaced = {1 if before is None else before.attempts + 1}, [before]
     if started and _is_of_attempt(own, started[-1], counted):
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
-        replaced.append(fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject))
+        replaced.append(fold(e for e in counted if e.seq < started[-1].seq))
     checks = parse(contents.spec_text.encode(), "the attached spec").checks
     entry = UnitRecord.from_json(contents.result)
     return History(own, signature, entry, before, replaced, numbers, checks)

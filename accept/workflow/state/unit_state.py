@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.documents.results import Information
-from accept.store import Event, Signature, StoreError
+from accept.store import Event, Signature, StoreError, UnitState
+from accept.store.fold import after
 from accept.store.payloads import (
     AttemptStarted,
     CertificateSigned,
@@ -163,10 +164,11 @@ class Attempt:
 
 @dataclass(frozen=True)
 class UnitRun:
-    """A serial and its attempts, in order; seq: the last event folded in."""
+    """A serial and its attempts, in order; state: its judgements and certificates; seq: the last event folded in."""
 
     serial: str
     attempts: tuple[Attempt, ...] = ()
+    state: UnitState | None = None
     seq: int = 0
 
     @property
@@ -185,6 +187,7 @@ def fold_run(serial: str, events: Iterable[Event]) -> UnitRun:
     begun = {event.seq for event, payload in stored if isinstance(payload, AttemptStarted)}
     run = UnitRun(serial, seq=stored[-1][0].seq if stored else 0)
     for event, payload in stored:
+        run = replace(run, state=after(run.state, event, payload))
         if event.seq in gone or (isinstance(payload, EntryUndone) and payload.undoes in begun):
             continue
         if isinstance(payload, AttemptStarted):

@@ -154,8 +154,8 @@ def test_a_copy_of_a_unit_judged_earlier_is_found_in_the_store(tmp_path: Path, s
     assert accept("countersign", first).exit_code == 4
     with open_store() as store:
         assert store.check() is None
-        state = fold(store.events()).units
-    assert [state[s].verdict for s in ("A-1", "B-1")] == ["incomplete", "incomplete"]
+        units = [fold(store.events(serial)) for serial in ("A-1", "B-1")]
+    assert [unit and unit.verdict for unit in units] == ["incomplete", "incomplete"]
     assert "copied: hysteresis/record" in accept("store", "log", "A-1").stdout
 
 

@@ -84,8 +84,11 @@ def test_a_void_rejection_makes_no_unit_good(bench, tmp_path):
     assert ask("list", "--verdict", "voided", "--json", tmp_path / "l").exit_code == 0
     assert [r["serial"] for r in json.loads((tmp_path / "l").read_text())] == ["A-3"]
     assert "void" in "".join(part_doubts(bench, "S-1", {"apa": "A-3"}))
-    state = fold(bench.events("A-3")).units["A-3"]
-    assert not state.unchanged(state.inputs, state.spec_sha256, state.code_sha256)  # a batch judges it again
+    state = fold(bench.events("A-3"))
+    assert state is not None
+    assert not state.unchanged(
+        state.judged.inputs, state.judged.spec_sha256, state.judged.code_sha256
+    )  # a batch judges it again
     add(bench, [judgement("A-3", GOOD)])
     assert of(measurements(bench), "A-3") == (True, True)
 
