@@ -25,9 +25,9 @@ from accept.base.atomic_files import write_atomic
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.home import home
 from accept.base.version import code_sha256
-from accept.batch.job import Judgement, UnitJob, drawn
+from accept.batch.job import Judgement, UnitJob
 from accept.capture.reference_check import days_checked
-from accept.certificate.certify import set_aside, sign_into
+from accept.certificate.certify import drawn, set_aside, sign_into
 from accept.certificate.contents.content import canonical
 from accept.certificate.contents.provenance import Earlier, Provenance, amended
 from accept.certificate.trust import keys
@@ -183,26 +183,22 @@ class Pipeline:
     ) -> UnitJob:
         """Return the job that judges a unit. certificate: the file wanted, None for none. place: in its batch. reason:
         why it is judged again, if the operator need not be asked."""
-        spec, before, due = self.specs[unit.kind], known.before, None
+        before, due = known.before, None
         typed = not isinstance(self.operator, KeyHolder)
         if certificate is not None and before is not None and self._lacks_only_certificate(unit, before):
-            due, before = before, self._before(before)
-            reason = due.judged.reason
+            due, reason = before, before.judged.reason
         elif reason is None:
             reason = self._reason_for(before)
-        stated = self.statement(unit) if due is None else self._statement_of(unit, due)
-        amends = before is not None and before.handed_out is not None and before.judged.inputs != unit.input_hashes()
         return UnitJob(
             unit,
-            spec,
+            self.specs[unit.kind],
             shown_name(self.operator, typed) if self.credential is None else self.operator,
-            stated=stated,
+            stated=self.statement(unit) if due is None else self._statement_of(unit, due),
             start=self._start(unit),
             out=self.out,
             certificate=certificate,
-            provenance=None if certificate is None else self._provenance(spec, unit.serial, before, reason, due),
             home=self.home,
-            draws=not (known.reservations or amends),
+            bench=self.store.bench,
             uncertified=None if due is None else due.seq,
             place=place,
             reason=reason,
@@ -219,7 +215,7 @@ class Pipeline:
                 continue
 
     def _settle(self, job: UnitJob, judgement: Judgement) -> StoredJudgement:
-        past, found, page = self.events(job.unit.serial), judgement.result, judgement.page
+        past, found = self.events(job.unit.serial), judgement.result
         last = fold(past)
         result = self._reservations(job.unit, found).apply(found)
         due = last if last is not None and last.seq in {job.uncertified, *self._weakened} else None
@@ -236,21 +232,19 @@ class Pipeline:
         if amends := amended(result.serial, before, result) if signs else "":
             given = reason or self._reason_to_amend(result, amends, before)
             reason, because = (given, "") if due is None else (reason, "" if reason else given)
-        job, unsigned = replace(job, reason=reason), ""
+        job, unsigned, page, number = replace(job, reason=reason), "", None, ""
         if amends and not (reason or because) and self._waits(result, before):
             unsigned = _NO_REASON.format(result.serial, amends)
         elif job.certificate is not None:
             stated = self._provenance(job.spec, result.serial, before, reason, due, because, amends)
-            if page is None or result is not found or stated != job.provenance:
-                job = replace(job, provenance=stated)
-                page = drawn(job.contents(result))
+            contents, number = job.contents(replace(judgement, result=result), stated), stated.number
+            page = drawn(contents, self.home)
         seq = self._store_verdict(job, result, past[-1].seq if past else 0).seq if due is None else due.seq
-        if job.certificate is not None and page is not None and not unsigned:
+        if job.certificate is not None and page is not None:
             set_aside(job.certificate, if_countersigned=True)
             if self.credential is None:
                 write_atomic(job.certificate, page)
             else:
-                number = job.provenance.number if job.provenance else ""
                 sign_into(
                     job.certificate, page, self.credential, self.store, result.serial, self.operator, result.spec,
                     number=number, simulated=result.simulated, reason=because, judged=seq,
@@ -359,8 +353,8 @@ class Pipeline:
         before: UnitState | None,
         reason: str | None,
         due: UnitState | None,
-        because: str = "",
-        amends: str = "",
+        because: str,
+        amends: str,
     ) -> Provenance:
         if self._head is None:
             self._head = self.store.signed_head()

@@ -7,8 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from accept.base.documents.results import UnitRecord
-from accept.batch.job import drawn
-from accept.certificate.certify import set_aside, sign_into
+from accept.certificate.certify import drawn, set_aside, sign_into
 from accept.certificate.contents.content import CertificateContent, content_of
 from accept.certificate.contents.disposition import parse_disposition, parse_signing_reason
 from accept.certificate.contents.provenance import Earlier, Provenance
@@ -18,7 +17,7 @@ from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import numbers_of, provenance, signed_by_bench
+from accept.certificate.trust.provenance import numbers_of, provenance
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge
@@ -64,7 +63,7 @@ def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verificati
         Provenance(number, reason=UnitJudged.of(judged).reason, earlier=earlier, amends=amends, signed_because=why),
     )  # fmt: skip
     contents = content_of(result, session.spec, session.folder, credential.person, provenance=stated)
-    page = drawn(signed_by_bench(contents, session.home))
+    page = drawn(contents, session.home)
     path = session.home / "certificates" / certificate_name(session.serial, number)
     set_aside(path)
     own = stated.number

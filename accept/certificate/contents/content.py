@@ -101,6 +101,11 @@ class CertificateContent:
         except DocumentError as e:
             raise InvalidCertificate("; ".join(f"provenance: {line}" for line in str(e).splitlines())) from e
 
+    @cached_property
+    def record(self) -> UnitRecord:
+        """Return the result as it is declared. Raises DocumentError if it does not have that form."""
+        return UnitRecord.from_json(self.result)
+
     @property
     def serial(self) -> str:
         return str(self.result["serial"])

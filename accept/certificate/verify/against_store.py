@@ -138,7 +138,7 @@ def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, co
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
         replaced.append(fold(e for e in counted if e.seq < started[-1].seq))
     checks = parse(contents.spec_text.encode(), "the attached spec").checks
-    entry = UnitRecord.from_json(contents.result)
+    entry = contents.record
     return History(own, signature, entry, before, replaced, numbers, checks)
 
 
@@ -203,7 +203,7 @@ def _copied(store: Store, contents: CertificateContent, again: UnitRecord | None
 def reread(store: Store, contents: CertificateContent) -> Step:
     """Check how the recordings were read. Not complete if the store has a judgement that read one otherwise and did not
     pass, and the certificate does not state it."""
-    entry = UnitRecord.from_json(contents.result)
+    entry = contents.record
     found = rereadings(store, contents.serial, entry.samples, entry.findings, contents.inputs)
     passed = {f.quantity for f in entry.findings if f.verdict is Verdict.PASS}
     new = [r["words"] for q, r in found.items() if r["was"] != Verdict.PASS and q in passed]
@@ -225,7 +225,7 @@ def _sound(store: Store, contents: CertificateContent, when: datetime) -> Step:
     known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
     approved = (contents.stated.approval or {}).get("time")
     approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
-    entry = UnitRecord.from_json(contents.result)
+    entry = contents.record
     now = standing(store, contents.serial, {}, entry, when + SAME_SECOND, approval=approval)
     if new := [words for words in now.open if words not in stated]:
         return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)

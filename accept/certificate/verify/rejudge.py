@@ -22,7 +22,7 @@ from accept.judging.reservations import Reservations
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
 from specs.files import CERTIFICATE_BYTES, read_bounded
-from specs.spec import Spec, parse
+from specs.spec import parse
 from specs.strict import SpecError
 
 
@@ -35,12 +35,12 @@ def rejudge(attached: CertificateContent) -> UnitRecord:
     """
     try:
         spec = parse(attached.spec_text.encode(), "the attached spec")
-        if wrong := _contradictions(attached, spec):
+        entry = attached.record
+        if wrong := contradictions(entry, spec):
             raise InvalidCertificate(f"the attached result contradicts itself: {'; '.join(wrong[:3])}")
         with tempfile.TemporaryDirectory(prefix="accept-verify-") as place:
             models = unpack(attached, Path(place))
             unit = unit_folder.read(Path(place), latest=date.max)  # a slow clock says nothing about the unit
-            entry = UnitRecord.from_json(attached.result)
             own = attached.code_sha256 == code_sha256()  # another program may not have known what this one weighs
             again = judge_unit.judge_unit(unit, spec, entry.calibration, models, own=own)
             again, reservations = replace(again, gap=entry.gap), Reservations.stated(entry)
@@ -55,13 +55,6 @@ def rejudge(attached: CertificateContent) -> UnitRecord:
         raise InvalidCertificate(f"the attached unit cannot be judged: {e}") from e
     except (KeyError, TypeError, ValueError) as e:
         raise InvalidCertificate(f"the attached statement of calibration is not valid ({type(e).__name__}: {e})") from e
-
-
-def _contradictions(attached: CertificateContent, spec: Spec) -> list[str]:
-    try:
-        return contradictions(attached.result, spec)
-    except (KeyError, TypeError, ValueError) as e:
-        raise InvalidCertificate(f"the attached result cannot be read ({type(e).__name__}: {e})") from e
 
 
 def verify_file(path: Path, trust: Sequence[x509.Certificate], demo: bool = False) -> Verification:
