@@ -338,7 +338,7 @@ def test_a_pool_that_is_broken_loses_no_unit(tmp_path: Path) -> None:
         order = BatchRequest(units, tmp_path / "out", {"apa": load_spec("apa-basic")}, "NN", workers=2, pool=broken)
         with open_store(f"sqlite:///{tmp_path / 'store.sqlite'}") as store:
             report = run(order, store, lambda words: None)
-    assert [u["serial"] for u in report.units] == ["A", "B"]
+    assert [u.serial for u in report.units] == ["A", "B"]
     assert not report.refused
 
 

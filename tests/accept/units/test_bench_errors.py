@@ -173,8 +173,8 @@ def test_no_other_failure_is_forgiven() -> None:
 
 
 def test_the_terminal_of_batch_says_what_to_do(tmp_path: Path) -> None:
-    entry = without_bench_errors(judged(gap=named(2.3))).to_json()
-    assert actions([entry, judged().to_json()]) == [f"S-1: what to do: {entry['action']}"]
+    record = without_bench_errors(judged(gap=named(2.3)))
+    assert actions([record, judged()]) == [f"S-1: what to do: {record.action}"]
     model = open_model("apa-frame").with_values({"bench.payload_kg": 5.0})
     made = UnitRequest("T-1", "apa", model, 1, fault="polarity", low_s=SHORT, high_s=SHORT, compact=False)
     folder = write(simulate(made), tmp_path / "T-1")
