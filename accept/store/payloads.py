@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Self
 
-from accept.base.documents.document import Document, DocumentError, Number, only_if
+from accept.base.documents.document import Document, DocumentError, Number, only_if, unwritten
 from accept.base.documents.results import Information, UnitRecord
 from accept.store.errors import StoreError
 from accept.store.event import Event, NewEvent
@@ -490,13 +490,17 @@ class EntryUndone(Payload, what="entry_undone"):
 
 @dataclass(frozen=True)
 class StepJudged(Payload, what="step_judged"):
-    """A step was judged by itself."""
+    """A step was judged by itself.
+
+    spec, code: those of its event. Entries after `upto` make it stale."""
 
     step: str
     upto: Annotated[int, "number of the last entry that was judged"]
     findings: Annotated[tuple[Finding, ...], "as in results.json"]
     information: Annotated[tuple[Information, ...], "as in results.json"]
     notes: tuple[str, ...]
+    spec: Annotated[str, *unwritten("")] = ""
+    code: Annotated[str, *unwritten("")] = ""
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,6 @@ from accept.workflow.state.unit_state import (
     Attempt,
     FileLink,
     Given,
-    StepJudgement,
     StepState,
     UnitRun,
     fold_run,
@@ -167,7 +166,7 @@ class Session:
         left = [s for s in self.waiting if s.name not in {after, *behind} and self.judgement(s.name) is None]
         return next(iter(ahead + left), None)
 
-    def judgement(self, step: str) -> StepJudgement | None:
+    def judgement(self, step: str) -> StepJudged | None:
         """Return the stored judgement of a step if it still holds, as the judgement of the whole unit leaves it: what
         another step contradicts has no result, nor has what a reservation of the last summary took it from."""
         own = judgement_of(self.state(step), self.spec_name, code_sha256())
@@ -485,7 +484,7 @@ class Session:
         seqs = self.attempt.undoable
         return next((e for e in reversed(self._events) if seqs and e.seq == seqs[-1]), None)
 
-    def judge_step(self, name: str, judge: Judge = judge_here) -> StepJudgement:
+    def judge_step(self, name: str, judge: Judge = judge_here) -> StepJudged:
         """Judge one step by itself and store the judgement. judge: the function that does it, here or in the other
         process. Raises UnitError, StoreError, OSError, and what `judge` does."""
         attempt = self._written()
@@ -500,7 +499,7 @@ class Session:
         with self._mutex:
             now = self.state(name)  # an entry that came meanwhile may be in the folder: it is judged by itself
             if now.upto == state.upto and judgement_of(now, self.spec_name, code_sha256()) != judged:
-                self.append(StepJudged(name, judged.upto, judged.findings, judged.information, judged.notes))
+                self.append(judged)
         return judged
 
     @property

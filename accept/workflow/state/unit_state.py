@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from accept.base.documents.results import Information
 from accept.store import Event, Signature, StoreError, UnitState
 from accept.store.fold import after
 from accept.store.payloads import (
@@ -25,7 +24,6 @@ from accept.store.payloads import (
 )
 from accept.store.undone import undone
 from accept.units.attempt_folder import attempt_folder
-from checks.verdict import Finding
 
 
 @dataclass(frozen=True)
@@ -74,19 +72,6 @@ class Note:
 
 
 @dataclass(frozen=True)
-class StepJudgement:
-    """The judgement of one step, with its spec and program. findings: judged quantities; information:
-    without limits; upto: the last entry that was judged, later ones make it stale."""
-
-    upto: int
-    spec: str
-    code: str
-    findings: tuple[Finding, ...]
-    information: tuple[Information, ...]
-    notes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class StepState:
     """Entries at a step since it was last measured anew. earlier: entries of the rounds before, which stay; refused:
     records that could not be taken and in whose place nothing was given since, by input; unusable: when [s since 1970]
@@ -96,7 +81,7 @@ class StepState:
     earlier: tuple[EnteredValue | FileLink, ...] = ()
     reasons: tuple[str, ...] = ()
     notes: tuple[Note, ...] = ()
-    judgements: Mapping[int, StepJudgement] = field(default_factory=dict)
+    judgements: Mapping[int, StepJudged] = field(default_factory=dict)
     refused: Mapping[str, RecordRefused] = field(default_factory=dict)
     unusable: Mapping[str, float] = field(default_factory=dict)
 
@@ -240,7 +225,9 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
         case GapExplained(upto, gap):
             return _unjudged(replace(attempt, gap=(upto, gap)))
         case StepJudged() as judged:
-            return _step_judged(attempt, event, judged)
+            state = attempt.step(judged.step)
+            known = {**state.judgements, judged.upto: replace(judged, spec=event.spec, code=event.code)}
+            return replace(attempt, steps={**attempt.steps, judged.step: replace(state, judgements=known)})
         case UnitJudged() as judged if Path(judged.path).parts[-2:] == (serial, attempt_folder(attempt.number)):
             return _judged(attempt, judged)  # of this attempt's folder: a batch may judge another of the same serial
         case CertificateSigned(path, _, role) if attempt.verdict is not None:
@@ -282,14 +269,6 @@ def _with_step(attempt: Attempt, event: Event, step: str, **changes: Any) -> Att
 
 def _unjudged(attempt: Attempt) -> Attempt:
     return replace(attempt, judged=None, certificate=None, signatures=(), void=attempt.certificate or attempt.void)
-
-
-def _step_judged(attempt: Attempt, event: Event, judged: StepJudged) -> Attempt:
-    information = judged.information
-    judgement = StepJudgement(judged.upto, event.spec, event.code, judged.findings, information, judged.notes)
-    state = attempt.step(judged.step)
-    state = replace(state, judgements={**state.judgements, judged.upto: judgement})
-    return replace(attempt, steps={**attempt.steps, judged.step: state})
 
 
 def _judged(attempt: Attempt, judged: UnitJudged) -> Attempt:

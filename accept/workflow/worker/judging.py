@@ -12,9 +12,10 @@ from accept.gap.start_model import StartModel
 from accept.judging import judge_unit
 from accept.judging.calibration import Statement
 from accept.models.model_file import default_model
+from accept.store.payloads import StepJudged
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
-from accept.workflow.state.unit_state import StepJudgement, StepState
+from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.section import note_lines
 from accept.workflow.worker.process import Say, Work, WorkerProcess
 from checks.errors import ModelError, RecordError
@@ -78,14 +79,8 @@ def _explain(say: Say, folder: Path, spec: Spec) -> Explanation:
     return start.answer(done.document), gap_panels(done.result)
 
 
-def judgement_of_result(name: str, result: UnitRecord, state: StepState, spec_name: str) -> StepJudgement:
+def judgement_of_result(name: str, result: UnitRecord, state: StepState, spec_name: str) -> StepJudged:
     """Return the judgement of a step to be stored; the technician's own notes are stored already."""
     own = {f"{name}: {line}" for line in note_lines(state)}
-    return StepJudgement(
-        state.upto,
-        spec_name,
-        code_sha256(),
-        result.findings,
-        result.information,
-        tuple(note.removeprefix(f"{name}: ") for note in result.notes if note not in own),
-    )
+    notes = tuple(note.removeprefix(f"{name}: ") for note in result.notes if note not in own)
+    return StepJudged(name, state.upto, result.findings, result.information, notes, spec_name, code_sha256())
