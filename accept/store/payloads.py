@@ -376,7 +376,17 @@ class RunOpened(Payload, what="run_opened"):
 
 
 @dataclass(frozen=True)
-class ValueTaken(Payload, what="value_taken"):
+class Entry:
+    """An entry at a step. seq, who: those of its event; on: the day of measuring, ISO, as the fold of a unit states
+    it."""
+
+    seq: Annotated[int, *unwritten(0)] = field(default=0, kw_only=True)
+    who: Annotated[str, *unwritten("")] = field(default="", kw_only=True)
+    on: Annotated[str, *unwritten("")] = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True)
+class ValueTaken(Entry, Payload, what="value_taken"):
     """A value was typed or read."""
 
     step: str
@@ -405,7 +415,7 @@ class ReadingFailed(Payload, what="reading_failed"):
 
 
 @dataclass(frozen=True)
-class RecordLinked(Payload, what="record_linked"):
+class RecordLinked(Entry, Payload, what="record_linked"):
     """A record was copied into the folder of an attempt."""
 
     step: str

@@ -52,7 +52,6 @@ from accept.workflow.record_folder import Proposals
 from accept.workflow.state.lock import UnitLock
 from accept.workflow.state.unit_state import (
     Attempt,
-    FileLink,
     Given,
     StepState,
     UnitRun,
@@ -348,7 +347,7 @@ class Session:
 
     def name_score(self, step: WorkflowStep, declared: Series | CsvTable, file: str) -> tuple[int, str]:
         """Return how far the name of a file speaks for an input of a step, and the step that it speaks for instead."""
-        if any(isinstance(e, FileLink) and e.file == file for e in self.state(step.name).entries):
+        if any(isinstance(e, RecordLinked) and e.file == file for e in self.state(step.name).entries):
             return -1, "in use"
         wanted = [i for i in step.form_with(declared.name).inputs if isinstance(i, Series | CsvTable)]
         return record_folder.name_score(file, declared, wanted, _about(step), self._inputs_of_others(step))

@@ -27,37 +27,6 @@ from accept.units.attempt_folder import attempt_folder
 
 
 @dataclass(frozen=True)
-class EnteredValue:
-    """One value that was typed or read; U: typed or read with it; index: its place in a vector; day: on which it was
-    measured, ISO."""
-
-    seq: int
-    form: str
-    input: str
-    value: float
-    U: float | None
-    unit: str
-    index: int | None
-    repeat: bool
-    source: str
-    day: str
-    who: str = ""
-
-
-@dataclass(frozen=True)
-class FileLink:
-    """A file in the unit's folder that holds the data of an input."""
-
-    seq: int
-    form: str
-    input: str
-    file: str
-    sha256: str
-    day: str
-    who: str = ""
-
-
-@dataclass(frozen=True)
 class Note:
     """A note on a step. nonconformance: its description; line: as it stands on the certificate, "" if it stays off;
     files: names of its photos and other files; pictures: names of those that the certificate shows."""
@@ -77,8 +46,8 @@ class StepState:
     records that could not be taken and in whose place nothing was given since, by input; unusable: when [s since 1970]
     each file that was ever refused here had been written, by its path."""
 
-    entries: tuple[EnteredValue | FileLink, ...] = ()
-    earlier: tuple[EnteredValue | FileLink, ...] = ()
+    entries: tuple[ValueTaken | RecordLinked, ...] = ()
+    earlier: tuple[ValueTaken | RecordLinked, ...] = ()
     reasons: tuple[str, ...] = ()
     notes: tuple[Note, ...] = ()
     judgements: Mapping[int, StepJudged] = field(default_factory=dict)
@@ -93,22 +62,22 @@ class StepState:
     @property
     def day(self) -> str | None:
         """Return the last day on which an entry was measured, None without entries."""
-        return max((entry.day for entry in self.entries), default=None)
+        return max((entry.on for entry in self.entries), default=None)
 
     @property
     def form(self) -> str | None:
         """Return the form of the last entry: a section holds one form only."""
         return self.entries[-1].form if self.entries else None
 
-    def readings(self, name: str, index: int | None = None) -> tuple[EnteredValue, ...]:
+    def readings(self, name: str, index: int | None = None) -> tuple[ValueTaken, ...]:
         """Return the readings that make up a value: the last one that was no repeat, and the repeats after it."""
-        mine = [e for e in self.entries if isinstance(e, EnteredValue) and (e.input, e.index) == (name, index)]
+        mine = [e for e in self.entries if isinstance(e, ValueTaken) and (e.input, e.index) == (name, index)]
         first = max((i for i, reading in enumerate(mine) if not reading.repeat), default=0)
         return tuple(mine[first:])
 
-    def link(self, name: str) -> FileLink | None:
+    def link(self, name: str) -> RecordLinked | None:
         """Return the file last given for an input, None without one."""
-        return next((e for e in reversed(self.entries) if isinstance(e, FileLink) and e.input == name), None)
+        return next((e for e in reversed(self.entries) if isinstance(e, RecordLinked) and e.input == name), None)
 
 
 Given = tuple[tuple[int, ...], int | None]
@@ -238,24 +207,7 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
 
 
 def _entered(attempt: Attempt, event: Event, taken: ValueTaken | RecordLinked) -> Attempt:
-    day = taken.day or event.time[:10]  # UTC
-    entry: EnteredValue | FileLink
-    if isinstance(taken, RecordLinked):
-        entry = FileLink(event.seq, taken.form, taken.input, taken.file, taken.sha256, day, event.who)
-    else:
-        entry = EnteredValue(
-            seq=event.seq,
-            form=taken.form,
-            input=taken.input,
-            value=taken.value,
-            U=taken.U,
-            unit=taken.unit,
-            index=taken.index,
-            repeat=taken.repeat,
-            source=taken.source,
-            day=day,
-            who=event.who,
-        )
+    entry = replace(taken, seq=event.seq, who=event.who, on=taken.day or event.time[:10])  # UTC
     state = attempt.step(taken.step)
     refused = {n: r for n, r in state.refused.items() if n != taken.input and r.form == taken.form}
     return _with_step(attempt, event, taken.step, entries=(*state.entries, entry), refused=refused)
