@@ -109,6 +109,23 @@ HEAVY: Mapping[str, Heavy] = {
         ],
         "an installed effect that is named, in tests/plugins; broken ones; its derivatives",
     ),
+    "tests/checks/gap/search/test_elements.py": Heavy(
+        ["checks/gap"],
+        [
+            "test_a_holder_beside_the_axis_is_found_with_its_point_and_mass",
+            "test_a_resonance_of_one_channel_is_no_pair_of_elements",
+            "test_known_effects_keep_their_names_and_nothing_is_nothing[effects0]",
+            "test_known_effects_keep_their_names_and_nothing_is_nothing[effects2]",
+            "test_elements_of_an_independent_simulation[E-01]",
+            "test_elements_of_an_independent_simulation[E-03]",
+            "test_elements_of_an_independent_simulation[E-04]",
+            "test_elements_of_an_independent_simulation[E-05]",
+        ],
+        "a spring, a resonator, a joint, a spring that the calibration has followed; E-02 of the independent "
+        "simulation; crosstalk that keeps its name; a point beside the axis and a factor of one channel, in "
+        "TestPlaces; recorded S-01 without an effect, in test_gap.py; a resonance on Vs that nothing explains, in "
+        "test_never_worse.py",
+    ),
     "tests/checks/gap/search/test_starts.py": Heavy(
         ["checks/gap"],
         ["test_a_misaligned_strut_is_explained_from_far_away[10.0-280.0]"],
