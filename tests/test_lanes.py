@@ -93,18 +93,32 @@ def test_a_house_that_is_not_there_is_an_error(capsys: pytest.CaptureFixture[str
         ("checks/verdict.py", ["checks"]),
         ("tests/accept/store/test_store.py", ["tests/accept/store/test_store.py"]),
         ("tests/accept/store/gone/test_of_old.py", []),
-        ("tests/accept/store/store_writer.py", ["accept/store"]),
-        ("tests/test_docs.py", []),
+        ("tests/test_citation.py", ["tests/test_citation.py"]),
         ("README.md", []),
         ("docs/how-to/gap.md", ["docs"]),
         ("tests/shared/once.py", None),
         ("tests/conftest.py", None),
+        ("tests/accept/gap/conftest.py", None),
+        ("tests/checks/gap/shared/gap_units.py", None),  # by tests/shared/gap_run.py
+        ("validation/strut.py", None),
         ("requirements.lock", None),
         ("Makefile", None),
     ],
 )
 def test_what_differs_finds_its_lane(file: str, wanted: list[str] | None) -> None:
     assert touched([file]) == wanted
+
+
+def test_a_helper_concerns_those_who_import_it_by_other_helpers_too() -> None:
+    directly = touched(["tests/accept/certificate/verify/hostile_files.py"])
+    assert directly is not None
+    assert {*directly} == {
+        "tests/accept/certificate/verify/test_hostile_files.py",
+        "tests/accept/base/test_watchdog.py",
+    }
+    by_another = touched(["tests/checks/signals/hammer_plant.py"])
+    assert by_another is not None
+    assert {"tests/checks/signals/test_hammer.py", "tests/accept/commands/test_hammer_cli.py"} <= {*by_another}
 
 
 def test_no_file_is_too_deep_or_too_high_for_its_house() -> None:

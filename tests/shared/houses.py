@@ -5,6 +5,7 @@ The table is in the order of the imports, from the top down. A test stands in it
 folder of tests are in it, so that no test is left out of every lane.
 """
 
+import re
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -13,6 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 CHANGED, DOORS = "changed", "doors"  # words in place of houses
+USED_BY_TESTS = ("validation",)  # makes the units of a clone without recorded ones
 TEXT = ("CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "README.md", "mkdocs.yml")
 
 
@@ -105,16 +107,36 @@ def touched(files: Sequence[str]) -> list[str] | None:
     found: list[str] = []
     for file in files:
         house = house_of(file)
-        if house is not None:
+        if house is not None and house not in USED_BY_TESTS:
             found.append(house)
-        elif file.startswith("tests/") and file.count("/") > 1 and not file.startswith("tests/shared/"):
-            if not Path(file).name.startswith("test_"):  # a helper: all that may use it
-                found.extend(h for h, house in HOUSES.items() if _within(file, house.tests))
-            elif (ROOT / file).exists():
-                found.append(file)
-        elif file not in TEXT and not (file.startswith("tests/test_") and file.count("/") == 1):
+        elif file.startswith("tests/"):
+            of_tests = users(file)
+            if of_tests is None:
+                return None
+            found.extend(of_tests)
+        elif file not in TEXT:
             return None
     return list(dict.fromkeys(found))
+
+
+def users(file: str) -> list[str] | None:
+    """Return the files of tests that a change under tests concerns: itself, or those that import a helper, by other
+    helpers too. None if all may."""
+    texts = {p.relative_to(ROOT).as_posix(): p.read_text("utf-8") for p in (ROOT / "tests").rglob("*.py")}
+    found, todo = [file], [file]
+    while todo:
+        if Path(helper := todo.pop()).name == "conftest.py" or helper.startswith("tests/shared/"):
+            return None
+        more = [user for user, text in texts.items() if user not in found and _imports(text, helper)]
+        found, todo = found + more, todo + more
+    return [f for f in found if f in texts and Path(f).name.startswith("test_")]
+
+
+def _imports(text: str, file: str) -> bool:
+    """Return whether the text of a module names another: after `from`, `import` or `-m`."""
+    place, _, name = file.removesuffix(".py").replace("/", ".").rpartition(".")
+    module, place = re.escape(f"{place}.{name}"), re.escape(place)
+    return re.search(rf"\b{module}\b|^from {place} import (\([^)]*|.*)\b{name}\b", text, re.MULTILINE) is not None
 
 
 def lane(names: Sequence[str]) -> list[str]:
