@@ -8,6 +8,7 @@ from checks.gap.decision.elements import PLACE_OF, alike_in, element_texts
 from checks.gap.decision.panels import magnitude_panel, residual_panel
 from checks.gap.decision.result import FoundPlace, NamedValue
 from checks.gap.effects import EFFECTS
+from checks.gap.modelling.unmodelled_modes import ALL
 from checks.gap.preparation.inputs import dead_fault, exchange_fault, offset_fault, sign_fault
 from checks.model.structure.attached import DIRECTIONS
 from checks.picture import Band, Line, Panel
@@ -33,7 +34,8 @@ def contradictions(document: Mapping[str, Any], channels: Sequence[str]) -> Iter
         if (entry["sentence"], entry["experiment"]) != made:
             yield "describes an element in words that are not its own"
     compared = document.get("gap_before", {}).get("channels", {})
-    for channel in (*(str(pole["channel"]) for pole in document.get("unnamed", ())), *compared):
+    poles = [str(pole["channel"]) for pole in document.get("unnamed", ())]
+    for channel in (*(c for c in poles if c != ALL), *compared):
         if channel not in channels:
             yield f"names a channel '{channel[:60]}', which no response has"
 

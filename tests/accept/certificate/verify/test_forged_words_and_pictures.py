@@ -271,6 +271,15 @@ def test_a_picture_of_a_gap_shows_what_is_stated_beside_it(
         checked(tmp_path, NAMED, {f"gap/{name}": panel})
 
 
+@pytest.mark.parametrize(("channel", "words"), [("all", None), ("ALL", "names a channel 'ALL'")])
+def test_an_effect_in_the_drive_is_of_all_channels(channel: str, words: str | None, tmp_path: Path) -> None:
+    """Red before: the certificate of a unit with one was refused."""
+    text = b'serial = "S-1"\nkind = "strut"\n[frf]\nlow = "a.mat"\nhigh = "b.mat"\n'
+    gap = {"verdict": "unexplained", "named": [], "unnamed": [{"channel": channel}]}
+    with pytest.raises(InvalidCertificate, match=words) if words else nullcontext():
+        check_gap(parse(tmp_path, text, toml_of(text)), gap, {})
+
+
 RIVALS = ["amplifier_bandwidth", "loop_delay"]
 FOUND = {"start": "strut", "model": "strut", "verdict": "ambiguous", "ambiguous": [], "unnamed": []}
 
