@@ -376,7 +376,7 @@ class RunOpened(Payload, what="run_opened"):
 
 
 @dataclass(frozen=True)
-class Entry:
+class StepEntry:
     """An entry at a step. seq, who: those of its event; on: the day of measuring, ISO, as the fold of a unit states
     it."""
 
@@ -386,7 +386,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class ValueTaken(Entry, Payload, what="value_taken"):
+class ValueTaken(StepEntry, Payload, what="value_taken"):
     """A value was typed or read."""
 
     step: str
@@ -415,7 +415,7 @@ class ReadingFailed(Payload, what="reading_failed"):
 
 
 @dataclass(frozen=True)
-class RecordLinked(Entry, Payload, what="record_linked"):
+class RecordLinked(StepEntry, Payload, what="record_linked"):
     """A record was copied into the folder of an attempt."""
 
     step: str
