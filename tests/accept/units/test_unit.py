@@ -30,6 +30,7 @@ def judge(folder: Path):
 def findings(folder: Path) -> dict:
     return {f.quantity: f for f in judge(folder).findings}
 
+
 MANY = "".join(f'p{n} = "A-{n}"\n' for n in range(201))
 
 
