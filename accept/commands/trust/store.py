@@ -39,6 +39,7 @@ from accept.store.payloads import (
 )
 from accept.store.seal import head_problem, own_key
 from checks.verdict import UnitVerdict, Verdict
+from specs.spec import listed_name
 
 
 @command
@@ -210,7 +211,7 @@ def log(
 
 
 def _event_lines(event: Event, full: bool) -> Iterator[str]:
-    spec = event.spec.split("@")[0]
+    spec = listed_name(event.spec)
     words = (str(event.seq), event.time[:19], event.by, event.what, event.subject, _verdict(event), spec)
     yield "  ".join(word for word in (*words, f"code {event.code[:8]}") if word)
     if full:
