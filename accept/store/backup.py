@@ -33,7 +33,8 @@ def back_up(store: Store, file: Path) -> StoreHead:
         head = write_events(copy, store.events())
         if problem := copy.check():
             raise StoreError(f"{part}: the copy does not hold: {problem}")
-    for left in (part.with_suffix(".head"), part.with_suffix(".seal")):
+        seal = copy.sealer
+    for left in (part.with_suffix(".head"), *([seal.file] if seal else [])):
         left.unlink(missing_ok=True)
     with reported(str(file)):
         os.replace(part, file)

@@ -283,11 +283,14 @@ class Store:
         return None if serial in known else min(same, default=None)
 
     def look_alikes(self, serial: str) -> list[str]:
+        """Return the serials of `earlier` that differ from this one by more than capitals. Raises StoreError."""
+        return [each for each in self.earlier(serial) if spelling_key(each) != spelling_key(serial)]
+
+    def earlier(self, serial: str) -> list[str]:
         """Return the serials that were in the store before this one, or are while it is not, and differ from it only by
-        letters and digits that look alike. Raises StoreError."""
+        capitals, or by letters and digits that look alike. Raises StoreError."""
         known = self._alike(serial)
-        before = known[: known.index(serial)] if serial in known else known
-        return [each for each in before if spelling_key(each) != spelling_key(serial)]
+        return known[: known.index(serial)] if serial in known else known
 
     def _alike(self, serial: str) -> list[str]:
         """Return the known serials that look like this one, itself included, in order of their first event."""
@@ -346,6 +349,8 @@ class Store:
         ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
         with connection.execute(ordered) as rows:
             problem = first_problem(map(_event, rows), row, anchors)
+        if problem is None:
+            problem = _own_index_problem(connection)
         if problem is None:
             with connection.execute(ordered) as rows:
                 problem = indexes.problem(connection, map(_event, rows))
@@ -455,6 +460,15 @@ def _seconds_back(earlier: str, later: str) -> float:
         return (datetime.fromisoformat(earlier) - datetime.fromisoformat(later)).total_seconds()
     except (TypeError, ValueError):
         return 0.0
+
+
+def _own_index_problem(connection: Connection) -> ChainBreak | None:
+    """Return the fault that SQLite finds in its own indexes: an event that one of them lacks is in the chain, and no
+    question about its unit finds it."""
+    if connection.dialect.name != "sqlite":
+        return None
+    found = connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar()
+    return None if found == "ok" else ChainBreak(0, f"the database does not agree with its own indexes: {found}")
 
 
 def _head_row(connection: Connection) -> StoreHead | None:
