@@ -9,6 +9,8 @@ from datetime import datetime
 from itertools import islice
 from pathlib import PurePath
 
+from cryptography import x509
+
 from accept.base.documents.results import UnitEntry
 from accept.base.home import home
 from accept.base.version import code_sha256
@@ -20,9 +22,12 @@ from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation_record import store_is_there
+from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import copies_of
+from accept.judging.folder_name import ALIKE, unconfirmed
+from accept.judging.golden import BenchStopped, check_may_judge
 from accept.judging.nonconformance import CHOICES, standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
@@ -33,8 +38,9 @@ from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
 from accept.store.chain import START
 from accept.store.indexes import JUDGED
 from accept.store.opening import BENCH_KEY
-from accept.store.payloads import BenchStated, CertificateSigned
+from accept.store.payloads import BenchStated, CertificateSigned, InstrumentChecked, KeysRevoked, NonconformanceDecided
 from accept.store.seal import bench_of
+from accept.store.spelling import difference
 from accept.units.attempt_folder import attempt_number
 from checks.verdict import Verdict
 from specs.spec import parse
@@ -42,12 +48,12 @@ from specs.spec import parse
 _STARTED, SIGNED = "attempt_started", CertificateSigned.KIND
 
 
-def check_store(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
+def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: UnitResult | None) -> list[Step]:
     """Compare a certificate with the bench's store.
 
-    signed: the bytes up to the technician's signature, it included; when: its time. again: the unit as it was judged
-    again from the attached records, None if it was not. A step is not complete if the store cannot be asked or does not
-    hold, and if this bench made the certificate and its store is gone."""
+    signed: the bytes up to the technician's signature, it included; by: that signature. again: the unit as it was
+    judged again from the attached records, None if it was not. A step is not complete if the store cannot be asked or
+    does not hold, and if this bench made the certificate and its store is gone."""
     stated = contents.stated.head_bench
     certified = keys.certified_bench(home())
     problem = keys.bench_problem(home())
@@ -65,9 +71,14 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
             digest = hashlib.sha256(signed).hexdigest()
             signature = next((e for e in events if e.what == SIGNED and e.data["sha256"] == digest), None)
             held = _held(store, contents, signature)
-            history = _history(store, events, signature, contents) if signature else _later_than(events, when)
-            compared = [_copied(store, contents, again), reread(store, contents)]
-            compared += [_built(store, contents), _sound(store, contents, when)]
+            history = _history(store, events, signature, contents) if signature else _later_than(events, by.when)
+            history += (
+                [_named(store, contents), _usable(store, signature, by), _referenced(store, contents)]
+                if signature
+                else []
+            )
+            compared = [_copied(store, contents, again), reread(store, contents, signature), _built(store, contents)]
+            compared += [_sound(store, contents, by.when, signature)]
             other = [Step(problem, complete=stated != certified)] if problem else []
             return [*other, held, *history, *compared]
     except StoreError as e:
@@ -127,7 +138,53 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
     return [
         Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
         *_later([e for e in events if e.what == JUDGED and e.seq > own.seq]),
+        *_stopped(store, own, contents),
     ]
+
+
+def _stopped(store: Store, own: Event, contents: CertificateContent) -> list[Step]:
+    """Check the bench. Not complete if it was stopped by its golden units when it judged the unit."""
+    try:
+        check_may_judge(store, own.subject, contents.stated.head_bench, own.seq)
+    except BenchStopped as e:
+        return [Step(f"its bench was stopped when it judged it: {e}", complete=False)]
+    return []
+
+
+def _named(store: Store, contents: CertificateContent) -> Step:
+    """Check the serial. Not complete if the store had another one before that is easily taken for it, in other capitals
+    too, and the certificate does not state that nobody told the two apart."""
+    serial = contents.serial
+    others = [*unconfirmed(store, serial), *set(store.earlier(serial)) - set(store.look_alikes(serial))]
+    if not others or ALIKE in (contents.result.get("folder") or {}):
+        return Step("")
+    return Step(f"nobody told its serial apart: {difference(serial, others[0])}", complete=False)
+
+
+def _referenced(store: Store, contents: CertificateContent) -> Step:
+    """Check the comparisons with a reference. Not complete if the store has not one that the certificate states."""
+    rows = [row for row in (contents.result.get("calibration") or {}).get("instruments", ()) if row.get("reference")]
+    checks = map(InstrumentChecked.of, store.events(what=InstrumentChecked.KIND) if rows else ())
+    known = {(one.instrument, one.serial, one.time[:10], one.E_n) for one in checks}
+    for row in rows:
+        day, E_n = row["reference"]["day"], row["reference"]["E_n"]
+        if (row["name"], row["serial"], day, E_n) not in known:
+            words = f"the bench's store has no comparison of {row['name']} with its reference on {day}"
+            return Step(f"{words} with E_n = {E_n:.2g}", complete=False)
+    return Step("")
+
+
+def _usable(store: Store, signature: Event, by: Signed) -> Step:
+    """Check the key. Not complete if the store had it as revoked before it had the signature, whatever its clock
+    said."""
+    for event in store.events("", KeysRevoked.KIND):
+        listed = x509.load_pem_x509_crl(KeysRevoked.of(event).crl.encode())
+        entry = listed.get_revoked_certificate_by_serial_number(by.certificate.serial_number)
+        stored = datetime.fromisoformat(event.time)
+        if entry is not None and event.seq < signature.seq and entry.revocation_date_utc <= stored:
+            words = f"the key of {by.person} was revoked in this bench's store (event {event.seq}) before it signed"
+            return Step(f"{words}, event {signature.seq}, with a clock that was set back", complete=False)
+    return Step("")
 
 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
@@ -201,15 +258,19 @@ def _copied(store: Store, contents: CertificateContent, again: UnitResult | None
     return Step(f"{words}: {same}", complete=False)
 
 
-def reread(store: Store, contents: CertificateContent) -> Step:
+def reread(store: Store, contents: CertificateContent, signature: Event | None = None) -> Step:
     """Check how the recordings were read. Not complete if the store has a judgement that read one otherwise and did not
-    pass, and the certificate does not state it."""
+    pass, and the certificate does not state it; nor if it states one beside a pass that its own store has not."""
     entry = UnitEntry.from_json(contents.result)
     found = rereadings(store, contents.serial, entry.samples, entry.findings, contents.inputs)
     passed = {f.quantity for f in entry.findings if f.verdict is Verdict.PASS}
     new = [r["words"] for q, r in found.items() if r["was"] != Verdict.PASS and q in passed]
-    words = "the bench's store has the same recording, read otherwise"
-    return Step(f"{words}: {'; '.join(new)}", complete=False) if new else Step("")
+    if new:
+        return Step(f"the bench's store has the same recording, read otherwise: {'; '.join(new)}", complete=False)
+    stated = entry.rereadings if signature is not None else {}
+    if unknown := [r["words"] for q, r in stated.items() if r["was"] == Verdict.PASS and found.get(q) != r]:
+        return Step(f"the bench's store has no recording that was read so: {unknown[0]}", complete=False)
+    return Step("")
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
@@ -218,16 +279,24 @@ def _built(store: Store, contents: CertificateContent) -> Step:
     return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
 
 
-def _sound(store: Store, contents: CertificateContent, when: datetime) -> Step:
+def _sound(store: Store, contents: CertificateContent, when: datetime, signature: Event | None) -> Step:
     """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state, open
-    or released; what was decided about one that it states as open is said beside its verdict. What was judged after it
-    was signed is a later attempt."""
+    or released, or has not a decision that it states; what was decided about one that it states as open is said beside
+    its verdict. What was judged after it was signed is a later attempt: by their order, where the store has it."""
     stated, dispositions = (contents.result.get(key, ()) for key in ("nonconformances", "dispositions"))
     known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
     approved = (contents.stated.approval or {}).get("time")
     approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
     entry = UnitEntry.from_json(contents.result)
-    now = standing(store, contents.serial, {}, entry, when + SAME_SECOND, approval=approval)
+    until = when + SAME_SECOND if signature is None else signature.seq
+    now = standing(store, contents.serial, {}, entry, until, approval=approval)
+    unknown = (
+        []
+        if signature is None
+        else [g for g in map(NonconformanceDecided.from_json, dispositions) if g not in now.decided]
+    )
+    if unknown:
+        return Step(f"the bench's store holds no such decision: {words_of(unknown[0])}", complete=False)
     if new := [words for words in now.open if words not in stated]:
         return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)
     if new := [words for decided in now.released for words in decided.nonconformances if words not in known]:

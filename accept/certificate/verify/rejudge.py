@@ -35,14 +35,18 @@ def rejudge(attached: CertificateContent) -> UnitResult:
     Raises InvalidCertificate, also if the attached verdicts do not follow from the attached numbers.
     """
     try:
+        own = attached.code_sha256 == code_sha256()  # another program may not have known what this one weighs
         spec = parse(attached.spec_text.encode(), "the attached spec")
+        if own:
+            judge_unit.check_spec(spec, "the attached spec")
         if wrong := _contradictions(attached, spec):
             raise InvalidCertificate(f"the attached result contradicts itself: {'; '.join(wrong[:3])}")
         with tempfile.TemporaryDirectory(prefix="accept-verify-") as place:
             models = unpack(attached, Path(place))
             unit = unit_folder.read(Path(place), latest=date.max)  # a slow clock says nothing about the unit
+            if own:
+                judge_unit.serial_fits(unit, spec)
             entry = UnitEntry.from_json(attached.result)
-            own = attached.code_sha256 == code_sha256()  # another program may not have known what this one weighs
             again = judge_unit.judge_unit(unit, spec, entry.calibration, models, own=own)
             again, reservations = replace(again, gap=entry.gap), Reservations.stated(entry)
             if own:

@@ -31,6 +31,7 @@ from accept.certificate.verify.signature_contents import byte_range, check_hole,
 from accept.certificate.verify.structure import SAVED_AGAIN
 
 _CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of the verifier
+_AHEAD = timedelta(minutes=5)  # of clocks that are set by a network
 _USAGE = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"}, match_all_key_usages=True)
 _MOST_FIELDS = 8  # a form with more is not that of a certificate and is not read further
 _ORDERS = ((TECHNICIAN,), (TECHNICIAN, QA))
@@ -168,10 +169,17 @@ def _signature(
     if role == TECHNICIAN and embedded.docmdp_level != MDPPerm.FILL_FORMS:
         raise InvalidCertificate("the technician's signature does not forbid later changes")
     stamped = _stamped(embedded, when, stamping)
-    doubt = doubt_of(certificate, when, revoked, stamped)
+    doubt = doubt_of(certificate, when, revoked, stamped) or _ahead(when, now)
     disposition = of_signature(one_line(str(embedded.sig_object.get("/Reason", "")))) if role == QA else ""
     person = authority.person_of(certificate)
     return Signed(role, person, when, certificate, place, doubt, stamped, disposition)
+
+
+def _ahead(when: datetime, now: datetime) -> str | None:
+    """Return why the time of a signature is in doubt: what was judged until then would count as earlier."""
+    return (
+        f"it is dated {when:%Y-%m-%d %H:%M} UTC, and here it is {now:%Y-%m-%d %H:%M}" if when > now + _AHEAD else None
+    )
 
 
 def _stamped(embedded: EmbeddedPdfSignature, when: datetime, roots: Sequence[x509.Certificate]) -> Stamped | None:

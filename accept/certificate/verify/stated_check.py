@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Mapping, Sequence
-from datetime import datetime, timedelta
+from datetime import date, datetime, timedelta
 from typing import Any
 
 from cryptography import x509
@@ -12,7 +12,7 @@ from cryptography import x509
 from accept.base import version
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.provenance import PROVENANCE, Replaced
+from accept.certificate.contents.provenance import PROVENANCE, Provenance
 from accept.certificate.contents.step import Step
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import needs_reason
@@ -33,6 +33,8 @@ from specs.strict import SpecError
 
 STORED_WITHIN = timedelta(minutes=5)  # a decision is stored after it was signed, when the store is free
 SAME_SECOND = timedelta(seconds=2)  # a signature states whole seconds, the store microseconds
+LONGEST_DAY = timedelta(days=1)  # by which days of two time zones differ
+LONGEST_RUN = timedelta(days=7)  # of a program, from the day whose calibrations it states to a signature
 
 
 def check_stated(contents: CertificateContent, signatures: Sequence[Signed], demo: bool) -> list[Step]:
@@ -68,7 +70,7 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     due = [each.name for each in PROVENANCE if (each.due(given, own) if callable(each.due) else each.due)]
     if absent := [name for name in due if name not in contents.provenance]:
         steps.append(Step(f"it does not state: {', '.join(absent)}", complete=False))
-    return [*steps, *_check_folder(contents), *_times(given.replaces, signatures)]
+    return [*steps, *_check_folder(contents), *_times(given, signatures[0].when), *_days(contents, signatures[0].when)]
 
 
 def check_copies(
@@ -177,11 +179,36 @@ def _other_program(contents: CertificateContent) -> Step:
     return Step(f"it was made by another program ({program}; here {version.code_sha256()[:12]}){says}", complete=False)
 
 
-def _times(replaced: Replaced | None, signatures: Sequence[Signed]) -> list[Step]:
-    if replaced is None:
-        return []
-    before, signed = datetime.fromisoformat(replaced.time), signatures[0].when
-    if signed >= before - SAME_SECOND:
-        return []
-    words = f"it was signed at {signed:%Y-%m-%d %H:%M:%S} UTC, before what it replaces was judged"
-    return [Step(f"{words} ({before:%Y-%m-%d %H:%M:%S} UTC): the bench's clock ran back", complete=False)]
+def _times(given: Provenance, signed: datetime) -> list[Step]:
+    """Check that what is stated to be earlier lies before the signature."""
+    last = given.earlier.not_accepted if given.earlier else None
+    stated = (
+        ("it", given.judged),
+        ("what it replaces", given.replaces.time if given.replaces else ""),
+        (f"attempt {last.attempt}, which was {last.verdict}," if last else "", last.time if last else ""),
+    )
+    late = [(what, datetime.fromisoformat(time)) for what, time in stated if time]
+    return [
+        Step(
+            f"it was signed at {signed:%Y-%m-%d %H:%M:%S} UTC, before {what} was judged "
+            f"({before:%Y-%m-%d %H:%M:%S} UTC): the bench's clock ran back", complete=False,
+        )
+        for what, before in late
+        if signed < before - SAME_SECOND
+    ]  # fmt: skip
+
+
+def _days(contents: CertificateContent, signed: datetime) -> list[Step]:
+    """Check the days that are stated: nothing was measured after it was signed, and calibrations count on the day of
+    the judgement."""
+    latest = signed.date() + LONGEST_DAY
+    late = [
+        (name, day) for name, day in contents.result.get("measured", {}).items() if date.fromisoformat(day) > latest
+    ]
+    steps = [Step(f"{name} is said to be measured on {day}, after it was signed", complete=False) for name, day in late]
+    judged = datetime.fromisoformat(contents.stated.judged).date() if contents.stated.judged else signed.date()
+    stated = contents.result.get("calibration") or {}
+    if stated and not judged - LONGEST_RUN <= date.fromisoformat(stated["on"]) <= latest:
+        words = f"its calibrations are those of {stated['on']}, but it was judged on {judged}"
+        steps.append(Step(words, complete=False))
+    return steps
