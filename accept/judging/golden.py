@@ -155,18 +155,17 @@ def resolve(store: Store, reason: str, signer: Signer) -> None:
     store.write(GoldenResolved(said.reason, said.bench, said.missed, signed), who=signer.person)
 
 
-def last_resolved(store: Store, bench: str | None = None, until: float = math.inf) -> int:
+def last_resolved(store: Store, bench: str = "", until: float = math.inf) -> int:
     """Return the number of the last event that lifted a stop of a bench, by default of this one, 0 without one. until:
     events of this number and later ones do not count."""
-    bench = store.bench if bench is None else bench
+    bench = bench or store.bench
     stops = [e.seq for e in store.events(what=GoldenMissed.KIND) if GoldenMissed.of(e).bench in ("", bench)]
     lifted = 0
     for event in store.events(what=GoldenResolved.KIND):
         said = GoldenResolved.of(event)
         present = max((seq for seq in stops if seq < event.seq), default=0)
-        if (
-            event.seq < until and said.missed == present and _lifts(said, bench)
-        ):  # signed for this stop, and not for one before
+        lifts = said.missed == present and _lifts(said, bench)  # signed for this stop, and not for one before
+        if lifts and event.seq < until:
             lifted = event.seq
     return lifted
 
@@ -178,11 +177,10 @@ def stopped_by(store: Store) -> Event | None:
     return stops[-1] if stops else None
 
 
-def _stops(store: Store, bench: str | None = None, until: float = math.inf) -> list[Event]:
+def _stops(store: Store, bench: str = "", until: float = math.inf) -> list[Event]:
     """Return the misses of a bench since it was last let go on, in order."""
     later = store.events(what=GoldenMissed.KIND, after=last_resolved(store, bench, until))
-    counted = ("", store.bench if bench is None else bench)
-    return [e for e in later if e.seq < until and GoldenMissed.of(e).bench in counted]
+    return [e for e in later if e.seq < until and GoldenMissed.of(e).bench in ("", bench or store.bench)]
 
 
 def missed(store: Store) -> Mapping[str, list[str]] | None:
@@ -193,7 +191,7 @@ def missed(store: Store) -> Mapping[str, list[str]] | None:
     return {serial: list(problems) for serial, problems in GoldenMissed.of(stop).reasons.items()}
 
 
-def check_may_judge(store: Store, serial: str, bench: str | None = None, until: float = math.inf) -> None:
+def check_may_judge(store: Store, serial: str, bench: str = "", until: float = math.inf) -> None:
     """Raise BenchStopped if a bench, by default this one, has missed its golden units and the unit is not one of them.
     until: number of the event of the judgement."""
     stops = _stops(store, bench, until)

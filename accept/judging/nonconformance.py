@@ -13,7 +13,6 @@ Only the disposition to use it as it is releases what was measured before.
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import datetime
 from typing import Any
 
 from accept.base.documents.results import UnitEntry
@@ -79,7 +78,7 @@ def standing(
     serial: str,
     notes: Mapping[str, Sequence[str]],
     entry: UnitEntry | None = None,
-    until: datetime | int | None = None,
+    until: int | None = None,
     past: Sequence[Event] | None = None,
     approval: Approval | None = None,
 ) -> Standing:
@@ -87,13 +86,13 @@ def standing(
 
     notes: those of its folder. entry: of the judgement in question; None: a void attempt, what was measured
     before and what is to be measured again hold the unit only if its last judgement states so. until: judgements after
-    this time, or this event, supersede nothing. past: the unit's events, if they were read before. approval: of the
+    the event of this number supersede nothing. past: the unit's events, if they were read before. approval: of the
     spec that judges it. Raises StoreError."""
     read = [*store.events(serial)] if past is None else past
     judged = {event.seq: (event, UnitJudged.of(event)) for event in read if event.what == UnitJudged.KIND}
     results = [payload.result for _, payload in judged.values()]
     void = voids(store, serial)
-    known = [j for j in judged.values() if until is None or _is_until(j[0], until)]
+    known = [j for j in judged.values() if until is None or j[0].seq <= until]
     older = superseded(known, void, entry, approval) if entry is not None else {}
     noted = any(event.what == StepNoted.KIND for event in read)
     if not (void or older or noted or any(r.nonconformances or r.dispositions for r in results)):  # as for most units
@@ -248,10 +247,6 @@ def is_only_held(finding: Finding) -> bool:
         and finding.cause is not None
         and {one.cause for one in finding.cause.all()} == {Cause.NONCONFORMANCE}
     )
-
-
-def _is_until(event: Event, until: datetime | int) -> bool:
-    return event.seq <= until if isinstance(until, int) else datetime.fromisoformat(event.time) <= until
 
 
 def _same(one: Decision, other: Decision) -> bool:

@@ -74,8 +74,8 @@ def _warn_of_open_home(folder: Path) -> None:
 
 
 def _sealer(url: URL, file: Path | None, bench: Path | None) -> Sealer | None:
-    """Return the sealer: in the bench's folder, so that nobody else takes away what it saw of a store that others write
-    too; None in memory."""
+    """Return the sealer, None in memory. A seal lies in the bench's folder, also of a database elsewhere that other
+    people write."""
     place = bench or home()
     if file is not None and file.resolve().parent == place.resolve():
         return Sealer(file.with_suffix(".seal"), place / BENCH_KEY)

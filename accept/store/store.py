@@ -349,8 +349,10 @@ class Store:
         ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
         with connection.execute(ordered) as rows:
             problem = first_problem(map(_event, rows), row, anchors)
-        if problem is None:
-            problem = _own_index_problem(connection)
+        if problem is None and connection.dialect.name == "sqlite":  # no question finds what SQLite's own index lacks
+            found = connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar()
+            words = f"the database does not agree with its own indexes: {found}"
+            problem = None if found == "ok" else ChainBreak(0, words)
         if problem is None:
             with connection.execute(ordered) as rows:
                 problem = indexes.problem(connection, map(_event, rows))
@@ -460,15 +462,6 @@ def _seconds_back(earlier: str, later: str) -> float:
         return (datetime.fromisoformat(earlier) - datetime.fromisoformat(later)).total_seconds()
     except (TypeError, ValueError):
         return 0.0
-
-
-def _own_index_problem(connection: Connection) -> ChainBreak | None:
-    """Return the fault that SQLite finds in its own indexes: an event that one of them lacks is in the chain, and no
-    question about its unit finds it."""
-    if connection.dialect.name != "sqlite":
-        return None
-    found = connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar()
-    return None if found == "ok" else ChainBreak(0, f"the database does not agree with its own indexes: {found}")
 
 
 def _head_row(connection: Connection) -> StoreHead | None:

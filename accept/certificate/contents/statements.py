@@ -20,6 +20,7 @@ from accept.certificate.contents.statement import (
     Statement,
     Way,
 )
+from accept.store.payloads import without_hashes
 from accept.units.unit_folder import UNIT_FILE
 
 PAGE = "the page"
@@ -90,7 +91,7 @@ STATEMENTS = (
 )  # fmt: skip
 
 ROWS: dict[str, Callable[[CertificateContent], str]] = {  # in the order of page and `accept verify`
-    "Held": words.held_words,
+    "Held": lambda contents: "; ".join(map(without_hashes, contents.result.get("nonconformances", ()))),
     "Laboratory": words.laboratory_words,
     "Number": lambda contents: contents.stated.number,
     "Customer": words.customer_words,

@@ -13,7 +13,6 @@ from accept.certificate.contents.provenance import Provenance
 from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.models.evidence import hashes
 from accept.pictures.labels import label_of
-from accept.store.payloads import without_hashes
 from checks.rounding import with_U
 from checks.verdict import UnitVerdict
 
@@ -119,11 +118,6 @@ def _earlier(stated: Provenance) -> str:
     if (last := stated.earlier.not_accepted) is None:
         return f"; before: {counts}"
     return f"; before: {counts}; last not accepted: attempt {last.attempt}, {last.verdict} on {last.time[:10]}"
-
-
-def held_words(contents: CertificateContent) -> str:
-    """Return every nonconformance that holds the unit: quality assurance decides about all of them at once."""
-    return "; ".join(map(without_hashes, contents.result.get("nonconformances") or ()))
 
 
 def amended_words(contents: CertificateContent) -> str:

@@ -71,14 +71,9 @@ def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: 
             digest = hashlib.sha256(signed).hexdigest()
             signature = next((e for e in events if e.what == SIGNED and e.data["sha256"] == digest), None)
             held = _held(store, contents, signature)
-            history = _history(store, events, signature, contents) if signature else _later_than(events, by.when)
-            history += (
-                [_named(store, contents), _usable(store, signature, by), _referenced(store, contents)]
-                if signature
-                else []
-            )
+            history = _history(store, events, signature, contents, by) if signature else _later_than(events, by.when)
             compared = [_copied(store, contents, again), reread(store, contents, signature), _built(store, contents)]
-            compared += [_sound(store, contents, by.when, signature)]
+            compared += [_sound(store, contents, signature)]
             other = [Step(problem, complete=stated != certified)] if problem else []
             return [*other, held, *history, *compared]
     except StoreError as e:
@@ -107,7 +102,9 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
     return Step(f"{words} before it had said so", complete=False)
 
 
-def _history(store: Store, events: Sequence[Event], signature: Event, contents: CertificateContent) -> list[Step]:
+def _history(
+    store: Store, events: Sequence[Event], signature: Event, contents: CertificateContent, by: Signed
+) -> list[Step]:
     result = canonical(contents.result)
     named = signature.data.get("judged")  # earlier programs do not name the judgement that was signed
     before = [e for e in events if e.what == JUDGED and e.seq < signature.seq and named in (None, e.seq)]
@@ -138,53 +135,33 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
     return [
         Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
         *_later([e for e in events if e.what == JUDGED and e.seq > own.seq]),
-        *_stopped(store, own, contents),
+        *(Step(words, complete=False) for words in _made_up(store, contents, own, signature, by)),
     ]
 
 
-def _stopped(store: Store, own: Event, contents: CertificateContent) -> list[Step]:
-    """Check the bench. Not complete if it was stopped by its golden units when it judged the unit."""
-    try:
-        check_may_judge(store, own.subject, contents.stated.head_bench, own.seq)
-    except BenchStopped as e:
-        return [Step(f"its bench was stopped when it judged it: {e}", complete=False)]
-    return []
-
-
-def _named(store: Store, contents: CertificateContent) -> Step:
-    """Check the serial. Not complete if the store had another one before that is easily taken for it, in other capitals
-    too, and the certificate does not state that nobody told the two apart."""
-    serial = contents.serial
+def _made_up(store: Store, contents: CertificateContent, own: Event, signature: Event, by: Signed) -> Iterator[str]:
+    """Yield what a program left out or made up that did not ask the store: a similar serial of before, that the bench
+    was stopped by its golden units, comparisons with a reference, and that the key was revoked before it signed, at
+    whatever time."""
+    serial, entry = contents.serial, UnitEntry.from_json(contents.result)
     others = [*unconfirmed(store, serial), *set(store.earlier(serial)) - set(store.look_alikes(serial))]
-    if not others or ALIKE in (contents.result.get("folder") or {}):
-        return Step("")
-    return Step(f"nobody told its serial apart: {difference(serial, others[0])}", complete=False)
-
-
-def _referenced(store: Store, contents: CertificateContent) -> Step:
-    """Check the comparisons with a reference. Not complete if the store has not one that the certificate states."""
-    rows = [row for row in (contents.result.get("calibration") or {}).get("instruments", ()) if row.get("reference")]
-    checks = map(InstrumentChecked.of, store.events(what=InstrumentChecked.KIND) if rows else ())
+    if others and ALIKE not in entry.folder:
+        yield f"nobody told its serial apart: {difference(serial, others[0])}"
+    try:
+        check_may_judge(store, serial, contents.stated.head_bench or "", own.seq)
+    except BenchStopped as e:
+        yield f"its bench was stopped when it judged it: {e}"
+    checks = map(InstrumentChecked.of, store.events(what=InstrumentChecked.KIND))
     known = {(one.instrument, one.serial, one.time[:10], one.E_n) for one in checks}
-    for row in rows:
-        day, E_n = row["reference"]["day"], row["reference"]["E_n"]
-        if (row["name"], row["serial"], day, E_n) not in known:
-            words = f"the bench's store has no comparison of {row['name']} with its reference on {day}"
-            return Step(f"{words} with E_n = {E_n:.2g}", complete=False)
-    return Step("")
-
-
-def _usable(store: Store, signature: Event, by: Signed) -> Step:
-    """Check the key. Not complete if the store had it as revoked before it had the signature, whatever its clock
-    said."""
+    for row in (entry.calibration or {}).get("instruments", ()):
+        if (last := row.get("reference")) and (row["name"], row["serial"], last["day"], last["E_n"]) not in known:
+            yield f"the bench's store has no comparison of {row['name']} with its reference on {last['day']}"
     for event in store.events("", KeysRevoked.KIND):
         listed = x509.load_pem_x509_crl(KeysRevoked.of(event).crl.encode())
-        entry = listed.get_revoked_certificate_by_serial_number(by.certificate.serial_number)
-        stored = datetime.fromisoformat(event.time)
-        if entry is not None and event.seq < signature.seq and entry.revocation_date_utc <= stored:
-            words = f"the key of {by.person} was revoked in this bench's store (event {event.seq}) before it signed"
-            return Step(f"{words}, event {signature.seq}, with a clock that was set back", complete=False)
-    return Step("")
+        entry_of_key = listed.get_revoked_certificate_by_serial_number(by.certificate.serial_number)
+        since = entry_of_key.revocation_date_utc if entry_of_key and event.seq < signature.seq else None
+        if since and since <= datetime.fromisoformat(event.time):
+            yield f"the key of {by.person} was revoked in this bench's store, event {event.seq}, before it signed"
 
 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
@@ -265,12 +242,10 @@ def reread(store: Store, contents: CertificateContent, signature: Event | None =
     found = rereadings(store, contents.serial, entry.samples, entry.findings, contents.inputs)
     passed = {f.quantity for f in entry.findings if f.verdict is Verdict.PASS}
     new = [r["words"] for q, r in found.items() if r["was"] != Verdict.PASS and q in passed]
-    if new:
-        return Step(f"the bench's store has the same recording, read otherwise: {'; '.join(new)}", complete=False)
-    stated = entry.rereadings if signature is not None else {}
-    if unknown := [r["words"] for q, r in stated.items() if r["was"] == Verdict.PASS and found.get(q) != r]:
-        return Step(f"the bench's store has no recording that was read so: {unknown[0]}", complete=False)
-    return Step("")
+    stated = entry.rereadings.items() if signature is not None else ()
+    new += [f"not '{r['words']}'" for q, r in stated if r["was"] == Verdict.PASS and found.get(q) != r]
+    words = "the bench's store has the same recording, read otherwise"
+    return Step(f"{words}: {'; '.join(new)}", complete=False) if new else Step("")
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
@@ -279,22 +254,17 @@ def _built(store: Store, contents: CertificateContent) -> Step:
     return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
 
 
-def _sound(store: Store, contents: CertificateContent, when: datetime, signature: Event | None) -> Step:
+def _sound(store: Store, contents: CertificateContent, signature: Event | None) -> Step:
     """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state, open
     or released, or has not a decision that it states; what was decided about one that it states as open is said beside
-    its verdict. What was judged after it was signed is a later attempt: by their order, where the store has it."""
+    its verdict. What was judged after the store had the signature is a later attempt."""
     stated, dispositions = (contents.result.get(key, ()) for key in ("nonconformances", "dispositions"))
     known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
     approved = (contents.stated.approval or {}).get("time")
     approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
     entry = UnitEntry.from_json(contents.result)
-    until = when + SAME_SECOND if signature is None else signature.seq
-    now = standing(store, contents.serial, {}, entry, until, approval=approval)
-    unknown = (
-        []
-        if signature is None
-        else [g for g in map(NonconformanceDecided.from_json, dispositions) if g not in now.decided]
-    )
+    now = standing(store, contents.serial, {}, entry, None if signature is None else signature.seq, approval=approval)
+    unknown = [g for g in map(NonconformanceDecided.from_json, dispositions) if signature and g not in now.decided]
     if unknown:
         return Step(f"the bench's store holds no such decision: {words_of(unknown[0])}", complete=False)
     if new := [words for words in now.open if words not in stated]:

@@ -169,17 +169,12 @@ def _signature(
     if role == TECHNICIAN and embedded.docmdp_level != MDPPerm.FILL_FORMS:
         raise InvalidCertificate("the technician's signature does not forbid later changes")
     stamped = _stamped(embedded, when, stamping)
-    doubt = doubt_of(certificate, when, revoked, stamped) or _ahead(when, now)
+    doubt = doubt_of(certificate, when, revoked, stamped)
+    if doubt is None and when > now + _AHEAD:  # what was judged until then would count as earlier
+        doubt = f"it is dated {when:%Y-%m-%d %H:%M} UTC, and here it is {now:%Y-%m-%d %H:%M}"
     disposition = of_signature(one_line(str(embedded.sig_object.get("/Reason", "")))) if role == QA else ""
     person = authority.person_of(certificate)
     return Signed(role, person, when, certificate, place, doubt, stamped, disposition)
-
-
-def _ahead(when: datetime, now: datetime) -> str | None:
-    """Return why the time of a signature is in doubt: what was judged until then would count as earlier."""
-    return (
-        f"it is dated {when:%Y-%m-%d %H:%M} UTC, and here it is {now:%Y-%m-%d %H:%M}" if when > now + _AHEAD else None
-    )
 
 
 def _stamped(embedded: EmbeddedPdfSignature, when: datetime, roots: Sequence[x509.Certificate]) -> Stamped | None:

@@ -180,35 +180,27 @@ def _other_program(contents: CertificateContent) -> Step:
 
 
 def _times(given: Provenance, signed: datetime) -> list[Step]:
-    """Check that what is stated to be earlier lies before the signature."""
     last = given.earlier.not_accepted if given.earlier else None
-    stated = (
-        ("it", given.judged),
-        ("what it replaces", given.replaces.time if given.replaces else ""),
-        (f"attempt {last.attempt}, which was {last.verdict}," if last else "", last.time if last else ""),
-    )
-    late = [(what, datetime.fromisoformat(time)) for what, time in stated if time]
+    stated = {
+        "it": given.judged,
+        "what it replaces": given.replaces.time if given.replaces else "",
+        "an attempt that was not accepted": last.time if last else "",
+    }
+    times = [(what, datetime.fromisoformat(time)) for what, time in stated.items() if time]
+    words = f"it was signed at {signed:%Y-%m-%d %H:%M:%S} UTC, before"
     return [
-        Step(
-            f"it was signed at {signed:%Y-%m-%d %H:%M:%S} UTC, before {what} was judged "
-            f"({before:%Y-%m-%d %H:%M:%S} UTC): the bench's clock ran back", complete=False,
-        )
-        for what, before in late
-        if signed < before - SAME_SECOND
-    ]  # fmt: skip
+        Step(f"{words} {what} was judged ({at:%Y-%m-%d %H:%M:%S} UTC): the bench's clock ran back", complete=False)
+        for what, at in times
+        if signed < at - SAME_SECOND
+    ]
 
 
 def _days(contents: CertificateContent, signed: datetime) -> list[Step]:
-    """Check the days that are stated: nothing was measured after it was signed, and calibrations count on the day of
-    the judgement."""
-    latest = signed.date() + LONGEST_DAY
-    late = [
-        (name, day) for name, day in contents.result.get("measured", {}).items() if date.fromisoformat(day) > latest
-    ]
-    steps = [Step(f"{name} is said to be measured on {day}, after it was signed", complete=False) for name, day in late]
+    """Check that nothing was measured after it was signed, and that calibrations are those of the judgement's day."""
+    latest, measured = signed.date() + LONGEST_DAY, contents.result.get("measured", {}).items()
+    wrong = [f"{n} is said to be measured on {d}, after it was signed" for n, d in measured if d > latest.isoformat()]
     judged = datetime.fromisoformat(contents.stated.judged).date() if contents.stated.judged else signed.date()
-    stated = contents.result.get("calibration") or {}
-    if stated and not judged - LONGEST_RUN <= date.fromisoformat(stated["on"]) <= latest:
-        words = f"its calibrations are those of {stated['on']}, but it was judged on {judged}"
-        steps.append(Step(words, complete=False))
-    return steps
+    given = contents.result.get("calibration")
+    if given and not judged - LONGEST_RUN <= date.fromisoformat(given["on"]) <= latest:
+        wrong.append(f"its calibrations are those of {given['on']}, but it was judged on {judged}")
+    return [Step(words, complete=False) for words in wrong]

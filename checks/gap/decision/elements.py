@@ -23,6 +23,7 @@ from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 from checks.model.model import Model
 from checks.rounding import rounded
+from specs import model_sections
 from specs.model import ModelDocument
 from specs.model_sections import ByChannel, ModelSection
 from specs.units import DIMENSIONLESS, unit_of
@@ -187,15 +188,14 @@ def _label(name: str) -> str:
 
 def _parameter_words() -> str:
     """Return the pattern of the flat names of a model's parameters: no other words with dots."""
-    names = {tuple(name.split("_", 1)) for each in _kinds(ModelSection) for name in each.model_fields}
+    kinds = [
+        each for each in vars(model_sections).values() if isinstance(each, type) and issubclass(each, ModelSection)
+    ]
+    names = {tuple(name.split("_", 1)) for each in kinds for name in each.model_fields}
     axis = f"(?:_(?:[xyz]|{'|'.join(ByChannel.model_fields)}))?"
     key = "|".join(sorted({axis.join((head, *(f"_{unit}" for unit in rest))) for head, *rest in names}, reverse=True))
     place = "|".join((*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE, "bottom", "top"))
     return rf"(?:{'|'.join(ModelDocument.model_fields)}|element)(?:\.(?:{place}|R?[xyz]))*\.(?:{key})(?:_\d{{1,3}})?"
-
-
-def _kinds(section: type[ModelSection]) -> set[type[ModelSection]]:
-    return {section, *(kind for each in section.__subclasses__() for kind in _kinds(each))}
 
 
 def element_words() -> tuple[str, str]:

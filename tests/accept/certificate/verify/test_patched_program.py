@@ -146,7 +146,7 @@ def test_what_was_rejected_is_not_signed_before_it(tmp_path: Path) -> None:
         certified(tmp_path, "A-1")
     with patched(back + timedelta(seconds=4)):
         pdf = certified(tmp_path, "A-1")
-    doubted(verified(pdf), "before attempt 2, which was rejected, was judged")
+    doubted(verified(pdf), "before an attempt that was not accepted was judged")
     assert "stroke: measured in attempt 1, before attempt 2, which was rejected" in verified(pdf).stdout
 
 
