@@ -11,7 +11,7 @@ from pathlib import PurePath
 
 from cryptography import x509
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import ALIKE, UnitRecord
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
@@ -26,12 +26,11 @@ from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import copies_of
-from accept.judging.folder_name import ALIKE, unconfirmed
+from accept.judging.folder_name import unconfirmed
 from accept.judging.golden import BenchStopped, check_may_judge
 from accept.judging.nonconformance import CHOICES, standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
-from accept.judging.result import UnitResult
 from accept.judging.superseded import Approval
 from accept.judging.voids import voids
 from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
@@ -48,7 +47,7 @@ from specs.spec import parse
 _STARTED, SIGNED = "attempt_started", CertificateSigned.KIND
 
 
-def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: UnitResult | None) -> list[Step]:
+def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: UnitRecord | None) -> list[Step]:
     """Compare a certificate with the bench's store.
 
     signed: the bytes up to the technician's signature, it included; by: that signature. again: the unit as it was
@@ -143,7 +142,7 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
     """Yield what a program left out or made up that did not ask the store: a similar serial of before, that the bench
     was stopped by its golden units, comparisons with a reference, and that the key was revoked before it signed, at
     whatever time."""
-    serial, entry = contents.serial, UnitEntry.from_json(contents.result)
+    serial, entry = contents.serial, contents.record
     others = [*unconfirmed(store, serial), *set(store.earlier(serial)) - set(store.look_alikes(serial))]
     if others and ALIKE not in entry.folder:
         yield f"nobody told its serial apart: {difference(serial, others[0])}"
@@ -167,13 +166,13 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
     counted = [e for e in events if e.seq < own.seq]
     started = [e for e in counted if e.what == _STARTED]
-    before = fold(counted).units.get(own.subject)
+    before = fold(counted)
     numbers, replaced = {1 if before is None else before.attempts + 1}, [before]
     if started and _is_of_attempt(own, started[-1], counted):
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
-        replaced.append(fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject))
+        replaced.append(fold(e for e in counted if e.seq < started[-1].seq))
     checks = parse(contents.spec_text.encode(), "the attached spec").checks
-    entry = UnitEntry.from_json(contents.result)
+    entry = contents.record
     return History(own, signature, entry, before, replaced, numbers, checks)
 
 
@@ -218,7 +217,7 @@ def _later(judged: Sequence[Event]) -> list[Step]:
     return [Step(f"this bench's store knows a later attempt: of {when} UTC, '{verdict}'", False, current=False)]
 
 
-def _copied(store: Store, contents: CertificateContent, again: UnitResult | None) -> Step:
+def _copied(store: Store, contents: CertificateContent, again: UnitRecord | None) -> Step:
     """Check the recordings. Not complete if the store has a judgement of another unit by the same samples, without a
     signed decision on where they belong. The samples are those of the attached records, whatever the result states."""
     samples = {**(contents.result.get("samples") or {}), **(again.samples if again is not None else {})}
@@ -238,7 +237,7 @@ def _copied(store: Store, contents: CertificateContent, again: UnitResult | None
 def reread(store: Store, contents: CertificateContent, signature: Event | None = None) -> Step:
     """Check how the recordings were read. Not complete if the store has a judgement that read one otherwise and did not
     pass, and the certificate does not state it; nor if it states one beside a pass that its own store has not."""
-    entry = UnitEntry.from_json(contents.result)
+    entry = contents.record
     found = rereadings(store, contents.serial, entry.samples, entry.findings, contents.inputs)
     passed = {f.quantity for f in entry.findings if f.verdict is Verdict.PASS}
     new = [r["words"] for q, r in found.items() if r["was"] != Verdict.PASS and q in passed]
@@ -262,7 +261,7 @@ def _sound(store: Store, contents: CertificateContent, signature: Event | None) 
     known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
     approved = (contents.stated.approval or {}).get("time")
     approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
-    entry = UnitEntry.from_json(contents.result)
+    entry = contents.record
     now = standing(store, contents.serial, {}, entry, None if signature is None else signature.seq, approval=approval)
     unknown = [g for g in map(NonconformanceDecided.from_json, dispositions) if signature and g not in now.decided]
     if unknown:
