@@ -74,8 +74,7 @@ def _warn_of_open_home(folder: Path) -> None:
 
 
 def _sealer(url: URL, file: Path | None, bench: Path | None) -> Sealer | None:
-    """Return the sealer, None in memory. A seal lies in the bench's folder, also of a database elsewhere that other
-    people write."""
+    """Return the sealer, None in memory. Its seal lies in the bench's folder, where the database may not lie."""
     place = bench or home()
     if file is not None and file.resolve().parent == place.resolve():
         return Sealer(file.with_suffix(".seal"), place / BENCH_KEY)

@@ -139,9 +139,8 @@ def _history(
 
 
 def _made_up(store: Store, contents: CertificateContent, own: Event, signature: Event, by: Signed) -> Iterator[str]:
-    """Yield what a program left out or made up that did not ask the store: a similar serial of before, that the bench
-    was stopped by its golden units, comparisons with a reference, and that the key was revoked before it signed, at
-    whatever time."""
+    """Yield what a program left out or made up that did not ask the store: a similar serial of before, a stop by golden
+    units, comparisons with a reference, and that the key was revoked before it signed, at whatever time."""
     serial, entry = contents.serial, contents.record
     others = [*unconfirmed(store, serial), *set(store.earlier(serial)) - set(store.look_alikes(serial))]
     if others and ALIKE not in entry.folder:
@@ -158,8 +157,8 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
     for event in store.events("", KeysRevoked.KIND):
         listed = x509.load_pem_x509_crl(KeysRevoked.of(event).crl.encode())
         entry_of_key = listed.get_revoked_certificate_by_serial_number(by.certificate.serial_number)
-        since = entry_of_key.revocation_date_utc if entry_of_key and event.seq < signature.seq else None
-        if since and since <= datetime.fromisoformat(event.time):
+        since = entry_of_key.revocation_date_utc if entry_of_key else None
+        if since and event.seq < signature.seq and since <= datetime.fromisoformat(event.time):
             yield f"the key of {by.person} was revoked in this bench's store, event {event.seq}, before it signed"
 
 

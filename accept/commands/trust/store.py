@@ -188,8 +188,7 @@ def dispose(
         raise DispositionError(f"{serial} needs no disposition")
     with open_store() as store:
         held = open_nonconformances(store, serial, {})
-    for words in held:
-        say(f"{serial}: held by {one_line(words)}")
+    say("\n".join(f"{serial}: held by {one_line(words)}" for words in held))
     signer = decision_signer(passphrase_file, because)
     with open_store() as store:
         decided = decide(store, serial, Decision(stated.choice, stated.reason), signer, held)

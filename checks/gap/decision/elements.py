@@ -188,12 +188,9 @@ def _label(name: str) -> str:
 
 def _parameter_words() -> str:
     """Return the pattern of the flat names of a model's parameters: no other words with dots."""
-    kinds = [
-        each for each in vars(model_sections).values() if isinstance(each, type) and issubclass(each, ModelSection)
-    ]
-    names = {tuple(name.split("_", 1)) for each in kinds for name in each.model_fields}
+    kinds = (k for k in vars(model_sections).values() if isinstance(k, type) and issubclass(k, ModelSection))
     axis = f"(?:_(?:[xyz]|{'|'.join(ByChannel.model_fields)}))?"
-    key = "|".join(sorted({axis.join((head, *(f"_{unit}" for unit in rest))) for head, *rest in names}, reverse=True))
+    key = "|".join(sorted({n.replace("_", f"{axis}_", 1) for k in kinds for n in k.model_fields}, reverse=True))
     place = "|".join((*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE, "bottom", "top"))
     return rf"(?:{'|'.join(ModelDocument.model_fields)}|element)(?:\.(?:{place}|R?[xyz]))*\.(?:{key})(?:_\d{{1,3}})?"
 
