@@ -66,10 +66,9 @@ def restore(file: Path, target: Path) -> tuple[StoreHead, Path | None]:
         if part.with_suffix(".head").exists():
             os.replace(part.with_suffix(".head"), target.with_suffix(".head"))
         os.replace(part, target)
-    restored = open_store(f"sqlite:///{target}", check=False, make=False)
-    restored.close()
-    for store in (copy, restored):
-        _forget(store)
+    with open_store(f"sqlite:///{target}", check=False, make=False) as restored:
+        _forget(copy)
+    _forget(restored)
     return head, aside
 
 
