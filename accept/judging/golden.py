@@ -192,8 +192,7 @@ def missed(store: Store) -> Mapping[str, list[str]] | None:
 
 
 def check_may_judge(store: Store, serial: str, bench: str = "", until: float = math.inf) -> None:
-    """Raise BenchStopped if a bench, by default this one, has missed its golden units and the unit is not one of them.
-    until: number of the event of the judgement."""
+    """Raise BenchStopped if a bench, by default this one, missed its golden units before an event; they are judged."""
     stops = _stops(store, bench, until)
     known = goldens(store).get(serial) if stops else None
     if not stops or (known is not None and known.since < stops[0].seq):

@@ -67,5 +67,5 @@ def voids(store: Store, serial: str | None = None) -> dict[int, Void]:
 
 
 def _content(serial: str, said: AttemptVoided) -> dict[str, Any]:
-    content = {"serial": serial, "attempt": said.attempt, "judged": said.judged, "reason": said.reason}
-    return content | ({"event": said.event} if said.event else {})
+    bound = {"event": said.event} if said.event else {}
+    return {"serial": serial, "attempt": said.attempt, "judged": said.judged, "reason": said.reason, **bound}

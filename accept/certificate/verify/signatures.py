@@ -31,7 +31,6 @@ from accept.certificate.verify.signature_contents import byte_range, check_hole,
 from accept.certificate.verify.structure import SAVED_AGAIN
 
 _CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of the verifier
-_AHEAD = timedelta(minutes=5)  # of clocks that are set by a network
 _USAGE = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"}, match_all_key_usages=True)
 _MOST_FIELDS = 8  # a form with more is not that of a certificate and is not read further
 _ORDERS = ((TECHNICIAN,), (TECHNICIAN, QA))
@@ -170,7 +169,7 @@ def _signature(
         raise InvalidCertificate("the technician's signature does not forbid later changes")
     stamped = _stamped(embedded, when, stamping)
     doubt = doubt_of(certificate, when, revoked, stamped)
-    if doubt is None and when > now + _AHEAD:  # what was judged until then would count as earlier
+    if doubt is None and when > now + timedelta(minutes=5):  # what was judged until then would count as earlier
         doubt = f"it is dated {when:%Y-%m-%d %H:%M} UTC, and here it is {now:%Y-%m-%d %H:%M}"
     disposition = of_signature(one_line(str(embedded.sig_object.get("/Reason", "")))) if role == QA else ""
     person = authority.person_of(certificate)

@@ -33,7 +33,6 @@ from specs.strict import SpecError
 
 STORED_WITHIN = timedelta(minutes=5)  # a decision is stored after it was signed, when the store is free
 SAME_SECOND = timedelta(seconds=2)  # a signature states whole seconds, the store microseconds
-LONGEST_DAY = timedelta(days=1)  # by which days of two time zones differ
 LONGEST_RUN = timedelta(days=7)  # of a program, from the day whose calibrations it states to a signature
 
 
@@ -197,7 +196,7 @@ def _times(given: Provenance, signed: datetime) -> list[Step]:
 
 def _days(contents: CertificateContent, signed: datetime) -> list[Step]:
     """Check that nothing was measured after it was signed, and that calibrations are those of the judgement's day."""
-    latest, measured = signed.date() + LONGEST_DAY, contents.result.get("measured", {}).items()
+    latest, measured = signed.date() + timedelta(days=1), contents.result.get("measured", {}).items()
     wrong = [f"{n} is said to be measured on {d}, after it was signed" for n, d in measured if d > latest.isoformat()]
     judged = datetime.fromisoformat(contents.stated.judged).date() if contents.stated.judged else signed.date()
     given = contents.result.get("calibration")

@@ -47,9 +47,8 @@ def run(
     if not before.valid:
         exit = Exit.INCOMPLETE if before.outcome is Validity.SIGNED else Exit.REJECTED
         return Answer(Remark(f"not countersigned: {before.reason}"), exit=exit)
-    say(f"  {before.reason}")
-    for words in before.nonconformances:
-        say(f"  decided about: {one_line(words)}")
+    decides = (f"decided about: {one_line(words)}" for words in before.nonconformances)
+    say("\n".join(f"  {line}" for line in (before.reason, *decides)))
     decision = parse_disposition(before.serial, before.verdict, disposition, because)
     if not store_is_there():
         place = "countersign at the bench, or name its store with ACCEPT_STORE_URL"
