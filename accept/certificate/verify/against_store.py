@@ -72,9 +72,8 @@ def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: 
             held = _held(store, contents, signature)
             history = _history(store, events, signature, contents, by) if signature else _later_than(events, by.when)
             compared = [_copied(store, contents, again), reread(store, contents, signature), _built(store, contents)]
-            compared += [_sound(store, contents, signature)]
             other = [Step(problem, complete=stated != certified)] if problem else []
-            return [*other, held, *history, *compared]
+            return [*other, held, *history, *compared, _sound(store, contents, signature)]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
