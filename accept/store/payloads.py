@@ -199,6 +199,7 @@ class NonconformanceDecided(Payload, what="nonconformance_decided"):
     certificate: Annotated[
         str | None, only_if(), "of results.json alone: sha256 of what an earlier program countersigned with it"
     ] = None
+    judged: Annotated[str, only_if(bool), "hash of the unit's last judgement; earlier programs did not sign it"] = ""
 
 
 @dataclass(frozen=True)
@@ -221,6 +222,7 @@ class AttemptVoided(Payload, what="attempt_voided"):
     judged: Annotated[int, "number of its event"]
     reason: str
     signed: Annotated[SignedBy | None, only_if(), "the decision counts only with it"] = None
+    event: Annotated[str, only_if(bool), "hash of that event; earlier programs did not sign it"] = ""
 
 
 @dataclass(frozen=True)

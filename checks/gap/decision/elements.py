@@ -23,6 +23,9 @@ from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 from checks.model.model import Model
 from checks.rounding import rounded
+from specs import model_sections
+from specs.model import ModelDocument
+from specs.model_sections import ByChannel, ModelSection
 from specs.units import DIMENSIONLESS, unit_of
 
 FitAll = Callable[[Candidate], Fit]
@@ -183,12 +186,21 @@ def _label(name: str) -> str:
     return name if name.startswith(OTHER_VALUES) else name.replace("_", " ")
 
 
+def _parameter_words() -> str:
+    """Return the pattern of the flat names of a model's parameters: no other words with dots."""
+    kinds = (k for k in vars(model_sections).values() if isinstance(k, type) and issubclass(k, ModelSection))
+    axis = f"(?:_(?:[xyz]|{'|'.join(ByChannel.model_fields)}))?"
+    key = "|".join(sorted({n.replace("_", f"{axis}_", 1) for k in kinds for n in k.model_fields}, reverse=True))
+    place = "|".join((*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE, "bottom", "top"))
+    return rf"(?:{'|'.join(ModelDocument.model_fields)}|element)(?:\.(?:{place}|R?[xyz]))*\.(?:{key})(?:_\d{{1,3}})?"
+
+
 def element_words() -> tuple[str, str]:
     """Return the patterns of every sentence and of every next measurement, for any numbers."""
     causes = {c for each in (*LOOKS_LIKE.values(), *OF_KIND.values()) for c in each}
     parts = {"base", "ground", *(p.replace("_", " ") for p in (*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE))}
     part, cause, kind = ("|".join(map(re.escape, words)) for words in (parts, causes, WORDS.values()))
-    value_of = r"\w+(?:\.\w+)+"
+    value_of = _parameter_words()
     name = rf"(?:{'|'.join(n.replace('_', ' ') for n in EFFECTS)}|{OTHER_VALUES} {value_of}(?:, {value_of})*)"
     number, point = r"-?[\d.e+-]{1,20}", r"(?:, at \(-?\d+, -?\d+\) mm)?"
     where = rf"(?:across the (?:{part}|APA)|to (?:{part}) at the (?:{part})), (?:along|about) [xyz]{point}"
