@@ -2,20 +2,32 @@
 struts have. Elements at every place, families of parts and filters in the signal path compete on one footing; no name
 of the library takes part."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 
+from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.gap.calibrate import correct_records
 from checks.gap.decision.build_result import fit_all_bins
-from checks.gap.decision.elements import found_element
+from checks.gap.decision.elements import Unnamed, found_element
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, FoundElement, GapVerdict
 from checks.gap.modelling.augmented import Augmented, Member
-from checks.gap.modelling.element import GenericElement, family, is_across
+from checks.gap.modelling.element import (
+    HOLDER,
+    PARTS,
+    RESONATOR,
+    GenericElement,
+    element,
+    family,
+    is_across,
+    kinds_at,
+)
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.modelling.unmodelled_modes import filters
 from checks.gap.preparation.inputs import Inputs, Problem
@@ -25,6 +37,7 @@ from checks.gap.search.places import Places
 from checks.gap.search.screen import screen
 from checks.gap.statistics.projected_residual import project
 from checks.model.linear import LinearModel
+from checks.model.model import Model
 
 # A filter is one explanation among others here and no stand-in for a name that the library may have.
 LINEAR = replace(THRESHOLDS, parsimony=0.0)
@@ -33,10 +46,10 @@ REWEIGHTED = 2
 
 @dataclass(frozen=True, eq=False)
 class LinearAnswer:
-    """elements: what explains the records; empty if nothing is missing or nothing explains them. faults: of the records,
-    corrected before the search; only_in: channels without which nothing is missing, if nothing explains the records: it
-    lies in the path of one of them. base, best: the model as calibrated, and with what was found, on records that neither
-    was fitted to; fit: of the latter."""
+    """elements: what explains the records; empty if nothing is missing or nothing explains them. faults: of the
+    records, corrected before the search. base, best: the model as calibrated, and with what was found; fit: of the
+    latter. only_in: if nothing explains the records, channels without which nothing is missing: it lies in the path of
+    one of them."""
 
     verdict: GapVerdict
     elements: tuple[FoundElement, ...]
@@ -73,17 +86,20 @@ def explain_linear(
     """Return what a model of any structure lacks. A: responses to fit; B: of another realisation, to judge with, the
     same channels; most: elements or filters that are added one after the other. Raises ModelError."""
     A, B = (_with_tolerance(d, model.tolerance) for d in (A, B))
-    problem = Problem(Inputs(model, A, B, fs=0.0), A, B, (), None, {}, table)
-    search, base = _calibrated(problem, say)
-    if not base.adequate and (corrected := correct_records(search, base, problem)) is not None:
-        answer = _explained(corrected, *_calibrated(corrected, say), most)
-        if answer.verdict != UNEXPLAINED:  # else no fault of the records
-            return answer
+    as_of_strut = cast(Model, model)  # it has all that a search asks of one
+    problem = Problem(Inputs(as_of_strut, A, B, fs=0.0), A, B, (), None, {}, table)
+    search, base = _calibrated(model, problem, say)
+    corrected = None if base.adequate else correct_records(search, base, problem)
+    if corrected is not None and _is_complete(*(again := _calibrated(model, corrected, say))):
+        return _explained(corrected, *again, most)
     answer = _explained(problem, search, base, most)
+    if answer.verdict == UNEXPLAINED and corrected is not None:
+        with_fault = _explained(corrected, *again, most)
+        answer = answer if with_fault.verdict == UNEXPLAINED else with_fault
     if answer.verdict != UNEXPLAINED or len(A.channels) < 3:
         return answer
     others = {c: tuple(d.select(x for x in A.channels if x != c) for d in (A, B)) for c in A.channels}
-    without = {c: _calibrated(replace(problem, A=a, B=b), say) for c, (a, b) in others.items()}
+    without = {c: _calibrated(model, replace(problem, A=a, B=b), say) for c, (a, b) in others.items()}
     return replace(answer, only_in=tuple(c for c, found in without.items() if _is_complete(*found)))
 
 
@@ -92,40 +108,47 @@ def _explained(problem: Problem, search: Search, base: Candidate, most: int) -> 
     for _ in range(most):
         if search.over or _is_complete(search, best):
             break
-        found = best_of_each([*search.add_one(best), *search.add_element(best, in_path=True)])
-        found = [c for c in found if all(_is_of_its_kind(m, c) for m in c.response.members)]
+        found = [*search.add_one(best), *search.add_element(best, in_path=True)]
+        found += [s for c in found if not _are_of_their_kinds(c) for s in _of_simple_kinds(search, c)]
+        found = [c for c in best_of_each(found) if _are_of_their_kinds(c)]
         tried += found
         first = max(found, key=lambda c: (_is_complete(search, c), c.score), default=best)
         if not first.score > best.score + problem.table.delta_lnL:
             break
         search, best = _reweighted(search, first)
     best = search.prune(best)
-    near = best_of_each([*tried, *search.with_elements_elsewhere(best)])
+    alike = [c for c in tried if len(c.names) == len(best.names) and c.adequate]
+    alike = [search.refit(c.response, c.at) for c in alike]  # with the same weights as the best
+    near = best_of_each([*alike, *search.with_elements_elsewhere(best)])
     near = [c for c in near if 2.0 * (best.score - c.score) < problem.table.two_delta_lnL and _is_complete(search, c)]
     fit, full = fit_all_bins(problem, best, problem.A.channels)
     faults = tuple(e.words for e in problem.early)
     if not _is_complete(search, best) or any(n.partition(".")[0] in best.names for n in fit.at_bound):
         return LinearAnswer(UNEXPLAINED, (), faults, base, full, fit)
-    elements = tuple(_found(m, best, near, fit) for m in best.response.members)
+    elements = tuple(_found(m, best, near, fit) for m in best.response.members if isinstance(m, Unnamed))
     several = any(len(e.places) > 1 for e in elements)
     verdict = (AMBIGUOUS if several else EXPLAINED) if elements else NO_MISSING
     return LinearAnswer(verdict, elements, faults, base, full, fit)
 
 
-def _calibrated(problem: Problem, say: Callable[[str], None]) -> tuple[Search, Candidate]:
+def _calibrated(model: LinearModel, problem: Problem, say: Callable[[str], None]) -> tuple[Search, Candidate]:
     """Return a search with the families and filters of a model as its library, and the calibrated model."""
     A, B = (d.thinned(problem.table.search_bins) for d in (problem.A, problem.B))
-    model = problem.inputs.model
     model = replace(model, sensors={c: model.sensors[c] for c in A.channels})
     families = (family(n, tuple(f"share.{s}" for s in of)) for n, of in model.families.items())
     search = Search(A, B, (*families, *filters(A.channels)), problem.table, say)
-    return _reweighted(search, search.fit(Augmented(model), {}))
+    return _reweighted(search, search.fit(Augmented(cast(Model, model)), {}))
 
 
-def _found(member: Member, best: Candidate, near: Sequence[Candidate], fit: Fit) -> FoundElement:
+def _found(member: Unnamed, best: Candidate, near: Sequence[Candidate], fit: Fit) -> FoundElement:
     """Return a member in words, with all that does as well in its place."""
-    others = [(m, c) for c in near for m in c.response.members if c.names == best.names - {member.name} | {m.name}]
-    return found_element(member, [o for o in others if o[0].name not in best.names], fit, best.response.model)
+    swapped = [(m, c) for c in near for m in c.response.members if c.names == best.names - {member.name} | {m.name}]
+    others = [(m, c) for m, c in swapped if isinstance(m, Unnamed) and m.name not in best.names]
+    return found_element(member, others, fit, best.response.model)
+
+
+def _are_of_their_kinds(c: Candidate) -> bool:
+    return all(_is_of_its_kind(m, c) for m in c.response.members)
 
 
 def _is_of_its_kind(member: Member, c: Candidate) -> bool:
@@ -137,6 +160,18 @@ def _is_of_its_kind(member: Member, c: Candidate) -> bool:
     positive = ("k_", "m_kg", "J_", "c_", "tau_")
     swings = "damping_ratio" not in own or f[0] < own["f_Hz"] < f[-1]
     return swings and all(v > 0.0 for n, v in own.items() if n.startswith(positive))
+
+
+def _of_simple_kinds(search: Search, c: Candidate) -> Iterator[Candidate]:
+    """Yield a candidate with a spring, a mass or a damper in the place of an element with more values: one of these is
+    what is left if the others are none that there can be."""
+    for m in c.response.members:
+        if isinstance(m, GenericElement) and m.kind in (HOLDER, RESONATOR):
+            less, own = c.response.without(m.name), c.response.of(c.at, m.name)
+            for part in (element(m.place, m.direction, kind) for kind in kinds_at(m.place, PARTS)):
+                start = {f"{part.name}.{p.name}": own.get(p.name, p.start) for p in part.parameters}
+                with suppress(ModelError):
+                    yield search.refit(less.with_member(part), {**less.own_values(c.at), **start})
 
 
 def _is_complete(search: Search, c: Candidate) -> bool:
@@ -163,9 +198,3 @@ def _reweighted(search: Search, c: Candidate) -> tuple[Search, Candidate]:
         search = replace(search, A=A, B=B)
         c = search.refit(c.response, c.at)
     return search, c
-
-
-def _found(member: Member, best: Candidate, near: Sequence[Candidate], fit: Fit) -> FoundElement:
-    """Return a member in words, with all that does as well in its place."""
-    others = [(m, c) for c in near for m in c.response.members if c.names == best.names - {member.name} | {m.name}]
-    return found_element(member, [o for o in others if o[0].name not in best.names], fit, best.response.model)

@@ -190,7 +190,7 @@ class LinearModel:
         for e in attached_of(v):
             row = row_of(self.places, e.place, e.direction, e.point)
             Z += e.stiffness(s)[:, None, None] * np.outer(row, row)
-        return np.linalg.solve(Z, loads[None].astype(complex))
+        return np.asarray(np.linalg.solve(Z, loads[None].astype(complex)), dtype=np.complex128)
 
     def _force_slope(self, name: str, v: Values, s: Complex, x: Complex) -> Complex:
         """Return the derivative (F, n) by a value of an element of the force that it takes to move it by x (F, n)."""

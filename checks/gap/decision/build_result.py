@@ -63,9 +63,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     rivals = (*rivals, *losses_of_bench(full, good), *scale_or_lopsided(full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     rivals = tuple(dict.fromkeys((*rivals, *lags_of_bench(full))))
-    elements = found_elements(
-        good, rivals, result, decision.fit, full, lambda c: fit_all_bins(problem, c, channels)[0]
-    )
+    elements = found_elements(good, rivals, result, decision.fit, full, lambda c: fit_all_bins(problem, c, channels)[0])
     rivals = tuple(a for a in rivals if any(n in EFFECTS for n in a.effects) or a.or_bench)
     experiments = check_by_experiments(
         full.response, decision.fit, problem.A.select(channels), problem.B.select(channels), problem.trials(channels)

@@ -8,7 +8,6 @@ from checks.fitting.fit import Fit
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Ambiguous, FoundElement, FoundPlace, NamedValue
 from checks.gap.effects import EFFECTS
-from checks.gap.modelling.unmodelled_modes import FILTER, UnmodelledMode
 from checks.gap.modelling.element import (
     ACROSS,
     BESIDE_THE_AXIS,
@@ -20,9 +19,9 @@ from checks.gap.modelling.element import (
     SPRING,
     GenericElement,
 )
+from checks.gap.modelling.unmodelled_modes import FILTER, UnmodelledMode
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
-from checks.model.linear import LinearModel
 from checks.model.model import Model
 from checks.model.structure.attached import BETWEEN
 from checks.rounding import rounded
@@ -95,7 +94,7 @@ def found_element(
     e: Unnamed,
     others: Sequence[tuple[Unnamed, Candidate]],
     fit: Fit,
-    model: Model | LinearModel,
+    model: Model,
     library: tuple[str, ...] = (),
 ) -> FoundElement:
     """Return a member of an explanation in words, with its values. others: what does as well in its place; library:
@@ -129,7 +128,7 @@ def _place(e: Unnamed, values: Mapping[str, float]) -> FoundPlace:
     return FoundPlace(part, other, e.direction, point)
 
 
-def _ratios(e: GenericElement, shown: dict[str, NamedValue], model: Model, fit: Fit) -> dict[str, NamedValue]:
+def _ratios(e: Unnamed, shown: dict[str, NamedValue], model: Model, fit: Fit) -> dict[str, NamedValue]:
     """Return a joint's stiffnesses as factors on those that the model has at the other end; dampers as they are."""
     out = {}
     own = {"k_N_per_um": ("kz", "kz_ratio"), "kR_Nm_per_rad": ("kRx", "kR_ratio"), "kxy_N_per_um": ("kx", "kxy_ratio")}

@@ -131,7 +131,7 @@ _CORNER = (
     Parameter("ratio", lo=-20.0, hi=20.0, off=0.0, start=0.0, scale=0.01),
 )
 LAG, SHELF = RationalShape("lag", _CORNER, _lag), RationalShape("shelf", _CORNER, _shelf)
-DELAY = RationalShape("delay", (Parameter("tau_us", lo=-500.0, hi=5000.0, off=0.0, start=0.0, scale=5.0),), _delay)
+DELAY = RationalShape("delay", (Parameter("tau_us", lo=-500.0, hi=50_000.0, off=0.0, start=0.0, scale=5.0),), _delay)
 
 
 def levels(merge_Hz: float, width: float) -> UnmodelledMode:

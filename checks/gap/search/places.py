@@ -34,7 +34,7 @@ from checks.gap.statistics.projected_residual import Projected
 from checks.model.structure.attached import PlaceReceptances
 
 FOLLOWED = 8  # directions whose kinds are fitted, the best by any dynamic stiffness
-STEPS, LARGEST = 12, 2.0  # of Gauss and Newton; of the logarithm of a resonator's value
+STEPS, LARGEST = 40, 2.0  # of Gauss and Newton; of the logarithm of a resonator's value
 SETTLED = 0.05  # of twice the log-likelihood
 POLES = 14  # where a resonator is looked for, beside the peaks of the residual
 BEGUN = 2  # of these, that a fit begins from
