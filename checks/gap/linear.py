@@ -62,7 +62,7 @@ class LinearAnswer:
     @property
     def gain(self) -> float:
         """Return the gain in log-likelihood on records that were not fitted."""
-        return self.best.lnL - self.base.lnL
+        return self.best.lnL - replace(self.base, unseen=self.best.unseen).lnL
 
     @cached_property
     def shares(self) -> Mapping[str, float]:

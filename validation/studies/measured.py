@@ -136,7 +136,7 @@ def judged(hidden: Hidden, answer: LinearAnswer) -> dict[str, Any]:
         "false": len(said) > len(in_class),
         "class": max((len(s[1]) for s in said), default=0),
         "covered": covered,
-        "gain": answer.gain if said else 0.0,
+        "gain": answer.gain if answer.elements else np.inf if said else 0.0,  # a fault needs no search
         "only_in": list(answer.only_in),
         "said": [e.sentence for e in answer.elements] + list(answer.faults),
         "values": dict(hidden.values),
