@@ -13,7 +13,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from accept.base.documents.results import Information
+from accept.base.documents.results import UnitRecord
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
@@ -22,8 +22,7 @@ from accept.gap.attach_to_result import with_explanation
 from accept.judging.advice import ADVICE, action, record_advice
 from accept.judging.bench_errors import BY_RESONANCE, withhold_bench_errors
 from accept.judging.nonconformance import open_nonconformances
-from accept.judging.result import UnitResult
-from accept.store import Event, Store, fold
+from accept.store import Event, Store
 from accept.store.errors import Overtaken
 from accept.store.payloads import (
     AttemptStarted,
@@ -53,9 +52,7 @@ from accept.workflow.record_folder import Proposals
 from accept.workflow.state.lock import UnitLock
 from accept.workflow.state.unit_state import (
     Attempt,
-    FileLink,
     Given,
-    StepJudgement,
     StepState,
     UnitRun,
     fold_run,
@@ -110,7 +107,7 @@ class Session:
         self.spec_name = f"{spec.name}@{spec.sha256}"
         self._mutex = threading.RLock()
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
-        self._result: tuple[Given, UnitResult] | None = None
+        self._result: tuple[Given, UnitRecord] | None = None
         self._held: tuple[int, Sequence[str]] | None = None
         self._compared: tuple[int, Sequence[Finding]] | None = None
         self.usual = usual_values(store, spec.kind, but=serial)
@@ -168,7 +165,7 @@ class Session:
         left = [s for s in self.waiting if s.name not in {after, *behind} and self.judgement(s.name) is None]
         return next(iter(ahead + left), None)
 
-    def judgement(self, step: str) -> StepJudgement | None:
+    def judgement(self, step: str) -> StepJudged | None:
         """Return the stored judgement of a step if it still holds, as the judgement of the whole unit leaves it: what
         another step contradicts has no result, nor has what a reservation of the last summary took it from."""
         own = judgement_of(self.state(step), self.spec_name, code_sha256())
@@ -185,7 +182,7 @@ class Session:
             states = (self.state(step.name) for step in self.steps)
             own = [j for state in states if (j := judgement_of(state, self.spec_name, code_sha256())) is not None]
             findings = [finding for each in own for finding in each.findings]
-            known = {quantity.name: quantity for each in own for _, quantity in each.information}
+            known = {i.quantity: i.measured() for each in own for i in each.information}
             known |= {f.quantity: Quantity(f.quantity, f.value, f.U) for f in findings if f.value is not None}
             stiffness = known[BY_RESONANCE].value if BY_RESONANCE in known else math.nan
             compared = withhold_bench_errors(check_consistency(findings, known), stiffness, self.gap)
@@ -350,7 +347,7 @@ class Session:
 
     def name_score(self, step: WorkflowStep, declared: Series | CsvTable, file: str) -> tuple[int, str]:
         """Return how far the name of a file speaks for an input of a step, and the step that it speaks for instead."""
-        if any(isinstance(e, FileLink) and e.file == file for e in self.state(step.name).entries):
+        if any(isinstance(e, RecordLinked) and e.file == file for e in self.state(step.name).entries):
             return -1, "in use"
         wanted = [i for i in step.form_with(declared.name).inputs if isinstance(i, Series | CsvTable)]
         return record_folder.name_score(file, declared, wanted, _about(step), self._inputs_of_others(step))
@@ -486,7 +483,7 @@ class Session:
         seqs = self.attempt.undoable
         return next((e for e in reversed(self._events) if seqs and e.seq == seqs[-1]), None)
 
-    def judge_step(self, name: str, judge: Judge = judge_here) -> StepJudgement:
+    def judge_step(self, name: str, judge: Judge = judge_here) -> StepJudged:
         """Judge one step by itself and store the judgement. judge: the function that does it, here or in the other
         process. Raises UnitError, StoreError, OSError, and what `judge` does."""
         attempt = self._written()
@@ -501,8 +498,7 @@ class Session:
         with self._mutex:
             now = self.state(name)  # an entry that came meanwhile may be in the folder: it is judged by itself
             if now.upto == state.upto and judgement_of(now, self.spec_name, code_sha256()) != judged:
-                information = tuple(Information.of(check, quantity) for check, quantity in judged.information)
-                self.append(StepJudged(name, judged.upto, judged.findings, information, judged.notes))
+                self.append(judged)
         return judged
 
     @property
@@ -531,7 +527,7 @@ class Session:
         panel_cache.save(self.folder, "gap", attempt.step("frf").upto, drawn)
         return self.append(GapExplained(attempt.step("frf").upto, document))
 
-    def judge(self, judge: Judge = judge_here) -> UnitResult:
+    def judge(self, judge: Judge = judge_here) -> UnitRecord:
         """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped if the golden
         units were missed, and what `judge` does."""
         given = self._written().given
@@ -547,7 +543,7 @@ class Session:
         return result
 
     @property
-    def result(self) -> UnitResult | None:
+    def result(self) -> UnitRecord | None:
         """Return the last result of `judge`, None if its inputs have changed since."""
         if self._result is None or self.attempt.verdict is None or self._result[0] != self.attempt.given:
             return None
@@ -556,8 +552,7 @@ class Session:
     @property
     def amends(self) -> str:
         """Return the certificate with another result that one of the present result replaces, "" for none."""
-        state = fold(self._events).units.get(self.serial)
-        return amended(self.serial, state, self.result.entry) if self.result is not None else ""
+        return amended(self.serial, self.run.state, self.result) if self.result is not None else ""
 
     def append(self, payload: Payload, after: int | None = None) -> Event:
         """Store an event about this unit. after: number of the last one that it follows from. Raises StoreError, and

@@ -11,12 +11,12 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
+from accept.base.documents.results import UnitRecord, unit_word
 from accept.certificate.trust import keys
 from accept.certificate.trust.encrypted_key import LockedError
 from accept.certificate.verify.verification import Validity, Verification
 from accept.judging.advice import ADVICE, advice, first_advice
 from accept.judging.nonconformance import CHOICES
-from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_of
 from accept.store.event import shown_name
@@ -109,7 +109,7 @@ class Summary(Scanning[bool]):
             self, self.bench.worker, lambda e: judge(e.judge), self._judged_now, "judging the unit", self._not_judged
         )
 
-    def _judged_now(self, result: UnitResult) -> None:
+    def _judged_now(self, result: UnitRecord) -> None:
         """Show a new result; it can be heard too."""
         self._judged(result)
         if os.environ.get(SOUND, "").strip() == "1":
@@ -119,7 +119,7 @@ class Summary(Scanning[bool]):
     def _not_judged(self, _: str) -> None:
         self.query_one("#verdict", Static).update("not evaluated")
 
-    def _judged(self, result: UnitResult) -> None:
+    def _judged(self, result: UnitRecord) -> None:
         """Show a result, and go on to sign it if F2 came before it."""
         self._show_result(result)
         if self.in_front:
@@ -131,7 +131,7 @@ class Summary(Scanning[bool]):
             self._signs_then = False
             self.run_worker(self.action_sign(), group="sign")
 
-    def _show_result(self, result: UnitResult) -> None:
+    def _show_result(self, result: UnitRecord) -> None:
         sign = signs.UNITS[result.word]
         self.query_one(Banner).show(sign.word.partition(",")[0], sign.bold)  # a band has room for one word
         refused = {r.file: r for f in result.findings if (r := self.session.refusal(f)) is not None}
@@ -164,7 +164,7 @@ class Summary(Scanning[bool]):
         signed = self.session.attempt.certificate is not None
         self.say("Signed. F3: countersign, F4: next unit" if signed else "F2: sign this result")
 
-    def _status(self, f: Finding, result: UnitResult) -> Status:
+    def _status(self, f: Finding, result: UnitRecord) -> Status:
         """Return what became of a quantity, with what is told apart among those without a result."""
         if f.verdict is Verdict.PASS and result.nonconformances:
             return Status.HELD
@@ -173,7 +173,7 @@ class Summary(Scanning[bool]):
         unmeasured = f.cause is not None and f.cause.cause is Cause.NOT_MEASURED and not f.cause.record
         return Status.NOT_DONE if unmeasured else of_findings([f])
 
-    def _open_in(self, result: UnitResult) -> list[str]:
+    def _open_in(self, result: UnitRecord) -> list[str]:
         """Return what keeps a unit from being accepted, in words: quantities by what became of them."""
         words = {
             Status.FAIL: "failed",
@@ -376,7 +376,7 @@ class Summary(Scanning[bool]):
         verdict, held = str(self.session.attempt.verdict), self.session.nonconformances
         words, lines = "As quality assurance, with the QA key's own passphrase.", []
         if verdict != UnitVerdict.ACCEPTED:
-            word = signs.unit_word(verdict, held)
+            word = unit_word(verdict, held)
             words = f"The unit is {word}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
             lines = [QuestionLine("Disposition"), QuestionLine("Reason")]
         lines.append(QuestionLine("QA passphrase", secret=True))
@@ -471,7 +471,7 @@ def _detail(f: Finding, refused: RecordRefused | None, said: str) -> str:
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
 
 
-def _verdict(result: UnitResult, open_words: Sequence[str], refused: Sequence[RecordRefused]) -> Text:
+def _verdict(result: UnitRecord, open_words: Sequence[str], refused: Sequence[RecordRefused]) -> Text:
     """Return the verdict, what is open, and on lines of their own what to do first. refused: records that lack."""
     sign = signs.UNITS[result.word]
     text = Text.assemble((f" {sign.word.upper()} ", f"reverse {sign.bold}"))
