@@ -56,7 +56,7 @@ OF_KIND = {
     JOINT: ("parts of another batch or another material",),
     FILTER: ("a sensor, an amplifier or a filter other than stated",),
 }
-WORDS = {FILTER: "filter,", JOINT: "", SPRING: "spring", MASS: "mass", DAMPER: "damper", RESONATOR: "mass on a spring"}
+WORDS = {SPRING: "spring", MASS: "mass", DAMPER: "damper", RESONATOR: "mass on a spring"}
 OTHER_VALUES = "other values of"
 SHOWN = 3  # places besides the best that a sentence lists
 
@@ -153,9 +153,10 @@ def _ratios(e: Unnamed, shown: dict[str, NamedValue], model: Model, fit: Fit) ->
 def _sentence(
     kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], cause: str, library: tuple[str, ...]
 ) -> str:
-    what = f"{WORDS[kind]} {_where(places[0])}"
-    if kind == JOINT:
-        what = f"{places[0].part} of other stiffness" if places[0].direction else f"factor on all {places[0].part}"
+    if not places[0].direction:
+        what = _where(places[0])
+    else:
+        what = f"{places[0].part} of other stiffness" if kind == JOINT else f"{WORDS[kind]} {_where(places[0])}"
     numbers = ", ".join(_value_words(name, v) for name, v in values.items())
     more = [_where(p) for p in places[1 : 1 + SHOWN]]
     beyond = len(places) - 1 - len(more)

@@ -50,7 +50,7 @@ class GenericElement(Effect):
     place: str
     direction: str
     kind: str
-    against = "on all"  # of a family, which has no direction
+    against = "factor on all"  # of a family, which has no direction
 
     @property
     def rivals_elements(self) -> bool:

@@ -126,7 +126,7 @@ class TestMeasured:
     def test_the_legs_of_one_laboratory_are_all_softer(self) -> None:
         a = explain_linear(frames.frame(), *frames.southampton(0))
         (one,) = a.elements
-        assert (a.verdict, one.kind, places(a)) == ("explained", "joint", [("legs", "on all")])
+        assert (a.verdict, one.kind, places(a)) == ("explained", "joint", [("legs", "factor on all")])
         factor = one.parameters["factor"]
         assert 0.70 < factor.value < 0.82  # 0.70 to 0.79 of the drawing where each storey is free
         assert factor.hi < 1.0
