@@ -18,14 +18,17 @@ from checks.gap.modelling.element import (
     SPRING,
     GenericElement,
 )
+from checks.gap.modelling.unmodelled_modes import FILTER, UnmodelledMode
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 from checks.model.model import Model
 from checks.model.parameters import is_declared
+from checks.model.structure.attached import BETWEEN
 from checks.rounding import rounded
 from specs.units import DIMENSIONLESS, unit_of
 
 FitAll = Callable[[Candidate], Fit]
+Unnamed = GenericElement | UnmodelledMode
 AGAINST = {"top_joint": "payload", "bottom_joint": "base", "apa": "bottom interface"}
 NODES = ("top_interface", "bottom_interface", "payload")  # of which a point is stated
 HANGS = "a cable, a hose or a loose part that swings there"
@@ -50,10 +53,12 @@ OF_KIND = {
     MASS: ("a part or tool left there",),
     DAMPER: ("something that rubs or is glued there",),
     RESONATOR: (HANGS,),
+    JOINT: ("parts of another batch or another material",),
+    FILTER: ("a sensor, an amplifier or a filter other than stated",),
 }
 WORDS = {SPRING: "spring", MASS: "mass", DAMPER: "damper", RESONATOR: "mass on a spring"}
 OTHER_VALUES, AS_WELL = "other values of", " Explained as well by "
-NAMES = (  # of values, in the order of a sentence
+NAMES = (  # of values of an element that is attached, in the order of a sentence
     *("k_N_per_um", "k_Nm_per_rad", "kz_ratio", "kR_ratio", "kxy_ratio", "m_kg", "J_kg_m2"),
     *("c_N_s_per_m", "c_Nm_s_per_rad", "cR_Nm_s_per_rad", "f_Hz", "damping_ratio"),
 )
@@ -72,10 +77,10 @@ def found_elements(
         others = _rivals_by_element(result, effect.name, alike)
         library = tuple(sorted(n for n in alike if n not in {e.name for e, _ in others}))
         if isinstance(effect, GenericElement):
-            out.append(replace(_found(effect, others, fit, model, library), fitted=effect.name))
+            out.append(replace(found_element(effect, others, fit, model, library), fitted=effect.name))
         elif others:
             (first, rival), *rest = others
-            out.append(_found(first, rest, again(rival), model, (effect.name, *library)))
+            out.append(found_element(first, rest, again(rival), model, (effect.name, *library)))
     return tuple(out)
 
 
@@ -89,13 +94,15 @@ def _rivals_by_element(result: SearchResult, name: str, alike: set[str]) -> list
     return [*best.values()]
 
 
-def _found(
-    e: GenericElement,
-    others: Sequence[tuple[GenericElement, Candidate]],
+def found_element(
+    e: Unnamed,
+    others: Sequence[tuple[Unnamed, Candidate]],
     fit: Fit,
     model: Model,
-    library: tuple[str, ...],
+    library: tuple[str, ...] = (),
 ) -> FoundElement:
+    """Return a member of an explanation in words, with its values. others: what does as well in its place; library:
+    effects that do."""
     shown = {p.name: NamedValue(fit.at[n], *fit.interval(n)) for p in e.parameters if (n := f"{e.name}.{p.name}")}
     places = [_place(e, {k: v.value for k, v in shown.items()})]
     places += [_place(o, rival.response.of(rival.at, o.name)) for o, rival in others]
@@ -104,19 +111,10 @@ def _found(
         first.setdefault((p.part, p.against, p.direction), p)
     places = [*first.values()]
     kind = e.of_kind
-    values = _ratios(e, shown, model, fit) if e.kind == JOINT else {k: v for k, v in shown.items() if k[1:] != "_mm"}
-    causes = tuple(dict.fromkeys(c for o in (e, *(o for o, _ in others)) for c in _causes(o.of_kind, o.place)))
-    words, experiment = element_texts(kind, places, values, library)
-    return FoundElement(kind, tuple(places), values, words, causes, experiment, library)
-
-
-def element_texts(
-    kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], library: tuple[str, ...]
-) -> tuple[str, str]:
-    """Return the sentence and the next measurement of an element, from what gap.json has of it. library: what explains
-    the records as well."""
-    cause = _causes(kind, PLACE_OF[places[0].part, places[0].against])[0]
-    return _sentence(kind, places, values, cause, library), _experiment(places, library)
+    values = _ratios(e, shown, model, fit) if kind == JOINT else {k: v for k, v in shown.items() if k[1:] != "_mm"}
+    causes = tuple(dict.fromkeys(c for o in (e, *(o for o, _ in others)) for c in causes_of(o.of_kind, o.place)))
+    words = element_sentence(kind, places, values, causes[0], library)
+    return FoundElement(kind, tuple(places), values, words, causes, element_experiment(places, library), library)
 
 
 def alike_in(sentence: str) -> tuple[str, ...]:
@@ -136,11 +134,14 @@ def alike_in(sentence: str) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _causes(kind: str, place: str) -> tuple[str, ...]:
+def causes_of(kind: str, place: str) -> tuple[str, ...]:
+    """Return the likely causes of an element, the first of which its sentence names."""
     return LOOKS_LIKE.get((kind, place)) or OF_KIND[kind]
 
 
-def _place(e: GenericElement, values: dict[str, float]) -> FoundPlace:
+def _place(e: Unnamed, values: Mapping[str, float]) -> FoundPlace:
+    if not e.direction:
+        return FoundPlace(e.place, e.against, "")
     point = None
     if e.place in NODES:
         point = (values.get("x_mm", 0.0), values.get("y_mm", 0.0), 0.0)
@@ -149,17 +150,19 @@ def _place(e: GenericElement, values: dict[str, float]) -> FoundPlace:
 
 def _parts(place: str) -> tuple[str, str]:
     """Return the part at a place, and what it acts against."""
-    part = "top interface" if place == "apa" else place.replace("_", " ")
-    return part, AGAINST.get(place, f"across the {part}" if place in ACROSS else "ground")
+    part, _, end = ("top interface" if place == "apa" else place.replace("_", " ")).partition(BETWEEN)
+    return part, AGAINST.get(place, f"across the {part}" if place in ACROSS else end or "ground")
 
 
-PLACE_OF = {_parts(place): place for place in (*BESIDE_THE_AXIS, *sorted(ACROSS), *OF_PLACE)}
+PLACE_OF = {_parts(place): place for place in (*BESIDE_THE_AXIS, *sorted(ACROSS), *OF_PLACE)}  # of a strut
 
 
-def _ratios(e: GenericElement, shown: dict[str, NamedValue], model: Model, fit: Fit) -> dict[str, NamedValue]:
+def _ratios(e: Unnamed, shown: dict[str, NamedValue], model: Model, fit: Fit) -> dict[str, NamedValue]:
     """Return a joint's stiffnesses as factors on those that the model has at the other end; dampers as they are."""
     out = {}
     own = {"k_N_per_um": ("kz", "kz_ratio"), "kR_Nm_per_rad": ("kRx", "kR_ratio"), "kxy_N_per_um": ("kx", "kxy_ratio")}
+    if not e.direction:  # a family, whose parts are 1 as drawn
+        return {n: NamedValue(1.0 + v.value, 1.0 + v.lo, 1.0 + v.hi) for n, v in shown.items()}
     for name, v in shown.items():
         if name not in own:
             out[name] = v
@@ -176,11 +179,15 @@ def _ratios(e: GenericElement, shown: dict[str, NamedValue], model: Model, fit: 
     return out
 
 
-def _sentence(
+def element_sentence(
     kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], cause: str, library: tuple[str, ...]
 ) -> str:
-    what = f"{places[0].part} of other stiffness" if kind == JOINT else f"{WORDS[kind]} {_where(places[0])}"
-    numbers = ", ".join(_value_words(name, values[name]) for name in sorted(values, key=NAMES.index))
+    """Return an element in words."""
+    if not places[0].direction:
+        what = _where(places[0])
+    else:
+        what = f"{places[0].part} of other stiffness" if kind == JOINT else f"{WORDS[kind]} {_where(places[0])}"
+    numbers = ", ".join(_value_words(name, v) for name, v in values.items())
     more = [_where(p) for p in places[1 : 1 + SHOWN]]
     beyond = len(places) - 1 - len(more)
     others = f" As good: {'; '.join(more)}{f'; and {beyond} more' if beyond > 0 else ''}." if more else ""
@@ -190,6 +197,8 @@ def _sentence(
 
 def _where(p: FoundPlace) -> str:
     """Return a place in words: "to ground at the top interface, along z, at (0, -16) mm"."""
+    if not p.direction:
+        return f"{p.against} {p.part}"
     to = p.against if p.against.startswith("across") else f"to {p.against} at the {p.part}"
     to = "across the APA" if p.against == AGAINST["apa"] else to
     beside = p.point_mm is not None and max(abs(x) for x in p.point_mm) >= 1.0
@@ -204,7 +213,7 @@ def _value_words(name: str, v: NamedValue) -> str:
     return f"{name.partition('_')[0] if unit else name.replace('_', ' ')} {at}{unit} (95 %: {lo} to {hi})"
 
 
-def _experiment(places: Sequence[FoundPlace], library: tuple[str, ...]) -> str:
+def element_experiment(places: Sequence[FoundPlace], library: tuple[str, ...]) -> str:
     """Return the next measurement: without the part, a constant of the signal path would stay."""
     parts = " and ".join(dict.fromkeys(f"the {p.part}" for p in places))
     what = f"repeat the record with whatever touches or hangs on {parts} removed"

@@ -4,7 +4,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import permutations
 from typing import Any
 
-from checks.gap.decision.elements import PLACE_OF, alike_in, element_texts
+from checks.gap.decision.elements import (
+    NAMES,
+    PLACE_OF,
+    alike_in,
+    causes_of,
+    element_experiment,
+    element_sentence,
+)
 from checks.gap.decision.panels import magnitude_panel, residual_panel
 from checks.gap.decision.result import FoundPlace, NamedValue
 from checks.gap.effects import EFFECTS
@@ -59,7 +66,12 @@ def _element_texts(entry: Mapping[str, Any]) -> tuple[str, str]:
     places = [FoundPlace(p["part"], p["against"], p["direction"], p["point_mm"]) for p in entry["places"]]
     if not places or not all((p.part, p.against) in PLACE_OF and p.direction in DIRECTIONS for p in places):
         raise ValueError("an element at a place that no model has")
-    return element_texts(entry["kind"], places, _values(entry), alike_in(entry["sentence"]))
+    kind, library, stated = entry["kind"], alike_in(entry["sentence"]), _values(entry)
+    if not stated.keys() <= {*NAMES}:
+        raise ValueError("a value that no element has")
+    cause = causes_of(kind, PLACE_OF[places[0].part, places[0].against])[0]
+    values = {name: stated[name] for name in NAMES if name in stated}
+    return element_sentence(kind, places, values, cause, library), element_experiment(places, library)
 
 
 def picture_again(name: str, panel: Panel, document: Mapping[str, Any]) -> Panel:
