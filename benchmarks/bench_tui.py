@@ -19,7 +19,7 @@ from textual.widgets import Input
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 from accept.tui.screens.start import LABELS
-from accept.workflow.worker.judging import Elsewhere
+from accept.workflow.worker.judging import Elsewhere, judge_step
 from tests.accept.tui.tui_help import loader, press, running, type_line
 from tests.accept.units.units import DATA
 
@@ -56,8 +56,8 @@ async def key_answers_s(count: int = 30) -> list[float]:
         await press(pilot, "enter")
         for name in ("frf_noise.mat", "frf_noise_hf.mat"):
             await type_line(pilot, name)
-        session, over, judge = pilot.app.session, threading.Event(), Elsewhere(pilot.app.bench.worker).judge
-        judging = threading.Thread(target=lambda: [session.judge_step("frf", judge) for _ in iter(over.is_set, True)])
+        session, over, judge = pilot.app.session, threading.Event(), Elsewhere(pilot.app.bench.services).judge
+        judging = threading.Thread(target=lambda: [judge_step(session, "frf", judge) for _ in iter(over.is_set, True)])
         judging.start()
         line, took = pilot.app.screen.query(Input).first(), []
         line.focus()

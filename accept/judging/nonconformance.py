@@ -23,6 +23,8 @@ from accept.judging.voids import Void, voids
 from accept.pictures.signs import CONCESSION
 from accept.store import Event, Store
 from accept.store.payloads import (
+    CHOICES,
+    MARK,
     AttemptStarted,
     AttemptVoided,
     CertificateSigned,
@@ -37,14 +39,6 @@ from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
 
 DISPOSITION = "disposition"  # the kind of decision that is signed
-MARK = "NONCONFORMANCE: "  # how its line in `unit.toml` begins
-CHOICES: Mapping[str, str] = {
-    CONCESSION: "use as it is",
-    "rework": "rework and measure again",
-    "measure-again": "measure again",
-    "return": "return to the supplier",
-    "scrap": "scrap",
-}
 RELEASING = (CONCESSION, "rework", "measure-again")  # of the dispositions
 Values = Mapping[str, float]  # by quantity
 

@@ -133,7 +133,7 @@ class BenchApp(InOrder):
         steps = Steps(begin.bench, begin.session, "; ".join(begin.problems))
         await self.push_screen(steps, self._left)
         if begin.queue is not None:
-            await steps.begin_queue(begin.queue.step_at(begin.session.waiting), words)
+            await steps.begin_queue(begin.queue.step_at(begin.session.judgements.waiting), words)
 
     async def _left(self, finished: bool | None) -> None:
         """Go back to the start screen, or to the next unit of the queue: a unit is left, finished or not."""
@@ -210,6 +210,11 @@ class BenchApp(InOrder):
         """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
         return self.bench is not None and await asyncio.to_thread(self.bench.is_serial, text)
 
+    def may_be_secret(self, text: str) -> bool:
+        from accept.workflow.passphrase_guard import may_be_passphrase  # what it imports is there by now
+
+        return may_be_passphrase(text)
+
     def is_secret(self, text: str) -> bool:
         """Return whether text, which is about to be taken for something else, is a passphrase of this bench. Called in
         a thread: a tenth of a second for each key."""
@@ -232,7 +237,7 @@ class BenchApp(InOrder):
             if attempt is not None:
                 serial, verdict = self.session.serial, attempt.verdict or "incomplete"
                 self.done.verdicts[serial] = verdict
-                self.done.words[serial] = unit_word(verdict, self.session.nonconformances)
+                self.done.words[serial] = unit_word(verdict, self.session.judgements.nonconformances)
             self.session.close()
             self.session = None
 

@@ -23,7 +23,7 @@ from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import copies_of
-from accept.judging.nonconformance import CHOICES, standing, words_of
+from accept.judging.nonconformance import standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.result import UnitResult
@@ -33,7 +33,7 @@ from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
 from accept.store.chain import START
 from accept.store.indexes import JUDGED
 from accept.store.opening import BENCH_KEY
-from accept.store.payloads import BenchStated, CertificateSigned
+from accept.store.payloads import CHOICES, BenchStated, CertificateSigned
 from accept.store.seal import bench_of
 from accept.units.attempt_folder import attempt_number
 from checks.verdict import Verdict

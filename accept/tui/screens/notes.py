@@ -59,7 +59,7 @@ def ask_note(
             files = [parse_path(answer[_FILE], records)] if answer[_FILE].strip() else []
             wrong, shown = _is_yes(answer[_WRONG]), answer[_SHOWN].strip().lower()[:1]
             internal, printed = shown not in ("y", "p"), shown == "p"
-            screen.send(lambda: session.note(step.name, answer[_TEXT], wrong, files, internal, printed), then)
+            screen.send(lambda: session.entries.note(step.name, answer[_TEXT], wrong, files, internal, printed), then)
 
     earlier = "\n".join(map(note_words, session.state(step.name).notes))
     return screen.app.push_screen(Question(f"Note on {step.title}", earlier or "No notes yet.", lines, problem), keep)

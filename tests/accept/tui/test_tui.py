@@ -19,7 +19,7 @@ from accept.tui.screens.start import Given
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.step_list import HELD, StepList
-from accept.workflow.session import Session
+from accept.workflow.session.open_session import open_session
 from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.state.unit_state import fold_run
 from checks.acceptance import CHECKS
@@ -313,7 +313,7 @@ async def test_signing_needs_the_passphrase():
 async def test_a_second_program_at_the_unit_is_told():
     with open_store() as store:
         bench = loader()()
-        other = Session(store, home(), bench.specs["apa"], "Bob", "APA-02")
+        other = open_session(store, home(), bench.specs["apa"], "Bob", "APA-02")
         async with running() as pilot:
             await type_line(pilot, "APA-02")
             await press(pilot, "enter")

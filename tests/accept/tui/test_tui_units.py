@@ -11,10 +11,10 @@ from accept.certificate.trust import keys
 from accept.judging.judge_unit import default_spec, load_spec
 from accept.store import open_store
 from accept.tui.widgets.step_list import StepList
-from accept.workflow.bench import open_bench
-from accept.workflow.session import Session
+from accept.workflow.open_bench import open_bench
 from accept.workflow.steps.plan import steps_of
 from accept.workflow.unit_list import KnownUnit, known_units, queues
+from accept.workflow.worker.judging import Elsewhere
 from tests.accept.tui.tui_help import (
     APART,
     HEIGHTS,
@@ -170,13 +170,13 @@ async def test_a_unit_that_is_open_elsewhere_is_said_and_nothing_is_lost():
 
 def judging_waits(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     """Hold every judgement of a unit back until the event is set."""
-    go_on, judge = threading.Event(), Session.judge
+    go_on, judge = threading.Event(), Elsewhere.judge
 
     def slowly(self, *given):
         go_on.wait(SETTLED_WITHIN_S)
         return judge(self, *given)
 
-    monkeypatch.setattr(Session, "judge", slowly)
+    monkeypatch.setattr(Elsewhere, "judge", slowly)
     return go_on
 
 
@@ -246,7 +246,7 @@ def test_the_names_of_the_lists_are_whole():
 
 async def test_the_kind_follows_a_serial_that_is_known():
     """After a strut the next unit may be an APA that was begun before. Red before: a dead end, whatever was pressed."""
-    async with running(lambda: replace(open_bench(None), worker=APART)) as pilot:
+    async with running(lambda: replace(open_bench(None), services=APART)) as pilot:
         screen = pilot.app.screen
         screen.query_one("#kind", Input).value = "apa"
         await begin(pilot, "APA-02")
