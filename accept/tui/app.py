@@ -15,13 +15,13 @@ from accept.tui.background.busy_screen import Working
 from accept.tui.background.key_queue import InOrder
 from accept.tui.screens.ask import Help
 from accept.tui.screens.start import Begin, Given, StartScreen, open_at_bench
-from accept.workflow.shift import SigningShift
+from accept.workflow.entry.shift import SigningShift
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
     from accept.workflow.bench import Workbench
     from accept.workflow.session import Session
-    from accept.workflow.unit_list import KnownUnit, Queue
+    from accept.workflow.steps.unit_list import KnownUnit, Queue
 
 
 _KEYCAPS = {"escape": "Esc", "pageup": "PgUp", "pagedown": "PgDn", "up": "↑", "down": "↓", "left": "←", "right": "→"}
@@ -211,7 +211,7 @@ class BenchApp(InOrder):
         return self.bench is not None and await asyncio.to_thread(self.bench.is_serial, text)
 
     def may_be_secret(self, text: str) -> bool:
-        from accept.workflow.passphrase_guard import may_be_passphrase  # what it imports is there by now
+        from accept.workflow.entry.passphrase_guard import may_be_passphrase  # what it imports is there by now
 
         return may_be_passphrase(text)
 
@@ -221,7 +221,7 @@ class BenchApp(InOrder):
         if self.bench is None:
             return False
         from accept.base.home import home
-        from accept.workflow.passphrase_guard import is_passphrase  # what it imports is there by now
+        from accept.workflow.entry.passphrase_guard import is_passphrase  # what it imports is there by now
 
         return any(is_passphrase(place, text) for place in {self.bench.home, home()})  # a training has its own keys
 

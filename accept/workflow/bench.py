@@ -15,7 +15,7 @@ from accept.workflow.instruments.port import Instruments, NoInstruments
 from accept.workflow.ports import Services
 from accept.workflow.session import Session
 from accept.workflow.session.import_folder import adopt
-from accept.workflow.unit_list import KnownUnit, known_unit, known_units
+from accept.workflow.steps.unit_list import KnownUnit, known_unit, known_units
 from specs.bench import NO_CHANNELS, BenchFile, Channels
 from specs.spec import Spec
 

@@ -27,9 +27,9 @@ from accept.certificate.verify.verification import Verification, verify
 from accept.judging.result import UnitResult
 from accept.store import fold
 from accept.store.payloads import CertificateSigned
-from accept.workflow.dialogue.summary import Ask, BenchKeys, Line
+from accept.workflow.dialogue.summary import Ask, AskedLine, BenchKeys
+from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.session import Session
-from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.state.unit_state import certificate_name
 from accept.workflow.worker.judging import judge_whole_unit
 from checks.verdict import UnitVerdict
@@ -124,18 +124,18 @@ class Signing:
         said = [text for line, text in zip(asked.lines, given, strict=True) if not line.is_secret]
         secrets = [text for line, text in zip(asked.lines, given, strict=True) if line.is_secret]
         match asked.lines[place]:
-            case Line.WHY | Line.WHY_REPLACED:
+            case AskedLine.WHY | AskedLine.WHY_REPLACED:
                 return self.reason_problem(given[place], [asked.kept or "", *secrets])
-            case Line.DISPOSITION:
+            case AskedLine.DISPOSITION:
                 return self.disposition_problem(given[place], "-", secrets)
-            case Line.REASON:
+            case AskedLine.REASON:
                 return self.disposition_problem(given[place - 1], given[place], secrets)
-            case Line.REPEATED:
+            case AskedLine.REPEATED:
                 return "" if secrets[0] == given[place] else "The passphrases differ"
-            case Line.PASSPHRASE if asked.then == "first keys":
+            case AskedLine.PASSPHRASE if asked.then == "first keys":
                 return self.new_passphrase_problem(given[place], said)
             case line:
-                return self._passphrase_problem(QA if line is Line.QA_PASSPHRASE else TECHNICIAN, given[place])
+                return self._passphrase_problem(QA if line is AskedLine.QA_PASSPHRASE else TECHNICIAN, given[place])
 
     def _opened(self, role: str, passphrase: str) -> Credential:
         """Return the key that a passphrase opens. Raises KeysError, SigningRefused if the key is another person's."""

@@ -13,9 +13,9 @@ from accept.units.unit_folder import UnitError
 from accept.workflow.bench import Workbench
 from accept.workflow.capture import capture
 from accept.workflow.certify import Signing
+from accept.workflow.entry.passphrase_guard import refuse_passphrases
 from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import Instruments, NoInstruments
-from accept.workflow.passphrase_guard import refuse_passphrases
 from accept.workflow.ports import Talk
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session

@@ -16,13 +16,7 @@ from accept.workflow.session import Session
 from accept.workflow.state.unit_state import StepJudgement
 from checks.picture import Panel
 from specs.bench import BenchFile
-from specs.errors import AcceptError
 from specs.spec import Spec
-
-
-class NotDone(AcceptError, RuntimeError):
-    """A computation without an answer; the text says why: stopped, killed by the system, or refused by the
-    computation."""
 
 
 class Computation(Protocol):
@@ -54,7 +48,7 @@ class Talk(Protocol):
         """Tell the person."""
 
 
-class Signing(Protocol):
+class SigningPort(Protocol):
     """Signs the certificate of one unit. Raises KeysError, SigningRefused, ContentError, OSError, StoreError."""
 
     def keys(self, role: str) -> BenchKeys:
@@ -93,7 +87,7 @@ class Services(Protocol):
     def computation(self, session: Session, say: Callable[[str], None] = ...) -> Computation:
         """Return a computation about a unit. say: is called, from the thread that waits, with its progress."""
 
-    def signing(self, session: Session) -> Signing:
+    def signing(self, session: Session) -> SigningPort:
         """Return what signs the certificate of a unit."""
 
     def draw(self, panels: Sequence[Panel], columns: int) -> bytes:

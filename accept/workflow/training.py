@@ -24,16 +24,16 @@ from accept.store import Event, open_store
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
 from accept.workflow.bench import Begun, Workbench
+from accept.workflow.entry.passphrase_guard import refuse_passphrases
+from accept.workflow.entry.record_folder import SETTLED_S
 from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import InstrumentPort
 from accept.workflow.open_bench import LOCK_WAIT_S, BenchServices
-from accept.workflow.passphrase_guard import refuse_passphrases
-from accept.workflow.record_folder import SETTLED_S
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
 from accept.workflow.state.unit_state import EnteredValue, FileLink
-from accept.workflow.status import Status
 from accept.workflow.steps.plan import is_needed
+from accept.workflow.steps.status import Status
 from hw.simulated import SimulatedBench
 from specs.bench import load_bench
 from specs.plugins import product_named

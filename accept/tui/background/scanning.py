@@ -7,8 +7,8 @@ from textual.events import Key
 
 from accept.tui.background.busy_screen import Working
 from accept.workflow.entry.parse_entry import is_value
-from accept.workflow.shift import NOT_TAKEN, SigningShift
-from accept.workflow.unit_list import Queue
+from accept.workflow.entry.shift import NOT_TAKEN, SigningShift
+from accept.workflow.steps.unit_list import Queue
 
 T = TypeVar("T")
 SHORTEST = 3  # letters of a serial that begins a unit from another screen: a stray key does not

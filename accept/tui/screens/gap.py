@@ -27,8 +27,8 @@ from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.pictures import Pictures
 from accept.tui.widgets.step_list import GAP, GAP_TITLE
 from accept.workflow.bench import Workbench
-from accept.workflow.dialogue.turn import STOPPED
 from accept.workflow.session import Session
+from accept.workflow.worker.not_done import STOPPED
 
 WORDS = (
     "Compares the responses with the model. Where they differ, it identifies the missing effect, adds it to the model "

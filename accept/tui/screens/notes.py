@@ -9,7 +9,7 @@ from accept.store import Event
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.workflow.entry.parse_entry import parse_path
-from accept.workflow.record_folder import new_photo
+from accept.workflow.entry.record_folder import new_photo
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import Note
 from accept.workflow.steps.plan import WorkflowStep

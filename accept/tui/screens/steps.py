@@ -25,9 +25,9 @@ from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, UnitBar, hea
 from accept.workflow.bench import Workbench
 from accept.workflow.ports import Computation
 from accept.workflow.session import Session
-from accept.workflow.status import Status
 from accept.workflow.steps.plan import WorkflowStep
-from accept.workflow.unit_list import RIG
+from accept.workflow.steps.status import Status
+from accept.workflow.steps.unit_list import RIG
 from specs.errors import AcceptError
 
 

@@ -29,7 +29,7 @@ from accept.workflow.dialogue.summary import Do
 from accept.workflow.dialogue.summary_state import SummaryDialogue, Turn
 from accept.workflow.effects.serve_summary import facts
 from accept.workflow.session import Session
-from accept.workflow.status import Status
+from accept.workflow.steps.status import Status
 
 SOUND = "ACCEPT_SOUND"  # 1: the result can be heard, one stroke of the bell if accepted, else three
 _BETWEEN_BELLS_S = 0.4
@@ -131,13 +131,13 @@ class Summary(Scanning[bool]):
                 await self._ask(effect)
             case dialogue.KeepPassphrase(passphrase):
                 shift.keep(operator, passphrase)
-            case dialogue.Sign(passphrase) if effect.makes_keys:
+            case dialogue.SignAsTechnician(passphrase) if effect.makes_keys:
                 self.send(
                     lambda: self.signing.make_keys(passphrase),
                     lambda left: self._later(dialogue.keys_made, effect, str(left)),
                     "making keys",
                 )
-            case dialogue.Sign(passphrase, reason):
+            case dialogue.SignAsTechnician(passphrase, reason):
                 self.send(
                     lambda: self.signing.sign(passphrase, reason),
                     partial(self._signed, passphrase),
@@ -151,7 +151,7 @@ class Summary(Scanning[bool]):
                 )
             case dialogue.TellOffTheBench(words, sign):
                 self.app.push_screen(Help("Keys were created", words), lambda _: self.call_next(self._execute, sign))
-            case dialogue.Leave(result):
+            case dialogue.LeaveSummary(result):
                 self.leave(result)
 
     async def _ask(self, asked: dialogue.Ask) -> None:
@@ -224,7 +224,7 @@ class Summary(Scanning[bool]):
         await self.answer(dialogue.press, key)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Leave keys of a training out of the footer elsewhere, and one that has nothing more to show."""
+        """LeaveSummary keys of a training out of the footer elsewhere, and one that has nothing more to show."""
         if action == "page":
             return any(why.max_scroll_y > 0 for why in self.query("#why"))
         return parameters != ("ctrl+r",) or self.bench.training is not None

@@ -10,9 +10,9 @@ from accept.pictures.labels import check_label
 from accept.store.payloads import without_hashes
 from accept.tui.widgets.limit_bar import after_number, numbers
 from accept.workflow.session import Session
-from accept.workflow.status import UNFINISHED, Status
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import missing_labels
+from accept.workflow.steps.status import UNFINISHED, Status
 from checks.rounding import rounded
 from checks.verdict import Finding, Verdict
 

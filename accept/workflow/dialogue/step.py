@@ -8,13 +8,14 @@ from pathlib import PurePath
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do, Place, StoreEntry
 from accept.workflow.dialogue.step_state import StepDialogue, StepFacts, Turn
-from accept.workflow.dialogue.turn import STOPPED, FootWords
+from accept.workflow.dialogue.turn import FootWords
 from accept.workflow.entry import parse_entry
 from accept.workflow.entry.parse_entry import EntryError
-from accept.workflow.record_folder import Proposals
-from accept.workflow.shift import NOT_TAKEN
+from accept.workflow.entry.record_folder import Proposals
+from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.state.unit_state import StepJudgement
 from accept.workflow.steps.plan import WorkflowStep, has_files, is_needed
+from accept.workflow.worker.not_done import STOPPED
 from checks.declare import CsvTable, Form, Measured, Scalar, Series, Vector
 
 _RUNNING = "Running. Esc: stop"

@@ -30,7 +30,7 @@ _NEXT = "F4: next unit"
 Do = Enum("Do", "JUDGE LOCK STOP_OR_LEAVE ASK_REMEDY TELL_HIDDEN")
 
 
-class Line(Enum):
+class AskedLine(Enum):
     """A line of a question: its label."""
 
     WHY = _WHY
@@ -80,7 +80,7 @@ class Ask:
     then: str
     title: str
     words: str
-    lines: tuple[Line, ...]
+    lines: tuple[AskedLine, ...]
     states: bool = False
     kept: str | None = field(default=None, repr=False)
 
@@ -93,7 +93,7 @@ class KeepPassphrase:
 
 
 @dataclass(frozen=True)
-class Sign:
+class SignAsTechnician:
     """Sign as technician, with new keys if there are none; `keys_made` and `signed` follow."""
 
     passphrase: str = field(repr=False)
@@ -115,11 +115,11 @@ class TellOffTheBench:
     """Tell where the passphrase of the authority is, then sign."""
 
     words: str
-    then: Sign
+    then: SignAsTechnician
 
 
 @dataclass(frozen=True)
-class Leave:
+class LeaveSummary:
     """Close the screen. result: True for the next unit, False for the steps."""
 
     result: bool
@@ -188,27 +188,27 @@ def keys_found(d: SummaryDialogue, asked: LookForKeys, keys: BenchKeys) -> Turn:
     if asked.ahead:
         words = f"Nothing is signed yet: once the unit is evaluated you confirm what is signed.\n\n{_FOR_A_SHIFT}"
         asks = keys.exist and not keys.problem and keys.kept is None
-        return Turn(d, (Ask("ahead", title, words, (Line.PASSPHRASE,)),) if asks else ())
+        return Turn(d, (Ask("ahead", title, words, (AskedLine.PASSPHRASE,)),) if asks else ())
     if keys.problem:
         return _say(d, keys.problem, "bad")
     if asked.role == QA:
         return Turn(d, (_asked_of_qa(d),))
-    why = () if d.accepted and not keys.replaces else (Line.WHY_REPLACED if keys.replaces else Line.WHY,)
+    why = () if d.accepted and not keys.replaces else (AskedLine.WHY_REPLACED if keys.replaces else AskedLine.WHY,)
     if keys.kept is not None:
         return Turn(d, (Ask("sign", title, _OPEN_KEY.format(d.facts.operator), why, states=True, kept=keys.kept),))
     if keys.exist:
-        return Turn(d, (Ask("sign", title, _FOR_A_SHIFT, (*why, Line.PASSPHRASE), states=True),))
-    lines = (*why, Line.PASSPHRASE, Line.REPEATED)
+        return Turn(d, (Ask("sign", title, _FOR_A_SHIFT, (*why, AskedLine.PASSPHRASE), states=True),))
+    lines = (*why, AskedLine.PASSPHRASE, AskedLine.REPEATED)
     return Turn(d, (Ask("first keys", f"{title}: choose a passphrase", _FIRST_KEYS, lines, states=True),))
 
 
 def _asked_of_qa(d: SummaryDialogue) -> Ask:
     """Return the question for the passphrase, and for a unit that was not accepted what is to be done with it."""
-    words, lines = "As quality assurance, with the QA key's own passphrase.", [Line.QA_PASSPHRASE]
+    words, lines = "As quality assurance, with the QA key's own passphrase.", [AskedLine.QA_PASSPHRASE]
     if d.facts.verdict != UnitVerdict.ACCEPTED:
         word = signs.unit_word(d.facts.verdict, d.facts.nonconformances)
         words = f"The unit is {word}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
-        lines = [Line.DISPOSITION, Line.REASON, Line.QA_PASSPHRASE]
+        lines = [AskedLine.DISPOSITION, AskedLine.REASON, AskedLine.QA_PASSPHRASE]
     return Ask("countersign", f"Countersign {d.facts.serial}", words, tuple(lines))
 
 
@@ -220,17 +220,17 @@ def answered(d: SummaryDialogue, asked: Ask, answer: Sequence[str] | None) -> Tu
         case "ahead", [passphrase]:
             return Turn(d, (KeepPassphrase(passphrase),)).then(_sign_then)
         case "sign", [*why] if asked.kept is not None:
-            return Turn(d, (Sign(asked.kept, "".join(why)),))
+            return Turn(d, (SignAsTechnician(asked.kept, "".join(why)),))
         case "sign", [*why, passphrase]:
-            return Turn(d, (Sign(passphrase, "".join(why)),))
+            return Turn(d, (SignAsTechnician(passphrase, "".join(why)),))
         case "first keys", [*why, first, _]:
-            return Turn(d, (Sign(first, "".join(why), makes_keys=True),))
+            return Turn(d, (SignAsTechnician(first, "".join(why), makes_keys=True),))
         case _, [*disposition, passphrase]:
             return Turn(d, (Countersign(passphrase, *disposition),))
     return Turn(d)
 
 
-def keys_made(d: SummaryDialogue, made: Sign, where: str) -> Turn:
+def keys_made(d: SummaryDialogue, made: SignAsTechnician, where: str) -> Turn:
     """Sign with new keys, once it was read where the authority's passphrase is; that of a training has no owner."""
     sign = replace(made, makes_keys=False)
     told = TellOffTheBench(OFF_THE_BENCH.format(where), sign)
@@ -251,7 +251,7 @@ def signed(d: SummaryDialogue, report: Report) -> Turn:
 _ANSWERS: Mapping[str, Callable[[SummaryDialogue], Turn]] = {
     "f2": _sign,
     "f3": _countersign,
-    "f4": lambda d: Turn(d, (Leave(True),)),
+    "f4": lambda d: Turn(d, (LeaveSummary(True),)),
     "ctrl+l": lambda d: Turn(d, (Do.LOCK,)),
     "ctrl+r": lambda d: Turn(d, (Do.ASK_REMEDY,)),
     "escape": lambda d: Turn(d, (Do.STOP_OR_LEAVE,)),

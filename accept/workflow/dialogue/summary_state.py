@@ -12,7 +12,7 @@ from accept.store.event import shown_name
 from accept.store.fold import Signature
 from accept.store.payloads import RecordRefused, without_hashes
 from accept.workflow.dialogue import turn
-from accept.workflow.status import Status, of_findings
+from accept.workflow.steps.status import Status, of_findings
 from checks.acceptance import CHECKS
 from checks.cause import Cause
 from checks.verdict import RULES, Finding, UnitVerdict, Verdict

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
-STOPPED = "stopped"  # the words of a computation that was cancelled
 S = TypeVar("S")
 P = ParamSpec("P")
 

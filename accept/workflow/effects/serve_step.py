@@ -9,11 +9,11 @@ from accept.workflow.dialogue.fields import FieldPlace, places
 from accept.workflow.dialogue.step_effects import Recognize, StoreEntry
 from accept.workflow.dialogue.step_state import StepFacts
 from accept.workflow.entry.parse_entry import EntryError
+from accept.workflow.entry.record_folder import Proposals
 from accept.workflow.instruments.port import InstrumentPort
-from accept.workflow.record_folder import Proposals
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep
-from accept.workflow.unit_list import Queue
+from accept.workflow.steps.unit_list import Queue
 from checks.declare import CsvTable, Form, Series
 from checks.errors import RecordError
 from specs.errors import AcceptError

@@ -17,7 +17,7 @@ Explanation = tuple[Mapping[str, Any], Mapping[str, Panel]]  # the key `gap` of 
 Explain = Callable[[Path, Spec], Explanation]
 
 
-class GapAnalysis:
+class UnitGap:
     """Explains the responses of one unit."""
 
     def __init__(self, unit: OpenUnit) -> None:

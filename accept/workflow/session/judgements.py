@@ -11,12 +11,12 @@ from accept.judging.bench_errors import BY_RESONANCE, withhold_bench_errors
 from accept.judging.result import UnitResult
 from accept.store.payloads import ReadingFailed, RecordLinked, RecordRefused, StepJudged, ValueTaken
 from accept.workflow.session import panel_cache
-from accept.workflow.session.gap import GapAnalysis
+from accept.workflow.session.gap import UnitGap
 from accept.workflow.session.unit import OpenUnit
 from accept.workflow.state.unit_state import Given, StepJudgement
-from accept.workflow.status import Status, judgement_of, open_steps, status_of
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import note_lines, ready
+from accept.workflow.steps.status import Status, judgement_of, open_steps, status_of
 from checks.cause import Cause
 from checks.consistency import check_consistency
 from checks.picture import Panel
@@ -30,7 +30,7 @@ Held = Callable[[Mapping[str, Sequence[str]]], Sequence[str]]
 class Judgements:
     """Knows what was found at one unit. usual: what the last units of its kind showed, by quantity."""
 
-    def __init__(self, unit: OpenUnit, gap: GapAnalysis, held: Held, usual: Mapping[str, float]) -> None:
+    def __init__(self, unit: OpenUnit, gap: UnitGap, held: Held, usual: Mapping[str, float]) -> None:
         """held: returns the nonconformances that hold the unit, from the notes on its steps."""
         self._unit, self._gap, self._holding, self.usual = unit, gap, held, usual
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from accept.judging.nonconformance import open_nonconformances
 from accept.store import Store
-from accept.workflow.passphrase_guard import refuse_passphrases
+from accept.workflow.entry.passphrase_guard import refuse_passphrases
 from accept.workflow.session import Session
 from accept.workflow.state.usual_values import usual_values
 from specs.bench import BenchFile

@@ -12,8 +12,8 @@ from accept.store import Event
 from accept.store.payloads import RecordLinked, RecordRefused, StepRemeasured, payload_of
 from accept.store.undone import undone
 from accept.units import attach
-from accept.workflow import record_folder
-from accept.workflow.record_folder import Proposals
+from accept.workflow.entry import record_folder
+from accept.workflow.entry.record_folder import Proposals
 from accept.workflow.session.unit import OpenUnit
 from accept.workflow.state.unit_state import FileLink
 from accept.workflow.steps.plan import WorkflowStep

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.workflow.session.entries import Entries
-from accept.workflow.session.gap import GapAnalysis
+from accept.workflow.session.gap import UnitGap
 from accept.workflow.session.judgements import Held, Judgements
 from accept.workflow.session.records import Records
 from accept.workflow.session.undo import Undo
@@ -18,5 +18,5 @@ class Session(OpenUnit):
         """Open a unit as `OpenUnit`, `Judgements` have it. Raises as `OpenUnit`."""
         super().__init__(*given, **named)
         self.entries, self.records, self.undo = Entries(self), Records(self), Undo(self)
-        self.gap = GapAnalysis(self)
+        self.gap = UnitGap(self)
         self.judgements = Judgements(self, self.gap, held, usual)

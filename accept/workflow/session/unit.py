@@ -14,9 +14,9 @@ from accept.units.attempt_folder import attempt_folder
 from accept.workflow.entry.parse_entry import EntryError, serial_problem
 from accept.workflow.state.lock import UnitLock
 from accept.workflow.state.unit_state import Attempt, StepState, UnitRun, fold_run
-from accept.workflow.status import state_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
+from accept.workflow.steps.status import state_of
 from specs.bench import NO_CHANNELS, BenchFile, Channels
 from specs.spec import Spec
 

@@ -21,8 +21,8 @@ from accept.units.unit_folder import UnitError
 from accept.workflow.session import Session
 from accept.workflow.session.gap import Explanation
 from accept.workflow.state.unit_state import StepJudgement, StepState
-from accept.workflow.status import state_of
 from accept.workflow.steps.section import note_lines
+from accept.workflow.steps.status import state_of
 from accept.workflow.worker.process import Say, Work, WorkerProcess
 from checks.errors import ModelError, RecordError
 from checks.gap import gap_panels

@@ -11,8 +11,7 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from accept.base.child_processes import environment
-from accept.workflow.dialogue.turn import STOPPED
-from accept.workflow.ports import NotDone
+from accept.workflow.worker.not_done import STOPPED, NotDone
 
 T = TypeVar("T")
 Say = Callable[[str], None]

@@ -19,8 +19,8 @@ from accept.tui.screens.start import Given
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.step_list import HELD, StepList
+from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.session.open_session import open_session
-from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.state.unit_state import fold_run
 from checks.acceptance import CHECKS
 from tests.accept.tui.tui_help import (

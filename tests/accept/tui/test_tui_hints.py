@@ -30,11 +30,11 @@ from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import StepList
 from accept.units import unit_folder
 from accept.workflow.bench import Begun
-from accept.workflow.record_folder import PickableFile
+from accept.workflow.entry.record_folder import PickableFile
 from accept.workflow.session.open_session import open_session
-from accept.workflow.status import Status
+from accept.workflow.steps.status import Status
+from accept.workflow.steps.unit_list import RIG, KnownUnit, Queue, known_units
 from accept.workflow.training import open_training
-from accept.workflow.unit_list import RIG, KnownUnit, Queue, known_units
 from accept.workflow.worker.judging import judge_here, judge_step
 from checks.declare import Measured, Series
 from checks.errors import RecordError

@@ -17,7 +17,7 @@ from accept.units import unit_folder
 from accept.workflow import certify
 from accept.workflow.bench import Begun
 from accept.workflow.session import Session, panel_cache
-from accept.workflow.status import Status
+from accept.workflow.steps.status import Status
 from accept.workflow.worker.judging import Elsewhere, judge_step, judge_whole_unit
 from checks.picture import Image
 from tests.accept.tui.tui_help import APART, WIDE, loader, press, running, settled, shown, type_line, words

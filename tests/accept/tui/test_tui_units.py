@@ -13,7 +13,7 @@ from accept.store import open_store
 from accept.tui.widgets.step_list import StepList
 from accept.workflow.open_bench import open_bench
 from accept.workflow.steps.plan import steps_of
-from accept.workflow.unit_list import KnownUnit, known_units, queues
+from accept.workflow.steps.unit_list import KnownUnit, known_units, queues
 from accept.workflow.worker.judging import Elsewhere
 from tests.accept.tui.tui_help import (
     APART,

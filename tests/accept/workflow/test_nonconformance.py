@@ -23,7 +23,7 @@ from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
-from accept.workflow.unit_list import KnownUnit, known_unit
+from accept.workflow.steps.unit_list import KnownUnit, known_unit
 from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
 from tests.accept.workflow.test_workflow import fill

@@ -22,7 +22,7 @@ from accept.store import open_store
 from accept.units import unit_folder
 from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError, parse_path
-from accept.workflow.record_folder import new_photo
+from accept.workflow.entry.record_folder import new_photo
 from accept.workflow.session import Session
 from accept.workflow.session.entries import NOTES_FOLDER
 from accept.workflow.session.open_session import open_session

@@ -12,10 +12,10 @@ from accept.store import open_store
 from accept.workflow import certify
 from accept.workflow.bench import Begun, Workbench
 from accept.workflow.entry.parse_entry import EntryError
+from accept.workflow.entry.passphrase_guard import is_passphrase, may_be_passphrase
+from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.open_bench import BenchServices
-from accept.workflow.passphrase_guard import is_passphrase, may_be_passphrase
 from accept.workflow.session import Session
-from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
 

@@ -16,7 +16,7 @@ from accept.units import unit_folder
 from accept.workflow.session import Session
 from accept.workflow.session.import_folder import adopt
 from accept.workflow.session.open_session import open_session
-from accept.workflow.status import Status
+from accept.workflow.steps.status import Status
 from accept.workflow.training import training_request
 from accept.workflow.worker.judging import judge_step, judge_whole_unit
 from checks.cause import Cause

@@ -7,10 +7,10 @@ from accept.certificate.trust import keys
 from accept.judging.judge_unit import default_specs, load_spec
 from accept.store import Store, open_store
 from accept.workflow import certify
+from accept.workflow.entry.shift import IDLE_S, SHIFT_S, SigningShift
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
-from accept.workflow.shift import IDLE_S, SHIFT_S, SigningShift
-from accept.workflow.unit_list import ALL, RIG, SIGN, Queue, known_units, queues, rig_steps
+from accept.workflow.steps.unit_list import ALL, RIG, SIGN, Queue, known_units, queues, rig_steps
 from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
 from specs.spec import Spec

@@ -25,7 +25,7 @@ from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
 from accept.workflow.state.lock import UnitBusy
 from accept.workflow.state.unit_state import fold_run
-from accept.workflow.status import Status
+from accept.workflow.steps.status import Status
 from accept.workflow.worker.judging import judge_here, judge_step, judge_whole_unit
 from checks.declare import Measured
 from hw.records import write_csv

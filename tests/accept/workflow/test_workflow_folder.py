@@ -19,7 +19,7 @@ from accept.workflow.open_bench import open_bench
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
 from accept.workflow.state.unit_state import fold_run
-from accept.workflow.status import Status
+from accept.workflow.steps.status import Status
 from accept.workflow.worker.judging import judge_step, judge_whole_unit
 from accept.workflow.worker.process import WorkerProcess
 from checks.declare import Measured

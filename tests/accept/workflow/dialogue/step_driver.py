@@ -22,7 +22,7 @@ from accept.workflow.instruments.port import Instruments, NoInstruments
 from accept.workflow.open_bench import BenchServices
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
-from accept.workflow.unit_list import Queue
+from accept.workflow.steps.unit_list import Queue
 from accept.workflow.worker.judging import judge_step
 from specs.errors import AcceptError
 

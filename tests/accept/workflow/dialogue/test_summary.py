@@ -17,19 +17,19 @@ from accept.workflow.dialogue.summary import (
     QA,
     TECHNICIAN,
     Ask,
+    AskedLine,
     BenchKeys,
     Countersign,
     Do,
     KeepPassphrase,
-    Leave,
-    Line,
+    LeaveSummary,
     LookForKeys,
-    Sign,
+    SignAsTechnician,
     Strokes,
     TellOffTheBench,
 )
 from accept.workflow.dialogue.summary_state import SummaryDialogue, SummaryFacts, Turn
-from accept.workflow.status import Status
+from accept.workflow.steps.status import Status
 from checks.cause import Cause, Reason
 from checks.verdict import Finding, UnitVerdict, Verdict
 from tests.soak import SOAK
@@ -165,45 +165,47 @@ class TestSigning:
     def test_an_accepted_unit_is_signed_with_a_passphrase_alone(self):
         assert press(ACCEPTED, "f2").effects == (LookForKeys(TECHNICIAN),)
         ask = asked(ACCEPTED, BenchKeys())
-        assert (ask.title, ask.lines, ask.states) == ("Sign APA-02", (Line.PASSPHRASE,), True)
-        assert dialogue.answered(SummaryDialogue(ACCEPTED), ask, [SECRET]).effects == (Sign(SECRET),)
+        assert (ask.title, ask.lines, ask.states) == ("Sign APA-02", (AskedLine.PASSPHRASE,), True)
+        assert dialogue.answered(SummaryDialogue(ACCEPTED), ask, [SECRET]).effects == (SignAsTechnician(SECRET),)
         assert dialogue.answered(SummaryDialogue(ACCEPTED), ask, None).effects == ()
 
     @pytest.mark.parametrize(
         ("facts", "keys", "line"),
         [
-            (REJECTED, BenchKeys(), Line.WHY),
-            (ACCEPTED, BenchKeys(replaces="APA-02/1"), Line.WHY_REPLACED),
-            (REJECTED, BenchKeys(replaces="APA-02/1"), Line.WHY_REPLACED),
+            (REJECTED, BenchKeys(), AskedLine.WHY),
+            (ACCEPTED, BenchKeys(replaces="APA-02/1"), AskedLine.WHY_REPLACED),
+            (REJECTED, BenchKeys(replaces="APA-02/1"), AskedLine.WHY_REPLACED),
         ],
     )
     def test_a_unit_that_is_not_accepted_or_replaces_a_certificate_needs_a_reason(
-        self, facts: SummaryFacts, keys: BenchKeys, line: Line
+        self, facts: SummaryFacts, keys: BenchKeys, line: AskedLine
     ):
         ask = asked(facts, keys)
-        assert ask.lines == (line, Line.PASSPHRASE)
-        assert dialogue.answered(SummaryDialogue(facts), ask, [WHY, SECRET]).effects == (Sign(SECRET, WHY),)
+        assert ask.lines == (line, AskedLine.PASSPHRASE)
+        assert dialogue.answered(SummaryDialogue(facts), ask, [WHY, SECRET]).effects == (SignAsTechnician(SECRET, WHY),)
 
     def test_the_key_of_the_shift_asks_for_no_passphrase(self):
         ask = asked(REJECTED, BenchKeys(kept=SECRET))
-        assert ask.lines == (Line.WHY,)
+        assert ask.lines == (AskedLine.WHY,)
         assert "The key of Ann is open" in ask.words
-        assert dialogue.answered(SummaryDialogue(REJECTED), ask, [WHY]).effects == (Sign(SECRET, WHY),)
+        assert dialogue.answered(SummaryDialogue(REJECTED), ask, [WHY]).effects == (SignAsTechnician(SECRET, WHY),)
         assert asked(ACCEPTED, BenchKeys(kept=SECRET)).lines == ()
 
     def test_first_keys_are_made_and_where_the_authority_s_passphrase_is_is_read_before_signing(self):
         ask = asked(REJECTED, BenchKeys(exist=False))
-        assert ask.lines == (Line.WHY, Line.PASSPHRASE, Line.REPEATED)
+        assert ask.lines == (AskedLine.WHY, AskedLine.PASSPHRASE, AskedLine.REPEATED)
         (made,) = dialogue.answered(SummaryDialogue(REJECTED), ask, [WHY, SECRET, SECRET]).effects
-        assert made == Sign(SECRET, WHY, makes_keys=True)
+        assert made == SignAsTechnician(SECRET, WHY, makes_keys=True)
         told = dialogue.keys_made(SummaryDialogue(REJECTED), made, "/keys/authority.txt")
         assert told.words.text == "Keys were created"
         (off,) = told.effects
         assert isinstance(off, TellOffTheBench)
         assert "/keys/authority.txt" in off.words
-        assert off.then == Sign(SECRET, WHY)
+        assert off.then == SignAsTechnician(SECRET, WHY)
         training = SummaryDialogue(replace(REJECTED, training=True))
-        assert dialogue.keys_made(training, made, "x").effects == (Sign(SECRET, WHY),)  # its authority has no owner
+        assert dialogue.keys_made(training, made, "x").effects == (
+            SignAsTechnician(SECRET, WHY),
+        )  # its authority has no owner
 
     def test_who_cannot_sign_is_told_before_a_passphrase_is_asked_for(self):
         turn = dialogue.keys_found(
@@ -222,7 +224,7 @@ class TestAhead:
         assert begun.effects == (LookForKeys(TECHNICIAN, ahead=True),)
         assert begun.words.text == "Evaluating; then you confirm what is signed"
         (ask,) = dialogue.keys_found(begun.state, *begun.effects, BenchKeys()).effects
-        assert (ask.then, ask.lines, ask.states) == ("ahead", (Line.PASSPHRASE,), False)
+        assert (ask.then, ask.lines, ask.states) == ("ahead", (AskedLine.PASSPHRASE,), False)
         kept = dialogue.answered(begun.state, ask, [SECRET])
         assert kept.effects == (KeepPassphrase(SECRET),)
         judged = dialogue.judged(replace(kept.state, facts=ACCEPTED))
@@ -249,7 +251,7 @@ class TestAhead:
         assert (turn.effects, turn.words) == ((), None)
 
 
-AHEAD = Ask("ahead", "Sign APA-02", "", (Line.PASSPHRASE,))
+AHEAD = Ask("ahead", "Sign APA-02", "", (AskedLine.PASSPHRASE,))
 
 
 class TestCountersigning:
@@ -261,12 +263,12 @@ class TestCountersigning:
 
     def test_an_accepted_unit_needs_the_passphrase_alone(self):
         ask = asked(SIGNED, BenchKeys(), QA)
-        assert (ask.lines, ask.states) == ((Line.QA_PASSPHRASE,), False)
+        assert (ask.lines, ask.states) == ((AskedLine.QA_PASSPHRASE,), False)
         assert dialogue.answered(SummaryDialogue(SIGNED), ask, [SECRET]).effects == (Countersign(SECRET),)
 
     def test_a_unit_that_is_not_accepted_needs_a_disposition(self):
         ask = asked(replace(SIGNED, verdict="rejected"), BenchKeys(), QA)
-        assert ask.lines == (Line.DISPOSITION, Line.REASON, Line.QA_PASSPHRASE)
+        assert ask.lines == (AskedLine.DISPOSITION, AskedLine.REASON, AskedLine.QA_PASSPHRASE)
         assert ask.words == f"The unit is rejected. Decide what is to be done with it:\n{', '.join(CHOICES)}."
         answer = ["scrap", "cracked", SECRET]
         assert dialogue.answered(SummaryDialogue(SIGNED), ask, answer).effects == (
@@ -274,7 +276,7 @@ class TestCountersigning:
         )
 
     def test_the_other_keys(self):
-        assert press(ACCEPTED, "f4").effects == (Leave(True),)
+        assert press(ACCEPTED, "f4").effects == (LeaveSummary(True),)
         assert press(ACCEPTED, "ctrl+l").effects == (Do.LOCK,)
         assert press(ACCEPTED, "ctrl+r").effects == (Do.ASK_REMEDY,)
         assert press(ACCEPTED, "escape").effects == (Do.STOP_OR_LEAVE,)
@@ -288,7 +290,7 @@ class SummaryMachine(RuleBasedStateMachine):
         self.facts, self.keys = replace(OPEN, idle=False), BenchKeys()
         self.questions: list[Ask] = []
         self.judging = self.answering = False
-        self.signed: list[Sign | Countersign] = []
+        self.signed: list[SignAsTechnician | Countersign] = []
         self.follow(dialogue.opening(OPEN))
 
     def answer(self, event, *data) -> None:
@@ -315,12 +317,12 @@ class SummaryMachine(RuleBasedStateMachine):
                 self.questions.append(effect)
             case KeepPassphrase(passphrase):
                 self.keys = replace(self.keys, kept=passphrase)
-            case Sign(makes_keys=True):
+            case SignAsTechnician(makes_keys=True):
                 self.keys = replace(self.keys, exist=True)
                 self.answer(dialogue.keys_made, effect, "authority.txt")
             case TellOffTheBench(then=sign):
                 self.execute(sign)
-            case Sign(passphrase, reason):
+            case SignAsTechnician(passphrase, reason):
                 assert self.facts.result is not None, "signed before there was a result"
                 assert bool(reason) == (self.facts.verdict != "accepted" or bool(self.keys.replaces))
                 assert passphrase == SECRET
@@ -348,7 +350,12 @@ class SummaryMachine(RuleBasedStateMachine):
     @rule(leaves=st.booleans())
     def answer_question(self, leaves: bool) -> None:
         ask = self.questions.pop()
-        words = {Line.DISPOSITION: "scrap", Line.REASON: "cracked", Line.WHY: WHY, Line.WHY_REPLACED: WHY}
+        words = {
+            AskedLine.DISPOSITION: "scrap",
+            AskedLine.REASON: "cracked",
+            AskedLine.WHY: WHY,
+            AskedLine.WHY_REPLACED: WHY,
+        }
         self.answer(dialogue.answered, ask, None if leaves else [words.get(line, SECRET) for line in ask.lines])
 
     @precondition(lambda self: self.judging)
@@ -370,7 +377,7 @@ class SummaryMachine(RuleBasedStateMachine):
     def nothing_is_kept_and_nothing_is_signed_twice(self) -> None:
         assert SECRET not in repr(self.d)
         assert SECRET not in repr(self.questions)
-        assert len([each for each in self.signed if isinstance(each, Sign)]) <= 1
+        assert len([each for each in self.signed if isinstance(each, SignAsTechnician)]) <= 1
         assert len(self.signed) <= 2
         assert self.d.certificate_words
         assert not (self.d.signs and self.facts.result is not None and not self.questions), "F2 was forgotten"

@@ -9,9 +9,9 @@ from accept.pictures.signs import unit_word
 from accept.store import Store
 from accept.store.payloads import AttemptStarted
 from accept.workflow.state.unit_state import Attempt, EnteredValue, FileLink, fold_run
-from accept.workflow.status import open_steps, state_of
 from accept.workflow.steps.plan import WorkflowStep, needs_rig, steps_of
 from accept.workflow.steps.section import value_words
+from accept.workflow.steps.status import open_steps, state_of
 from checks.verdict import UnitVerdict
 from specs.spec import Spec
 
