@@ -3,6 +3,10 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
+# The commit that `make changed` and `make test HOUSE=changed` compare with.
+SINCE  ?= main
+# No house: every test, whatever the environment says.
+HOUSE  :=
 # What tests, linters and pictures need beside the program.
 DEV    := $(VENV)/.developer
 LOCK   := uv pip compile --universal --no-strip-extras --python-version 3.11 --generate-hashes --no-annotate --no-header
@@ -13,6 +17,8 @@ demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
 
 # Linters beside the tests; four processes for two cores, because many tests wait for programs that they have started.
+# HOUSE="checks/gap hw" runs the tests of these houses and of the doors above, HOUSE=changed of those that differ from
+# main or from SINCE (tests/shared/houses.py).
 test: $(DEV)
 	$(MAKE) --no-print-directory --jobs 2 tests lint
 
@@ -20,7 +26,8 @@ test: $(DEV)
 tests quick soak changed coverage: export PYTHONDONTWRITEBYTECODE :=
 
 tests: $(DEV)
-	$(BIN)/python -m pytest -n 4 --dist worksteal
+	lane=$$($(if $(HOUSE),$(BIN)/python -m tests.shared.houses $(HOUSE) $(if $(filter changed,$(HOUSE)),$(SINCE)),true)) && \
+		$(BIN)/python -m pytest -n 4 --dist worksteal $$lane
 
 # What the linters can put right by themselves: lines, imports.
 format: $(DEV)
@@ -33,17 +40,10 @@ lint: $(DEV)
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.shared.line_budget
 
-# The lane for the hands: linters, and of each package the tests that say most in least time. Under 90 s on two cores.
-QUICK := tests/test_sources.py tests/test_imports.py tests/specs \
-	tests/checks/acceptance/test_verdict.py tests/checks/acceptance/test_flatness.py tests/checks/acceptance/test_stroke.py \
-	tests/checks/signals/test_frf.py tests/checks/model/test_model_2dof.py \
-	tests/checks/model/test_beam.py tests/checks/fitting/test_dataset.py tests/hw/records \
-	tests/hw/instruments/test_lcr800.py tests/hw/instruments/test_heidenhain.py tests/hw/instruments/test_parsing.py \
-	tests/accept/base tests/accept/store/test_store_fold.py tests/accept/certificate/test_certificate.py \
-	tests/accept/workflow/test_workflow.py tests/accept/commands/test_wrong_orders.py tests/accept/tui/test_tui_keys.py
-
+# The lane for the hands: linters, and of each house the tests that say most in least time. Under 90 s on two cores.
 quick: $(DEV) lint
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow" $(QUICK)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow" tests/test_sources.py tests/test_imports.py \
+		$$($(BIN)/python -m tests.shared.houses doors)
 
 # The documentation site, as files, in site/.
 docs: $(DEV)
@@ -62,7 +62,6 @@ soak: $(DEV)
 	ACCEPT_SOAK=1 $(BIN)/python -m pytest
 
 # The heavy proofs of what differs from a commit: make changed SINCE=HEAD~3
-SINCE ?= main
 changed: $(DEV)
 	ACCEPT_SINCE=$(SINCE) $(BIN)/python -m pytest -n 4 --dist worksteal -m soak
 

@@ -5,7 +5,7 @@ Sources: [ISO14253-1] (guard bands), [JCGM106] (decision rules, 8; specific risk
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Annotated, Any
 
@@ -216,6 +216,16 @@ def probability_of_false_acceptance(value: float, U: float | None, limit: Limit,
 def _upper_tail(z: float) -> float:
     """Return P(Z > z) of the standard normal; by erfc, so that a risk of 1e-12 is not rounded away."""
     return 0.5 * math.erfc(z / math.sqrt(2.0))
+
+
+def weakened(finding: Finding, why: Reason) -> Finding:
+    """Return the finding with this reason, and conditional instead of a pass; a finding without a result is
+    unchanged."""
+    if finding.verdict is Verdict.NO_RESULT:
+        return finding
+    cause = together([*([] if finding.cause is None else [finding.cause]), why])
+    verdict = Verdict.CONDITIONAL if finding.verdict is Verdict.PASS else finding.verdict
+    return replace(finding, verdict=verdict, reason=str(cause), cause=cause)
 
 
 def unit_verdict(findings: Sequence[Finding], held: bool = False) -> UnitVerdict:

@@ -34,8 +34,11 @@ HEAVY: Mapping[str, Heavy] = {
             "test_a_mode_of_one_channel_is_no_support",
             "test_a_mode_that_every_channel_sees_in_its_own_part_has_no_name",
             "test_and_is_named_where_the_library_has_it",
+            "test_name_value_and_rest",
         ],
-        "a name beside disagreement; a resonance that is no effect's, in test_never_worse.py",
+        "a payload beside a guide, with its value and the rest, in test_bench_paths.py; a name beside a refused "
+        "remainder, in tests/accept/gap/test_gap_every_verdict.py; a resonance that is no effect's, in "
+        "test_never_worse.py",
     ),
     "tests/accept/gap/test_gap_every_verdict.py": Heavy(
         ["accept/gap", "checks/gap", "checks/fitting"],
@@ -44,6 +47,11 @@ HEAVY: Mapping[str, Heavy] = {
             "test_every_verdict_is_reported_whole[unexplained, experiment]",
         ],
         "the same verdicts without an experiment, the other verdicts with one",
+    ),
+    "tests/checks/gap/test_false_names.py": Heavy(
+        ["checks/gap"],
+        ["test_a_resonance_of_the_encoder_is_no_scale"],
+        "a resonance on Vs that gets no name, in test_never_worse.py; the other rules of this file, on candidates",
     ),
     "tests/checks/gap/test_never_worse.py": Heavy(
         ["checks/gap"],
@@ -98,8 +106,9 @@ HEAVY: Mapping[str, Heavy] = {
             "test_what_the_band_shows_is_named[channel_lowpass_de-values1]",
             "test_what_the_band_shows_is_named[loop_delay-values2]",
             "test_what_the_band_shows_is_named[amplifier_second_order-values0]",
+            "test_a_lag_whose_form_the_band_does_not_show_is_ambiguous",
         ],
-        "a lag whose form the band does not show, a pickup that is no latency",
+        "a short delay whose form the band does not show, in test_gap_robust.py; a pickup that is no latency",
     ),
     "tests/checks/gap/test_effects_of_others.py": Heavy(
         ["checks/gap", "specs/plugins.py"],
@@ -108,6 +117,22 @@ HEAVY: Mapping[str, Heavy] = {
             "test_within_bounds_it_is_named_and_else_listed[True]",
         ],
         "an installed effect that is named, in tests/plugins; broken ones; its derivatives",
+    ),
+    "tests/checks/gap/search/test_elements.py": Heavy(
+        ["checks/gap"],
+        [
+            "test_a_holder_beside_the_axis_is_found_with_its_point_and_mass",
+            "test_a_resonance_of_one_channel_is_no_pair_of_elements",
+            "test_known_effects_keep_their_names_and_nothing_is_nothing",
+            "test_elements_of_an_independent_simulation[E-01]",
+            "test_elements_of_an_independent_simulation[E-03]",
+            "test_elements_of_an_independent_simulation[E-04]",
+            "test_elements_of_an_independent_simulation[E-05]",
+        ],
+        "a spring, a resonator, a joint, a spring that the calibration has followed; E-02 of the independent "
+        "simulation; crosstalk without an element beside it, and recorded S-01 without an effect, in test_gap.py; a "
+        "point beside the axis and a factor of one channel, in TestPlaces; a resonance on Vs that nothing explains, "
+        "in test_never_worse.py",
     ),
     "tests/checks/gap/search/test_starts.py": Heavy(
         ["checks/gap"],
@@ -128,6 +153,25 @@ HEAVY: Mapping[str, Heavy] = {
         ["checks/acceptance", "checks/signals"],
         ["test_intervals_are_honest[noisy]", "test_intervals_are_honest[hand]"],
         "the sharp step",
+    ),
+    "tests/accept/certificate/test_concession.py": Heavy(
+        ["accept/certificate", "accept/judging"],
+        [
+            "test_a_concession_stays_whatever_becomes_of_the_note[countersigned-note kept]",
+            "test_a_concession_stays_whatever_becomes_of_the_note[disposed-note kept]",
+            "test_rework_releases_once_it_was_measured_again[note kept-rework]",
+            "test_rework_releases_once_it_was_measured_again[note deleted-measure-again]",
+            "test_a_yield_counts_the_decided_unit_by_its_decision[measure-again-0-0]",
+            "test_a_yield_counts_the_decided_unit_by_its_decision[return-0-0]",
+            "test_a_yield_counts_the_decided_unit_by_its_decision[scrap-0-0]",
+        ],
+        "both ways to concede with the note deleted; rework and another measurement, with and without the note; use "
+        "as it is and rework in a yield",
+    ),
+    "tests/accept/certificate/verify/test_verify_bytes.py": Heavy(
+        ["accept/certificate"],
+        ["test_every_flipped_bit_is_found[signed]"],
+        "the same of the countersigned certificate, which holds the signed one",
     ),
     "tests/accept/gap/test_gap_batch.py": Heavy(
         ["accept/gap", "accept/batch"],
@@ -551,8 +595,11 @@ HEAVY: Mapping[str, Heavy] = {
             "test_one_effect_is_named_exactly[payload_mass-values2]",
             "test_an_effect_is_named_beside_a_guide_that_gives_way[misalignment-values0]",
             "test_lags_that_have_names_keep_them",
+            "test_a_sound_strut_on_a_guide_that_gives_way_has_no_name",
+            "test_a_lag_of_the_drive_beside_others_has_no_form",
         ],
-        "a scale of the encoder, a payload beside a guide that gives way; lags by name in test_lags.py",
+        "a scale of the encoder, a payload beside a guide that gives way, a sound strut that lacks lags only; a lag "
+        "whose form the band does not show, in test_gap_robust.py",
     ),
     "tests/checks/gap/search/test_screen.py": Heavy(
         ["checks/gap"],

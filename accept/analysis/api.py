@@ -26,12 +26,12 @@ from accept.analysis.record_responses import (
     read_any,
     responses_of,
 )
+from accept.base.documents.results import UnitRecord
 from accept.gap import responses as unit_responses
 from accept.gap.analyse_unit import GapAnalysis
 from accept.gap.analyse_unit import analyse as _analyse
 from accept.gap.responses import Responses
 from accept.judging.judge_unit import default_spec, judge_unit, load_spec
-from accept.judging.result import UnitResult
 from accept.models.model_file import SIMULATED_MODEL, default_model
 from accept.models.model_file import open_model as _open_model
 from accept.pictures.draw import figure_of, picture
@@ -56,7 +56,7 @@ from specs.units import RESPONSE_UNITS
 
 UnitLike = str | Path | LoadedUnit
 Drawable = (
-    UnitResult
+    UnitRecord
     | MeasuredResponse
     | MisalignmentEstimate
     | FittedModel
@@ -86,7 +86,7 @@ def read_unit(folder: str | Path) -> LoadedUnit:
 
 
 @checked
-def judge(unit: UnitLike, spec: str | None = None) -> UnitResult:
+def judge(unit: UnitLike, spec: str | None = None) -> UnitRecord:
     """Judge a unit: return its findings and verdict.
 
     Args:
@@ -470,7 +470,7 @@ def _picture_of(what: Drawable) -> Plot:
     match what:
         case Panel():
             return Plot({what.title: what}, what.title)
-        case UnitResult():
+        case UnitRecord():
             return Plot(what.panels, what.serial)
         case ImpactResponse():
             return Plot(what.panels, what.title)

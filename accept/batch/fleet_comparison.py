@@ -1,16 +1,16 @@
 """Comparing units of a kind: every quantity that several of them have, and the curves behind it."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from accept.base.documents.results import Information, UnitRecord
 from accept.batch.outliers import MIN_UNITS, Scores, robust_scale, scores
-from accept.judging.result import UnitResult
 from checks.arrays import Array
 from checks.picture import Item, Line, Panel, PanelKind
 from checks.quantity import COVERAGE_FACTOR
+from checks.verdict import Finding
 from specs.units import unit_of
 
 OVERLAID = (PanelKind.RESPONSE, PanelKind.CURVE)
@@ -63,7 +63,7 @@ class Fleet:
         return odd
 
 
-def compare(results: Sequence[UnitResult]) -> Fleet:
+def compare(results: Sequence[UnitRecord]) -> Fleet:
     """Return the comparison of units of one kind."""
     values = _values(results)
     curves = _curves(results, (PanelKind.RESPONSE,))  # compared in dB over a logarithmic axis
@@ -74,14 +74,14 @@ def compare(results: Sequence[UnitResult]) -> Fleet:
     return Fleet(results[0].kind, tuple(r.serial for r in results), tuple(compared), tuple(few))
 
 
-def _values(results: Sequence[UnitResult]) -> dict[str, dict[str, tuple[float, float | None]]]:
+def _values(results: Sequence[UnitRecord]) -> dict[str, dict[str, tuple[float, float | None]]]:
     """Return quantity -> serial -> (value, U), judged or not."""
     found: dict[str, dict[str, tuple[float, float | None]]] = {}
     for r in results:
-        judged = [(f.quantity, f.value, f.U) for f in r.findings if f.value is not None]
-        others = [(q.name, q.value, q.U) for _, q in r.information if math.isfinite(q.value)]
-        for name, value, U in judged + others:
-            found.setdefault(name, {})[r.serial] = value, U if U is not None and math.isfinite(U) else None
+        rows: list[Finding | Information] = [*r.findings, *r.information]
+        for row in rows:
+            if row.value is not None:
+                found.setdefault(row.quantity, {})[r.serial] = row.value, row.U
     return found
 
 
@@ -99,7 +99,7 @@ def _comparison(
     return Comparison(name, unit, s.median, s.scale, members, curve)
 
 
-def _curves(results: Sequence[UnitResult], kinds: tuple[PanelKind, ...]) -> dict[str, dict[str, Line]]:
+def _curves(results: Sequence[UnitRecord], kinds: tuple[PanelKind, ...]) -> dict[str, dict[str, Line]]:
     """Return panel of one of these kinds -> serial -> its measured curve."""
     found: dict[str, dict[str, Line]] = {}
     for r in results:
@@ -137,7 +137,7 @@ def distances(curves: Sequence[tuple[Array, Array]]) -> Array:
     return np.asarray(np.maximum(apart, 1e-6))
 
 
-def pictures(results: Sequence[UnitResult], fleet: Fleet) -> list[Panel]:
+def pictures(results: Sequence[UnitRecord], fleet: Fleet) -> list[Panel]:
     """Return the quantities as scores, then overlays of the curves; units that stand out in a curve are drawn last, and
     named.
 

@@ -1,24 +1,23 @@
 """One unit to be judged, and the outcome: plain data, so that another process or machine can do it."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from accept.base.console import say as say_on_stderr
+from accept.base.documents.results import UnitRecord
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.base.worker_process import too_large
 from accept.certificate.contents.content import CertificateContent, ContentError, content_of
 from accept.certificate.contents.provenance import Provenance
-from accept.certificate.trust.provenance import signed_by_bench
 from accept.gap.start_model import StartModel, applies
 from accept.judging.calibration import Statement
 from accept.judging.judge_unit import judge_unit
-from accept.judging.result import UnitResult
 from accept.store.opening import BENCH_KEY
 from accept.store.payloads import PlaceInBatch
 from accept.store.seal import bench_of
-from accept.units.loaded_unit import LoadedUnit, contents_of, loaded
+from accept.units.loaded_unit import contents_of, loaded
 from accept.units.unit_folder import UnitError, UnitFolder
 from specs.spec import Spec
 
@@ -29,11 +28,11 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """The judgement of a unit, before the store's reservations. page: its certificate, unsigned, if it was drawn;
-    result: with its pictures only if a certificate is wanted."""
+    """The judgement of a unit, before the store's reservations. result: with its pictures only if a certificate is
+    wanted; files: those that it attaches, as they were judged, by name; the others are read again."""
 
-    result: UnitResult
-    page: bytes | None = None
+    result: UnitRecord
+    files: Mapping[str, bytes] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -49,11 +48,9 @@ class UnitJob:
 
     stated : the calibration of the instruments behind it, None without a bench file. start : the model that explains
     its responses, None if there is nothing to explain. out : folder of the results; an improved model goes below it.
-    certificate : the file wanted, None for none. provenance : what it states beside the result, signed by the key of
-    the bench in `home`. draws : whether `judge` draws the page; else it is drawn when the judgement is settled, because
-    the page has to state a reservation that the store already has. uncertified : number of the stored judgement that
-    only lacks its certificate. place : where the unit stands in its batch, None without one. reason : why it is judged
-    again, "" if no reason was given, None if none is asked for.
+    certificate : the file wanted, None for none. home, bench : folder and public key of the bench that certifies it.
+    uncertified : number of the stored judgement that only lacks its certificate. place : where the unit stands in its
+    batch, None without one. reason : why it is judged again, "" if no reason was given, None if none is asked for.
     """
 
     unit: UnitFolder
@@ -63,15 +60,15 @@ class UnitJob:
     start: StartModel | None = None
     out: Path | None = None
     certificate: Path | None = None
-    provenance: Provenance | None = None
     home: Path = Path()
-    draws: bool = True
+    bench: str = ""
     uncertified: int | None = None
     place: PlaceInBatch | None = None
     reason: str | None = None
 
     def judge(self, say: Say = lambda _: None) -> Judgement:
-        """Judge the unit, explain its responses, and draw its certificate. Raises UnitError, ContentError."""
+        """Judge the unit, explain its responses, and hand on the files that its certificate attaches. Raises UnitError,
+        ContentError."""
         held = loaded(self.unit)
         result = judge_unit(held, self.spec, self.stated)
         if self.start is not None and applies(self.unit):
@@ -80,11 +77,10 @@ class UnitJob:
             result = explain_result(result, held, self.start, say, self.out)
         if self.certificate is None:
             return Judgement(replace(result, panels={}))
-        bench = self.provenance.head_bench if self.provenance else None
-        if not self.draws or (bench and bench_of(self.home / BENCH_KEY) != bench):  # another machine has no key
+        if self.bench and bench_of(self.home / BENCH_KEY) != self.bench:  # another machine: the bench reads them itself
             return Judgement(result)
-        contents = self.contents(result, held)
-        return Judgement(replace(result, panels=contents.pictures), drawn(contents))
+        contents = self.contents(Judgement(result, contents_of(held)))
+        return Judgement(replace(result, panels=contents.pictures), contents.files)
 
     def run(self) -> "Judgement | Refusal":
         """Judge the unit for a batch, which goes on with the next unit if this one cannot be judged."""
@@ -99,18 +95,10 @@ class UnitJob:
         except MemoryError:
             return Refusal(f"{self.unit.path}: {too_large()}")
 
-    def contents(self, result: UnitResult, held: LoadedUnit | None = None) -> CertificateContent:
-        """Return what the certificate of a result states. Raises ContentError if an input is gone or was changed."""
-        files = {} if held is None else contents_of(held)
-        drawn_up = content_of(result, self.spec, self.unit.path, self.operator, held=files, provenance=self.provenance)
-        return signed_by_bench(drawn_up, self.home)
-
-
-def drawn(contents: CertificateContent) -> bytes:
-    """Return a certificate, unsigned."""
-    from accept.certificate.page.document import render  # loads reportlab: only when wanted
-
-    return render(contents)
+    def contents(self, judgement: Judgement, stated: Provenance | None = None) -> CertificateContent:
+        """Return what the certificate of a judgement states. Raises ContentError if an input is gone or was changed."""
+        result, folder = judgement.result, self.unit.path
+        return content_of(result, self.spec, folder, self.operator, held=judgement.files, provenance=stated)
 
 
 def _progress(serial: str) -> Say:

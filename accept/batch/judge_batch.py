@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
 from itertools import takewhile
 from pathlib import Path
-from typing import Any
 
 from accept.base.atomic_files import remove_leftovers
+from accept.base.documents.results import ListedUnit, UnitRecord
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.plain_text import as_utf8
 from accept.base.progress import steps
@@ -28,8 +28,6 @@ from accept.fleet.findings_file import FEW, keep_findings
 from accept.gap.text import one_line
 from accept.judging.golden import BenchStopped
 from accept.judging.parts import part_doubts
-from accept.judging.result import UnitResult
-from accept.pictures import signs
 from accept.pictures.labels import label_of
 from accept.store import Event, Store, StoreError, fold
 from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged, without_hashes
@@ -78,11 +76,11 @@ class BatchRequest:
 
 @dataclass
 class BatchReport:
-    """The report of a batch. units: results.json entries in order of serial, if they are few enough to be held
+    """The report of a batch. units: those of results.json in order of serial, if they are few enough to be held
     (`WHOLE`); verdicts: how many units have which; refused folders; unchanged: how many were as they had been
     judged."""
 
-    units: list[dict[str, Any]] = field(default_factory=list)
+    units: list[ListedUnit] = field(default_factory=list)
     verdicts: Counter[str] = field(default_factory=Counter)
     refused: list[dict[str, str]] = field(default_factory=list)
     unchanged: int = 0
@@ -198,9 +196,8 @@ class _Batch:
             roster.judged(unit.serial, before.seq, unchanged=True)
             # Noted again: the run that judged it may have been killed before it could.
             self.doubted += pipeline.weaken_others(unit.serial, known.reservations.copies)
-            self._note_parts(unit.serial, unit.parts, known.reservations.part_doubts)
-            word = signs.unit_word(before.verdict, known.reservations.nonconformances, known.reservations.dispositions)
-            self.say(f"{unit.serial}: unchanged, {signs.marked(word, unit.simulated)}")
+            self._note_parts(unit.serial, unit.header.parts, known.reservations.part_doubts)
+            self.say(f"{unit.serial}: unchanged, {before.result.marked_word}")
             return None
         return pipeline.prepare(unit, known, certificate, self._place(unit))
 
@@ -223,7 +220,7 @@ class _Batch:
         self.roster.keep(outcome.result)
         self.doubted += settled.weakened
         self._note_parts(result.serial, result.parts, result.part_doubts)
-        self.say(f"{prefix}{result.serial}: {signs.marked(result.word, result.simulated)}{_why(result)}")
+        self.say(f"{prefix}{result.serial}: {result.marked_word}{_why(result)}")
         if settled.unsigned:
             self.unsigned.add(result.serial)
             self._refuse(job.unit.path, settled.unsigned, prefix)
@@ -266,17 +263,17 @@ class _Batch:
                 *more, judged = _judgements(self.store, serial, since, seq)
                 path = None if serial in self.unsigned else request.certificate(serial)
                 certificate = None if path is None else path.relative_to(request.out).as_posix()
-                entry = UnitJudged.of(judged).result.to_json() | {"certificate": certificate}
+                unit = ListedUnit(**vars(UnitJudged.of(judged).result), certificate=certificate)
                 if attempts := earlier + len(more):
-                    before = fold(e for e in self.pipeline.events(serial) if e.seq < judged.seq).units.get(serial)
+                    before = fold(e for e in self.pipeline.events(serial) if e.seq < judged.seq)
                     ended = Earlier.of(before)
-                    entry |= {"attempt": attempts + 1, "earlier": ended and ended.to_json()}
-                report.verdicts[entry["verdict"]] += 1
-                kinds.add(entry["kind"])
-                results.add(entry, attempt=earlier + len(more) + 1, time=judged.time, operator=judged.who)
+                    unit = replace(unit, attempt=attempts + 1, earlier=None if ended is None else ended.to_json())
+                report.verdicts[str(unit.verdict)] += 1
+                kinds.add(unit.kind)
+                results.add(unit, attempt=attempts + 1, time=judged.time, operator=judged.who)
             used = [s for kind, s in request.specs.items() if kind in kinds] or list(request.specs.values())
             results.finish([{"name": s.name, "sha256": s.sha256} for s in used], report.refused, report.verdicts)
-        report.units = results.entries
+        report.units = results.units
 
     def _note_parts(self, serial: str, parts: Mapping[str, str], stated: Sequence[str]) -> None:
         if parts:  # of units without any there may be many
@@ -292,7 +289,7 @@ class _Batch:
         self.say(f"{prefix}refused: {reason}")
 
 
-def _why(result: UnitResult) -> str:
+def _why(result: UnitRecord) -> str:
     bad = [f for f in result.findings if f.verdict is not Verdict.PASS]
     words = [f"{label_of(f.quantity)}: {f.verdict.replace('_', ' ')}" for f in bad]
     words += [without_hashes(noted) for noted in result.nonconformances]

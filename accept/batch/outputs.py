@@ -6,34 +6,42 @@ import json
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
+from datetime import datetime
 from typing import Any
 
+from accept.base.documents.results import ListedUnit
 from accept.base.version import version
 from accept.gap.text import one_line
 
-COLUMNS = [
-    "serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule", "verdict",
-    "p_false_accept", "required", "reason", "gap", "attempt", "time", "operator",
-    "simulated",
-]  # fmt: skip
+COLUMNS: Mapping[str, type] = {  # each as finding, unit or `findings` have it under this name
+    "serial": str, "kind": str, "unit_verdict": str, "check": str, "quantity": str, "value": float, "unit": str,
+    "U": float, "lower": float, "upper": float, "rule": str, "verdict": str, "p_false_accept": float, "required": bool,
+    "reason": str, "gap": str, "attempt": int, "time": datetime, "operator": str, "simulated": bool,
+}  # fmt: skip
 JUNIT_HEAD = b"<?xml version='1.0' encoding='utf-8'?>\n<testsuites name=\"accept\">\n"
 JUNIT_END = b"</testsuites>\n"
 
 
-def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refused: list[dict[str, str]]) -> bytes:
+def results_json(specs: list[dict[str, str]], units: list[ListedUnit], refused: list[dict[str, str]]) -> bytes:
     """Return the document scripts rely on. `spec` is the first spec used; with units of both kinds, `specs` has all."""
     spec = specs[0] if specs else None
-    document = {"accept_version": version(), "spec": spec, "specs": specs, "units": units, "refused": refused}
-    # sorted: an entry taken from the store and one just judged are then the same bytes
+    document = {
+        "accept_version": version(),
+        "spec": spec,
+        "specs": specs,
+        "units": [unit.to_json() for unit in units],
+        "refused": refused,
+    }
+    # sorted: a record taken from the store and one just judged are then the same bytes
     return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
-def findings(entry: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return one row per finding of a unit's entry, by columns `COLUMNS`; unit and judgement are in each row."""
-    known = {"serial": entry["serial"], "kind": entry["kind"], "unit_verdict": entry["verdict"], **judgement}
-    known["simulated"] = bool(entry.get("simulated"))
-    gap = {"gap": one_line(entry["gap"])} if "gap" in entry else {}
-    return [known | gap | finding for finding in entry["findings"]]
+def findings(unit: ListedUnit, judgement: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return one row per finding of a unit, by columns `COLUMNS`; unit and judgement are in each row."""
+    gap = None if unit.gap is None else one_line(unit.gap)
+    of_unit = {**vars(unit), **judgement, "unit_verdict": unit.verdict, "gap": gap}
+    rows = (of_unit | vars(finding) for finding in unit.findings)
+    return [{name: row[name] for name in COLUMNS} for row in rows]
 
 
 def counts_json(
@@ -51,7 +59,7 @@ def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool = False) -> byt
     writer = csv.writer(out, lineterminator=os.linesep)
     if header:
         writer.writerow(COLUMNS)
-    writer.writerows([_cell(row.get(name)) for name in COLUMNS] for row in findings)
+    writer.writerows(map(_cell, row.values()) for row in findings)
     return out.getvalue().encode()
 
 
@@ -64,7 +72,7 @@ def _cell(value: Any) -> Any:
     return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t") else text
 
 
-def junit_unit(unit: dict[str, Any]) -> bytes:
+def junit_unit(unit: ListedUnit) -> bytes:
     """Return a unit's suite, a case per finding and per nonconformance: fail and conditional are failures, no result is
     an error, and so is what holds the unit a failure. The answer of the gap workflow is the suite's output and does not
     change it."""
@@ -88,23 +96,23 @@ def _element(suite: ET.Element) -> bytes:
     return b"  " + text + b"\n"
 
 
-def _suite(unit: dict[str, Any]) -> ET.Element:
-    held = {"check": "unit", "quantity": "nonconformance", "verdict": "held"}
-    findings = [*unit["findings"], *(held | {"reason": words} for words in unit.get("nonconformances", ()))]
-    failures = sum(f["verdict"] in {"fail", "conditional", "held"} for f in findings)
-    errors = sum(f["verdict"] == "no_result" for f in findings)
-    counts = {"tests": len(findings), "failures": failures, "errors": errors}
-    suite = ET.Element("testsuite", {"name": unit["serial"]} | {k: str(v) for k, v in counts.items()})
-    if unit.get("simulated"):
+def _suite(unit: ListedUnit) -> ET.Element:
+    cases = [(f.check, f.quantity, str(f.verdict), f.reason or "") for f in unit.findings]
+    cases += [("unit", "nonconformance", "held", words) for words in unit.nonconformances]
+    failures = sum(verdict in {"fail", "conditional", "held"} for _, _, verdict, _ in cases)
+    errors = sum(verdict == "no_result" for _, _, verdict, _ in cases)
+    counts = {"tests": len(cases), "failures": failures, "errors": errors}
+    suite = ET.Element("testsuite", {"name": unit.serial} | {k: str(v) for k, v in counts.items()})
+    if unit.simulated:
         properties = ET.SubElement(suite, "properties")
         ET.SubElement(properties, "property", name="simulated", value="true")
-    for finding in findings:
-        case = ET.SubElement(suite, "testcase", classname=finding["check"], name=finding["quantity"])
-        if finding["verdict"] != "pass":
-            tag = "error" if finding["verdict"] == "no_result" else "failure"
-            ET.SubElement(case, tag, type=finding["verdict"], message=_clean(finding["reason"] or ""))
-    if "gap" in unit:
-        ET.SubElement(suite, "system-out").text = _clean(one_line(unit["gap"]))
+    for check, quantity, verdict, reason in cases:
+        case = ET.SubElement(suite, "testcase", classname=check, name=quantity)
+        if verdict != "pass":
+            tag = "error" if verdict == "no_result" else "failure"
+            ET.SubElement(case, tag, type=verdict, message=_clean(reason))
+    if unit.gap is not None:
+        ET.SubElement(suite, "system-out").text = _clean(one_line(unit.gap))
     return suite
 
 

@@ -22,12 +22,12 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.home import home
 from accept.base.version import code_sha256
-from accept.batch.job import Judgement, UnitJob, drawn
+from accept.batch.job import Judgement, UnitJob
 from accept.capture.reference_check import days_checked
-from accept.certificate.certify import set_aside, sign_into
+from accept.certificate.certify import drawn, set_aside, sign_into
 from accept.certificate.contents.content import canonical
 from accept.certificate.contents.provenance import Earlier, Provenance, amended
 from accept.certificate.trust import keys
@@ -40,11 +40,10 @@ from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.copies import withhold_others
-from accept.judging.folder_name import ALIKE, CONFIRMED, NAME, confirm, question
+from accept.judging.folder_name import confirm, question
 from accept.judging.golden import check_may_judge, goldens, missed
 from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations
-from accept.judging.result import UnitResult
 from accept.judging.superseded import Approval
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import Event, SignedHead, Store, UnitState, fold
@@ -86,7 +85,7 @@ class StoredJudgement:
     units that share its recordings, and whose results are invalid; unsigned: why no certificate was written, "" if it
     was or none was wanted."""
 
-    result: UnitResult
+    result: UnitRecord
     seq: int
     weakened: tuple[str, ...]
     unsigned: str = ""
@@ -140,7 +139,7 @@ class Pipeline:
         # Of two serials that the store knows both have been here since before this was looked at.
         if not past and (other := self.store.other_spelling(unit.serial)) is not None:
             raise UnitError(unit.path / UNIT_FILE, [mistaken_for(unit.serial, other)])
-        before = fold(past).units.get(unit.serial)
+        before = fold(past)
         last = None if before is None else before.result
         known = Known(before, self._reservations(unit, last))
         doubted = known.reservations.folder  # only who signs the certificate states that it was confirmed
@@ -184,26 +183,22 @@ class Pipeline:
     ) -> UnitJob:
         """Return the job that judges a unit. certificate: the file wanted, None for none. place: in its batch. reason:
         why it is judged again, if the operator need not be asked."""
-        spec, before, due = self.specs[unit.kind], known.before, None
+        before, due = known.before, None
         typed = not isinstance(self.operator, KeyHolder)
         if certificate is not None and before is not None and self._lacks_only_certificate(unit, before):
-            due, before = before, self._before(before)
-            reason = due.reason
+            due, reason = before, before.judged.reason
         elif reason is None:
             reason = self._reason_for(before)
-        stated = self.statement(unit) if due is None else self._statement_of(unit, due)
-        amends = before is not None and before.handed_out is not None and before.inputs != unit.input_hashes()
         return UnitJob(
             unit,
-            spec,
+            self.specs[unit.kind],
             shown_name(self.operator, typed) if self.credential is None else self.operator,
-            stated=stated,
+            stated=self.statement(unit) if due is None else self._statement_of(unit, due),
             start=self._start(unit),
             out=self.out,
             certificate=certificate,
-            provenance=None if certificate is None else self._provenance(spec, unit.serial, before, reason, due),
             home=self.home,
-            draws=not (known.reservations or amends),
+            bench=self.store.bench,
             uncertified=None if due is None else due.seq,
             place=place,
             reason=reason,
@@ -220,9 +215,9 @@ class Pipeline:
                 continue
 
     def _settle(self, job: UnitJob, judgement: Judgement) -> StoredJudgement:
-        past, found, page = self.events(job.unit.serial), judgement.result, judgement.page
-        last = fold(past).units.get(job.unit.serial)
-        result = self._reservations(job.unit, found.entry).apply(found)
+        past, found = self.events(job.unit.serial), judgement.result
+        last = fold(past)
+        result = self._reservations(job.unit, found).apply(found)
         due = last if last is not None and last.seq in {job.uncertified, *self._weakened} else None
         if due is not None and not (self._unchanged(job.unit, due) and self._is_stored(due.seq, result)):
             due = None
@@ -232,26 +227,24 @@ class Pipeline:
         before = last if due is None else self._before(due)
         reason, because = (self._reason_for(before) if job.reason is None else job.reason), ""
         if due is not None:
-            reason = due.reason
+            reason = due.judged.reason
         signs = job.certificate is not None and self.credential is not None
-        if amends := amended(result.serial, before, result.entry) if signs else "":
+        if amends := amended(result.serial, before, result) if signs else "":
             given = reason or self._reason_to_amend(result, amends, before)
             reason, because = (given, "") if due is None else (reason, "" if reason else given)
-        job, unsigned = replace(job, reason=reason), ""
+        job, unsigned, page, number = replace(job, reason=reason), "", None, ""
         if amends and not (reason or because) and self._waits(result, before):
             unsigned = _NO_REASON.format(result.serial, amends)
         elif job.certificate is not None:
             stated = self._provenance(job.spec, result.serial, before, reason, due, because, amends)
-            if page is None or result is not found or stated != job.provenance:
-                job = replace(job, provenance=stated)
-                page = drawn(job.contents(result))
+            contents, number = job.contents(replace(judgement, result=result), stated), stated.number
+            page = drawn(contents, self.home)
         seq = self._store_verdict(job, result, past[-1].seq if past else 0).seq if due is None else due.seq
-        if job.certificate is not None and page is not None and not unsigned:
+        if job.certificate is not None and page is not None:
             set_aside(job.certificate, if_countersigned=True)
             if self.credential is None:
                 write_atomic(job.certificate, page)
             else:
-                number = job.provenance.number if job.provenance else ""
                 sign_into(
                     job.certificate, page, self.credential, self.store, result.serial, self.operator, result.spec,
                     number=number, simulated=result.simulated, reason=because, judged=seq,
@@ -288,7 +281,7 @@ class Pipeline:
             del self._read[next(iter(self._read))]
         return known
 
-    def _reservations(self, unit: UnitFolder, result: UnitEntry | None) -> Reservations:
+    def _reservations(self, unit: UnitFolder, result: UnitRecord | None) -> Reservations:
         confirmed_by = self.operator if unit.path in self._confirmed else ""
         past = self.events(unit.serial)
         approval = self._approval(unit.kind) if past else None
@@ -326,20 +319,20 @@ class Pipeline:
             return None
         return self._asked(f"{before.serial} was {before.verdict} on {before.time[:10]}; why is it judged again?")
 
-    def _reason_to_amend(self, result: UnitResult, number: str, before: UnitState | None) -> str:
+    def _reason_to_amend(self, result: UnitRecord, number: str, before: UnitState | None) -> str:
         """Return why a certificate is replaced by one with another result, "" if no reason was given. None is asked for
         where the data are the same, and for golden units."""
         last = before.handed_out if before is not None else None
-        if last is not None and last.result is not None and last.spec_sha256 == result.spec_sha256:
+        if last is not None and last.result is not None and last.spec_sha256 == result.spec.partition("@")[2]:
             benches = {(stated or {}).get("sha256") for stated in (last.result.calibration, result.calibration)}
-            same = dict(last.result.inputs) == dict(result.entry.inputs) and len(benches) == 1
-            if same and before is not None and before.code_sha256 == code_sha256():
+            same = dict(last.result.inputs) == dict(result.inputs) and len(benches) == 1
+            if same and before is not None and before.judged.code_sha256 == code_sha256():
                 return _SAME_DATA
         if result.serial in goldens(self.store):
             return "a golden unit, measured again"
         return self._asked(f"{result.serial}: its certificate {number} has another result; why is it replaced?")
 
-    def _waits(self, result: UnitResult, before: UnitState | None) -> bool:
+    def _waits(self, result: UnitRecord, before: UnitState | None) -> bool:
         """Return whether a certificate in place of another one waits for a reason: also if an earlier program stored no
         result with the one that it replaces."""
         if before is None or before.handed_out is None:
@@ -360,8 +353,8 @@ class Pipeline:
         before: UnitState | None,
         reason: str | None,
         due: UnitState | None,
-        because: str = "",
-        amends: str = "",
+        because: str,
+        amends: str,
     ) -> Provenance:
         if self._head is None:
             self._head = self.store.signed_head()
@@ -399,20 +392,20 @@ class Pipeline:
         """Return the state of a unit before its last judgement."""
         if last is None:
             return None
-        return fold(e for e in self.events(last.serial) if e.seq < last.seq).units.get(last.serial)
+        return fold(e for e in self.events(last.serial) if e.seq < last.seq)
 
-    def _is_stored(self, seq: int, result: UnitResult) -> bool:
+    def _is_stored(self, seq: int, result: UnitRecord) -> bool:
         """Return whether a result is that of an event, so that one certificate states both."""
         stored = UnitJudged.of(next(self.store.events(result.serial, UnitJudged.KIND, after=seq - 1)))
         return canonical(stored.result.to_json()) == canonical(result.to_json())
 
-    def _store_verdict(self, job: UnitJob, result: UnitResult, after: int) -> Event:
+    def _store_verdict(self, job: UnitJob, result: UnitRecord, after: int) -> Event:
         """Store a result, as results.json has it, with all that it depends on. The golden units are checked here, so
         that every verdict passes them. after: the last event of the unit that was read. Raises also Overtaken."""
         check_may_judge(self.store, result.serial)
-        entry, path = result.entry, str(job.unit.path.resolve())
+        path = str(job.unit.path.resolve())
         judged = UnitJudged(
-            path, entry.inputs, result.spec_sha256, code_sha256(), entry, job.place, self.store.bench, job.reason
+            path, result.inputs, job.spec.sha256, code_sha256(), result, job.place, self.store.bench, job.reason
         )
         return self.store.write(judged, result.serial, who=self.operator, spec=result.spec, after=after)
 

@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any
 
 from accept.base.atomic_files import write_atomic, writing_atomic
+from accept.base.documents.results import ListedUnit
 from accept.batch import outputs
 from specs.distribution import install
 from specs.errors import AcceptError
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 WHOLE = 2000  # units that results.json lists
 AT_ONCE = 2000  # units of one part of a data set
 FINDINGS, UNITS = "findings.parquet", "units.parquet"
-NUMBERS = ("value", "U", "lower", "upper", "p_false_accept")
 OF_UNIT = ("serial", "kind", "verdict", "certificate")  # columns of units.parquet that its entry has
 
 
@@ -44,14 +44,14 @@ def check_room(units: int, dataset: bool) -> None:
 
 
 class Results:
-    """Open while a batch's entries are added, in order of serial. entries: all of them, if they are few."""
+    """Open while a batch's units are added, in order of serial. units: all of them, if they are few."""
 
     def __init__(self, out: Path, whole: bool, dataset: bool) -> None:
-        self.entries: list[dict[str, Any]] = []
+        self.units: list[ListedUnit] = []
         self._out, self._whole = out, whole
         self._dataset = dataset or not whole
         self._rows: list[dict[str, Any]] = []  # of the next part of each data set
-        self._units: list[dict[str, Any]] = []
+        self._rows_of_units: list[dict[str, Any]] = []
         self._parts = 0
         self._open = ExitStack()
 
@@ -70,40 +70,41 @@ class Results:
     ) -> None:
         self._open.__exit__(kind, error, trace)
 
-    def add(self, entry: dict[str, Any], *, attempt: int, time: str, operator: str) -> None:
+    def add(self, unit: ListedUnit, *, attempt: int, time: str, operator: str) -> None:
         """Add a unit, and of its judgement: which attempt of the serial, when (UTC, ISO 8601), by whom."""
         judgement = {"attempt": attempt, "time": time, "operator": operator}
-        rows = outputs.findings(entry, judgement)
+        rows = outputs.findings(unit, judgement)
         self._csv.write(outputs.csv_rows(rows))
-        self._junit.write(outputs.junit_unit(entry))
+        self._junit.write(outputs.junit_unit(unit))
         if self._whole:
-            self.entries.append(entry)
+            self.units.append(unit)
         if self._dataset:
             self._rows += rows
+            entry = unit.to_json()
             text = json.dumps(entry, sort_keys=True, ensure_ascii=False)
-            self._units.append({name: entry[name] for name in OF_UNIT} | judgement | {"entry": text})
-            if len(self._units) == AT_ONCE:
+            self._rows_of_units.append({name: entry[name] for name in OF_UNIT} | judgement | {"entry": text})
+            if len(self._rows_of_units) == AT_ONCE:
                 self._put()
 
     def finish(self, specs: list[dict[str, str]], refused: list[dict[str, str]], verdicts: Mapping[str, int]) -> None:
         """Write the remaining files, and results.json last, so that the others are there with it."""
-        if self._dataset and (self._units or not self._parts):
+        if self._dataset and (self._rows_of_units or not self._parts):
             self._put()
         self._junit.write(outputs.junit_refused(refused) + outputs.JUNIT_END)
         self._open.close()
         self._replace_datasets()
         if self._whole:
-            document = outputs.results_json(specs, self.entries, refused)
+            document = outputs.results_json(specs, self.units, refused)
         else:
             document = outputs.counts_json(specs, dict(verdicts), refused, {"findings": FINDINGS, "units": UNITS})
         write_atomic(self._out / "results.json", document)
 
     def _put(self) -> None:
         self._write_part(FINDINGS, _findings(self._rows))
-        self._write_part(UNITS, _units(self._units))
+        self._write_part(UNITS, _units(self._rows_of_units))
         self._parts += 1
         self._rows.clear()
-        self._units.clear()
+        self._rows_of_units.clear()
 
     def _part(self, name: str) -> Path:
         return self._out / f".{name}.part"
@@ -128,14 +129,8 @@ def _findings(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
     import pandas as pd
     import pyarrow as pa
 
-    frame = pd.DataFrame(rows, columns=outputs.COLUMNS)
-
-    kinds = (
-        {name: pa.float64() for name in NUMBERS}
-        | dict.fromkeys(("required", "simulated"), pa.bool_())
-        | _kinds_of_judgement()
-    )
-    schema = pa.schema([(name, kinds.get(name, pa.string())) for name in outputs.COLUMNS])
+    frame = pd.DataFrame(rows, columns=list(outputs.COLUMNS))
+    schema = pa.schema([(name, _kind(of)) for name, of in outputs.COLUMNS.items()])
     return pa.Table.from_pandas(frame.assign(time=frame["time"].map(_instant)), schema=schema, preserve_index=False)
 
 
@@ -144,15 +139,16 @@ def _units(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
     JSON."""
     import pyarrow as pa
 
-    kinds = {name: pa.string() for name in OF_UNIT} | _kinds_of_judgement() | {"entry": pa.string()}
     timed = [{**row, "time": _instant(row["time"])} for row in rows]
-    return pa.Table.from_pylist(timed, schema=pa.schema(list(kinds.items())))
+    names = (*OF_UNIT, "attempt", "time", "operator", "entry")
+    return pa.Table.from_pylist(timed, pa.schema([(name, _kind(outputs.COLUMNS.get(name, str))) for name in names]))
 
 
-def _kinds_of_judgement() -> "dict[str, pa.DataType]":
+def _kind(of: type) -> "pa.DataType":
     import pyarrow as pa
 
-    return {"attempt": pa.int64(), "time": pa.timestamp("us", tz="UTC"), "operator": pa.string()}
+    kinds = {float: pa.float64(), bool: pa.bool_(), int: pa.int64(), datetime: pa.timestamp("us", tz="UTC")}
+    return kinds.get(of, pa.string())
 
 
 def _instant(text: str) -> datetime:

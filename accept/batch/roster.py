@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from accept.judging.result import UnitResult
+from accept.base.documents.results import UnitRecord
 from accept.store.spelling import spelling_key
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitFolder
@@ -86,15 +86,15 @@ class Roster:
         row = self._file.execute("SELECT seq FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
         return None if row is None else row[0]
 
-    def keep(self, result: UnitResult) -> None:
+    def keep(self, result: UnitRecord) -> None:
         """Keep the result of a unit in this run, without its pictures."""
         row = (zlib.compress(pickle.dumps(replace(result, panels={})), 1), result.serial)
         self._file.execute("UPDATE unit SET found = ? WHERE serial = ? AND refused = 0", row)
 
-    def found(self, serial: str) -> UnitResult | None:
+    def found(self, serial: str) -> UnitRecord | None:
         """Return the result of a unit in this run, None if it was not judged in it."""
         row = self._file.execute("SELECT found FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
-        result: UnitResult | None = None if row is None or row[0] is None else pickle.loads(zlib.decompress(row[0]))
+        result: UnitRecord | None = None if row is None or row[0] is None else pickle.loads(zlib.decompress(row[0]))
         return result
 
     def known(self, serial: str, earlier: int, since: int) -> None:

@@ -7,11 +7,20 @@ from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
 from accept.certificate import events
+from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.disposition import Disposition
 from accept.certificate.trust.keys import Credential
+from accept.certificate.trust.provenance import signed_by_bench
 from accept.judging.decisions import Signer
 from accept.store import Event, Store
 from accept.store.errors import Overtaken
+
+
+def drawn(contents: CertificateContent, home: Path) -> bytes:
+    """Return a certificate, unsigned, with its provenance signed by the bench."""
+    from accept.certificate.page.document import render  # loads reportlab: only when wanted
+
+    return render(signed_by_bench(contents, home))
 
 
 def sign_into(

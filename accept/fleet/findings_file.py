@@ -21,9 +21,8 @@ import numpy as np
 
 from accept.base.atomic_files import writing_atomic
 from accept.base.documents import document, results
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.progress import busy
-from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.store import Event, Store, payloads
 from accept.store.chain import START, StoreHead
 from accept.store.fold import TECHNICIAN
@@ -185,13 +184,13 @@ def _bearing(store: Store, after: int) -> Iterator[Event]:
     return merge(*kinds, key=lambda event: event.seq)
 
 
-def bench_of(result: UnitEntry) -> str:
+def bench_of(result: UnitRecord) -> str:
     """Return the name of the bench file that a result was judged with."""
     calibration = result.calibration or {}
     return str(calibration.get("bench") or NOT_STATED)
 
 
-def _held_by(result: UnitEntry) -> str:
+def _held_by(result: UnitRecord) -> str:
     """Return which of `HELD_BY` holds a unit, "" if nothing does."""
     holds = (
         result.nonconformances,

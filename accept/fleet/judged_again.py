@@ -1,13 +1,12 @@
 """Stored units under another spec: which verdicts flip, and why. Nothing is stored and no certificate is touched."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
 from accept.base.progress import steps
 from accept.base.runner import GivenUp, Workers
-from accept.judging.calibration import weakened
 from accept.judging.inputs import input_doubts
 from accept.judging.judge_unit import judge_unit
 from accept.judging.reservations import Reservations
@@ -18,7 +17,7 @@ from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.cause import Cause, because
 from checks.quantity import Quantity
-from checks.verdict import Finding, judge, unit_verdict
+from checks.verdict import Finding, judge, unit_verdict, weakened
 from specs.spec import Spec
 
 RECORDS, VALUES = "records", "stored values"
@@ -54,7 +53,7 @@ def judged_again(
     from_records: measure unit folders again if they still hold what was judged; only this honours changed settings."""
     void = voids(store)
     last = (event for event in store.last_of_each(UnitJudged.KIND) if event.seq not in void)
-    units = (fold([event]).units[event.subject] for event in last)
+    units = (unit for event in last if (unit := fold([event])) is not None)
     with_spec = ((unit, specs.get(unit.result.kind)) for unit in steps(units, "units judged again"))
     asked = ((unit, spec, from_records) for unit, spec in with_spec if spec is not None)
     if cluster is None:
@@ -72,7 +71,7 @@ def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
     basis = VALUES if findings is None else RECORDS
     measured = from_values(unit.result, spec) if findings is None else findings
     reservations = Reservations.stated(unit.result)
-    now = list(reservations.weaken(measured)) if reservations else measured
+    now = reservations.apply(replace(unit.result, findings=tuple(measured))).findings
     before = {f.quantity: str(f.verdict) for f in unit.result.findings}
     differ = {
         f.quantity: (before.get(f.quantity, "not judged"), str(f.verdict), f.reason or "")
@@ -88,15 +87,15 @@ def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
 def _from_records(unit: UnitState, spec: Spec) -> list[Finding] | None:
     """Return the findings measured again from the unit's folder, None unless the folder is as it was judged."""
     try:
-        folder = unit_folder.read(Path(unit.path))
-        if folder.serial != unit.serial or folder.input_hashes() != dict(unit.inputs):
+        folder = unit_folder.read(Path(unit.judged.path))
+        if folder.serial != unit.serial or folder.input_hashes() != dict(unit.judged.inputs):
             return None
         return list(judge_unit(folder, spec).findings)
     except (UnitError, OSError):
         return None
 
 
-def from_values(result: UnitEntry, spec: Spec) -> list[Finding]:
+def from_values(result: UnitRecord, spec: Spec) -> list[Finding]:
     """Compare stored values with a spec's limits. A quantity that was not measured has no result; one by inputs that
     unit.toml alone stated is conditional at best."""
     doubts = input_doubts({f.check: f.inputs for f in result.findings})

@@ -7,13 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from accept.base.documents.results import UnitRecord
 from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.gap.start_model import StartModel
-from accept.gap.text import on_certificate
+from accept.gap.text import GAP_PICTURES, on_certificate
 from accept.judging.bench_errors import without_bench_errors
-from accept.judging.result import GAP_PICTURES, UnitResult
 from accept.units.loaded_unit import LoadedUnit
 from accept.units.unit_folder import UnitError
 from checks.errors import ModelError, RecordError
@@ -26,7 +26,7 @@ MODELS = "models"  # folder of improved models, in that of the results
 NO_ANSWER = (GapRefused, ModelError, RecordError, SpecError, UnitError, OSError)
 
 
-def explain_result(result: UnitResult, unit: LoadedUnit, start: StartModel, say: Say, out: Path | None) -> UnitResult:
+def explain_result(result: UnitRecord, unit: LoadedUnit, start: StartModel, say: Say, out: Path | None) -> UnitRecord:
     """Return the result with its key `gap`: gap.json with the start model, or the reason why there is no analysis. out:
     folder of the results; the improved model goes there."""
     try:
@@ -38,7 +38,7 @@ def explain_result(result: UnitResult, unit: LoadedUnit, start: StartModel, say:
     return with_explanation(result, document, gap_panels(done.result) if on_certificate(document) else {})
 
 
-def with_explanation(result: UnitResult, document: Mapping[str, Any], drawn: Mapping[str, Panel]) -> UnitResult:
+def with_explanation(result: UnitRecord, document: Mapping[str, Any], drawn: Mapping[str, Panel]) -> UnitRecord:
     """Return the result with the missing effects, and those of its pictures that a certificate shows."""
     shown = {f"{GAP_PICTURES}{name}": drawn[name] for name in on_certificate(document) if name in drawn}
     return without_bench_errors(replace(result, gap=document, panels={**result.panels, **shown}))

@@ -23,6 +23,9 @@ HEADLINE: dict[str, str] = {
 }
 
 
+GAP_PICTURES = "gap/"  # how their names begin among the pictures of a unit
+
+
 def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the names of the pictures that a certificate shows: magnitude and residual, before and after, of the
     channel that fitted worst; none if nothing is missing or nothing was found."""

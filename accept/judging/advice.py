@@ -4,12 +4,14 @@ A cause without an entry needs no advice beside its sentence. The texts take the
 """
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
+from accept.base.documents.results import UnitRecord
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, record_label
 from checks.declare import Check, Series
-from checks.verdict import Finding, Verdict
+from checks.verdict import Finding, Verdict, unit_verdict
 from specs.units import CHANNEL_LABELS
 
 _PLUG = "check the plug of {channel}, then record again"
@@ -139,6 +141,12 @@ def action(findings: Iterable[Finding]) -> str | None:
     # a contradiction names two suspects and a misfit none; what names one comes first, and is enough
     named = [line for advised in wrong for line in advised[:1] if line not in (ADVICE[Cause.CONTRADICTION], _GAP)]
     return "; ".join(dict.fromkeys(named or [advised[0] for advised in wrong if advised])) or None
+
+
+def concluded(record: UnitRecord) -> UnitRecord:
+    """Return the record with the verdict and the action that follow from its findings."""
+    verdict = unit_verdict(record.findings, bool(record.nonconformances))
+    return replace(record, verdict=verdict, action=action(record.findings))
 
 
 def lines(check: Check, reason: Reason) -> list[str]:

@@ -11,25 +11,27 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from accept.judging.result import UnitResult
+from accept.base.documents.results import UnitRecord
+from accept.judging.advice import concluded
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because
 from checks.consistency import PAYLOAD
-from checks.verdict import Finding, Verdict, unit_verdict
+from checks.verdict import Finding, Verdict
 
 RESONANCE, BY_RESONANCE = "axial_resonance_Hz", "k_resonance_N_per_um"
 ADDED_MASS = "bench.payload_kg"  # what an effect adds to if it is a mass on the bench
 NARROW = 0.2  # of an interval over its upper end: one number suffices
 
 
-def without_bench_errors(result: UnitResult) -> UnitResult:
+def without_bench_errors(result: UnitRecord) -> UnitRecord:
     """Return the result with a resonance that a wrong payload moved out of its limits set to no result; the same object
     if there is no clear evidence of a bench error."""
-    stiffness = next((q.value for _, q in result.information if q.name == BY_RESONANCE), math.nan)
+    stiffness = next((i.value for i in result.information if i.quantity == BY_RESONANCE), None)
+    stiffness = math.nan if stiffness is None else stiffness
     findings = withhold_bench_errors(result.findings, stiffness, result.gap)
     if findings is result.findings:
         return result
-    return replace(result, findings=tuple(findings), verdict=unit_verdict(findings, bool(result.nonconformances)))
+    return concluded(replace(result, findings=tuple(findings)))
 
 
 def withhold_bench_errors(

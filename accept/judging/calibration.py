@@ -6,12 +6,10 @@ file.
 
 import datetime
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from checks.acceptance import CHECKS
-from checks.cause import Cause, Reason, because, together
-from checks.verdict import Finding, Verdict
+from checks.cause import Cause, Reason, because
 from specs.bench import BenchFile
 from specs.spec import CheckSpec
 
@@ -122,22 +120,7 @@ def _iso(day: datetime.date | None) -> str | None:
     return None if day is None else day.isoformat()
 
 
-def applied(
-    stated: Statement | None,
-    findings: Sequence[Finding],
-    checks: Mapping[str, CheckSpec],
-    measured: Mapping[str, datetime.date],
-) -> tuple[Statement | None, list[Finding], list[str]]:
-    """Return a statement checked for the days of measurement, the findings as it leaves them, and its notes. Without a
-    statement only what the spec asks of it weakens findings."""
-    kept, words = list(findings), []
-    if stated is not None:
-        stated = checked(stated, measured)
-        kept, words = downgraded(kept, problems(stated, checks)), notes(stated)
-    return stated, downgraded(kept, without_reference(stated, checks)), words
-
-
-def problems(given: Statement, checks: Iterable[str]) -> dict[str, str]:
+def problems(given: Statement, checks: Iterable[str]) -> dict[str, Reason]:
     """Return check -> why its calibration does not hold. A check without any instrument in the bench file is
     included."""
     found = {}
@@ -147,11 +130,11 @@ def problems(given: Statement, checks: Iterable[str]) -> dict[str, str]:
         if not rows:
             bad = ["the bench file names no instrument for it: its calibration is unknown"]
         if bad:
-            found[check] = "; ".join(bad)
+            found[check] = because(Cause.CALIBRATION, detail="; ".join(bad))
     return found
 
 
-def without_reference(given: Statement | None, checks: Mapping[str, CheckSpec]) -> dict[str, str]:
+def without_reference(given: Statement | None, checks: Mapping[str, CheckSpec]) -> dict[str, Reason]:
     """Return check -> why the comparison with a reference that its spec asks for is not stated. What is asked stands in
     the spec, not in the statement: one that says nothing of it, or no statement at all, never passes."""
     found = {}
@@ -163,24 +146,9 @@ def without_reference(given: Statement | None, checks: Mapping[str, CheckSpec]) 
         if not rows or any(days is None or days > asked.reference_days for days in most):
             days = f"{asked.reference_days} day{'s' * (asked.reference_days != 1)}"
             why = "no bench file was given" if given is None else "the bench file has no such comparison for it"
-            found[check] = f"the spec asks for a comparison with the reference within {days}, and {why}"
+            words = f"the spec asks for a comparison with the reference within {days}, and {why}"
+            found[check] = because(Cause.CALIBRATION, detail=words)
     return found
-
-
-def downgraded(findings: Sequence[Finding], wrong: Mapping[str, str]) -> list[Finding]:
-    """Return the findings with every pass of a check whose calibration does not hold made conditional, and the reason
-    added to all that have a value."""
-    return [weakened(f, because(Cause.CALIBRATION, detail=wrong[f.check])) if f.check in wrong else f for f in findings]
-
-
-def weakened(finding: Finding, why: Reason) -> Finding:
-    """Return the finding with this reason, and conditional instead of a pass; a finding without a result is
-    unchanged."""
-    if finding.verdict is Verdict.NO_RESULT:
-        return finding
-    cause = together([*([] if finding.cause is None else [finding.cause]), why])
-    verdict = Verdict.CONDITIONAL if finding.verdict is Verdict.PASS else finding.verdict
-    return replace(finding, verdict=verdict, reason=str(cause), cause=cause)
 
 
 def notes(given: Statement) -> list[str]:

@@ -8,28 +8,24 @@ is a copy like a recording (`accept.units.samples`); for one serial the readings
 """
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations
 from pathlib import PurePath
 from typing import Any
 
-from accept.base.documents.results import UnitEntry
-from accept.judging.advice import action
+from accept.judging.advice import concluded
 from accept.judging.decisions import Signer, problem_here, sign_decision
+from accept.judging.rules import withhold_copies
 from accept.store import Event, Store
 from accept.store.indexes import TABLE
 from accept.store.payloads import CopiesResolved, UnitJudged
 from accept.units.attempt_folder import attempt_number
 from accept.units.samples import is_typed
-from checks.acceptance import CHECKS
-from checks.cause import Cause, because
 from checks.signals import Sketch
-from checks.verdict import Finding, Verdict, unit_verdict
 from specs.errors import AcceptError
 
-NAMED = 3  # copies that a reason names; with more it says how many
 Channels = Mapping[str, str]
 Samples = Mapping[str, Channels]
 Copy = dict[str, Any]
@@ -122,27 +118,10 @@ def recording_party(serial: str, sample: str, channels: Channels) -> tuple[str, 
     return serial, sample, hashlib.sha256(repr(sorted(channels.items())).encode()).hexdigest()[:16]
 
 
-def sections_withheld(copies: Iterable[Copy]) -> set[str]:
-    """Return the sections of `unit.toml` whose recordings do not count."""
-    return {copy["sample"].partition("/")[0] for copy in copies if copy["withheld"]}
-
-
-def without_copies(finding: Finding, copies: Sequence[Copy]) -> Finding:
-    """Return the finding, set to no result if its recording does not count."""
-    section = CHECKS[finding.check].reads
-    copy = next((c for c in copies if c["withheld"] and c["sample"].partition("/")[0] == section), None)
-    if copy is None:
-        return finding
-    named, more = copy["with"][:NAMED], len(copy["with"]) - NAMED
-    others = ", ".join(f"{w['sample']} of {w['serial']}" for w in named) + (f" and of {more} more" if more > 0 else "")
-    cause = because(Cause.SAMPLES_COPIED, record=copy["sample"].partition("/")[2], others=others)
-    bare = replace(finding, value=None, U=None, p_false_accept=None, budget=(), note=None)
-    return replace(bare, verdict=Verdict.NO_RESULT, cause=cause, reason=str(cause))
-
-
 def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any]], who: str) -> dict[str, int]:
     """Re-judge the other units that hold a copy if their last result does not state it: from then on it counts for them
-    no more than for this one. Returns serial -> number of the event. Raises StoreError."""
+    no more than for this one; a recording that was withheld once and counts again needs judging from its records.
+    Returns serial -> number of the event. Raises StoreError."""
     changed = dict[str, int]()
     for other in sorted({w["serial"] for copy in copies for w in copy["with"]} - {serial}):
         last = store.latest(other, UnitJudged.KIND)
@@ -151,26 +130,10 @@ def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any
         judged = UnitJudged.of(last)
         found = copies_of(store, other, judged.path, judged.result.samples)
         if found and found != list(judged.result.copies):
-            why = f"a recording is also one of {serial}"
-            weaker = replace(judged, result=_entry_without(judged.result, found), reason=why)
+            why, again = f"a recording is also one of {serial}", replace(judged.result, copies=tuple(found))
+            weaker = replace(judged, result=concluded(withhold_copies(again)), reason=why)
             changed[other] = store.write(weaker, other, who=who, spec=last.spec).seq
     return changed
-
-
-def _entry_without(entry: UnitEntry, copies: Sequence[Copy]) -> UnitEntry:
-    """Return an entry of results.json without the findings from copies. A recording that was withheld once and counts
-    again needs judging from its records; here it stays without a result."""
-    findings = tuple(without_copies(finding, copies) for finding in entry.findings)
-    sections = sections_withheld(copies)
-    information = tuple(i for i in entry.information if CHECKS[i.check].reads not in sections)
-    return replace(
-        entry,
-        findings=findings,
-        verdict=unit_verdict(findings, bool(entry.nonconformances)),
-        information=information,
-        copies=tuple(copies),
-        action=action(findings),
-    )
 
 
 def resolved_content(decision: CopiesResolved) -> dict[str, Any]:

@@ -9,13 +9,13 @@ or the unit is conditional at best.
 import re
 from collections.abc import Mapping
 
+from accept.base.documents.results import ALIKE, CONFIRMED, NAME
 from accept.store import Store
 from accept.store.payloads import SerialConfirmed, UnitJudged
 from accept.store.spelling import difference, spelling_key
 from accept.units.attempt_folder import attempt_number
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
 
-NAME, CONFIRMED, ALIKE = "name", "confirmed_by", "alike"  # keys of what a result states about its serial
 _NUMBER = re.compile(r"\d+")
 
 

@@ -39,7 +39,7 @@ def inputs_of(held: LoadedUnit, spec: Spec, stated: Statement | None) -> Inputs:
         if section is None or not section.entries:
             continue
         used = [*_entries(check, section, spec, stated), *_channels(held, section, stated)]
-        temperature = held.folder.environment.get(TEMPERATURE)
+        temperature = held.folder.header.environment.get(TEMPERATURE)
         if temperature is not None and any(u.percent_per_C for u in asked.uncertainty.values()):
             used.append(UsedInput(TEMPERATURE, temperature.value, "°C", UNIT_FILE, temperature.U))
         for setting in check.settings:

@@ -3,19 +3,15 @@
 import re
 from contextlib import suppress
 from dataclasses import replace
-from functools import reduce
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from accept.base.documents.results import Information, UnitRecord
 from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.base.worker_process import memory_GB
-from accept.judging import calibration
-from accept.judging.bench_errors import without_bench_errors
-from accept.judging.calibration import Statement, weakened
+from accept.judging.calibration import Statement
 from accept.judging.check_settings import settings_problems
-from accept.judging.inputs import input_doubts, inputs_of
-from accept.judging.learned_bench import learned_bench_doubts
-from accept.judging.result import UnitResult
+from accept.judging.rules import Case, judged
 from accept.models.evidence import Models, model_of
 from accept.units import unit_folder as units
 from accept.units.loaded_unit import LoadedUnit, loaded
@@ -23,7 +19,6 @@ from accept.units.samples import samples_of
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.acceptance import CHECKS, with_temperature
 from checks.cause import Cause, NoResult, Reason, because
-from checks.consistency import check_consistency
 from checks.declare import Check, Measured
 from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
@@ -98,7 +93,7 @@ def judge_unit(
     stated: Statement | None = None,
     models: Models | None = None,
     own: bool = True,
-) -> UnitResult:
+) -> UnitRecord:
     """Judge every section of a unit that the spec asks about. Raises UnitError if the spec is for another kind.
 
     stated : the calibration of the instruments behind it; None without a bench file, then the result states none.
@@ -113,58 +108,33 @@ def judge_unit(
         problem = f"kind = '{unit.kind}', but spec {spec.name} judges {judges}: correct the kind, or name another spec"
         raise UnitError(unit.path / units.UNIT_FILE, [problem])
     models = models or Models()
-    temperature = unit.environment.get("temperature_C")
+    temperature = unit.header.environment.get("temperature_C")
     outcomes = {
         name: _at_temperature(_outcome(held, CHECKS[name], asked, models), asked, temperature)
         for name, asked in spec.checks.items()
     }
     quantities = [(name, quantity) for name, outcome in outcomes.items() for quantity in outcome.quantities]
-    judged = check_consistency(
-        [finding for name, asked in spec.checks.items() for finding in _judged(name, asked, outcomes[name])],
-        {q.name: q for _, q in quantities if q.reason is None and isfinite(q.value)},
-    )
-    days = _days(unit, spec)
-    inputs = inputs_of(held, spec, stated)
-    doubts = (
-        learned_bench_doubts(spec, models, days),
-        _unexpected_channels(held, spec),
-        input_doubts(inputs) if own else {},
-    )
-    found = [replace(f, inputs=inputs.get(f.check, ())) for f in judged]
-    findings = [reduce(weakened, [d[f.check] for d in doubts if f.check in d], f) for f in found]
+    findings = tuple(f for name, asked in spec.checks.items() for f in _judged(name, asked, outcomes[name]))
     notes = [f"{name}: {note}" for name, outcome in outcomes.items() for note in outcome.notes]
-    notes += _notes_of_unit(held, spec)
-    stated, findings, of_instruments = calibration.applied(stated, findings, spec.checks, unit.measured)
-    notes += of_instruments
-    result = UnitResult(
-        serial=unit.serial,
-        kind=unit.kind,
+    record = UnitRecord(
+        **vars(unit.header),
         verdict=unit_verdict(findings),
-        findings=tuple(findings),
-        information=tuple((n, q) for n, q in quantities if q.name not in spec.checks[n].limits and isfinite(q.value)),
+        findings=findings,
+        information=tuple(
+            Information.of(n, q) for n, q in quantities if q.name not in spec.checks[n].limits and isfinite(q.value)
+        ),
         not_judged=tuple(_not_judged(unit, spec)),
-        notes=tuple(notes),
-        parts=unit.parts,
-        inputs=held.hashes,
-        spec_name=spec.name,
-        spec_sha256=spec.sha256,
+        notes=(*notes, *_notes_of_unit(held, spec)),
+        inputs=dict(sorted(held.hashes.items())),
+        spec=f"{spec.name}@{spec.sha256}",
         panels={f"{name}/{key}": p for name, outcome in outcomes.items() for key, p in outcome.panels.items()},
         calibration=stated,
         models=models.hashes(spec),
-        measured=days,
-        origin=unit.origin,
-        environment=unit.environment,
-        provided=unit.provided,
-        simulated=unit.simulated,
+        measured=_days(unit, spec),
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
-    return without_bench_errors(result) if own else result
-
-
-def _unexpected_channels(held: LoadedUnit, spec: Spec) -> dict[str, Reason]:
-    """Return check -> the question about its records, if they hold what units of the product do not have."""
-    found = {name: held.unexpected_channel(CHECKS[name].reads) for name in spec.checks}
-    return {name: reason for name, reason in found.items() if reason is not None}
+    known = {q.name: q for _, q in quantities if q.reason is None and isfinite(q.value)}
+    return judged(record, Case(held, spec, models, known), own)
 
 
 def _notes_of_unit(held: LoadedUnit, spec: Spec) -> list[str]:

@@ -11,16 +11,15 @@ is held in the same way. So is what an earlier attempt holds against its evidenc
 Only the disposition to use it as it is releases what was measured before.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import Any
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import CONCESSION, UnitRecord
 from accept.judging.decisions import DecisionError, Signer, problem_here, sign_decision
 from accept.judging.superseded import Approval, are_same, measured_values, superseded
 from accept.judging.voids import Void, voids
-from accept.pictures.signs import CONCESSION
 from accept.store import Event, Store
 from accept.store.payloads import (
     CHOICES,
@@ -62,7 +61,7 @@ class Standing:
 
 
 def open_nonconformances(
-    store: Store, serial: str, notes: Mapping[str, Sequence[str]], entry: UnitEntry | None = None
+    store: Store, serial: str, notes: Mapping[str, Sequence[str]], entry: UnitRecord | None = None
 ) -> tuple[str, ...]:
     """Return the nonconformances that hold a unit, as `standing`."""
     return standing(store, serial, notes, entry).open
@@ -72,7 +71,7 @@ def standing(
     store: Store,
     serial: str,
     notes: Mapping[str, Sequence[str]],
-    entry: UnitEntry | None = None,
+    entry: UnitRecord | None = None,
     until: datetime | None = None,
     past: Sequence[Event] | None = None,
     approval: Approval | None = None,
@@ -227,9 +226,9 @@ def words_of(given: NonconformanceDecided) -> str:
     return f"{kind} by {who}: {called}: {decision.reason}; {about}: {'; '.join(named)}"
 
 
-def stated_words(result: Mapping[str, Any]) -> list[str]:
-    """Return the dispositions that a result in JSON states, in words."""
-    return [words_of(NonconformanceDecided.from_json(given)) for given in result.get("dispositions", ())]
+def stated_words(dispositions: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Return the dispositions that a record states, in words."""
+    return [words_of(NonconformanceDecided.from_json(given)) for given in dispositions]
 
 
 def is_only_held(finding: Finding) -> bool:

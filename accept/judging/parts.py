@@ -8,7 +8,7 @@ store holds no two units of such serials (`accept.store.spelling`).
 
 from collections.abc import Mapping
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
 from accept.judging.voids import voids
 from accept.store import Store
 from accept.store.payloads import UnitJudged
@@ -40,5 +40,5 @@ def _units_with(store: Store, part: str) -> list[str]:
     return [last.subject for last in latest if last and spelling_key(part) in _spelled(UnitJudged.of(last).result)]
 
 
-def _spelled(result: UnitEntry) -> set[str]:
+def _spelled(result: UnitRecord) -> set[str]:
     return {spelling_key(part) for part in result.parts.values()}

@@ -8,9 +8,7 @@ count (`accept.judging.voids`).
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
-from accept.judging.calibration import weakened
 from accept.judging.copies import Samples, same_recording
 from accept.judging.inputs import CHANNELS, input_words
 from accept.judging.voids import voids
@@ -18,7 +16,7 @@ from accept.store import Event, Store
 from accept.store.payloads import UnitJudged
 from accept.units.samples import is_typed
 from checks.acceptance import CHECKS
-from checks.cause import Cause, because
+from checks.cause import Cause
 from checks.verdict import Finding, UsedInput, Verdict
 
 Rereading = Mapping[str, str]
@@ -109,14 +107,3 @@ def _words(check: str, name: str, inputs: Mapping[str, UsedInput]) -> str:
         return input_words(check, inputs[name])
     channel = name.removeprefix(CHANNELS)
     return f"{channel} is read as it is" if channel != name else f"{_label(check, name)}not stated"
-
-
-def weaken_reread(finding: Finding, reading: Rereading | None) -> Finding:
-    """Return the finding with the remark that its recording was read otherwise before, conditional instead of a pass if
-    it did not pass then."""
-    if reading is None:
-        return finding
-    cause = because(Cause.READ_OTHERWISE, detail=reading["words"])
-    if reading["was"] == Verdict.PASS:
-        return replace(finding, note="; ".join(n for n in (finding.note, str(cause)) if n))
-    return weakened(finding, cause)

@@ -10,24 +10,21 @@ Every judgement is given its reservations here: those of batch, report and workf
 `accept verify`, which takes them from the certificate.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-from accept.base.documents.results import UnitEntry
-from accept.judging.calibration import weakened
-from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
-from accept.judging.folder_name import ALIKE, CONFIRMED, NAME, doubted_folder
+from accept.base.documents.results import UnitRecord
+from accept.judging.copies import Samples, copies_of
+from accept.judging.folder_name import doubted_folder
 from accept.judging.nonconformance import RELEASING, in_notes, standing
 from accept.judging.parts import part_doubts
-from accept.judging.rereadings import Rereading, rereadings, weaken_reread
-from accept.judging.result import UnitResult
+from accept.judging.rereadings import Rereading, rereadings
+from accept.judging.rules import reserved
 from accept.judging.superseded import Approval
 from accept.store import Event, Store
 from accept.units.unit_folder import UnitFolder
-from checks.acceptance import CHECKS
-from checks.cause import Cause, because
-from checks.verdict import Finding, unit_verdict
+from checks.cause import Cause
 
 
 @dataclass(frozen=True)
@@ -39,10 +36,10 @@ class Reservations:
     quantity, of recordings that were read otherwise before. of_findings: an earlier program made a nonconformance a
     doubt about every finding."""
 
-    copies: Sequence[Copy] = ()
-    part_doubts: Sequence[str] = ()
-    nonconformances: Sequence[str] = ()
-    dispositions: Sequence[Mapping[str, Any]] = ()
+    copies: tuple[Mapping[str, Any], ...] = ()
+    part_doubts: tuple[str, ...] = ()
+    nonconformances: tuple[str, ...] = ()
+    dispositions: tuple[Mapping[str, Any], ...] = ()
     folder: Mapping[str, str] = field(default_factory=dict)
     rereadings: Mapping[str, Rereading] = field(default_factory=dict)
     superseded: Mapping[str, str] = field(default_factory=dict)
@@ -53,7 +50,7 @@ class Reservations:
         cls,
         store: Store,
         unit: UnitFolder,
-        entry: UnitEntry | None,
+        entry: UnitRecord | None,
         confirmed_by: str = "",
         past: Sequence[Event] | None = None,
         approval: Approval | None = None,
@@ -64,12 +61,12 @@ class Reservations:
         samples: Samples = {} if entry is None else entry.samples
         alone = cls(
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
-            tuple(part_doubts(store, unit.serial, unit.parts)),
+            tuple(part_doubts(store, unit.serial, unit.header.parts)),
             folder=doubted_folder(store, unit, confirmed_by),
             rereadings={} if entry is None else rereadings(store, unit.serial, samples, entry.findings, entry.inputs),
         )
         if entry is not None:  # what is held already needs no earlier attempt
-            entry = replace(entry, findings=alone.weaken(entry.findings), copies=tuple(alone.copies))
+            entry = replace(entry, findings=alone.apply(entry).findings, copies=alone.copies)
         now = standing(store, unit.serial, unit.notes, entry, past=past, approval=approval)
         return replace(
             alone,
@@ -79,19 +76,11 @@ class Reservations:
         )
 
     @classmethod
-    def stated(cls, entry: UnitEntry) -> "Reservations":
+    def stated(cls, entry: UnitRecord) -> "Reservations":
         """Return the reservations that an entry of results.json states."""
         causes = [one.cause for f in entry.findings if f.cause is not None for one in f.cause.all()]
-        return cls(
-            tuple(dict(copy) for copy in entry.copies),
-            entry.part_doubts,
-            entry.nonconformances,
-            tuple(dict(given) for given in entry.dispositions),
-            dict(entry.folder),
-            entry.rereadings,
-            dict(entry.superseded),
-            of_findings=Cause.NONCONFORMANCE in causes,
-        )
+        stated = {field.name: getattr(entry, field.name) for field in fields(cls) if field.name != "of_findings"}
+        return cls(**stated, of_findings=Cause.NONCONFORMANCE in causes)
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
         """Return these and the nonconformances among the notes of the unit's folder, but for those that the last
@@ -107,48 +96,10 @@ class Reservations:
             )
         )  # fmt: skip
 
-    def weaken(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
-        """Return the findings of a unit with these reservations."""
-        if not self:
-            return tuple(findings)
-        found = tuple(without_copies(f, self.copies) for f in findings)
-        found = tuple(weaken_reread(f, self.rereadings.get(f.quantity)) for f in found)
-        if self.part_doubts:
-            doubt = because(Cause.PART_DOUBTED, detail="; ".join(self.part_doubts))
-            found = tuple(weakened(f, doubt) for f in found)
-        found = tuple(_weaken_superseded(f, self.superseded.get(f.check)) for f in found)
-        if self.nonconformances and self.of_findings:
-            held = because(Cause.NONCONFORMANCE, detail="; ".join(self.nonconformances))
-            found = tuple(weakened(f, held) for f in found)
-        if NAME in self.folder and CONFIRMED not in self.folder:
-            doubt = because(Cause.FOLDER_NAME, name=self.folder[NAME])
-            found = tuple(weakened(f, doubt) for f in found)
-        if ALIKE in self.folder:
-            doubt = because(Cause.SERIAL_ALIKE, name=self.folder[ALIKE])
-            found = tuple(weakened(f, doubt) for f in found)
-        return found
-
-    def apply(self, result: UnitResult) -> UnitResult:
-        """Return the result with its reservations stated, and its findings and verdict as they leave them; the same
+    def apply(self, record: UnitRecord) -> UnitRecord:
+        """Return the record with its reservations stated, and its findings and verdict as they leave them; the same
         object if there are no reservations."""
         if not self:
-            return result
-        findings = self.weaken(result.findings)
-        withheld = sections_withheld(self.copies)
-        return replace(
-            result,
-            findings=findings,
-            information=tuple((check, q) for check, q in result.information if CHECKS[check].reads not in withheld),
-            verdict=unit_verdict(findings, bool(self.nonconformances)),
-            copies=tuple(self.copies),
-            part_doubts=tuple(self.part_doubts),
-            nonconformances=tuple(self.nonconformances),
-            dispositions=tuple(self.dispositions),
-            folder=dict(self.folder),
-            rereadings=self.rereadings,
-            superseded=dict(self.superseded),
-        )
-
-
-def _weaken_superseded(finding: Finding, words: str | None) -> Finding:
-    return finding if words is None else weakened(finding, because(Cause.SUPERSEDED, detail=words))
+            return record
+        stated = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "of_findings"}
+        return reserved(replace(record, **stated), self.of_findings)

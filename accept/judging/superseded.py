@@ -17,7 +17,7 @@ from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 from typing import NamedTuple
 
-from accept.base.documents.results import Information, UnitEntry
+from accept.base.documents.results import Information, UnitRecord
 from accept.base.plain_text import listed
 from accept.judging.copies import Channels, same_recording
 from accept.store import Event
@@ -34,7 +34,7 @@ _OF_STORE = {Cause.SUPERSEDED, Cause.NONCONFORMANCE, Cause.READ_OTHERWISE, Cause
 SAME = 1e-9  # relative: the same data judged twice, on whatever processor; two readings do not agree by so much
 
 
-def measured_values(entry: UnitEntry, check: str = "") -> dict[str, float]:
+def measured_values(entry: UnitRecord, check: str = "") -> dict[str, float]:
     """Return the value of each quantity of a result that has one, of one check or of all."""
     rows: list[Information | Finding] = [*entry.information, *entry.findings]
     return {row.quantity: row.value for row in rows if row.value is not None and check in ("", row.check)}
@@ -62,7 +62,7 @@ class Approval(NamedTuple):
 def superseded(
     judged: Sequence[tuple[Event, UnitJudged]],
     void: Collection[int],
-    entry: UnitEntry,
+    entry: UnitRecord,
     approval: Approval | None = None,
 ) -> dict[str, str]:
     """Return check -> what earlier attempts hold against it. judged: the unit's judgements, in order; void: numbers of
@@ -76,7 +76,7 @@ def superseded(
     }
 
 
-def _older(past: Sequence[tuple[str, str, UnitEntry]], entry: UnitEntry) -> dict[str, str]:
+def _older(past: Sequence[tuple[str, str, UnitRecord]], entry: UnitRecord) -> dict[str, str]:
     """Return check -> where its evidence was first judged, and which attempt superseded it."""
     accepted = all(result.verdict == UnitVerdict.ACCEPTED for _, _, result in past[1:])
     if accepted and (entry.simulated or not any(result.simulated for _, _, result in past)):  # as for most units
@@ -106,7 +106,7 @@ def _older(past: Sequence[tuple[str, str, UnitEntry]], entry: UnitEntry) -> dict
     return found
 
 
-def _inherited(past: Sequence[tuple[str, UnitEntry]], revised: Sequence[bool], entry: UnitEntry) -> dict[str, str]:
+def _inherited(past: Sequence[tuple[str, UnitRecord]], revised: Sequence[bool], entry: UnitRecord) -> dict[str, str]:
     """Return check -> the last attempt in which it did not pass, and how its evidence is used again. revised: whether
     the spec was since."""
     found = dict[str, str]()
@@ -121,7 +121,7 @@ def _inherited(past: Sequence[tuple[str, UnitEntry]], revised: Sequence[bool], e
     return found
 
 
-def _is_doubted(finding: Finding, result: UnitEntry, entry: UnitEntry) -> bool:
+def _is_doubted(finding: Finding, result: UnitRecord, entry: UnitRecord) -> bool:
     """Return whether a finding of an earlier attempt did not pass by more than the store would hold against it now."""
     if finding.verdict is Verdict.PASS:
         return False
@@ -132,7 +132,7 @@ def _is_doubted(finding: Finding, result: UnitEntry, entry: UnitEntry) -> bool:
     return not causes or not causes <= of_store
 
 
-def _used_again(finding: Finding, result: UnitEntry, entry: UnitEntry, later: Sequence[UnitEntry]) -> str:
+def _used_again(finding: Finding, result: UnitRecord, entry: UnitRecord, later: Sequence[UnitRecord]) -> str:
     """Return how a finding of an earlier attempt would be better now by the same evidence, "" if it would not. later:
     the attempts since; one that measured it anew settles it, unless its recordings are used again."""
     now, check = next((f for f in entry.findings if f.quantity == finding.quantity), None), finding.check
@@ -155,13 +155,13 @@ def _used_again(finding: Finding, result: UnitEntry, entry: UnitEntry, later: Se
     return f"the spec does not require {finding.quantity} now, and what else was measured is used again"
 
 
-def _passes_anew(later: UnitEntry, finding: Finding, result: UnitEntry) -> bool:
+def _passes_anew(later: UnitRecord, finding: Finding, result: UnitRecord) -> bool:
     """Return whether a later attempt measured a finding anew, with a pass that no concession gave."""
     passes = any(f.quantity == finding.quantity and f.verdict is Verdict.PASS for f in later.findings)
     return passes and not later.dispositions and _is_new(later, result, finding)
 
 
-def _is_new(entry: UnitEntry, result: UnitEntry, finding: Finding) -> bool:
+def _is_new(entry: UnitRecord, result: UnitRecord, finding: Finding) -> bool:
     """Return whether the evidence of a finding is not that of an earlier attempt, nor typed in place of a recording."""
     check, values = finding.check, (measured_values(entry), measured_values(result))
     if are_same(*({finding.quantity: v[finding.quantity]} if finding.quantity in v else {} for v in values)):
@@ -172,7 +172,7 @@ def _is_new(entry: UnitEntry, result: UnitEntry, finding: Finding) -> bool:
     return not shared and not any(same_recording(a, b) for a in _records(entry, check) for b in _records(result, check))
 
 
-def _entries(result: UnitEntry, check: str) -> list[tuple[str, str]]:
+def _entries(result: UnitRecord, check: str) -> list[tuple[str, str]]:
     """Return what was typed for a check."""
     used = {
         u.name: str(u.value) for f in result.findings if f.check == check for u in f.inputs if u.source == UNIT_FILE
@@ -180,17 +180,17 @@ def _entries(result: UnitEntry, check: str) -> list[tuple[str, str]]:
     return sorted(used.items())
 
 
-def _files(result: UnitEntry, check: str) -> dict[str, str]:
+def _files(result: UnitRecord, check: str) -> dict[str, str]:
     """Return the hash of each file that a check reads, by name."""
     stated = (str(used.value) for f in result.findings if f.check == check for used in f.inputs)
     return {name: result.inputs[name] for name in stated if name in result.inputs}
 
 
-def _is_recorded(result: UnitEntry, check: str) -> bool:
+def _is_recorded(result: UnitRecord, check: str) -> bool:
     return bool(_files(result, check) or _records(result, check))
 
 
-def _changes(entry: UnitEntry, result: UnitEntry) -> list[str]:
+def _changes(entry: UnitRecord, result: UnitRecord) -> list[str]:
     """Return what an earlier attempt had and this one has not, or has otherwise."""
     gone = [name for name in result.inputs if name not in entry.inputs]
     changed = [name for name, sha256 in result.inputs.items() if entry.inputs.get(name, sha256) != sha256]
@@ -198,11 +198,11 @@ def _changes(entry: UnitEntry, result: UnitEntry) -> list[str]:
     return words if _bench(entry) == _bench(result) else [*words, "the bench file is another one or gone"]
 
 
-def _bench(result: UnitEntry) -> object:
+def _bench(result: UnitRecord) -> object:
     return (result.calibration or {}).get("sha256")
 
 
-def _has_same_data(entry: UnitEntry, result: UnitEntry) -> bool:
+def _has_same_data(entry: UnitRecord, result: UnitRecord) -> bool:
     return dict(entry.inputs) == dict(result.inputs) and _bench(entry) == _bench(result)
 
 
@@ -211,20 +211,20 @@ def _section(check: str) -> str:
     return CHECKS[check].reads if check in CHECKS else check
 
 
-def _records(entry: UnitEntry, check: str) -> list[Channels]:
+def _records(entry: UnitRecord, check: str) -> list[Channels]:
     """Return the recordings that a check reads."""
     section = _section(check)
     return [c for name, c in entry.samples.items() if name.partition("/")[0] == section and not is_typed(name)]
 
 
-def _holds(result: UnitEntry, check: str, record: Channels | None, entry: UnitEntry) -> bool:
+def _holds(result: UnitRecord, check: str, record: Channels | None, entry: UnitRecord) -> bool:
     """Return whether a judgement holds a recording, or without one the values of a check."""
     if record is None:
         return are_same(measured_values(entry, check), measured_values(result, check))
     return any(same_recording(record, other) for other in _records(result, check))
 
 
-def _speaks(result: UnitEntry, check: str) -> bool:
+def _speaks(result: UnitRecord, check: str) -> bool:
     """Return whether a judgement says anything of a check: an incomplete one may not have come to it. Where nothing was
     recorded, as of a dead unit, there are no values and no sketch, but a file that was read."""
     if _records(result, check) or measured_values(result, check) or result.verdict != UnitVerdict.INCOMPLETE:
@@ -233,14 +233,14 @@ def _speaks(result: UnitEntry, check: str) -> bool:
     return any(f.cause is not None and not {one.cause for one in f.cause.all()} & _UNREAD for f in mine)
 
 
-def _tells(entry: UnitEntry, first: UnitEntry, result: UnitEntry, check: str) -> bool:
+def _tells(entry: UnitRecord, first: UnitRecord, result: UnitRecord, check: str) -> bool:
     """Return whether typed values that are as before are no chance: others in their place did not pass, or all of a
     unit without any recording are so."""
     failed = any(f.check == check and f.verdict is not Verdict.PASS for f in result.findings)
     return failed or _is_typed_again(entry, first)
 
 
-def _is_typed_again(entry: UnitEntry, first: UnitEntry) -> bool:
+def _is_typed_again(entry: UnitRecord, first: UnitRecord) -> bool:
     """Return whether a unit without any recording has the values that it had."""
     typed = all(is_typed(name) for name in entry.samples)
     return typed and are_same(measured_values(entry), measured_values(first))

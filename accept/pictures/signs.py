@@ -1,9 +1,7 @@
 """How a verdict looks, once for every medium: distinguished by word, by mark and by colour, so also without colour."""
 
-from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
 
 from accept.pictures.colours import GREEN, GREY, INK, ORANGE, VERMILION
 
@@ -68,21 +66,3 @@ GAP = {
     "unexplained": Sign("cause not found", *_OPEN),
     "refused": Sign("not analysed", *_OPEN),
 }
-
-
-CONCESSION = "use-as-is"  # the disposition by which a unit passes as it is
-SIMULATED = "SIMULATED - NOT A MEASUREMENT"  # of a unit of a training or a simulation, beside its verdict
-
-
-def marked(word: str, simulated: bool) -> str:
-    """Return the word of a verdict, with the mark of a unit that no instrument measured."""
-    return f"{word}, {SIMULATED}" if simulated else word
-
-
-def unit_word(verdict: str, nonconformances: Collection[str], dispositions: Collection[Mapping[str, Any]] = ()) -> str:
-    """Return the verdict of a unit for people, a key of `UNITS`: a held unit is called held everywhere, and a unit used
-    as is, used as is."""
-    called = {"conditional": "held", "incomplete": "held, incomplete"} if nonconformances else {}
-    if any(given["disposition"]["choice"] == CONCESSION for given in dispositions):
-        called["accepted"] = "accepted by concession"
-    return called.get(str(verdict), str(verdict))

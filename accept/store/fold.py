@@ -1,16 +1,16 @@
-"""The state of the bench, which is a fold over its events and nothing else."""
+"""The state of a unit at the bench, which is a fold over its events and nothing else."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
 from accept.store.event import Event
 from accept.store.payloads import (
     AttemptVoided,
     CertificateSigned,
     CertificateWritten,
+    Payload,
     UnitJudged,
-    UnitRefused,
     payload_of,
 )
 
@@ -45,7 +45,7 @@ class HandedOut:
     sha256: str
     number: str
     spec_sha256: str
-    result: UnitEntry | None
+    result: UnitRecord | None
 
 
 @dataclass(frozen=True)
@@ -54,20 +54,23 @@ class UnitState:
     the latest attempt that ever had one (`handed_out`)."""
 
     serial: str
-    path: str
-    inputs: Mapping[str, str]
-    spec_sha256: str
-    code_sha256: str
-    result: UnitEntry
-    ended: tuple[tuple[int, str, str], ...] = ()  # event, verdict (`VOIDED` too) and time of each judgement, in order
+    judged: UnitJudged
+    who: str  # judged it
+    ended: tuple[tuple[int, str, str], ...]  # event, verdict (`VOIDED` too) and time of each judgement, in order
     certificate: Certificate | None = None
     handed_out: HandedOut | None = None
     certificates: Mapping[str, tuple[int, str]] = field(default_factory=dict)  # sha256 -> attempt, path
-    seq: int = 0  # the event of the last judgement
-    time: str = ""  # of it, UTC, ISO 8601
-    who: str = ""  # who judged
-    reason: str | None = None  # why it was judged again; "" if no reason was given, None if none was asked for
     voided: str = ""  # why the last judgement was declared void, by whom and when
+
+    @property
+    def seq(self) -> int:
+        """The event of the last judgement."""
+        return self.ended[-1][0]
+
+    @property
+    def time(self) -> str:
+        """When the last judgement was stored, UTC, ISO 8601."""
+        return self.ended[-1][2]
 
     @property
     def attempts(self) -> int:
@@ -75,62 +78,44 @@ class UnitState:
         return len(self.ended)
 
     @property
+    def result(self) -> UnitRecord:
+        return self.judged.result
+
+    @property
     def verdict(self) -> str:
         return str(self.result.verdict)
 
     def unchanged(self, inputs: Mapping[str, str], spec_sha256: str, code_sha256: str) -> bool:
         """Return whether inputs, spec and code are those of the last judgement, which was not declared void."""
-        same = (dict(self.inputs), self.spec_sha256, self.code_sha256) == (dict(inputs), spec_sha256, code_sha256)
+        judged = self.judged
+        same = (dict(judged.inputs), judged.spec_sha256, judged.code_sha256) == (dict(inputs), spec_sha256, code_sha256)
         return same and not self.voided
 
 
-@dataclass(frozen=True)
-class BenchState:
-    """Every unit by its serial; refused folders by path with the reason; the number of the last event folded in."""
-
-    units: Mapping[str, UnitState] = field(default_factory=dict)
-    refused: Mapping[str, str] = field(default_factory=dict)
-    seq: int = 0
-
-
-def fold(events: Iterable[Event], state: BenchState | None = None) -> BenchState:
-    """Return the state after these events, from `state` (default: an empty bench). Raises StoreError for a bad
-    payload."""
-    state = state or BenchState()
-    units, refused, seq = dict(state.units), dict(state.refused), state.seq
+def fold(events: Iterable[Event], state: UnitState | None = None) -> UnitState | None:
+    """Return the state of a unit after these of its events, from `state`; None before its first judgement. Raises
+    StoreError for a bad payload."""
     for event in events:
-        seq = event.seq
-        match payload_of(event, UnitJudged, UnitRefused, CertificateWritten, CertificateSigned, AttemptVoided):
-            case UnitJudged() as judged:
-                units[event.subject] = _judged(units.get(event.subject), event, judged)
-                refused.pop(judged.path, None)
-            case UnitRefused(path, reason):
-                refused[path] = reason
-            case CertificateWritten() | CertificateSigned() as certified if event.subject in units:
-                units[event.subject] = _certified(units[event.subject], event, certified)
-            case AttemptVoided() as void if event.subject in units:
-                units[event.subject] = _voided(units[event.subject], event, void)
-            # A certificate of a unit that was judged elsewhere, as at QA's own desk, is a line of the history.
-    return BenchState(units, refused, seq)
+        state = after(state, event, payload_of(event, UnitJudged, CertificateWritten, CertificateSigned, AttemptVoided))
+    return state
 
 
-def _judged(before: UnitState | None, event: Event, judged: UnitJudged) -> UnitState:
-    """Return the unit's new state, without a certificate: the previous one certifies the previous result."""
-    return UnitState(
-        event.subject,
-        judged.path,
-        judged.inputs,
-        judged.spec_sha256,
-        judged.code_sha256,
-        judged.result,
-        ended=(*(before.ended if before else ()), (event.seq, str(judged.result.verdict), event.time)),
-        handed_out=before.handed_out if before else None,
-        certificates=before.certificates if before else {},
-        seq=event.seq,
-        time=event.time,
-        who=event.who,
-        reason=judged.reason,
-    )
+def after(unit: UnitState | None, event: Event, payload: Payload | None) -> UnitState | None:
+    """Return the state of a unit after one of its events. A certificate of a unit that was judged elsewhere, as at QA's
+    own desk, is a line of the history."""
+    match payload:
+        case UnitJudged() as judged:  # without a certificate: the one before certifies the result before
+            ended = (event.seq, str(judged.result.verdict), event.time)
+            if unit is None:
+                return UnitState(event.subject, judged, event.who, (ended,))
+            return UnitState(
+                unit.serial, judged, event.who, (*unit.ended, ended), None, unit.handed_out, unit.certificates
+            )
+        case CertificateWritten() | CertificateSigned() as certified if unit is not None:
+            return _certified(unit, event, certified)
+        case AttemptVoided() as void if unit is not None:
+            return _voided(unit, event, void)
+    return unit
 
 
 def _voided(unit: UnitState, event: Event, void: AttemptVoided) -> UnitState:
@@ -147,7 +132,7 @@ def _certified(unit: UnitState, event: Event, certified: CertificateWritten | Ce
     before = unit.handed_out
     if before is None or before.attempt < attempt:
         result = unit.result if attempt == unit.attempts else None
-        handed_out = HandedOut(attempt, sha256, getattr(certified, "number", ""), unit.spec_sha256, result)
+        handed_out = HandedOut(attempt, sha256, getattr(certified, "number", ""), unit.judged.spec_sha256, result)
     elif before.attempt == attempt:  # countersigned, or signed a second time
         handed_out = replace(before, sha256=sha256, number=getattr(certified, "number", "") or before.number)
     else:

@@ -4,10 +4,10 @@ import types
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
 from enum import Enum
-from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from accept.base.documents import listings
-from accept.base.documents.document import Document
+from accept.base.documents.document import Document, written_hints
 from accept.base.documents.gap import GapDocument
 from accept.base.documents.manifest import Manifest
 from accept.base.documents.misalignment import MisalignmentDocument
@@ -76,8 +76,8 @@ def _section(kind: Any, parts: dict[str, Any]) -> Iterator[str]:
     """Yield the description of a model and the table of its keys. Models inside it are added to `parts`."""
     yield " ".join((kind.__doc__ or "").partition("\n\n")[0].split()) + "\n"
     yield "| key | type | meaning |\n|---|---|---|"
-    hints = get_type_hints(kind, include_extras=True)
-    for field in (field for field in fields(kind) if field not in fields(Payload)):
+    hints = written_hints(kind)
+    for field in (field for field in fields(kind) if field.name in hints and field not in fields(Payload)):
         hint = hints[field.name]
         words = [m for m in getattr(hint, "__metadata__", ()) if isinstance(m, str)]
         later = "*later*" if _is_later(field) else ""

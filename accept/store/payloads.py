@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Self
 
-from accept.base.documents.document import Document, DocumentError, Number, only_if
-from accept.base.documents.results import Information, UnitEntry
-from accept.pictures.signs import CONCESSION
+from accept.base.documents.document import Document, DocumentError, Number, only_if, unwritten
+from accept.base.documents.results import CONCESSION, Information, UnitRecord
 from accept.store.errors import StoreError
 from accept.store.event import Event, NewEvent
 from checks.cause import Reason
@@ -71,7 +70,7 @@ class UnitJudged(Payload, what="unit_judged"):
     inputs: Annotated[Mapping[str, str], "sha256 of every file that was read, by name"]
     spec_sha256: str
     code_sha256: Annotated[str, "hash of the program that judged"]
-    result: Annotated[UnitEntry, "the unit's entry in results.json"]
+    result: Annotated[UnitRecord, "the unit's entry in results.json"]
     batch: Annotated[PlaceInBatch | None, only_if(), "if a batch judged it"] = None
     bench: Annotated[str, only_if(bool), "public key of the bench that judged it"] = ""
     reason: Annotated[str | None, only_if(), "why it was judged again; empty if no reason was given"] = None
@@ -387,7 +386,17 @@ class RunOpened(Payload, what="run_opened"):
 
 
 @dataclass(frozen=True)
-class ValueTaken(Payload, what="value_taken"):
+class Entry:
+    """An entry at a step. seq, who: those of its event; on: the day of measuring, ISO, as the fold of a unit states
+    it."""
+
+    seq: Annotated[int, *unwritten(0)] = field(default=0, kw_only=True)
+    who: Annotated[str, *unwritten("")] = field(default="", kw_only=True)
+    on: Annotated[str, *unwritten("")] = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True)
+class ValueTaken(Entry, Payload, what="value_taken"):
     """A value was typed or read."""
 
     step: str
@@ -416,7 +425,7 @@ class ReadingFailed(Payload, what="reading_failed"):
 
 
 @dataclass(frozen=True)
-class RecordLinked(Payload, what="record_linked"):
+class RecordLinked(Entry, Payload, what="record_linked"):
     """A record was copied into the folder of an attempt."""
 
     step: str
@@ -501,13 +510,17 @@ class EntryUndone(Payload, what="entry_undone"):
 
 @dataclass(frozen=True)
 class StepJudged(Payload, what="step_judged"):
-    """A step was judged by itself."""
+    """A step was judged by itself.
+
+    spec, code: those of its event. Entries after `upto` make it stale."""
 
     step: str
     upto: Annotated[int, "number of the last entry that was judged"]
     findings: Annotated[tuple[Finding, ...], "as in results.json"]
     information: Annotated[tuple[Information, ...], "as in results.json"]
     notes: tuple[str, ...]
+    spec: Annotated[str, *unwritten("")] = ""
+    code: Annotated[str, *unwritten("")] = ""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from textual.binding import Binding, BindingType
 from textual.events import Event, Key, MouseDown, Paste
 from textual.filter import LineFilter, Monochrome
 
-from accept.pictures.signs import unit_word
+from accept.base.documents.results import unit_word
 from accept.tui import theme
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.key_queue import InOrder

@@ -1,24 +1,43 @@
 """Entries of `unit.toml` outside the checks' sections: text, sections of texts, days."""
 
 import math
+import re
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import MISSING, fields
 from datetime import date
-from typing import Any, TypeGuard, TypeVar
+from typing import Any, TypeGuard, TypeVar, get_type_hints
 
+from accept.base.documents.results import UnitHeader
 from accept.units.unit_entry import is_reserved
 from checks.acceptance import CHECKS
 from checks.declare import Measured
 from specs.bench import Channels, channel_map
+from specs.plugins import products
 
 TYPED = "typed"  # in [read_with], of a value that no instrument gave
 ORIGIN = ("manufacturer", "type", "lot", "supplier", "order", "customer", "condition", "received", "shift", "study")
 ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}  # a unit is measured within these
+# A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
+SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+_DEVICES = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
+
+Data = Mapping[str, Any]
+Problems = list[str]
+Reader = Callable[[Data, str, Problems], Any]
 
 
-def string(data: Mapping[str, Any], key: str, problems: list[str]) -> str:
-    """Read a required text."""
+def header_of(data: Data, problems: Problems) -> UnitHeader:
+    """Return the header: each field as its rule reads it, or without one as its type says."""
+    hints = get_type_hints(UnitHeader)
+    readers = {f.name: _RULES.get(f.name) or _OF_TYPE[hints[f.name]] for f in fields(UnitHeader)}
+    return UnitHeader(**{name: read(data, name, problems) for name, read in readers.items()})
+
+
+def _text(data: Data, key: str, problems: Problems) -> str:
+    """Return a text; one whose field has no default is required."""
     if key not in data:
-        problems.append(f"{key} is missing")
+        if UnitHeader.__dataclass_fields__[key].default is MISSING:
+            problems.append(f"{key} is missing")
         return ""
     if not isinstance(data[key], str) or not data[key]:
         problems.append(f"{key} = {data[key]!r}: expected text")
@@ -26,23 +45,44 @@ def string(data: Mapping[str, Any], key: str, problems: list[str]) -> str:
     return str(data[key])
 
 
-def simulated(data: Mapping[str, Any], problems: list[str]) -> bool:
-    """Return whether the unit was simulated, by a training, `accept simulate` or simulated instruments."""
-    found = data.get("simulated", False)
+def _serial(data: Data, key: str, problems: Problems) -> str:
+    serial = _text(data, key, problems)
+    if serial and (problem := serial_problem(serial)):
+        problems.append(f"{key} = {serial!r}: {problem}")
+    return serial
+
+
+def serial_problem(serial: str) -> str | None:
+    """Return why a text cannot be a serial, None if it can."""
+    if not SERIAL.fullmatch(serial):
+        return "expected 1 to 64 letters, digits, '.', '_' or '-', the first a letter or digit"
+    if serial.split(".")[0].upper() in _DEVICES or serial.endswith("."):
+        return "Windows keeps this name for itself, so no certificate can bear it"
+    return None
+
+
+def _kind(data: Data, key: str, problems: Problems) -> str:
+    kind = _text(data, key, problems)
+    if kind and kind not in products():
+        problems.append(f"{key} = {kind!r}: no such product (installed: {', '.join(products())})")
+    return kind
+
+
+def _truth(data: Data, key: str, problems: Problems) -> bool:
+    found = data.get(key, False)
     if not isinstance(found, bool):
-        problems.append(f"simulated = {found!r}: expected true or false")
-    return found is not False  # fail closed: an unreadable section is no measurement
+        problems.append(f"{key} = {found!r}: expected true or false")
+    return found is not False  # fail closed: a unit whose `simulated` is unreadable was not measured
 
 
-def strings(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str, str]:
-    """Return a section of texts."""
+def _texts(data: Data, key: str, problems: Problems) -> dict[str, str]:
     table = _section(data, key, problems)
     wrong = [k for k, v in table.items() if not isinstance(v, str)]
     problems.extend(f"[{key}] {k} = {table[k]!r}: expected text" for k in wrong)
     return {k: v for k, v in table.items() if k not in wrong}
 
 
-def _section(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str, Any]:
+def _section(data: Data, key: str, problems: Problems) -> dict[str, Any]:
     """Return a section; an empty one if it is absent or not a table."""
     table = data.get(key, {})
     if not isinstance(table, dict):
@@ -51,88 +91,40 @@ def _section(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str
     return table
 
 
-def channels(data: Mapping[str, Any], problems: list[str]) -> Channels:
-    """Return `[channels]`: our name -> name in the records, or a table with name, gain and unit."""
-    try:
-        return channel_map(_section(data, "channels", problems))
-    except ValueError as e:
-        problems.append(f"[channels] {e}")
-        return {}
+def _origin(data: Data, key: str, problems: Problems) -> dict[str, str]:
+    return {k: v for k, v in _known(_texts(data, key, problems), key, ORIGIN, problems).items() if v}
 
 
-def notes(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
-    """Return lines of `[notes]`, by check."""
-    return _by_check(data, "notes", _are_texts, "a check and a list of texts", problems)
-
-
-def measured_by(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
-    """Return `[measured_by]`: check -> names of the persons who measured it."""
-    return _by_check(data, "measured_by", _are_texts, "a check and a list of names", problems)
-
-
-def read_with(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
-    """Return `[read_with]`: check -> instruments, or `typed`, behind its values; absent: all typed."""
-    return _by_check(data, "read_with", _are_texts, "a check and a list of instruments", problems)
-
-
-def pictures(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
-    """Return `[pictures]`: check -> names of the pictures that are printed on the certificate."""
-    return _by_check(data, "pictures", _are_pictures, "a check and a list of .jpg files", problems)
-
-
-def _by_check(
-    data: Mapping[str, Any], key: str, is_one: Callable[[Any], bool], expected: str, problems: list[str]
-) -> dict[str, Any]:
-    table = _section(data, key, problems)
-    found = {name: given for name, given in table.items() if name in CHECKS and is_one(given)}
-    wrong = {k: v for k, v in table.items() if k not in found}
-    problems.extend(f"[{key}] {k} = {v!r}: expected {expected}" for k, v in wrong.items())
-    return found
-
-
-def _are_pictures(names: object) -> bool:
-    return _are_texts(names) and all(
-        name.lower().endswith(".jpg") and "\0" not in name and not is_reserved(name) for name in names
-    )
-
-
-def _are_texts(lines: object) -> TypeGuard[list[str]]:
-    return isinstance(lines, list) and all(isinstance(line, str) and line for line in lines)
-
-
-def origin(data: Mapping[str, Any], problems: list[str]) -> dict[str, str]:
-    """Return `[origin]`: where a unit comes from, as its maker and the workshop call it."""
-    return {k: v for k, v in _known(strings(data, "origin", problems), "origin", ORIGIN, problems).items() if v}
-
-
-def provided(data: Mapping[str, Any], problems: list[str]) -> dict[str, str]:
-    """Return `[provided]`: section -> who provided its values, `customer` or the name of an external provider."""
-    found = strings(data, "provided", problems)
+def _provided(data: Data, key: str, problems: Problems) -> dict[str, str]:
+    found = _texts(data, key, problems)
     wrong = [name for name, who in found.items() if name not in CHECKS or not who.strip()]
     expected = "expected a section and who provided it, 'customer' or a name"
-    problems.extend(f"[provided] {name}: {expected}" for name in wrong)
+    problems.extend(f"[{key}] {name}: {expected}" for name in wrong)
     return {name: who.strip() for name, who in found.items() if name not in wrong}
 
 
-def environment(data: Mapping[str, Any], problems: list[str]) -> dict[str, Measured]:
-    """Return `[environment]`: properties of the air, each a number or a value with its U."""
+def _environment(data: Data, key: str, problems: Problems) -> dict[str, Measured]:
+    """Return properties of the air, each a number or a value with its U."""
     given = {}
-    for name, stated in _known(_section(data, "environment", problems), "environment", ENVIRONMENT, problems).items():
+    for name, stated in _known(_section(data, key, problems), key, ENVIRONMENT, problems).items():
         value, U = (stated.get("value"), stated.get("U")) if isinstance(stated, dict) else (stated, None)
         lo, hi = ENVIRONMENT[name]
         if not (_is_number(value) and lo <= value <= hi and (U is None or (_is_number(U) and U > 0))):
-            problems.append(
-                f"[environment] {name} = {stated}: expected {lo:g} to {hi:g}, or {{ value = 21.5, U = 0.5 }}"
-            )
+            problems.append(f"[{key}] {name} = {stated}: expected {lo:g} to {hi:g}, or {{ value = 21.5, U = 0.5 }}")
             continue
         given[name] = Measured(float(value), None if U is None else float(U))
     return given
 
 
+_OF_TYPE: Mapping[Any, Reader] = {str: _text, bool: _truth, Mapping[str, str]: _texts}
+_RULES: Mapping[str, Reader] = {
+    "serial": _serial, "kind": _kind, "origin": _origin, "environment": _environment, "provided": _provided,
+}  # fmt: skip
+
 T = TypeVar("T")
 
 
-def _known(table: Mapping[str, T], section: str, names: Collection[str], problems: list[str]) -> dict[str, T]:
+def _known(table: Mapping[str, T], section: str, names: Collection[str], problems: Problems) -> dict[str, T]:
     problems.extend(f"[{section}] {k}: unknown key (known: {', '.join(names)})" for k in table if k not in names)
     return {k: v for k, v in table.items() if k in names}
 
@@ -141,6 +133,39 @@ def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def days(data: Mapping[str, Any], problems: list[str]) -> dict[str, date]:
-    """Return days of `[measured]`, by section."""
-    return _by_check(data, "measured", lambda day: type(day) is date, "a section and a day, 2026-11-21", problems)
+def channels_of(data: Data, problems: Problems) -> Channels:
+    """Return `[channels]`: our name -> name in the records, or a table with name, gain and unit."""
+    try:
+        return channel_map(_section(data, "channels", problems))
+    except ValueError as e:
+        problems.append(f"[channels] {e}")
+        return {}
+
+
+def by_check(data: Data, key: str, problems: Problems) -> dict[str, Any]:
+    """Return a section of `BY_CHECK`."""
+    is_one, expected = BY_CHECK[key]
+    table = _section(data, key, problems)
+    found = {name: given for name, given in table.items() if name in CHECKS and is_one(given)}
+    wrong = {k: v for k, v in table.items() if k not in found}
+    problems.extend(f"[{key}] {k} = {v!r}: expected {expected}" for k, v in wrong.items())
+    return found
+
+
+def _are_texts(lines: object) -> TypeGuard[list[str]]:
+    return isinstance(lines, list) and all(isinstance(line, str) and line for line in lines)
+
+
+def _are_pictures(names: object) -> bool:
+    return _are_texts(names) and all(
+        name.lower().endswith(".jpg") and "\0" not in name and not is_reserved(name) for name in names
+    )
+
+
+BY_CHECK: Mapping[str, tuple[Callable[[object], bool], str]] = {  # what a check may have there, in code and in words
+    "measured": (lambda day: type(day) is date, "a section and a day, 2026-11-21"),
+    "notes": (_are_texts, "a check and a list of texts"),
+    "measured_by": (_are_texts, "a check and a list of names"),  # of the persons
+    "read_with": (_are_texts, "a check and a list of instruments"),  # or `TYPED`; absent: all typed
+    "pictures": (_are_pictures, "a check and a list of .jpg files"),  # printed on the certificate
+}

@@ -2,7 +2,6 @@
 
 import difflib
 import hashlib
-import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -12,26 +11,23 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import UNIT_FILE as UNIT_FILE
+from accept.base.documents.results import UnitHeader
 from accept.base.plain_text import as_utf8
 from accept.units import folder_header
 from accept.units.attempt_folder import last_attempt
 from accept.units.unit_entry import UnitSection, section_of
 from accept.units.unit_experiments import Experiments, experiments_of
 from checks.acceptance import CHECKS, RESERVED, check_for
-from checks.declare import Check, Form, Measured, Series
+from checks.declare import Check, Form, Series
 from checks.errors import RecordError
 from hw.records import DEFAULT_LIMITS
 from specs.bench import TIME, Channels
 from specs.errors import AcceptError
 from specs.files import read_bounded
-from specs.plugins import products
 from specs.strict import toml_of
 
 EARLIEST = date(2000, 1, 1)  # of a measurement; clocks that lost power count from 1970 or 1980
 MAX_UNIT_TOML_BYTES = 1_000_000  # files of a person or a rig are a thousandth of it
-# A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
-SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-_DEVICES = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
 
 
 class UnitError(AcceptError, ValueError):
@@ -46,26 +42,27 @@ class UnitError(AcceptError, ValueError):
 class UnitFolder:
     """A unit as its folder states it. channels: our channel name -> source in the lab's record files; measured: section
     -> day of the measurement, if stated; notes: check -> its notes; experiments: responses under other conditions;
-    sizes: of its files [bytes] on the machine that hands it to another one (`accept.units.shared_folder`); origin,
-    environment: `folder_header.ORIGIN`, `.ENVIRONMENT`; provided: section -> provider of its values, if not the
-    laboratory; pictures: check -> files printed on the certificate; simulated: no instrument measured it."""
+    pictures: check -> files printed on the certificate; sizes: of its files [bytes] on the machine that hands it to
+    another one (`accept.units.shared_folder`)."""
 
     path: Path
-    serial: str
-    kind: str
     text: bytes
-    parts: Mapping[str, str] = field(default_factory=dict)
+    header: UnitHeader
     channels: Channels = field(default_factory=dict)
     sections: Mapping[str, UnitSection[Check]] = field(default_factory=dict)
     measured: Mapping[str, date] = field(default_factory=dict)
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     experiments: Experiments = field(default_factory=dict)
-    sizes: Mapping[str, int] | None = None
-    origin: Mapping[str, str] = field(default_factory=dict)
-    environment: Mapping[str, Measured] = field(default_factory=dict)
-    provided: Mapping[str, str] = field(default_factory=dict)
     pictures: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    simulated: bool = False
+    sizes: Mapping[str, int] | None = None
+
+    @property
+    def serial(self) -> str:
+        return self.header.serial
+
+    @property
+    def kind(self) -> str:
+        return self.header.kind
 
     @property
     def files(self) -> list[str]:
@@ -144,14 +141,8 @@ def _read_text(path: Path) -> bytes:
 def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     """Return unit of a parsed `unit.toml`. Raises UnitError listing every problem."""
     problems: list[str] = []
-    serial = folder_header.string(data, "serial", problems)
-    if serial and (problem := serial_problem(serial)):
-        problems.append(f"serial = {serial!r}: {problem}")
-    kind = folder_header.string(data, "kind", problems)
-    if kind and kind not in products():
-        problems.append(f"kind = {kind!r}: no such product (installed: {', '.join(products())})")
-    parts = folder_header.strings(data, "parts", problems)
-    channels = folder_header.channels(data, problems)
+    header = folder_header.header_of(data, problems)
+    channels = folder_header.channels_of(data, problems)
     known_channels = record_channels() if channels else []  # every check is loaded for it
     problems += [
         f"[channels] {key}: no check reads a channel of this name{_meant(key, known_channels)}"
@@ -159,16 +150,8 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
         for key in channels
         if key not in known_channels
     ]
-    measured = folder_header.days(data, problems)
-    notes = folder_header.notes(data, problems)
-    origin = folder_header.origin(data, problems)
-    environment = folder_header.environment(data, problems)
-    provided = folder_header.provided(data, problems)
-    folder_header.measured_by(data, problems)  # only the certificate names them
-    folder_header.read_with(data, problems)
-    pictures = folder_header.pictures(data, problems)
-    simulated = folder_header.simulated(data, problems)
-    experiments = experiments_of(data, kind, problems)
+    by_check = {key: folder_header.by_check(data, key, problems) for key in folder_header.BY_CHECK}
+    experiments = experiments_of(data, header.kind, problems)
     sections = {}
     for name, content in data.items():
         if name in RESERVED:
@@ -179,23 +162,13 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
         elif not isinstance(content, dict):
             problems.append(f"{name} = {content!r}: expected a section [{name}]")
         else:
-            sections[name] = _section(check_for(name, kind), content, problems)
+            sections[name] = _section(check_for(name, header.kind), content, problems)
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
     return UnitFolder(
-        folder, serial, kind, text, parts, channels, sections, measured, notes, experiments,
-        origin=origin, environment=environment, provided=provided, pictures=pictures,
-        simulated=simulated,
+        folder, text, header, channels, sections, by_check["measured"], by_check["notes"], experiments,
+        by_check["pictures"],
     )  # fmt: skip
-
-
-def serial_problem(serial: str) -> str | None:
-    """Return why a text cannot be a serial, None if it can."""
-    if not SERIAL.fullmatch(serial):
-        return "expected 1 to 64 letters, digits, '.', '_' or '-', the first a letter or digit"
-    if serial.split(".")[0].upper() in _DEVICES or serial.endswith("."):
-        return "Windows keeps this name for itself, so no certificate can bear it"
-    return None
 
 
 def record_channels() -> list[str]:

@@ -152,13 +152,13 @@ class Workbench:
     def _attempt(self, session: Session, begun: "Begun") -> list[str]:
         taken = self.taken if self.taken is not None and self.taken.serial == session.serial else None
         if session.run.attempt is None or begun.reason is not None:
-            simulated = taken is not None and taken.simulated
+            simulated = taken is not None and taken.header.simulated
             session.begin(begun.parts, begun.reason or "", self._channels(taken), simulated)
         else:
             session.resume()
         if self.taken is not None and taken is None:
             return [f"nothing was taken from {self.taken.path}: it is the folder of {self.taken.serial}"]
-        if taken is not None and taken.simulated and not session.attempt.simulated:
+        if taken is not None and taken.header.simulated and not session.attempt.simulated:
             return [
                 f"nothing was taken from {taken.path}: it is of a simulated unit, {session.serial} is measured here"
             ]

@@ -144,7 +144,7 @@ def measure_folder(
     session = open_session(store, home(), default_spec(unit.kind), operator, unit.serial, simulated=simulated)
     try:
         if session.run.attempt is None:
-            session.begin(unit.parts, channels=unit.channels, simulated=unit.simulated)
+            session.begin(unit.header.parts, channels=unit.channels, simulated=unit.header.simulated)
         else:
             session.resume()
         captured = capture(

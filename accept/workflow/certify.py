@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
 
-from accept.batch.job import drawn
-from accept.certificate.certify import set_aside, sign_into
+from accept.base.documents.results import UnitRecord
+from accept.certificate.certify import drawn, set_aside, sign_into
 from accept.certificate.contents.content import CertificateContent, content_of
 from accept.certificate.contents.disposition import parse_disposition, parse_signing_reason
 from accept.certificate.contents.provenance import Earlier, Provenance, amended
@@ -18,15 +18,14 @@ from accept.certificate.trust import authority, keys
 from accept.certificate.trust.encrypted_key import LockedError
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import numbers_of, provenance, signed_by_bench
+from accept.certificate.trust.provenance import numbers_of, provenance
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge
 from accept.certificate.verify.revocation_check import ListsBeside
 from accept.certificate.verify.verification import Verification, verify
-from accept.judging.result import UnitResult
 from accept.store import fold
-from accept.store.payloads import CertificateSigned
+from accept.store.payloads import CertificateSigned, UnitJudged
 from accept.workflow.dialogue.summary import Ask, AskedLine, BenchKeys
 from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.session import Session
@@ -64,16 +63,16 @@ class Signing:
         if _is_one_of(why, [passphrase]):
             raise SigningRefused(NOT_TAKEN)
         number, past = session.attempt.number, list(session.store.events(session.serial))
-        before = fold(e for e in session.events if e.seq < session.begun).units.get(session.serial)
-        judged = fold(past).units[session.serial]
-        earlier = Earlier.of(fold(e for e in past if e.seq < judged.seq).units.get(session.serial))
+        before = fold(e for e in session.events if e.seq < session.begun)
+        judged = next(event for event in reversed(past) if event.what == UnitJudged.KIND)
+        earlier = Earlier.of(fold(e for e in past if e.seq < judged.seq))
         stated = provenance(
             session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
             session.home, credential, numbers_of(past),
-            Provenance(number, reason=judged.reason, earlier=earlier, amends=amends, signed_because=why),
+            Provenance(number, reason=UnitJudged.of(judged).reason, earlier=earlier, amends=amends, signed_because=why),
         )  # fmt: skip
         contents = content_of(result, session.spec, session.folder, credential.person, provenance=stated)
-        page = drawn(signed_by_bench(contents, session.home))
+        page = drawn(contents, session.home)
         path = session.home / "certificates" / certificate_name(session.serial, number)
         set_aside(path)
         own = stated.number
@@ -163,8 +162,7 @@ class Signing:
     def _amends(self) -> str:
         """Return the certificate with another result that one of the present result replaces, "" for none."""
         session, result = self._session, self._session.judgements.result
-        state = fold(session.events).units.get(session.serial)
-        return amended(session.serial, state, result.entry) if result is not None else ""
+        return amended(session.serial, session.run.state, result) if result is not None else ""
 
     @property
     def _replaces(self) -> str:
@@ -245,7 +243,7 @@ _NOT_OPENED = "Wrong passphrase, or the file of the key is damaged. Type it agai
 def _verify(session: Session, document: bytes, credential: Credential) -> Verification:
     listed = ListsBeside({keys.folder(session.home) / FILE: credential.ca})
 
-    def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
+    def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitRecord | None) -> list[Step]:
         return [*check_store(signed, contents, when, again), *listed.steps(contents, ())]
 
     return verify(

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Protocol
 
-from accept.judging.result import UnitResult
+from accept.base.documents.results import UnitRecord
 from accept.store import Event, Store
+from accept.store.payloads import StepJudged
 from accept.workflow.dialogue.summary import Ask, BenchKeys
 from accept.workflow.dialogue.summary_state import Report
 from accept.workflow.instruments.port import Instruments
 from accept.workflow.session import Session
-from accept.workflow.state.unit_state import StepJudgement
 from checks.picture import Panel
 from specs.bench import BenchFile
 from specs.spec import Spec
@@ -22,10 +22,10 @@ from specs.spec import Spec
 class Computation(Protocol):
     """Judges and explains one unit in the other process, one thing at a time. Raises NotDone, StoreError, OSError."""
 
-    def judge_step(self, name: str) -> StepJudgement:
+    def judge_step(self, name: str) -> StepJudged:
         """Judge one step by itself and store the judgement."""
 
-    def judge(self) -> UnitResult:
+    def judge(self) -> UnitRecord:
         """Judge the whole unit and store the result. Raises BenchStopped if the golden units were missed."""
 
     def explain(self) -> Event:

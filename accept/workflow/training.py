@@ -21,6 +21,7 @@ from accept.simulate.bench_truth import world_of
 from accept.simulate.faults import Remedy, remedies
 from accept.simulate.unit_request import SHORT_S, drawn, on_bench
 from accept.store import Event, open_store
+from accept.store.payloads import RecordLinked, ValueTaken
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
 from accept.workflow.bench import Begun, Workbench
@@ -31,7 +32,6 @@ from accept.workflow.instruments.port import InstrumentPort
 from accept.workflow.open_bench import LOCK_WAIT_S, BenchServices
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
-from accept.workflow.state.unit_state import EnteredValue, FileLink
 from accept.workflow.steps.plan import is_needed
 from accept.workflow.steps.status import Status
 from hw.simulated import SimulatedBench
@@ -150,9 +150,9 @@ class TrainingUnit:
 _REASON = "put right: "
 
 
-def record_stems(entries: Sequence[EnteredValue | FileLink]) -> tuple[str, ...]:
+def record_stems(entries: Sequence[ValueTaken | RecordLinked]) -> tuple[str, ...]:
     """Return the names of the records of a step as the rig writes them: a copy of the same name has a number."""
-    return tuple(re.sub(r"-\d+$", "", Path(e.file).stem) for e in entries if isinstance(e, FileLink))
+    return tuple(re.sub(r"-\d+$", "", Path(e.file).stem) for e in entries if isinstance(e, RecordLinked))
 
 
 @dataclass(frozen=True, eq=False)

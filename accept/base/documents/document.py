@@ -2,10 +2,11 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import fields
 from functools import cache
-from typing import Any, Self
+from typing import Any, Self, get_args, get_type_hints
 
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic_core import CoreConfig, PydanticSerializationError, SchemaValidator
 
 from specs.errors import AcceptError
@@ -21,6 +22,19 @@ class DocumentError(AcceptError, ValueError):
 def only_if(given: Callable[[Any], bool] = lambda value: value is not None) -> Any:
     """Return a field that is written only if its value is `given`: an addition, absent from older documents."""
     return Field(exclude_if=lambda value: not given(value))
+
+
+def unwritten(default: Any) -> tuple[Any, Any]:
+    """Return what marks a field that is for this process alone: it is not written, and a document that has its key is
+    read as one without it."""
+    return Field(exclude=True), BeforeValidator(lambda _: default)
+
+
+def written_hints(kind: type) -> dict[str, Any]:
+    """Return the annotations of the fields of a model that are written, by name and in order."""
+    hints = get_type_hints(kind, include_extras=True)
+    own = {field.name: hints[field.name] for field in fields(kind)}
+    return {n: h for n, h in own.items() if not any(getattr(m, "exclude", None) for m in get_args(h)[1:])}
 
 
 class Document:

@@ -1,17 +1,36 @@
-"""The entry of a unit in results.json: the form of a judged unit in the store, the certificate and scripts."""
+"""The record of a unit, which is its form from judging to store and certificate; and results.json, which lists them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Self
 
-from accept.base.documents.document import Document, only_if
+from accept.base.documents.document import Document, only_if, unwritten
 from checks.cause import Cause, because
 from checks.declare import Measured
 from checks.quantity import Contribution, Quantity
+from checks.rounding import rounded, with_U
 from checks.verdict import Finding, UnitVerdict
 
 _filled = only_if(bool)
+
+ALIKE, CONFIRMED, NAME = "alike", "confirmed_by", "name"  # keys of `folder` of a record
+CONCESSION = "use-as-is"  # the disposition by which a unit passes as it is
+SIMULATED = "SIMULATED - NOT A MEASUREMENT"  # of a unit of a training or a simulation, beside its verdict
+
+
+def marked(word: str, simulated: bool) -> str:
+    """Return the word of a verdict, with the mark of a unit that no instrument measured."""
+    return f"{word}, {SIMULATED}" if simulated else word
+
+
+def unit_word(verdict: str, nonconformances: Collection[str], dispositions: Collection[Mapping[str, Any]] = ()) -> str:
+    """Return the verdict of a unit for people, a key of `UNITS` in `accept.pictures.signs`: a held unit is called held
+    everywhere, and a unit used as is, used as is."""
+    called = {"conditional": "held", "incomplete": "held, incomplete"} if nonconformances else {}
+    if any(given["disposition"]["choice"] == CONCESSION for given in dispositions):
+        called["accepted"] = "accepted by concession"
+    return called.get(str(verdict), str(verdict))
 
 
 @dataclass(frozen=True)
@@ -44,18 +63,39 @@ class Information(Document):
         )
 
 
-@dataclass(frozen=True)
-class UnitEntry(Document):
-    """A unit in `units` of results.json. Keys from `copies` on are there only if they are not empty."""
+@dataclass(frozen=True, kw_only=True)
+class UnitHeader(Document):
+    """The keys and sections of `unit.toml` that are carried into the record as they are: each is read by its type or by
+    its rule in `accept.units.folder_header`, and its name is one of `checks.acceptance.RESERVED`."""
 
     serial: str
     kind: Annotated[str, "name of the product, such as `apa` or `strut`"]
+    parts: Annotated[Mapping[str, str], "serials of the parts, by place"] = field(default_factory=dict)
+    origin: Annotated[Mapping[str, str], _filled, "where it comes from: `lot`, `supplier`, `order`, `shift` ..."] = (
+        field(default_factory=dict)
+    )
+    environment: Annotated[Mapping[str, Measured], _filled, "`temperature_C`, `humidity_percent`: `value`, `U`"] = (
+        field(default_factory=dict)
+    )
+    provided: Annotated[
+        Mapping[str, str], _filled, "who provided the values of a section, `customer` or an external provider"
+    ] = field(default_factory=dict)
+    simulated: Annotated[bool, _filled, "true: the unit was simulated, so its verdict is not about a real one"] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnitRecord(UnitHeader):
+    """A unit in `units` of results.json. Keys from `copies` on are there only if they are not empty.
+
+    From its judging to its certificate a unit is this record: events hold it, and results.json, results.csv, junit.xml,
+    tables and screens are views of it. spec (as events name it) and panels (pictures as data by name) are not written.
+    """
+
     verdict: UnitVerdict
     findings: Annotated[tuple[Finding, ...], "one for each quantity that the spec limits"]
     information: Annotated[tuple[Information, ...], "measured quantities without a limit"] = ()
     not_judged: Annotated[tuple[str, ...], "sections of `unit.toml` that the spec does not ask about"] = ()
     notes: tuple[str, ...] = ()
-    parts: Annotated[Mapping[str, str], "serials of the parts, by place"] = field(default_factory=dict)
     inputs: Annotated[Mapping[str, str], "sha256 of every file that was read, by name"] = field(default_factory=dict)
     copies: Annotated[tuple[Mapping[str, Any], ...], _filled, "recordings that are filed elsewhere too"] = ()
     part_doubts: Annotated[tuple[str, ...], _filled, "doubts about its parts"] = ()
@@ -85,26 +125,38 @@ class UnitEntry(Document):
     measured: Annotated[Mapping[str, str], _filled, "day of measuring, ISO, of each check that states it"] = field(
         default_factory=dict
     )
-    origin: Annotated[Mapping[str, str], _filled, "where it comes from: `lot`, `supplier`, `order`, `shift` ..."] = (
-        field(default_factory=dict)
-    )
-    environment: Annotated[Mapping[str, Measured], _filled, "`temperature_C`, `humidity_percent`: `value`, `U`"] = (
-        field(default_factory=dict)
-    )
-    provided: Annotated[
-        Mapping[str, str], _filled, "who provided the values of a section, `customer` or an external provider"
-    ] = field(default_factory=dict)
     rereadings: Annotated[
         Mapping[str, Mapping[str, str]],
         _filled,
         "quantities of recordings that were read otherwise before: `words`, `was`",
     ] = field(default_factory=dict)
-    simulated: Annotated[bool, _filled, "true: the unit was simulated, so its verdict is not about a real one"] = False
+    spec: Annotated[str, *unwritten("")] = field(default="", compare=False)
+    panels: Annotated[Mapping[str, Any], *unwritten({})] = field(default_factory=dict, compare=False)
+
+    @property
+    def word(self) -> str:
+        """The verdict as people read it."""
+        return unit_word(self.verdict, self.nonconformances, self.dispositions)
+
+    @property
+    def marked_word(self) -> str:
+        """The same, with the mark of a unit that no instrument measured."""
+        return marked(self.word, self.simulated)
+
+    def __repr__(self) -> str:
+        """Return a line for the unit and one for each finding: what a notebook shows."""
+        by_spec = marked(f"{self.word} by spec {self.spec.partition('@')[0]}", self.simulated)
+        lines = [f"{self.serial} ({self.kind}): {by_spec}"]
+        for f in self.findings:
+            value = "" if f.value is None else f" {with_U(f.value, f.U) if f.U else rounded(f.value, None)}"
+            why = "" if f.reason is None else f", {f.reason}"
+            lines.append(f"  {f.quantity}{value}: {f.verdict.replace('_', ' ')}{why}")
+        return "\n".join(lines)
 
 
-@dataclass(frozen=True)
-class ListedUnit(UnitEntry):
-    """A unit as results.json lists it: its entry, its certificate, and its attempts before if there were any."""
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ListedUnit(UnitRecord):
+    """A unit as results.json lists it: its record, its certificate, and its attempts before if there were any."""
 
     certificate: Annotated[str | None, "its file beside results.json; null if none was asked for or written"] = None
     attempt: Annotated[int | None, only_if(), "number of its judgement"] = None

@@ -13,9 +13,9 @@ from typing import Any
 from accept.base import version
 from accept.base.documents.document import DocumentError
 from accept.base.documents.manifest import AttachedSpec, InputFile, JudgingProgram, Manifest
+from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.provenance import Provenance
-from accept.judging.result import UnitResult
 from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import reduce_panel
@@ -56,7 +56,7 @@ def renderer() -> dict[str, str]:
 class CertificateContent:
     """The content of a certificate. Equal contents give equal bytes.
 
-    result : the unit's entry in results.json (`UnitResult.to_json()`). panels : pictures by name.
+    result : the unit's entry in results.json (`UnitRecord.to_json()`). panels : pictures by name.
     files : input files to attach, by their names in the unit folder (`unit.toml` first of all).
     inputs : sha256 of every input, also of those too large to attach; sizes : their bytes. models : model files that
     the spec names, by that name. provenance : as it is attached, which the bench signs; `stated` is its typed form.
@@ -100,6 +100,11 @@ class CertificateContent:
             return Provenance.from_json(dict(self.provenance))
         except DocumentError as e:
             raise InvalidCertificate("; ".join(f"provenance: {line}" for line in str(e).splitlines())) from e
+
+    @cached_property
+    def record(self) -> UnitRecord:
+        """Return the result as it is declared. Raises DocumentError if it does not have that form."""
+        return UnitRecord.from_json(self.result)
 
     @property
     def serial(self) -> str:
@@ -156,7 +161,7 @@ class CertificateContent:
 
 
 def content_of(
-    result: UnitResult,
+    result: UnitRecord,
     spec: Spec,
     folder: Path,
     operator: str,

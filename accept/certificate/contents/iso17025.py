@@ -45,7 +45,7 @@ def missing(laboratory: Laboratory | None, spec: Spec, unit: UnitFolder | None =
         for key, (clause, what) in OF_LABORATORY.items()
         if laboratory is None or getattr(laboratory, key) is None
     ]
-    if (laboratory is None or laboratory.customer is None) and not (unit and "customer" in unit.origin):
+    if (laboratory is None or laboratory.customer is None) and not (unit and "customer" in unit.header.origin):
         where = f"{FILE}, customer, or {UNIT_FILE}, [origin] customer"
         found.append(Missing("7.8.2.1 e", "name of the customer", where))
     without = [check for check in spec.checks if laboratory is None or method_of(laboratory, check) is None]
@@ -56,15 +56,15 @@ def missing(laboratory: Laboratory | None, spec: Spec, unit: UnitFolder | None =
 
 def _of_unit(unit: UnitFolder, spec: Spec) -> Iterable[Missing]:
     for key, (clause, what) in OF_ORIGIN.items():
-        if key not in unit.origin:
+        if key not in unit.header.origin:
             yield Missing(clause, what, f"{UNIT_FILE}, [origin] {key}")
     if days := [name for name in unit.sections if name not in unit.measured]:
         yield Missing("7.8.2.1 i", f"day of measuring of {', '.join(days)}", f"{UNIT_FILE}, [measured]")
     for key, (clause, what) in ENVIRONMENT.items():
-        if key not in unit.environment:
+        if key not in unit.header.environment:
             yield Missing(clause, what, f"{UNIT_FILE}, [environment] {key}")
     stated = (u for check in spec.checks.values() for u in check.uncertainty.values())
-    temperature = unit.environment.get("temperature_C")
+    temperature = unit.header.environment.get("temperature_C")
     if temperature is not None and temperature.U is None and any(u.percent_per_C is not None for u in stated):
         where = f"{UNIT_FILE}, [environment] temperature_C = {{ value = {temperature.value:g}, U = ... }}"
         yield Missing("7.8.3.1 c", "uncertainty of the temperature, on which results depend,", where)

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Self, get_args, get_type_hints
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
 
 from accept.base.documents.document import Document, Number, only_if
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.laboratory import LaboratoryFile, StatedLaboratory, statement_of
 from accept.certificate.contents.statement import (
     DERIVED,
@@ -140,7 +140,7 @@ class History:
 
     judged: Event
     signature: CertificateSigned
-    entry: UnitEntry
+    entry: UnitRecord
     before: UnitState | None
     replaced: Sequence[UnitState | None]
     numbers: Collection[int]
@@ -252,7 +252,7 @@ def values_before(before: UnitState | None) -> dict[str, ValueBefore] | None:
     return {f.quantity: ValueBefore(f.value, f.U) for f in known if f.value is not None and f.U is not None} or None
 
 
-def amended(serial: str, before: UnitState | None, result: UnitEntry) -> str:
+def amended(serial: str, before: UnitState | None, result: UnitRecord) -> str:
     """Return the number of the certificate that one with this result replaces, serial and attempt if it has none; "" if
     it replaces none, or one with the same result."""
     last = before.handed_out if before is not None else None
@@ -261,7 +261,7 @@ def amended(serial: str, before: UnitState | None, result: UnitEntry) -> str:
     return last.number or f"{serial}/{last.attempt}"
 
 
-def _claims(entry: UnitEntry) -> tuple[str, list[tuple[object, ...]]]:
+def _claims(entry: UnitRecord) -> tuple[str, list[tuple[object, ...]]]:
     """Return what a certificate states of a result: verdicts, and values, U and limits to the digits that another
     processor computes too."""
     numbers = {f.quantity: (f.value, f.U, f.lower, f.upper) for f in entry.findings}

@@ -8,9 +8,9 @@ from typing import Any
 from cryptography import x509
 from cryptography.x509.oid import NameOID
 
+from accept.base.documents.results import ALIKE, CONFIRMED, NAME
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.provenance import Provenance
-from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.models.evidence import hashes
 from accept.pictures.labels import label_of
 from checks.rounding import with_U

@@ -44,7 +44,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
     parts = contents.result.get("parts") or {}
     attached = sum(name in contents.files for name in contents.inputs)
     rows = [
-        *(("Decided", decided) for decided in stated_words(contents.result)),
+        *(("Decided", decided) for decided in stated_words(contents.result.get("dispositions", ()))),
         *statements(contents).items(),
         ("Operator", operator_words(contents)),
         ("Instruments", instruments_words(contents) or "none named by the spec"),
@@ -144,7 +144,7 @@ def remarks(contents: CertificateContent) -> list[Flowable]:
 
 def pictures(contents: CertificateContent) -> list[Flowable]:
     """Return the pictures that notes have on the certificate, each with its step, its name and its hash."""
-    chosen = folder_header.pictures(contents.unit_file, [])
+    chosen = folder_header.by_check(contents.unit_file, "pictures", [])
     named = [(step, name) for step, names in chosen.items() for name in names]
     story: list[Flowable] = []
     for step, name in named:

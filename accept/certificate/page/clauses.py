@@ -23,7 +23,7 @@ def operator_words(contents: CertificateContent) -> str:
     """Return who signs and, if others measured the unit, who they are, whose names are typed: of several, the notes
     name them step by step."""
     signs = contents.operator or "not named"
-    by_check = folder_header.measured_by(contents.unit_file, [])
+    by_check = folder_header.by_check(contents.unit_file, "measured_by", [])
     people = list(dict.fromkeys(name for names in by_check.values() for name in names))
     if {name.casefold() for name in people} <= {signs.casefold()}:
         return signs
@@ -53,7 +53,7 @@ def entered_words(contents: CertificateContent) -> str:
     sections = contents.unit_file
     entered: dict[str, str] = {}
     read: dict[str, str] = {}
-    read_with = folder_header.read_with(sections, [])
+    read_with = folder_header.by_check(sections, "read_with", [])
     for check in dict.fromkeys(f["check"] for f in contents.result["findings"] if f["value"] is not None):
         section = sections.get(CHECKS[check].reads if check in CHECKS else check, {})
         texts = [text for value in section.values() for text in (value if isinstance(value, list) else [value])]

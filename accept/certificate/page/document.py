@@ -8,9 +8,9 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
 
+from accept.base.documents.results import SIMULATED
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.page import body, fixed_parts
-from accept.pictures import signs
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
 from accept.pictures.pdf.figure_row import FigureRow
@@ -107,5 +107,5 @@ def _height(flowables: Sequence[Flowable]) -> float:
 
 
 def _title(contents: CertificateContent) -> str:
-    title = signs.SIMULATED if fixed_parts.is_simulated(contents) else "Acceptance certificate"
+    title = SIMULATED if fixed_parts.is_simulated(contents) else "Acceptance certificate"
     return f"{title} {contents.serial}: {contents.result['verdict']}"

@@ -12,8 +12,8 @@ from reportlab.lib.units import mm
 from reportlab.lib.utils import simpleSplit
 from reportlab.pdfgen.canvas import Canvas
 
+from accept.base.documents.results import SIMULATED, unit_word
 from accept.certificate.contents.content import CertificateContent
-from accept.pictures import signs
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, MONO, REGULAR, fitting_size
@@ -62,7 +62,7 @@ def later_page(canvas: Canvas, contents: CertificateContent) -> None:
     canvas.setFont(BOLD, 8)
     canvas.setFillColor(page_style.INK_COLOUR)
     line = f"{contents.serial}   {sign.mark} {sign.word}"
-    line += f"   {signs.SIMULATED}" if is_simulated(contents) else ""
+    line += f"   {SIMULATED}" if is_simulated(contents) else ""
     canvas.setFont(BOLD, fitting_size(line, BOLD, 8, page_style.INNER))
     canvas.drawString(page_style.MARGIN, _TOP - 8, line)
     _rule(canvas, _TOP - page_style.RUNNING_HEAD + 9)
@@ -94,8 +94,8 @@ def _across(canvas: Canvas, contents: CertificateContent) -> None:
     canvas.translate(page_style.WIDTH / 2, 0.47 * page_style.HEIGHT)
     canvas.rotate(math.degrees(math.atan2(page_style.HEIGHT, page_style.WIDTH)))
     diagonal = math.hypot(page_style.WIDTH, page_style.HEIGHT)
-    canvas.setFont(BOLD, fitting_size(signs.SIMULATED, BOLD, 60, 0.7 * diagonal))
-    canvas.drawCentredString(0, -20, signs.SIMULATED)
+    canvas.setFont(BOLD, fitting_size(SIMULATED, BOLD, 60, 0.7 * diagonal))
+    canvas.drawCentredString(0, -20, SIMULATED)
     canvas.restoreState()
 
 
@@ -103,7 +103,7 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
     width = page_style.INNER - 96 * mm
     canvas.setFillColor(page_style.GREY_COLOUR)
     canvas.setFont(BOLD, 8)
-    title = signs.SIMULATED if is_simulated(contents) else "ACCEPTANCE CERTIFICATE"
+    title = SIMULATED if is_simulated(contents) else "ACCEPTANCE CERTIFICATE"
     title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if contents.stated.demo else title
     title = f"{title} {number}" if (number := contents.stated.number) else title
     canvas.setFont(BOLD, fitting_size(title, BOLD, 8, width))
@@ -143,7 +143,7 @@ def summary(result: Mapping[str, Any]) -> str:
 
 
 def _word(result: Mapping[str, Any]) -> str:
-    return signs.unit_word(result["verdict"], result.get("nonconformances", ()), result.get("dispositions", ()))
+    return unit_word(result["verdict"], result.get("nonconformances", ()), result.get("dispositions", ()))
 
 
 def _verdict(canvas: Canvas, contents: CertificateContent) -> None:
@@ -166,7 +166,7 @@ def _verdict(canvas: Canvas, contents: CertificateContent) -> None:
     canvas.drawCentredString(left + 22 * mm + room / 2, bottom + height / 2 - 0.36 * size, sign.word)
     below = ["BY CONCESSION OF QUALITY ASSURANCE"] if word == _CONCEDED else []
     below = [f"{verdict.upper()}: {_BY_QA.upper()}"] if not below and word != verdict else below  # as in results.json
-    below += [signs.SIMULATED] if is_simulated(contents) else []
+    below += [SIMULATED] if is_simulated(contents) else []
     for nth, line in enumerate(reversed(below)):
         canvas.setFont(BOLD, fitting_size(line, BOLD, 8, room))
         canvas.drawCentredString(left + 22 * mm + room / 2, bottom + 2.5 * mm + 9 * nth, line)

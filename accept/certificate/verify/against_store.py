@@ -9,7 +9,7 @@ from datetime import datetime
 from itertools import islice
 from pathlib import PurePath
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
@@ -26,7 +26,6 @@ from accept.judging.copies import copies_of
 from accept.judging.nonconformance import standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
-from accept.judging.result import UnitResult
 from accept.judging.superseded import Approval
 from accept.judging.voids import voids
 from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
@@ -42,7 +41,7 @@ from specs.spec import parse
 _STARTED, SIGNED = "attempt_started", CertificateSigned.KIND
 
 
-def check_store(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
+def check_store(signed: bytes, contents: CertificateContent, when: datetime, again: UnitRecord | None) -> list[Step]:
     """Compare a certificate with the bench's store.
 
     signed: the bytes up to the technician's signature, it included; when: its time. again: the unit as it was judged
@@ -133,13 +132,13 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
     counted = [e for e in events if e.seq < own.seq]
     started = [e for e in counted if e.what == _STARTED]
-    before = fold(counted).units.get(own.subject)
+    before = fold(counted)
     numbers, replaced = {1 if before is None else before.attempts + 1}, [before]
     if started and _is_of_attempt(own, started[-1], counted):
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
-        replaced.append(fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject))
+        replaced.append(fold(e for e in counted if e.seq < started[-1].seq))
     checks = parse(contents.spec_text.encode(), "the attached spec").checks
-    entry = UnitEntry.from_json(contents.result)
+    entry = contents.record
     return History(own, signature, entry, before, replaced, numbers, checks)
 
 
@@ -184,7 +183,7 @@ def _later(judged: Sequence[Event]) -> list[Step]:
     return [Step(f"this bench's store knows a later attempt: of {when} UTC, '{verdict}'", False, current=False)]
 
 
-def _copied(store: Store, contents: CertificateContent, again: UnitResult | None) -> Step:
+def _copied(store: Store, contents: CertificateContent, again: UnitRecord | None) -> Step:
     """Check the recordings. Not complete if the store has a judgement of another unit by the same samples, without a
     signed decision on where they belong. The samples are those of the attached records, whatever the result states."""
     samples = {**(contents.result.get("samples") or {}), **(again.samples if again is not None else {})}
@@ -204,7 +203,7 @@ def _copied(store: Store, contents: CertificateContent, again: UnitResult | None
 def reread(store: Store, contents: CertificateContent) -> Step:
     """Check how the recordings were read. Not complete if the store has a judgement that read one otherwise and did not
     pass, and the certificate does not state it."""
-    entry = UnitEntry.from_json(contents.result)
+    entry = contents.record
     found = rereadings(store, contents.serial, entry.samples, entry.findings, contents.inputs)
     passed = {f.quantity for f in entry.findings if f.verdict is Verdict.PASS}
     new = [r["words"] for q, r in found.items() if r["was"] != Verdict.PASS and q in passed]
@@ -226,7 +225,7 @@ def _sound(store: Store, contents: CertificateContent, when: datetime) -> Step:
     known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
     approved = (contents.stated.approval or {}).get("time")
     approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
-    entry = UnitEntry.from_json(contents.result)
+    entry = contents.record
     now = standing(store, contents.serial, {}, entry, when + SAME_SECOND, approval=approval)
     if new := [words for words in now.open if words not in stated]:
         return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)

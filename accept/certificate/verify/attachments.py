@@ -12,6 +12,7 @@ from pyhanko.pdf_utils.generic import ArrayObject
 from pyhanko.pdf_utils.reader import PdfFileReader
 
 from accept.base import version
+from accept.base.documents.results import UnitRecord
 from accept.base.plain_text import listed
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import BEFORE, SIZE_LIMIT, CertificateContent, ContentError
@@ -21,7 +22,6 @@ from accept.certificate.verify.gap_check import check_gap
 from accept.certificate.verify.picture_check import check_pictures
 from accept.certificate.verify.result_diff import ONLY_AGAIN, differences, is_said_otherwise, is_within_U
 from accept.judging.inputs import input_words
-from accept.judging.result import UnitResult
 from accept.models.evidence import Models, hashes
 from accept.units.loaded_unit import RESPONSES
 from accept.units.unit_entry import MODEL_FOLDER
@@ -35,7 +35,7 @@ from specs.strict import toml_of
 MOST_SAMPLES = 8_000_000  # of all attached records: an actuator or strut has 5e6; small files may expand to many more
 
 
-Rejudge = Callable[[CertificateContent], UnitResult]
+Rejudge = Callable[[CertificateContent], UnitRecord]
 """Judges the attached unit by the attached spec."""
 
 
@@ -76,7 +76,7 @@ def read(signed: bytes) -> CertificateContent:
     return contents
 
 
-def check_result(contents: CertificateContent, judged: UnitResult | None) -> Step:
+def check_result(contents: CertificateContent, judged: UnitRecord | None) -> Step:
     """Compare the result with the unit as it was `judged` again from the attached data, None if it was not.
 
     If a record was too large to attach, only the sections whose records are attached are compared; the step is then not

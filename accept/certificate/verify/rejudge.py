@@ -9,7 +9,7 @@ from pathlib import Path
 from cryptography import x509
 
 from accept.base.documents.document import DocumentError
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
@@ -19,15 +19,14 @@ from accept.judging import judge_unit
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.consistency import contradictions
 from accept.judging.reservations import Reservations
-from accept.judging.result import UnitResult
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
 from specs.files import CERTIFICATE_BYTES, read_bounded
-from specs.spec import Spec, parse
+from specs.spec import parse
 from specs.strict import SpecError
 
 
-def rejudge(attached: CertificateContent) -> UnitResult:
+def rejudge(attached: CertificateContent) -> UnitRecord:
     """Return the unit judged from the attached inputs by the attached spec. The result of the gap workflow is taken as
     it was signed: it makes no verdict better, its search takes long, and the rounding of another machine may lead a
     search elsewhere. `verify` states that it was not searched for again.
@@ -36,12 +35,12 @@ def rejudge(attached: CertificateContent) -> UnitResult:
     """
     try:
         spec = parse(attached.spec_text.encode(), "the attached spec")
-        if wrong := _contradictions(attached, spec):
+        entry = attached.record
+        if wrong := contradictions(entry, spec):
             raise InvalidCertificate(f"the attached result contradicts itself: {'; '.join(wrong[:3])}")
         with tempfile.TemporaryDirectory(prefix="accept-verify-") as place:
             models = unpack(attached, Path(place))
             unit = unit_folder.read(Path(place), latest=date.max)  # a slow clock says nothing about the unit
-            entry = UnitEntry.from_json(attached.result)
             own = attached.code_sha256 == code_sha256()  # another program may not have known what this one weighs
             again = judge_unit.judge_unit(unit, spec, entry.calibration, models, own=own)
             again, reservations = replace(again, gap=entry.gap), Reservations.stated(entry)
@@ -56,13 +55,6 @@ def rejudge(attached: CertificateContent) -> UnitResult:
         raise InvalidCertificate(f"the attached unit cannot be judged: {e}") from e
     except (KeyError, TypeError, ValueError) as e:
         raise InvalidCertificate(f"the attached statement of calibration is not valid ({type(e).__name__}: {e})") from e
-
-
-def _contradictions(attached: CertificateContent, spec: Spec) -> list[str]:
-    try:
-        return contradictions(attached.result, spec)
-    except (KeyError, TypeError, ValueError) as e:
-        raise InvalidCertificate(f"the attached result cannot be read ({type(e).__name__}: {e})") from e
 
 
 def verify_file(path: Path, trust: Sequence[x509.Certificate], demo: bool = False) -> Verification:
@@ -86,7 +78,7 @@ def ready() -> None:
     """Do nothing: the call makes a process start and import this module."""
 
 
-def rejudge_demo(attached: CertificateContent) -> UnitResult:
+def rejudge_demo(attached: CertificateContent) -> UnitRecord:
     """Judge again like `rejudge` what the demo's key signed: its passphrase is no secret, so it is trusted only for the
     demo's own built-in units."""
     from accept.simulate import published_units

@@ -10,6 +10,7 @@ from typing import Any
 from cryptography import x509
 
 from accept.base import version
+from accept.base.documents.results import ALIKE, CONFIRMED, NAME
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.provenance import PROVENANCE, Replaced
@@ -21,12 +22,11 @@ from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.statements import unlisted
 from accept.judging.copies import recording_party
 from accept.judging.decisions import decision_problem
-from accept.judging.folder_name import ALIKE, CONFIRMED, NAME
 from accept.judging.nonconformance import DISPOSITION, signed_content
 from accept.store.payloads import CopiesResolved, NonconformanceDecided, SignedBy
 from accept.store.seal import head_problem
+from accept.units.folder_header import serial_problem
 from accept.units.samples import TYPED
-from accept.units.unit_folder import serial_problem
 from checks.acceptance import CHECKS
 from specs.spec import parse
 from specs.strict import SpecError

@@ -10,6 +10,7 @@ from typing import Any
 from cryptography import x509
 
 from accept.base import version
+from accept.base.documents.results import SIMULATED, UnitRecord, unit_word
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
@@ -33,14 +34,12 @@ from accept.certificate.verify.statements import taken_on_trust, words_on_trust
 from accept.certificate.verify.structure import read_unknown
 from accept.judging.inputs import LONGEST_INPUTS, inputs_words
 from accept.judging.nonconformance import stated_words
-from accept.judging.result import UnitResult
-from accept.pictures import signs
 from accept.pictures.labels import check_label
 from accept.units.unit_folder import UNIT_FILE
 from checks.verdict import UnitVerdict
 from specs import plugins
 
-Known = Callable[[bytes, CertificateContent, datetime, UnitResult | None], Sequence[Step]]
+Known = Callable[[bytes, CertificateContent, datetime, UnitRecord | None], Sequence[Step]]
 """Asks a store or a list about what the technician signed, its content, when that was, and the unit as judged again."""
 
 
@@ -165,7 +164,7 @@ def _verify(
         ]
         unit = guarded(UNIT_FILE, attachments.unit_of, contents)
         # of the attached folder: a result that another program made may not say it
-        simulated = unit.simulated or is_simulated(contents)
+        simulated = unit.header.simulated or is_simulated(contents)
         steps += [Step(_SIMULATED, complete=demo or training)] if simulated else []
         looked_up = {field for step in steps for field in step.looked_up}
         steps += [] if demo else [guarded("the words", words_on_trust, contents, unit, looked_up)]
@@ -190,15 +189,15 @@ def _verify(
 _PROVEN = ", whose certificate was not revoked then, by what its servers answered and this document keeps"
 _UNPROVEN = "; whether its certificate was revoked then is not seen here: this document keeps no answer of its servers"
 _NO_PARTS = str.maketrans({";": ",", "'": "\u2019"})
-_SIMULATED = f"{signs.SIMULATED}: unit.toml says that the unit was simulated, so it is no acceptance of a real one"
+_SIMULATED = f"{SIMULATED}: unit.toml says that the unit was simulated, so it is no acceptance of a real one"
 
 
 def _first_line(contents: CertificateContent, signatures: Sequence[Signed], doubts: Sequence[str]) -> str:
     """Return serial and verdict, then every doubt, then what others wrote, quoted and cut: no name can push a doubt out
     of the line or write a part of it."""
     dispositions = contents.result.get("dispositions", ())
-    word = signs.unit_word(contents.result["verdict"], contents.result.get("nonconformances", ()), dispositions)
-    decided = (_quoted(words, 300) for words in stated_words(contents.result))
+    word = unit_word(contents.result["verdict"], contents.result.get("nonconformances", ()), dispositions)
+    decided = (_quoted(words, 300) for words in stated_words(dispositions))
     signed = (f"signed by {_quoted(s.person)} as {s.role} on {s.when:%Y-%m-%d %H:%M:%S} UTC" for s in signatures)
     state = "countersigned" if len(signatures) == 2 else "countersignature open"
     state += "".join(f", disposition: {_quoted(s.disposition, 160)}" for s in signatures if s.disposition)

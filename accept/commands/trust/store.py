@@ -25,7 +25,7 @@ from accept.commands.trust.bench_keys import decision_signer
 from accept.judging.copies import resolve
 from accept.judging.nonconformance import decide
 from accept.judging.voids import void
-from accept.store import Event, StoreError, StoreHead, check_lines, fold, open_store
+from accept.store import Event, StoreError, StoreHead, check_lines, open_store
 from accept.store.backup import back_up, restore
 from accept.store.chain import START
 from accept.store.opening import BENCH_KEY
@@ -121,8 +121,8 @@ def take_back(file: Annotated[Path, typer.Argument(help="A file that `accept sto
 def copies() -> Answer:
     """List recordings filed in two places, and the decisions about them."""
     with open_store() as store:
-        units = sorted(fold(store.events()).units.items())
-    found = [(serial, copy) for serial, unit in units for copy in unit.result.copies]
+        last = store.last_of_each(UnitJudged.KIND)
+        found = [(event.subject, copy) for event in last for copy in UnitJudged.of(event).result.copies]
     lines = []
     for serial, copy in found:
         decision = copy["resolved"]

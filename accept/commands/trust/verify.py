@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from accept.base.documents.listings import SignatureVerified, VerificationDocument
+from accept.base.documents.results import SIMULATED, UnitRecord
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.progress import busy
@@ -25,8 +26,6 @@ from accept.certificate.verify.verification import Known, Validity, Verification
 from accept.commands.answer import Answer, File, Remark, command
 from accept.commands.options import JsonAnswer, LargeRecords
 from accept.commands.trust.bench_keys import DEMO
-from accept.judging.result import UnitResult
-from accept.pictures import signs
 from specs.errors import AcceptError
 from specs.spec import load
 
@@ -74,7 +73,7 @@ def run(
     missing = _unmet_requirements(report, required, wanted_spec)
     words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
-    head += f"{signs.SIMULATED}: " if report.simulated else ""
+    head += f"{SIMULATED}: " if report.simulated else ""
     head += words[report.outcome]
     if report.outcome is not Validity.NOT_VALID and not report.authorised:
         head += ", not yet authorised by quality assurance"
@@ -142,7 +141,7 @@ def _store_and_lists(beside_trust: ListsBeside, lists: Sequence[BenchList] | Non
     """Return a function that looks a certificate up in the bench's store, in the lists of revoked keys, and in the
     published lists if any are given."""
 
-    def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
+    def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitRecord | None) -> list[Step]:
         listed = [] if lists is None else check_list(signed, contents, when, lists, beside_trust.entries)
         return [
             *check_store(signed, contents, when, again), *beside_trust.steps(contents, lists or ()), *listed

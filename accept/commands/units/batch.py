@@ -60,7 +60,7 @@ def run(
         listed = _earlier_serials(wanted.out)
         report = judge_batch.run(request, store, say)
     unchanged = f"{report.unchanged} of {report.judged} units unchanged since they were judged: not judged again"
-    gone = sorted(listed - {u["serial"] for u in report.units}) if report.units else []
+    gone = sorted(listed - {u.serial for u in report.units}) if report.units else []
     left_out = f"results.* no longer list {', '.join(gone)}: not asked for this time; `accept list` has them all"
     certificates = f", {wanted.out / 'certificates'}" if credential else ""
     return Answer(

@@ -17,6 +17,7 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from accept.base.console import say
+from accept.base.documents.results import UnitRecord
 from accept.base.progress import steps
 from accept.batch import fleet_comparison
 from accept.batch.fleet_comparison import Comparison, Fleet
@@ -26,7 +27,6 @@ from accept.commands.answer import Answer, File, Remark, command, picture, table
 from accept.commands.options import Json, Plot, SpecName
 from accept.commands.units.batch import specs_for
 from accept.judging import judge_unit
-from accept.judging.result import UnitResult
 from accept.pictures.labels import label_and_name
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
@@ -54,12 +54,12 @@ def run(
     )
 
 
-def measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
+def measured(paths: Sequence[Path], spec: str | None) -> list[UnitRecord]:
     """Return results by serial. Raises UnitError for one that cannot be read, a serial that comes twice, fewer than
     two."""
     specs = specs_for(spec)
     folders = dict.fromkeys(folder.resolve() for path in paths for folder in unit_folder.find(path))
-    results: dict[str, UnitResult] = {}
+    results: dict[str, UnitRecord] = {}
     for folder in steps(folders, "units measured"):
         one = unit_folder.read(folder)
         if one.serial in results:
@@ -114,7 +114,7 @@ def to_json(found: Fleet) -> dict[str, Any]:
     return asdict(found) | {"outliers": found.outliers}
 
 
-def _panels(alike: Sequence[Sequence[UnitResult]], fleets: Sequence[Fleet]) -> list[Panel]:
+def _panels(alike: Sequence[Sequence[UnitRecord]], fleets: Sequence[Fleet]) -> list[Panel]:
     """Return curves of each fleet, one over the other."""
     from accept.pictures.reduce import reduce_panel
 

@@ -15,6 +15,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.base.child_processes import process_pool
 from accept.base.console import operator_name, say, tell
+from accept.base.documents.results import UnitRecord
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.progress import steps
@@ -58,15 +59,15 @@ def run(
         ca = credential.ca.public_bytes(Encoding.PEM)
         with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
             report = judge_batch.run(request, store, say)
-        files = {u["serial"]: out / u["certificate"] for u in report.units}
-        pending = [elsewhere.submit(is_valid_demo, files[u["serial"]], ca) for u in report.units if u["kind"] == "apa"]
-        valid = [is_valid_demo(files[u["serial"]], ca) for u in report.units if u["kind"] == "strut"]
+        files = {u.serial: out / str(u.certificate) for u in report.units}
+        pending = [elsewhere.submit(is_valid_demo, files[u.serial], ca) for u in report.units if u.kind == "apa"]
+        valid = [is_valid_demo(files[u.serial], ca) for u in report.units if u.kind == "strut"]
         valid += [answer.result() for answer in steps(pending, "certificates verified")]
-    apas, struts = ([u for u in report.units if u["kind"] == kind] for kind in ("apa", "strut"))
+    apas, struts = ([u for u in report.units if u.kind == kind] for kind in ("apa", "strut"))
     # [STB] table 2.1, of an optimiser that stopped early; the exact minimum zone is judged.
     published = {apa.serial: f"{apa.published_flatness_um:g}" for apa in published_units.SEED_APAS}
     truth = _hidden_effects(units[-1])
-    named = [[n["effect"] for n in strut["gap"].get("named", [])] for strut in struts]
+    named = [[n["effect"] for n in (strut.gap or {}).get("named", [])] for strut in struts]
     return Answer(
         units_table(apas, {"published\nflatness um": published}),
         units_table(struts),
@@ -99,13 +100,13 @@ def _hidden_effects(unit: Path) -> dict[str, Mapping[str, float]]:
     return {e["name"]: {k: v for k, v in e.items() if k != "name"} for e in truth["effects"]}
 
 
-def _outcome_line(strut: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -> str:
+def _outcome_line(strut: UnitRecord, truth: Mapping[str, Mapping[str, float]]) -> str:
     """Return a line with the hidden and the named effects, the improved model, and the gap before and after."""
-    found = strut["gap"]
+    found = strut.gap or {}
     if not found.get("named"):
-        return f"{strut['serial']}: {one_line(found)} (hidden: {', '.join(truth)})"
+        return f"{strut.serial}: {one_line(found)} (hidden: {', '.join(truth)})"
     named = "; ".join(_comparison_words(n, truth.get(n["effect"], {})) for n in found["named"])
-    return f"{strut['serial']}: {named}, added to the model ({found['improved']}); G of {gap_of(found)}"
+    return f"{strut.serial}: {named}, added to the model ({found['improved']}); G of {gap_of(found)}"
 
 
 def _comparison_words(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:

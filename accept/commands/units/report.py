@@ -11,13 +11,12 @@ from accept.base.exit_codes import of_verdicts
 from accept.base.home import home
 from accept.base.progress import busy
 from accept.batch.pipeline import Pipeline, ReasonError, spec_for
-from accept.batch.table import reasons_of
+from accept.batch.table import reasons
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.trust.bench_keys import bench_credential, who_acts
 from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions
 from accept.gap.text import one_line
-from accept.pictures import signs
 from accept.store import open_store
 from accept.units import unit_folder
 from specs.bench import load_bench
@@ -53,14 +52,13 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
             settled = pipeline.settle(job, job.judge(say))
     result = settled.result
     weakened = f"was judged with a recording of {folder.serial}; its result is invalid; judge it again"
-    word = signs.marked(result.word, result.simulated)
     written = "" if settled.unsigned else f"; {'certificate' if credential else 'unsigned report'} in {wanted.out}"
     return Answer(
         *(Remark(f"warning: {other} {weakened}") for other in settled.weakened),
         Remark("" if result.action is None else f"{result.serial}: what to do: {result.action}"),
-        *map(Remark, reasons_of(result)),
+        *map(Remark, reasons([result])),
         Remark("" if result.gap is None else f"{result.serial}: {one_line(result.gap)}"),
-        Remark(f"{result.serial}: {word}{written}"),
+        Remark(f"{result.serial}: {result.marked_word}{written}"),
         exit=of_verdicts([str(result.verdict)]),
         error=ReasonError(settled.unsigned) if settled.unsigned else None,
     )

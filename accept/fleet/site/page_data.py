@@ -94,7 +94,7 @@ def document(
                 "findings": [_row(finding, (event.seq, finding.quantity) in first) for finding in result.findings],
                 "notes": result.notes,
                 "held": result.nonconformances,
-                "dispositions": stated_words(result.to_json()) if result.dispositions else [],
+                "dispositions": stated_words(result.dispositions),
                 "gap": _gap(result.gap),
             }
         )
@@ -157,8 +157,8 @@ def _certificates(store: Store, out: Path | None, serials: Collection[str]) -> d
     found = {}
     kinds = (CertificateWritten.KIND, CertificateSigned.KIND)
     for serial in {event.subject for kind in kinds for event in store.events(what=kind)} & set(serials):
-        unit = fold(store.events(serial)).units[serial]
-        for attempt, path in unit.certificates.values():
+        unit = fold(store.events(serial))
+        for attempt, path in unit.certificates.values() if unit else ():
             if Path(path).is_file():
                 found[(serial, attempt)] = _link(Path(path), out)
     return found

@@ -184,7 +184,7 @@ class StartScreen(Working[Begin | None]):
     def _propose(self, taken: "UnitFolder") -> None:
         """Return what the header of the unit's folder states."""
         self.query_one("#kind", Input).value, self.query_one("#serial", Input).value = taken.kind, taken.serial
-        for name, part in taken.parts.items():
+        for name, part in taken.header.parts.items():
             for line in self.query(f"#{name}").results(Input):
                 line.value = part
 

@@ -12,7 +12,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
-from accept.judging.result import UnitResult
+from accept.base.documents.results import UnitRecord
 from accept.pictures import signs
 from accept.pictures.labels import label_of
 from accept.tui.background.process_work import send_to_worker
@@ -192,7 +192,7 @@ class Summary(Scanning[bool]):
             self.query_one("#why", VerticalScroll).scroll_home(animate=False)
         self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if it is longer than its room
 
-    def _show_result(self, result: UnitResult) -> None:
+    def _show_result(self, result: UnitRecord) -> None:
         d, table = self.dialogue, self.query_one(DataTable)
         sign = signs.UNITS[result.word]
         self.query_one(Banner).show(sign.word.partition(",")[0], sign.bold)  # a band has room for one word
@@ -224,7 +224,7 @@ class Summary(Scanning[bool]):
         await self.answer(dialogue.press, key)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """LeaveSummary keys of a training out of the footer elsewhere, and one that has nothing more to show."""
+        """Leave keys of a training out of the footer elsewhere, and one that has nothing more to show."""
         if action == "page":
             return any(why.max_scroll_y > 0 for why in self.query("#why"))
         return parameters != ("ctrl+r",) or self.bench.training is not None
@@ -238,7 +238,7 @@ class Summary(Scanning[bool]):
         )
 
 
-def _verdict(d: SummaryDialogue, result: UnitResult) -> Text:
+def _verdict(d: SummaryDialogue, result: UnitRecord) -> Text:
     """Return the verdict, what is open, and on lines of their own what to do first."""
     sign, held = signs.UNITS[result.word], result.nonconformances
     text = Text.assemble((f" {sign.word.upper()} ", f"reverse {sign.bold}"))

@@ -4,10 +4,11 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Input, Label, Static
 
+from accept.store.payloads import StepJudged
 from accept.tui.widgets.limit_bar import numbers
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.dialogue.fields import FieldPlace
-from accept.workflow.state.unit_state import StepJudgement, StepState
+from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import repeated
 from checks.declare import Scalar
@@ -57,9 +58,7 @@ class Field(Vertical):
             self.set_class(kind == one, one)
 
 
-def stored_words(
-    place: FieldPlace, step: WorkflowStep, state: StepState, judgement: StepJudgement | None = None
-) -> str:
+def stored_words(place: FieldPlace, step: WorkflowStep, state: StepState, judgement: StepJudged | None = None) -> str:
     """Return what is stored for a place, "" for nothing. judgement: what stands above it on the screen."""
     if place.is_file:
         link = state.link(place.declared.name)

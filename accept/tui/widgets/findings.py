@@ -8,9 +8,9 @@ from rich.text import Text
 
 from accept.judging.advice import ADVICE, advice
 from accept.pictures.labels import label_of
+from accept.store.payloads import StepJudged
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers, usual_words
-from accept.workflow.state.unit_state import StepJudgement
 from accept.workflow.steps.status import of_findings
 from checks.cause import Cause
 from checks.declare import Check
@@ -31,7 +31,7 @@ class Findings(Hanging):
     def show(
         self,
         check: Check,
-        judgement: StepJudgement | None,
+        judgement: StepJudged | None,
         words: str = "",
         usual: Mapping[str, float] = NO_USUAL,
         first: str = "",
@@ -43,7 +43,7 @@ class Findings(Hanging):
 
 def findings_text(
     check: Check,
-    judgement: StepJudgement,
+    judgement: StepJudged,
     usual: Mapping[str, float] = NO_USUAL,
     first: str = "",
     *,
@@ -64,9 +64,9 @@ def findings_text(
             if line not in told:
                 text.append(f"  → {line}\n", "bold yellow")
             told.add(line)
-    name = max((len(label_of(q.name)) for _, q in judgement.information), default=0)
-    for _, q in judgement.information if whole else ():
-        text.append(f"  {label_of(q.name):<{name}}  {numbers(q.value, q.U, q.unit)}\n", "dim")
+    name = max((len(label_of(i.quantity)) for i in judgement.information), default=0)
+    for i in judgement.information if whole else ():
+        text.append(f"  {label_of(i.quantity):<{name}}  {numbers(i.value, i.U, i.unit)}\n", "dim")
     for note in judgement.notes:
         text.append(f"  Note: {note}\n", "dim")
     if judgement.information and not whole:

@@ -5,6 +5,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import PurePath
 
+from accept.store.payloads import StepJudged
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do, Place, StoreEntry
 from accept.workflow.dialogue.step_state import StepDialogue, StepFacts, Turn
@@ -13,7 +14,6 @@ from accept.workflow.entry import parse_entry
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.entry.record_folder import Proposals
 from accept.workflow.entry.shift import NOT_TAKEN
-from accept.workflow.state.unit_state import StepJudgement
 from accept.workflow.steps.plan import WorkflowStep, has_files, is_needed
 from accept.workflow.worker.not_done import STOPPED
 from checks.declare import CsvTable, Form, Measured, Scalar, Series, Vector
@@ -380,7 +380,7 @@ def _judge(d: StepDialogue) -> Turn:
     return Turn(replace(d, judges=True, stopped=False), (Do.JUDGE,))
 
 
-def judged(d: StepDialogue, _: StepJudgement | None = None) -> Turn:
+def judged(d: StepDialogue, _: StepJudged | None = None) -> Turn:
     """Show the judgement; a question or refusal stays at the foot."""
     d = replace(d, judges=False)
     if d.step.check.model is not None:

@@ -5,12 +5,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from accept.judging.advice import ADVICE, first_advice
+from accept.store.payloads import StepJudged
 from accept.workflow.dialogue import turn
 from accept.workflow.dialogue.fields import FieldLine, places
 from accept.workflow.dialogue.step_effects import Place
 from accept.workflow.dialogue.turn import FootWords
 from accept.workflow.entry.record_folder import PickableFile, Proposals, age_words
-from accept.workflow.state.unit_state import StepJudgement, StepState
+from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.plan import WorkflowStep, has_files, is_needed, needs_rig
 from accept.workflow.steps.section import ready, records_awaited
 from accept.workflow.steps.status import Status
@@ -33,7 +34,7 @@ class StepFacts:
     seq: int
     state: StepState
     status: Status
-    judgement: StepJudgement | None = None
+    judgement: StepJudged | None = None
     source_action: str | None = None
     has_next: bool = False
     waiting: tuple[WorkflowStep, ...] = ()

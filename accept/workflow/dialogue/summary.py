@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
-from accept.pictures import signs
+from accept.base.documents.results import unit_word
 from accept.store.payloads import CHOICES
 from accept.workflow.dialogue.summary_state import SIGNED, VALID, Report, SummaryDialogue, SummaryFacts, Turn
 from accept.workflow.dialogue.turn import FootWords
@@ -206,7 +206,7 @@ def _asked_of_qa(d: SummaryDialogue) -> Ask:
     """Return the question for the passphrase, and for a unit that was not accepted what is to be done with it."""
     words, lines = "As quality assurance, with the QA key's own passphrase.", [AskedLine.QA_PASSPHRASE]
     if d.facts.verdict != UnitVerdict.ACCEPTED:
-        word = signs.unit_word(d.facts.verdict, d.facts.nonconformances)
+        word = unit_word(d.facts.verdict, d.facts.nonconformances)
         words = f"The unit is {word}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
         lines = [AskedLine.DISPOSITION, AskedLine.REASON, AskedLine.QA_PASSPHRASE]
     return Ask("countersign", f"Countersign {d.facts.serial}", words, tuple(lines))

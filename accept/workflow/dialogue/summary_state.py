@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
+from accept.base.documents.results import UnitRecord
 from accept.judging.advice import ADVICE, advice, first_advice
-from accept.judging.result import UnitResult
 from accept.pictures.labels import label_of
 from accept.store.event import shown_name
 from accept.store.fold import Signature
@@ -49,7 +49,7 @@ class SummaryFacts:
 
     serial: str
     operator: str
-    result: UnitResult | None
+    result: UnitRecord | None
     refused: Mapping[str, RecordRefused] = field(default_factory=dict)
     steps: Mapping[str, str] = field(default_factory=dict)
     own_notes: Collection[str] = ()
@@ -123,7 +123,7 @@ class SummaryDialogue:
             lines.append(f"→ {hold.removeprefix('sign; ') if self.facts.certificate is not None else hold}")
         return "\n".join([*lines, *self._notes(self.facts.result)])
 
-    def _notes(self, result: UnitResult) -> list[str]:
+    def _notes(self, result: UnitRecord) -> list[str]:
         """Return the notes, those of the technicians first, each with its step as people read it."""
         parts = (n.partition(": ") for n in sorted(result.notes, key=lambda note: note not in self.facts.own_notes))
         return [without_hashes(f"{self.facts.steps.get(step, step)}{colon}{words}") for step, colon, words in parts]

@@ -4,16 +4,15 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from accept.base.documents.results import Information
+from accept.base.documents.results import UnitRecord
 from accept.base.version import code_sha256
 from accept.judging.advice import action
 from accept.judging.bench_errors import BY_RESONANCE, withhold_bench_errors
-from accept.judging.result import UnitResult
 from accept.store.payloads import ReadingFailed, RecordLinked, RecordRefused, StepJudged, ValueTaken
 from accept.workflow.session import panel_cache
 from accept.workflow.session.gap import UnitGap
 from accept.workflow.session.unit import OpenUnit
-from accept.workflow.state.unit_state import Given, StepJudgement
+from accept.workflow.state.unit_state import Given
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import note_lines, ready
 from accept.workflow.steps.status import Status, judgement_of, open_steps, status_of
@@ -34,7 +33,7 @@ class Judgements:
         """held: returns the nonconformances that hold the unit, from the notes on its steps."""
         self._unit, self._gap, self._holding, self.usual = unit, gap, held, usual
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
-        self._result: tuple[Given, UnitResult] | None = None
+        self._result: tuple[Given, UnitRecord] | None = None
         self._held: tuple[int, Sequence[str]] | None = None
         self._compared: tuple[int, Sequence[Finding]] | None = None
 
@@ -61,7 +60,7 @@ class Judgements:
         left = [s for s in waiting if s.name not in {after, *behind} and self.of_step(s.name) is None]
         return next(iter(ahead + left), None)
 
-    def of_step(self, step: str) -> StepJudgement | None:
+    def of_step(self, step: str) -> StepJudged | None:
         """Return the stored judgement of a step if it still holds, as the judgement of the whole unit leaves it: what
         another step contradicts has no result, nor has what a reservation of the last summary took it from."""
         own = self._own(step)
@@ -71,7 +70,7 @@ class Judgements:
         refuted = {f.quantity: f for f in self._consistent() if f.check == step} | refuted
         return replace(own, findings=tuple(refuted.get(f.quantity, f) for f in own.findings))
 
-    def _own(self, step: str) -> StepJudgement | None:
+    def _own(self, step: str) -> StepJudged | None:
         """Return the stored judgement of a step by itself, if it still holds."""
         return judgement_of(self._unit.state(step), self._unit.spec_name, code_sha256())
 
@@ -81,7 +80,7 @@ class Judgements:
         if self._compared is None or self._compared[0] != self._unit.run.seq:
             own = [j for step in self._unit.steps if (j := self._own(step.name)) is not None]
             findings = [finding for each in own for finding in each.findings]
-            known = {quantity.name: quantity for each in own for _, quantity in each.information}
+            known = {i.quantity: i.measured() for each in own for i in each.information}
             known |= {f.quantity: Quantity(f.quantity, f.value, f.U) for f in findings if f.value is not None}
             stiffness = known[BY_RESONANCE].value if BY_RESONANCE in known else math.nan
             compared = withhold_bench_errors(check_consistency(findings, known), stiffness, self._gap.found)
@@ -126,18 +125,18 @@ class Judgements:
         return [s for s in self._unit.steps if ready(s, self._unit.state(s.name)) and self.of_step(s.name) is None]
 
     @property
-    def result(self) -> UnitResult | None:
+    def result(self) -> UnitRecord | None:
         """Return the last judgement of the whole unit, None if its inputs have changed since."""
         attempt = self._unit.attempt
         if self._result is None or attempt.verdict is None or self._result[0] != attempt.given:
             return None
         return self._result[1]
 
-    def keep(self, given: Given, result: UnitResult) -> None:
+    def keep(self, given: Given, result: UnitRecord) -> None:
         """Keep the judgement of the whole unit. given: its inputs."""
         self._result = given, result
 
-    def keep_step(self, judged: StepJudgement, step: WorkflowStep, panels: Mapping[str, Panel]) -> None:
+    def keep_step(self, judged: StepJudged, step: WorkflowStep, panels: Mapping[str, Panel]) -> None:
         """Store the judgement of a step and keep its pictures. Raises StoreError, OSError."""
         unit, name = self._unit, step.name
         self._panels[name, judged.upto] = panels
@@ -145,8 +144,7 @@ class Judgements:
             panel_cache.save(unit.folder, name, judged.upto, panels)
         with unit.mutex:  # an entry that came meanwhile may be in the folder: it is judged by itself
             if unit.state(name).upto == judged.upto and self._own(name) != judged:
-                information = tuple(Information.of(check, quantity) for check, quantity in judged.information)
-                unit.append(StepJudged(name, judged.upto, judged.findings, information, judged.notes))
+                unit.append(judged)
 
 
 def _is_reserved(finding: Finding) -> bool:

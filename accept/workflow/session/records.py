@@ -15,7 +15,6 @@ from accept.units import attach
 from accept.workflow.entry import record_folder
 from accept.workflow.entry.record_folder import Proposals
 from accept.workflow.session.unit import OpenUnit
-from accept.workflow.state.unit_state import FileLink
 from accept.workflow.steps.plan import WorkflowStep
 from checks.cause import Cause
 from checks.declare import CsvTable, Form, Series
@@ -95,7 +94,7 @@ class Records:
 
     def name_score(self, step: WorkflowStep, declared: Series | CsvTable, file: str) -> tuple[int, str]:
         """Return how far the name of a file speaks for an input of a step, and the step that it speaks for instead."""
-        if any(isinstance(e, FileLink) and e.file == file for e in self._unit.state(step.name).entries):
+        if any(isinstance(e, RecordLinked) and e.file == file for e in self._unit.state(step.name).entries):
             return -1, "in use"
         wanted = [i for i in step.form_with(declared.name).inputs if isinstance(i, Series | CsvTable)]
         return record_folder.name_score(file, declared, wanted, _about(step), self._inputs_of_others(step))

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from accept.store import Event, Signature, StoreError
+from accept.store import Event, Signature, StoreError, UnitState
+from accept.store.fold import after
 from accept.store.payloads import (
     AttemptStarted,
     CertificateSigned,
@@ -23,39 +24,6 @@ from accept.store.payloads import (
 )
 from accept.store.undone import undone
 from accept.units.attempt_folder import attempt_folder
-from checks.quantity import Quantity
-from checks.verdict import Finding
-
-
-@dataclass(frozen=True)
-class EnteredValue:
-    """One value that was typed or read; U: typed or read with it; index: its place in a vector; day: on which it was
-    measured, ISO."""
-
-    seq: int
-    form: str
-    input: str
-    value: float
-    U: float | None
-    unit: str
-    index: int | None
-    repeat: bool
-    source: str
-    day: str
-    who: str = ""
-
-
-@dataclass(frozen=True)
-class FileLink:
-    """A file in the unit's folder that holds the data of an input."""
-
-    seq: int
-    form: str
-    input: str
-    file: str
-    sha256: str
-    day: str
-    who: str = ""
 
 
 @dataclass(frozen=True)
@@ -73,29 +41,16 @@ class Note:
 
 
 @dataclass(frozen=True)
-class StepJudgement:
-    """The judgement of one step, with its spec and program. findings: judged quantities; information: (check,
-    quantity) without limits; upto: the last entry that was judged, later ones make it stale."""
-
-    upto: int
-    spec: str
-    code: str
-    findings: tuple[Finding, ...]
-    information: tuple[tuple[str, Quantity], ...]
-    notes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class StepState:
     """Entries at a step since it was last measured anew. earlier: entries of the rounds before, which stay; refused:
     records that could not be taken and in whose place nothing was given since, by input; unusable: when [s since 1970]
     each file that was ever refused here had been written, by its path."""
 
-    entries: tuple[EnteredValue | FileLink, ...] = ()
-    earlier: tuple[EnteredValue | FileLink, ...] = ()
+    entries: tuple[ValueTaken | RecordLinked, ...] = ()
+    earlier: tuple[ValueTaken | RecordLinked, ...] = ()
     reasons: tuple[str, ...] = ()
     notes: tuple[Note, ...] = ()
-    judgements: Mapping[int, StepJudgement] = field(default_factory=dict)
+    judgements: Mapping[int, StepJudged] = field(default_factory=dict)
     refused: Mapping[str, RecordRefused] = field(default_factory=dict)
     unusable: Mapping[str, float] = field(default_factory=dict)
 
@@ -107,22 +62,22 @@ class StepState:
     @property
     def day(self) -> str | None:
         """Return the last day on which an entry was measured, None without entries."""
-        return max((entry.day for entry in self.entries), default=None)
+        return max((entry.on for entry in self.entries), default=None)
 
     @property
     def form(self) -> str | None:
         """Return the form of the last entry: a section holds one form only."""
         return self.entries[-1].form if self.entries else None
 
-    def readings(self, name: str, index: int | None = None) -> tuple[EnteredValue, ...]:
+    def readings(self, name: str, index: int | None = None) -> tuple[ValueTaken, ...]:
         """Return the readings that make up a value: the last one that was no repeat, and the repeats after it."""
-        mine = [e for e in self.entries if isinstance(e, EnteredValue) and (e.input, e.index) == (name, index)]
+        mine = [e for e in self.entries if isinstance(e, ValueTaken) and (e.input, e.index) == (name, index)]
         first = max((i for i, reading in enumerate(mine) if not reading.repeat), default=0)
         return tuple(mine[first:])
 
-    def link(self, name: str) -> FileLink | None:
+    def link(self, name: str) -> RecordLinked | None:
         """Return the file last given for an input, None without one."""
-        return next((e for e in reversed(self.entries) if isinstance(e, FileLink) and e.input == name), None)
+        return next((e for e in reversed(self.entries) if isinstance(e, RecordLinked) and e.input == name), None)
 
 
 Given = tuple[tuple[int, ...], int | None]
@@ -163,10 +118,11 @@ class Attempt:
 
 @dataclass(frozen=True)
 class UnitRun:
-    """A serial and its attempts, in order; seq: the last event folded in."""
+    """A serial and its attempts, in order; state: its judgements and certificates; seq: the last event folded in."""
 
     serial: str
     attempts: tuple[Attempt, ...] = ()
+    state: UnitState | None = None
     seq: int = 0
 
     @property
@@ -185,6 +141,7 @@ def fold_run(serial: str, events: Iterable[Event]) -> UnitRun:
     begun = {event.seq for event, payload in stored if isinstance(payload, AttemptStarted)}
     run = UnitRun(serial, seq=stored[-1][0].seq if stored else 0)
     for event, payload in stored:
+        run = replace(run, state=after(run.state, event, payload))
         if event.seq in gone or (isinstance(payload, EntryUndone) and payload.undoes in begun):
             continue
         if isinstance(payload, AttemptStarted):
@@ -237,7 +194,9 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
         case GapExplained(upto, gap):
             return _unjudged(replace(attempt, gap=(upto, gap)))
         case StepJudged() as judged:
-            return _step_judged(attempt, event, judged)
+            state = attempt.step(judged.step)
+            known = {**state.judgements, judged.upto: replace(judged, spec=event.spec, code=event.code)}
+            return replace(attempt, steps={**attempt.steps, judged.step: replace(state, judgements=known)})
         case UnitJudged() as judged if Path(judged.path).parts[-2:] == (serial, attempt_folder(attempt.number)):
             return _judged(attempt, judged)  # of this attempt's folder: a batch may judge another of the same serial
         case CertificateSigned(path, _, role) if attempt.verdict is not None:
@@ -248,24 +207,7 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
 
 
 def _entered(attempt: Attempt, event: Event, taken: ValueTaken | RecordLinked) -> Attempt:
-    day = taken.day or event.time[:10]  # UTC
-    entry: EnteredValue | FileLink
-    if isinstance(taken, RecordLinked):
-        entry = FileLink(event.seq, taken.form, taken.input, taken.file, taken.sha256, day, event.who)
-    else:
-        entry = EnteredValue(
-            seq=event.seq,
-            form=taken.form,
-            input=taken.input,
-            value=taken.value,
-            U=taken.U,
-            unit=taken.unit,
-            index=taken.index,
-            repeat=taken.repeat,
-            source=taken.source,
-            day=day,
-            who=event.who,
-        )
+    entry = replace(taken, seq=event.seq, who=event.who, on=taken.day or event.time[:10])  # UTC
     state = attempt.step(taken.step)
     refused = {n: r for n, r in state.refused.items() if n != taken.input and r.form == taken.form}
     return _with_step(attempt, event, taken.step, entries=(*state.entries, entry), refused=refused)
@@ -279,14 +221,6 @@ def _with_step(attempt: Attempt, event: Event, step: str, **changes: Any) -> Att
 
 def _unjudged(attempt: Attempt) -> Attempt:
     return replace(attempt, judged=None, certificate=None, signatures=(), void=attempt.certificate or attempt.void)
-
-
-def _step_judged(attempt: Attempt, event: Event, judged: StepJudged) -> Attempt:
-    information = tuple((i.check, i.measured()) for i in judged.information)
-    judgement = StepJudgement(judged.upto, event.spec, event.code, judged.findings, information, judged.notes)
-    state = attempt.step(judged.step)
-    state = replace(state, judgements={**state.judgements, judged.upto: judgement})
-    return replace(attempt, steps={**attempt.steps, judged.step: state})
 
 
 def _judged(attempt: Attempt, judged: UnitJudged) -> Attempt:

@@ -7,9 +7,9 @@ from datetime import date
 from statistics import fmean, stdev
 from typing import Any
 
-from accept.store.payloads import MARK
+from accept.store.payloads import MARK, ValueTaken
 from accept.units.folder_header import TYPED
-from accept.workflow.state.unit_state import Attempt, EnteredValue, StepState
+from accept.workflow.state.unit_state import Attempt, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from checks.acceptance import CHECKS
 from checks.declare import CsvTable, Input, Scalar, Series, Vector
@@ -30,7 +30,7 @@ class Repeated:
     U: float | None
 
 
-def repeated(readings: Sequence[EnteredValue], asked: CheckSpec, name: str) -> Repeated | None:
+def repeated(readings: Sequence[ValueTaken], asked: CheckSpec, name: str) -> Repeated | None:
     """Return the mean of repeated readings, None without any.
 
     The scatter of the mean adds in square to the stated uncertainty ([JCGM100] 4.2.3 and 5.1.2). If none is stated, it

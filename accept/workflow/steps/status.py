@@ -5,7 +5,8 @@ from dataclasses import replace
 from enum import Enum
 
 from accept.pictures import signs
-from accept.workflow.state.unit_state import Attempt, StepJudgement, StepState
+from accept.store.payloads import StepJudged
+from accept.workflow.state.unit_state import Attempt, StepState
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import full, ready
 from checks.verdict import Finding
@@ -56,13 +57,13 @@ def of_findings(findings: Iterable[Finding]) -> Status:
     return next((status for status in _WORST_FIRST if status in found), Status.TAKEN)
 
 
-def judgement_of(state: StepState, spec: str, code: str) -> StepJudgement | None:
+def judgement_of(state: StepState, spec: str, code: str) -> StepJudged | None:
     """Return the judgement that still holds: same entries, same spec, same program."""
     last = state.judgements.get(state.upto)
     return last if last is not None and (last.spec, last.code) == (spec, code) else None
 
 
-def status_of(step: WorkflowStep, state: StepState, judgement: StepJudgement | None) -> Status:
+def status_of(step: WorkflowStep, state: StepState, judgement: StepJudged | None) -> Status:
     """Return the status of a step by its entries and the judgement that holds, None without one."""
     if judgement is None or not ready(step, state):
         return Status.REFUSED if state.refused else Status.TAKEN if state.entries else Status.NOT_DONE

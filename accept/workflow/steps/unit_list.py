@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
+from accept.base.documents.results import unit_word
 from accept.base.version import code_sha256
-from accept.pictures.signs import unit_word
 from accept.store import Store
-from accept.store.payloads import AttemptStarted
-from accept.workflow.state.unit_state import Attempt, EnteredValue, FileLink, fold_run
+from accept.store.payloads import AttemptStarted, RecordLinked, ValueTaken
+from accept.workflow.state.unit_state import Attempt, fold_run
 from accept.workflow.steps.plan import WorkflowStep, needs_rig, steps_of
 from accept.workflow.steps.section import value_words
 from accept.workflow.steps.status import open_steps, state_of
@@ -182,7 +182,7 @@ def _waiting(attempt: Attempt, spec: Spec) -> tuple[str, ...]:
     return tuple(step.name for step in open_steps(steps, states, f"{spec.name}@{spec.sha256}", code_sha256()))
 
 
-def _entry_words(entry: EnteredValue | FileLink) -> str:
-    if isinstance(entry, FileLink):
+def _entry_words(entry: ValueTaken | RecordLinked) -> str:
+    if isinstance(entry, RecordLinked):
         return entry.file
     return value_words(entry.input, entry.index, entry.value, entry.unit)

@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from accept.base.documents.results import UnitRecord
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
@@ -13,14 +14,14 @@ from accept.gap.attach_to_result import NO_ANSWER, with_explanation
 from accept.gap.start_model import StartModel
 from accept.judging.calibration import Statement
 from accept.judging.judge_unit import judge_unit
-from accept.judging.result import UnitResult
 from accept.models.model_file import default_model
 from accept.store import Event
+from accept.store.payloads import StepJudged
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from accept.workflow.session import Session
 from accept.workflow.session.gap import Explanation
-from accept.workflow.state.unit_state import StepJudgement, StepState
+from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.section import note_lines
 from accept.workflow.steps.status import state_of
 from accept.workflow.worker.process import Say, Work, WorkerProcess
@@ -30,11 +31,11 @@ from specs.spec import Spec
 from specs.strict import SpecError
 
 T = TypeVar("T")
-Judge = Callable[[Path, Spec, Statement | None], UnitResult]
+Judge = Callable[[Path, Spec, Statement | None], UnitRecord]
 EXPECTED = (UnitError, RecordError, SpecError, ModelError, OSError)
 
 
-def judge_here(folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
+def judge_here(folder: Path, spec: Spec, stated: Statement | None) -> UnitRecord:
     """Judge the unit in a folder in this process. Raises UnitError."""
     return judge_unit(unit_folder.read(folder), spec, stated)
 
@@ -47,10 +48,10 @@ class Elsewhere:
         self._worker, self._session, self._say = worker, session, say
         self._work: Work[Any] | None = None
 
-    def judge_step(self, name: str) -> StepJudgement:
+    def judge_step(self, name: str) -> StepJudged:
         return judge_step(self._session, name, partial(self._run, _judge))
 
-    def judge(self) -> UnitResult:
+    def judge(self) -> UnitRecord:
         return judge_whole_unit(self._session, partial(self._run, _judge))
 
     def explain(self) -> Event:
@@ -66,7 +67,7 @@ class Elsewhere:
         return cast(T, self._worker.run(self._work, self._say))
 
 
-def judge_step(session: Session, name: str, judge: Judge = judge_here) -> StepJudgement:
+def judge_step(session: Session, name: str, judge: Judge = judge_here) -> StepJudged:
     """Judge one step by itself and store the judgement. judge: the function that does it, here or in the other
     process. Raises UnitError, StoreError, OSError, and what `judge` does."""
     step, attempt = session.step(name), session.written()
@@ -78,7 +79,7 @@ def judge_step(session: Session, name: str, judge: Judge = judge_here) -> StepJu
     return judged
 
 
-def judge_whole_unit(session: Session, judge: Judge = judge_here) -> UnitResult:
+def judge_whole_unit(session: Session, judge: Judge = judge_here) -> UnitRecord:
     """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped if the golden
     units were missed, and what `judge` does."""
     given = session.written().given
@@ -98,7 +99,7 @@ def _pipeline(session: Session, spec: Spec) -> Pipeline:
     return Pipeline(session.store, {spec.kind: spec}, session.operator, bench_file=session.stated, place=session.home)
 
 
-def _judge(_: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
+def _judge(_: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitRecord:
     return judge_here(folder, spec, stated)
 
 
@@ -116,14 +117,8 @@ def _explain(say: Say, folder: Path, spec: Spec) -> Explanation:
     return start.answer(done.document), gap_panels(done.result)
 
 
-def judgement_of_result(name: str, result: UnitResult, state: StepState, spec_name: str) -> StepJudgement:
+def judgement_of_result(name: str, result: UnitRecord, state: StepState, spec_name: str) -> StepJudged:
     """Return the judgement of a step to be stored; the technician's own notes are stored already."""
     own = {f"{name}: {line}" for line in note_lines(state)}
-    return StepJudgement(
-        state.upto,
-        spec_name,
-        code_sha256(),
-        result.findings,
-        result.information,
-        tuple(note.removeprefix(f"{name}: ") for note in result.notes if note not in own),
-    )
+    notes = tuple(note.removeprefix(f"{name}: ") for note in result.notes if note not in own)
+    return StepJudged(name, state.upto, result.findings, result.information, notes, spec_name, code_sha256())

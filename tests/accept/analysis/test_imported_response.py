@@ -1,18 +1,19 @@
 """Responses of others come in, go into fit and misalignment, and go out to others with their names and units."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
-from typer.testing import CliRunner
 
 import accept
-from accept.cli.main import app
 from hw.records import frf_bytes, mat_bytes
+from tests.shared import command_line
 
+run = partial(command_line.accept, code=0, columns=200)
 F = np.arange(15.0, 601.0, 1.5)
 CHANNELS = ("Vs", "de", "da")
 SI = {"Va": "V", "Vs": "V", "de": "m", "da": "m"}
@@ -212,12 +213,6 @@ def test_arguments_that_cannot_be_are_refused(tmp_path: Path) -> None:
                 accept.read_response(path, **words)
     with pytest.raises(accept.AcceptError, match="no such file"):
         accept.read_response(tmp_path / "nowhere.uff")
-
-
-def run(*words: object, code: int = 0):
-    found = CliRunner().invoke(app, [str(w) for w in words], env={"COLUMNS": "200"})
-    assert found.exit_code == code, found.output + str(found.exception)
-    return found
 
 
 def test_commands_take_files_of_responses(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from accept.base.child_processes import process_pool
 from accept.base.home import home
@@ -20,7 +19,6 @@ from accept.certificate.contents.content import content_of
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
-from accept.cli.main import app
 from accept.commands.trust.bench_keys import demo_credential
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.simulate import published_units
@@ -28,18 +26,13 @@ from accept.store import open_store
 from accept.units import unit_folder
 from specs.spec import builtin
 from tests.accept.units.units import DATA, GOOD, make_unit
+from tests.shared.command_line import accept
 from tests.shared.demo_run import DemoRun
 
 COLUMNS = ["serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule",
            "verdict", "p_false_accept", "required", "reason", "gap", "attempt", "time", "operator",
            "simulated"]  # fmt: skip
 recorded = pytest.mark.needs_data
-
-
-def accept(*arguments: object):
-    done = CliRunner().invoke(app, [str(a) for a in arguments])
-    assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
-    return done
 
 
 def batch(*arguments: object, spec: str = "apa-basic"):
@@ -338,7 +331,7 @@ def test_a_pool_that_is_broken_loses_no_unit(tmp_path: Path) -> None:
         order = BatchRequest(units, tmp_path / "out", {"apa": load_spec("apa-basic")}, "NN", workers=2, pool=broken)
         with open_store(f"sqlite:///{tmp_path / 'store.sqlite'}") as store:
             report = run(order, store, lambda words: None)
-    assert [u["serial"] for u in report.units] == ["A", "B"]
+    assert [u.serial for u in report.units] == ["A", "B"]
     assert not report.refused
 
 

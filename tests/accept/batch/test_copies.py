@@ -7,19 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.stated_check import check_copies
-from accept.cli.main import app
 from accept.judging.copies import recording_party
 from accept.store import fold, open_store
 from accept.store.payloads import CopiesResolved, UnitJudged
 from hw.records import csv_bytes
 from tests.accept.units.units import DRIVE, GOOD, LOOPS, save_mat
 from tests.checks.acceptance.play_model import Plays
+from tests.shared.command_line import accept
 
 UNIT = """
 serial = "{serial}"
@@ -38,10 +38,6 @@ def spec(tmp_path: Path) -> Path:
     path = tmp_path / "loops.toml"
     path.write_text(LOOPS)
     return path
-
-
-def accept(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
 
 
 def columns(seed: int) -> dict[str, np.ndarray]:
@@ -154,8 +150,8 @@ def test_a_copy_of_a_unit_judged_earlier_is_found_in_the_store(tmp_path: Path, s
     assert accept("countersign", first).exit_code == 4
     with open_store() as store:
         assert store.check() is None
-        state = fold(store.events()).units
-    assert [state[s].verdict for s in ("A-1", "B-1")] == ["incomplete", "incomplete"]
+        units = [fold(store.events(serial)) for serial in ("A-1", "B-1")]
+    assert [unit and unit.verdict for unit in units] == ["incomplete", "incomplete"]
     assert "copied: hysteresis/record" in accept("store", "log", "A-1").stdout
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from accept.base.documents.results import UnitRecord
 from accept.base.home import home
 from accept.batch import job
 from accept.batch.judge_batch import BatchRequest, run
@@ -12,7 +13,6 @@ from accept.certificate.page import document
 from accept.certificate.trust import keys
 from accept.gap import attach_to_result
 from accept.judging.judge_unit import load_spec
-from accept.judging.result import UnitResult
 from accept.store import open_store
 from tests.accept.batch.test_copies import UNIT, accept, unit, verdicts
 from tests.accept.batch.test_parts import BAD, STRUT
@@ -32,7 +32,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> Counter[tuple[str, str]]:
         count["judged", held.folder.serial] += 1
         return judge(held, *given)
 
-    def searched(result: UnitResult, *_: object) -> UnitResult:
+    def searched(result: UnitRecord, *_: object) -> UnitRecord:
         count["searched", result.serial] += 1
         return result
 

@@ -55,12 +55,12 @@ def test_every_file_says_what_the_whole_one_would(
     monkeypatch.setattr(results, "WHOLE", 100)
     whole = judged(units, tmp_path / "whole")
     assert whole.unchanged == len(SERIALS)
-    assert [json.loads(text) for text in entries["entry"]] == whole.units
+    assert [json.loads(text) for text in entries["entry"]] == [unit.to_json() for unit in whole.units]
     for frame in (findings, entries):
         assert set(frame["attempt"]) == {1}
         assert set(frame["operator"]) == {"Ada"}
         assert str(frame["time"].dtype) == "datetime64[us, UTC]"
-    rows = [(u["serial"], f["quantity"], f["value"], f["verdict"]) for u in whole.units for f in u["findings"]]
+    rows = [(u.serial, f.quantity, f.value, f.verdict) for u in whole.units for f in u.findings]
     assert list(zip(*(findings[n] for n in ("serial", "quantity", "value", "verdict")), strict=True)) == rows
     for name in ("results.csv", "junit.xml"):
         assert (tmp_path / "many" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()

@@ -9,11 +9,13 @@ from typer.testing import CliRunner
 
 from accept.base import atomic_files
 from accept.base.console import one_line
+from accept.base.documents.results import ListedUnit
 from accept.base.exit_codes import Exit
 from accept.batch.outputs import csv_rows, findings
 from accept.cli.main import app
 from accept.units import unit_folder
 from accept.units.attach import copy_in
+from checks.verdict import Finding, UnitVerdict, Verdict
 from hw.records import DEFAULT_LIMITS
 from specs.files import read_bounded
 from tests.accept.units.units import make_unit
@@ -38,8 +40,10 @@ def test_a_pipe_and_an_endless_device_are_said_not_read(tmp_path: Path) -> None:
 
 
 def test_no_cell_is_a_formula_and_no_line_moves_the_cursor() -> None:
-    finding = {"check": "=1+1", "quantity": "q", "value": -1.5, "reason": "@SUM(A1)\x1b[2J"}
-    unit = {"serial": "A", "kind": "apa", "verdict": "rejected", "findings": [finding]}
+    finding = Finding(
+        "=1+1", "q", -1.5, "um", None, None, None, "simple", Verdict.FAIL, None, reason="@SUM(A1)\x1b[2J"
+    )  # fmt: skip
+    unit = ListedUnit(serial="A", kind="apa", verdict=UnitVerdict.REJECTED, findings=(finding,))
     judgement = {"attempt": 1, "time": "2026-11-22T11:02:23+00:00", "operator": "=Ada"}
     text = csv_rows(findings(unit, judgement), header=True).decode()
     assert "'=Ada" in text

@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner, Result
 
 from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.certificate.verify import against_store
 from accept.certificate.verify.attachments import read
-from accept.cli.main import app
 from accept.store import open_store
 from tests.accept.units.test_inputs import HEAVY_KG, MASS_KG, UNIT
+from tests.shared.command_line import accept
 from tests.shared.recorded_units import RecordedUnits
 
 LIGHT_KG = 5.9  # by which the recorded stiffness lies below its limit
@@ -34,10 +33,6 @@ def folder(recorded_units: RecordedUnits, tmp_path: Path) -> Path:
     place.mkdir(parents=True)
     shutil.copy(next(recorded_units.folder("A-01").glob("add_mass_closed*.mat")), place / "closed.mat")
     return place
-
-
-def accept(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
 
 
 def judged(folder: Path, mass_kg: float, more: str = "", spec: Path | str = "apa-basic") -> dict[str, Any]:

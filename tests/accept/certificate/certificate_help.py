@@ -14,11 +14,12 @@ from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from typer.testing import CliRunner, Result
 
+from accept.base.documents.results import Information, UnitRecord
 from accept.certificate.contents.content import CertificateContent, content_of
 from accept.certificate.trust import authority
 from accept.certificate.trust.provenance import hashes_of, signed_text
 from accept.cli.main import app
-from accept.judging.result import UnitResult
+from accept.judging.advice import action
 from accept.store import SignedHead, StoreHead
 from checks.picture import Band, Heights, Line, Mark, Panel
 from checks.quantity import Contribution, Quantity
@@ -83,23 +84,25 @@ def panels() -> dict[str, Panel]:
     }
 
 
-def result(sensor_uF: float = 1.72, stroke_um: float = 181.7, serial: str = "APA-03") -> UnitResult:
+def result(sensor_uF: float = 1.72, stroke_um: float = 181.7, serial: str = "APA-03") -> UnitRecord:
     limits = {name: limit for check in spec().checks.values() for name, limit in check.limits.items()}
     found = (
         finding("sensor_uF", sensor_uF, 0.0086, limits["sensor_uF"]),
         finding("stroke_um", stroke_um, 1.8, limits["stroke_um"], "stroke"),
     )
-    return UnitResult(
+    return UnitRecord(
         serial=serial,
         kind="apa",
         verdict=unit_verdict(found),
         findings=found,
-        information=(("flatness", Quantity.of("interface_tilt_urad", 231.2, Contribution("probe", 22.0))),),
+        information=(
+            Information.of("flatness", Quantity.of("interface_tilt_urad", 231.2, Contribution("probe", 22.0))),
+        ),
         not_judged=("frf (low.mat, high.mat)",),
         notes=("stroke: one stack 60.1 um, two stacks 121.6 um",),
         inputs={n: hashlib.sha256(c).hexdigest() for n, c in (("unit.toml", UNIT_TOML), ("raw/stroke.mat", RECORD))},
-        spec_name="basic",
-        spec_sha256=spec().sha256,
+        action=action(found),
+        spec=f"basic@{spec().sha256}",
         panels=panels(),
     )
 
@@ -138,7 +141,7 @@ def stated(ca: x509.Certificate | None = None, serial: str = "APA-03", **more: A
 
 
 def certificate_contents(
-    path: Path, unit: UnitResult | None = None, ca: x509.Certificate | None = None, **more: Any
+    path: Path, unit: UnitRecord | None = None, ca: x509.Certificate | None = None, **more: Any
 ) -> CertificateContent:
     given: dict[str, Any] = {"provenance": stated(ca)} | more
     contents = content_of(unit or result(), spec(), folder(path), "M. Keller", **given)

@@ -17,13 +17,13 @@ from pypdf import PdfReader
 from reportlab.lib.units import mm
 from reportlab.pdfbase import pdfmetrics
 
+from accept.base.documents.results import SIMULATED
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import CertificateContent, ContentError, content_of
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import code_text, field_rectangles, open_fields, summary
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.judging.reservations import Reservations
-from accept.pictures import signs
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD
@@ -263,7 +263,7 @@ def test_the_words_in_the_box_of_the_verdict_are_inside_it(made: CertificateCont
     def see(text: str, cm: list[float], tm: list[float], font: Any, size: float) -> None:
         line, left = text.strip(), tm[4] * cm[0] + cm[4]
         if (
-            line in (signs.SIMULATED, "CONDITIONAL: QUALITY ASSURANCE DECIDES IN ITS BOX BELOW")
+            line in (SIMULATED, "CONDITIONAL: QUALITY ASSURANCE DECIDES IN ITS BOX BELOW")
             and left > page_style.WIDTH / 2
         ):
             ends[line] = left, left + pdfmetrics.stringWidth(line, BOLD, size)

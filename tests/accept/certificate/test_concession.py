@@ -333,5 +333,5 @@ def test_what_an_earlier_program_stored_is_read_as_it_was(bench: Path) -> None:
         assert tuple(yields(measurements(store), "serial").loc[0, ["last", "conceded"]]) == (True, True)
     from accept.judging.reservations import Reservations
 
-    assert Reservations.stated(entry).weaken(was.result.findings) == findings
+    assert Reservations.stated(entry).apply(was.result).findings == findings
     assert "changes its verdict" in accept("rejudge", "--spec", "apa-basic").output

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
 
 from accept.base.home import home
 from accept.certificate.contents.statements import statements
@@ -16,12 +15,12 @@ from accept.certificate.trust import encrypted_key, keys
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.rejudge import rejudge
 from accept.certificate.verify.verification import verify
-from accept.cli.main import app
 from accept.store import open_store
 from accept.store.payloads import UnitJudged
 from hw.records import csv_bytes
 from tests.accept.units.units import DRIVE, GOOD, LOOPS, make_unit
 from tests.checks.acceptance.play_model import Plays
+from tests.shared.command_line import accept
 
 WHY = ("--reason", "measured again")
 LATER = GOOD.replace("5.10", "5.06").replace("373.2", "150.5").replace("1.70", "1.68").replace("10.03", "9.98")
@@ -34,10 +33,6 @@ actuator_uF = 9.85
 [hysteresis]
 record = "loops.csv"
 """
-
-
-def accept(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
 
 
 @pytest.fixture(autouse=True)

@@ -9,6 +9,7 @@ import pytest
 from pypdf import PdfReader
 from typer.testing import CliRunner, Result
 
+from accept.base.documents.results import SIMULATED
 from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.certificate.verify.rejudge import read_certificate, rejudge
@@ -16,7 +17,6 @@ from accept.certificate.verify.verification import Validity, verify
 from accept.cli.main import app
 from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.judging.judge_unit import load_spec
-from accept.pictures import signs
 from accept.simulate.faults import KINDS
 from accept.store import open_store
 from accept.units import toml_edit, unit_folder
@@ -55,18 +55,18 @@ def shown(pdf: Path) -> list[str]:
 def certificate(tmp_path: Path) -> Path:
     make_unit(tmp_path / "in" / "A-2", "A-2", MARKED)
     done = batch(tmp_path / "in", tmp_path / "out")
-    assert (done.exit_code, signs.SIMULATED in done.stdout, signs.SIMULATED in done.stderr) == (0, True, True)
+    assert (done.exit_code, SIMULATED in done.stdout, SIMULATED in done.stderr) == (0, True, True)
     return tmp_path / "out" / "certificates" / "A-2.pdf"
 
 
 def test_every_page_says_so(certificate: Path) -> None:
     pages = shown(certificate)
-    assert all(signs.SIMULATED in page for page in pages), pages
+    assert all(SIMULATED in page for page in pages), pages
     assert "ACCEPTANCE CERTIFICATE" not in " ".join(pages)
     assert "measured and judged" not in " ".join(pages)
     info = PdfReader(certificate).metadata
     assert info is not None
-    assert signs.SIMULATED in str(info.title)
+    assert SIMULATED in str(info.title)
 
 
 def test_results_of_the_batch_and_in_the_certificate_say_so(certificate: Path) -> None:
@@ -94,7 +94,7 @@ def test_results_of_a_measured_unit_are_as_before(tmp_path: Path) -> None:
 def test_verify_never_takes_it_for_an_acceptance(certificate: Path) -> None:
     done = accept("verify", certificate)
     assert done.exit_code == 4, done.output
-    assert done.stdout.startswith(signs.SIMULATED)
+    assert done.stdout.startswith(SIMULATED)
     assert accept("verify", certificate, "--require", "accepted").exit_code == 3
     document = json.loads(accept("verify", certificate, "--json", "-").stdout)
     assert (document["outcome"], document["simulated"], document["verdict"]) == ("signed", True, "accepted")
@@ -166,12 +166,12 @@ def test_a_training_marks_its_unit_and_signs_it_as_before(tmp_path: Path) -> Non
         session.close()
     finally:
         bench.close()
-    assert all(signs.SIMULATED in page for page in shown(pdf))
+    assert all(SIMULATED in page for page in shown(pdf))
     named = accept("verify", pdf, "--trust", keys.folder(bench.home) / f"{keys.CA}.pem")
-    assert (named.exit_code, named.stdout.startswith(signs.SIMULATED)) == (4, True), named.output
+    assert (named.exit_code, named.stdout.startswith(SIMULATED)) == (4, True), named.output
     assert batch(folder, tmp_path / "out").exit_code == 0
     signed = tmp_path / "out" / "certificates" / "A-2.pdf"
-    assert all(signs.SIMULATED in page for page in shown(signed))
+    assert all(SIMULATED in page for page in shown(signed))
     assert accept("verify", signed).exit_code == 4
 
 

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
 from accept.batch.pipeline import Pipeline
 from accept.certificate.trust import encrypted_key, keys
-from accept.cli.main import app
 from accept.store import Event, NewEvent, Store, open_store
 from tests.accept.units.units import GOOD, make_unit
+from tests.shared.command_line import accept
 
 
 @pytest.fixture(autouse=True)
@@ -23,10 +22,6 @@ def quick_keys(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def unit(tmp_path: Path) -> Path:
     return make_unit(tmp_path / "u", "A-1")
-
-
-def accept(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
 
 
 def certify_by(command: str, unit: Path, *more: object) -> Path:

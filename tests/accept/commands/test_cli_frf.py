@@ -2,25 +2,21 @@
 
 import json
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from accept.cli.main import app
 from accept.commands.physics.frf import with_U
 from hw.records import write_mat
 from tests.accept.commands.test_compare import APAS
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.signals.frf_plant import Plant, unit
 from tests.hw.records.read_uff import read_frf
+from tests.shared import command_line
 
-
-def accept(*words: object, code: int = 0):
-    found = CliRunner().invoke(app, [str(w) for w in words])
-    assert found.exit_code == code, found.output + str(found.exception)
-    return found
+accept = partial(command_line.accept, code=0)
 
 
 @pytest.fixture(scope="module")

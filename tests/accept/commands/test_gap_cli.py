@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from accept.analysis import misalignment
-from accept.cli.main import app
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.models.lookup_cache import table_for
@@ -22,16 +20,11 @@ from checks.gap.modelling.augmented import Augmented
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.gap.shared.gap_units import make_strut
 from tests.checks.model.units_model import NOMINAL, needs_data
+from tests.shared.command_line import accept
 from tests.shared.gap_run import GapRun
 from tests.shared.recorded_units import RecordedUnits
 
 F = np.geomspace(8.0, 1900.0, 60)
-
-
-def accept(*arguments: object):
-    done = CliRunner().invoke(app, [str(a) for a in arguments])
-    assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
-    return done
 
 
 def numbers(value: Any) -> list[float]:

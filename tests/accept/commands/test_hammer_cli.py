@@ -1,30 +1,25 @@
 """`accept frf --hammer`, `accept.hammer_response` and the check of spurious modes: one estimator, one answer."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.io import savemat
-from typer.testing import CliRunner
 
 import accept
-from accept.cli.main import app
 from checks.acceptance import CHECKS
 from checks.errors import RecordError
 from checks.record import Record
 from hw.records import read, write_mat
 from specs.spec import CheckSpec
 from tests.checks.signals.hammer_plant import FS, Struck, clean, noisy
+from tests.shared import command_line
 
+run = partial(command_line.accept, code=0, columns=200)
 TWO = ((280.0, 0.008, 1e-6), (840.0, 0.008, 1.2e-7))
 HITS = tuple((0.5 + 1.2 * k, 70.0 + 9.0 * (k % 3)) for k in range(6))
-
-
-def run(*words: object, code: int = 0):
-    found = CliRunner().invoke(app, [str(w) for w in words], env={"COLUMNS": "200"})
-    assert found.exit_code == code, found.output + str(found.exception)
-    return found
 
 
 def write(path: Path, seed: int, hits: tuple = HITS, names: tuple[str, str] = ("Track1", "Track2")) -> Path:

@@ -5,12 +5,11 @@ import signal
 import subprocess
 import sys
 import tomllib
+from functools import partial
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from accept.cli.main import app
 from accept.commands.bench.simulate_bench import InjectedFault
 from accept.simulate.bench_truth import world_of
 from hw.errors import SettingsError
@@ -20,10 +19,9 @@ from specs.bench import InstrumentEntry, LineEntry, parse_bench
 from tests.accept.units.test_watch_folder import stroke_bytes
 from tests.accept.units.units import make_unit
 from tests.hw.instruments.simbench import simulated_bench
+from tests.shared import command_line
 
-
-def run(*words: object):
-    return CliRunner().invoke(app, [str(w) for w in words], env={"COLUMNS": "160"})
+run = partial(command_line.accept, columns=160)
 
 
 @pytest.fixture

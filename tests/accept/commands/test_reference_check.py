@@ -2,12 +2,11 @@
 
 import json
 from datetime import UTC, date, datetime, timedelta
+from functools import partial
 
 import pytest
-from typer.testing import CliRunner
 
 from accept.capture.reference_check import CHECKED, ReferenceCheck, days_checked, history, keep
-from accept.cli.main import app
 from accept.commands.bench import check as command
 from accept.judging import calibration
 from accept.judging.judge_unit import load_spec
@@ -19,7 +18,9 @@ from tests.hw.peers.heidenhain import HeidenhainPeer
 from tests.hw.peers.line import Line
 from tests.hw.peers.network import served
 from tests.hw.peers.scpi_lcr import E4980aPeer
+from tests.shared import command_line
 
+run = partial(command_line.accept, columns=160)
 LCR = """name = "bench 1"
 [instruments.lcr]
 driver = "scpi_lcr"
@@ -51,10 +52,6 @@ serial = "W1"
 accuracy = { U = 0.002, source = "manual" }
 reference = { what = "5 kg mass", value = 5.0, unit = "kg", U = 0.0005, certificate = "M-1" }
 """
-
-
-def run(*words: object):
-    return CliRunner().invoke(app, [str(w) for w in words], env={"COLUMNS": "160"})
 
 
 def stored() -> list[dict]:

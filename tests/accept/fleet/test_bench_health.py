@@ -9,11 +9,9 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from typer.testing import CliRunner
 
 from accept.base.home import home
 from accept.certificate.trust import keys
-from accept.cli.main import app
 from accept.fleet import gauge
 from accept.fleet.golden_check import check as check_goldens
 from accept.fleet.measurements import measurements
@@ -32,13 +30,10 @@ from tests.accept.fleet.judgements import add, judgement
 from tests.accept.fleet.process_control.test_gauge_bias import BIAS, LINEARITY
 from tests.accept.fleet.process_control.test_gauge_study import AIAG
 from tests.accept.units.units import make_unit
+from tests.shared.command_line import accept
 
 GOOD = {"sensor_uF": 5.0, "stroke_um": 360.0}
 BEFORE = datetime.datetime(2026, 1, 5, 8, tzinfo=datetime.UTC)
-
-
-def ask(*words: object):
-    return CliRunner().invoke(app, [str(w) for w in words])
 
 
 @pytest.fixture
@@ -54,7 +49,7 @@ def store(monkeypatch):
 
 def today(store, **changed):
     add(store, [judgement("GOLD", GOOD | changed), judgement("BAD", GOOD | {"stroke_um": 100.1})])
-    return ask("golden", "check")
+    return accept("golden", "check")
 
 
 def test_a_bench_as_before_goes_on(store):
@@ -72,13 +67,13 @@ def test_a_bench_that_has_changed_judges_nothing_until_it_is_resolved(store, cha
         golden.check_may_judge(store, "A-01")
     golden.check_may_judge(store, "GOLD")  # how else could it be shown to be right again
     make_unit(tmp_path / "u", "U-1")
-    refused = ask("batch", tmp_path / "u", "--out", tmp_path / "out", "--no-certificates")
+    refused = accept("batch", tmp_path / "u", "--out", tmp_path / "out", "--no-certificates")
     assert refused.exit_code == 6, refused.output
     assert "golden resolve" in refused.output
-    assert ask("report", tmp_path / "u", "--out", tmp_path / "u.pdf").exit_code == 6
+    assert accept("report", tmp_path / "u", "--out", tmp_path / "u.pdf").exit_code == 6
     assert not (tmp_path / "u.pdf").exists()
-    assert ask("golden", "resolve", "--reason", " ").exit_code == 6
-    assert ask("golden", "resolve", "--reason", "the probe was loose").exit_code == 0
+    assert accept("golden", "resolve", "--reason", " ").exit_code == 6
+    assert accept("golden", "resolve", "--reason", "the probe was loose").exit_code == 0
     golden.check_may_judge(store, "A-01")
 
 
@@ -87,7 +82,7 @@ def test_a_batch_that_is_under_way_stores_no_verdict_either(store, tmp_path, mon
     make_unit(tmp_path / "u", "U-1")
     asked, now = [], golden.missed
     monkeypatch.setattr(golden, "missed", lambda s: asked.append(s) or (now(s) if len(asked) > 1 else None))
-    done = ask("batch", tmp_path / "u", "--out", tmp_path / "out", "--no-certificates")
+    done = accept("batch", tmp_path / "u", "--out", tmp_path / "out", "--no-certificates")
     assert done.exit_code == 6, done.output
     assert "U-1: not judged" in done.output
     assert store.latest("U-1", "unit_judged") is None
@@ -95,13 +90,13 @@ def test_a_batch_that_is_under_way_stores_no_verdict_either(store, tmp_path, mon
 
 def test_a_known_bad_unit_that_passes_stops_the_bench_too(store):
     add(store, [judgement("GOLD", GOOD), judgement("BAD", GOOD)])
-    assert ask("golden", "check").exit_code == 3
+    assert accept("golden", "check").exit_code == 3
     assert golden.missed(store)
 
 
 def test_a_golden_unit_that_was_not_judged_is_neither(store):
     add(store, [judgement("GOLD", GOOD)])
-    assert ask("golden", "check").exit_code == 4
+    assert accept("golden", "check").exit_code == 4
     golden.check_may_judge(store, "A-01")
 
 
@@ -115,7 +110,7 @@ def read_as(store, stroke_um):
     """A golden unit judged by this bench, and what the check says of it."""
     payload = judgement("GOLD", GOOD | {"stroke_um": stroke_um})
     add(store, [dataclasses.replace(payload, payload=payload.payload | {"bench": store.bench})])
-    return ask("golden", "check", "--hours", "1").exit_code
+    return accept("golden", "check", "--hours", "1").exit_code
 
 
 def signer():
@@ -215,7 +210,7 @@ def test_only_a_signature_of_quality_assurance_lifts_a_stop(alone, monkeypatch):
         golden.resolve(alone, "typed", Signer(technician.key, technician.certificate))
     for key, value in (("ACCEPT_QA_PASSPHRASE", "wrong horse"),):
         monkeypatch.setenv(key, value)
-        assert ask("golden", "resolve", "--reason", "x").exit_code == 6
+        assert accept("golden", "resolve", "--reason", "x").exit_code == 6
     golden.resolve(alone, "the probe was loose", signer())
     *_, lifted = alone.events(what=GoldenResolved.KIND)
     assert read_as(alone, 340.0) == 3
@@ -231,10 +226,10 @@ def test_a_reference_is_changed_with_a_reason_only(alone):
     golden.name_golden(alone, "GOLD", "accepted", "Ann", "lapped anew", last=2, signer=signer())
     reference = golden.goldens(alone)["GOLD"].reference["stroke_um"]
     assert (reference.value, reference.U, reference.n) == (360.5, 0.5, 2)
-    listed = ask("golden", "list")
+    listed = accept("golden", "list")
     assert listed.exit_code == 0, listed.output
     assert "360.5" in listed.output
-    assert ask("golden", "retire", "GOLD", "--reason", "worn").exit_code == 0
+    assert accept("golden", "retire", "GOLD", "--reason", "worn").exit_code == 0
     assert golden.goldens(alone) == {}
 
 
@@ -285,9 +280,9 @@ def test_a_reference_is_changed_by_a_signature_of_quality_assurance_only(alone, 
     """Else a bench that has drifted gets its drifted values as a reference."""
     monkeypatch.delenv("ACCEPT_QA_PASSPHRASE")
     add(alone, [judgement("GOLD", GOOD | {"stroke_um": 340.0}), judgement("X-01", GOOD)])
-    assert ask("golden", "name", "GOLD", "--reason", "x").exit_code == 6
-    assert ask("golden", "name", "X-01").exit_code == 6
-    assert ask("golden", "retire", "GOLD", "--reason", "x").exit_code == 6
+    assert accept("golden", "name", "GOLD", "--reason", "x").exit_code == 6
+    assert accept("golden", "name", "X-01").exit_code == 6
+    assert accept("golden", "retire", "GOLD", "--reason", "x").exit_code == 6
     with pytest.raises(golden.GoldenError, match="quality assurance signs"):
         golden.name_golden(alone, "GOLD", "accepted", "Ann", "x")
     technician = keys.unlock(home(), "technician", "correct horse")
@@ -313,14 +308,14 @@ def test_the_published_study_from_a_table(tmp_path):
     lines = ["part,operator,value"]
     lines += [f"P{p},O{o},{v}" for p in range(10) for o in range(3) for v in AIAG[p, o]]
     (tmp_path / "study.csv").write_text("\n".join(lines))
-    done = ask("rr", tmp_path / "study.csv", "--tolerance", "8", "--json", tmp_path / "rr.json")
+    done = accept("rr", tmp_path / "study.csv", "--tolerance", "8", "--json", tmp_path / "rr.json")
     assert done.exit_code == 4, done.output  # 27.9 % of the study and four categories: conditional
     told = json.loads((tmp_path / "rr.json").read_text())
     assert told["percent_of_study"] == pytest.approx(27.86, abs=0.005)
     assert told["percent_of_tolerance"] == pytest.approx(100 * 6 * 0.302373 / 8, rel=1e-5)
     assert (told["verdict"], told["distinct_categories"]) == ("conditional", 4)
     assert told["U"] == pytest.approx(0.6047, abs=1e-4)
-    done = ask("rr", tmp_path / "study.csv", "--tolerance", "1")
+    done = accept("rr", tmp_path / "study.csv", "--tolerance", "1")
     assert done.exit_code == 3
     last = "the measurement is not usable: gauge R&R is 181.4 % of the tolerance, at most 30 % is usable"
     assert last in done.output.splitlines()  # not 27.9 % of the study, which is conditional
@@ -330,7 +325,7 @@ def test_a_table_as_a_german_spreadsheet_writes_it(tmp_path):
     lines = ["Part;Operator;Value"]
     lines += [f"P{p} ;O{o};{v}".replace(".", ",") for p in range(10) for o in range(3) for v in AIAG[p, o]]
     (tmp_path / "study.csv").write_text("\n".join(lines))
-    assert ask("rr", tmp_path / "study.csv", "--json", tmp_path / "rr.json").exit_code == 4
+    assert accept("rr", tmp_path / "study.csv", "--json", tmp_path / "rr.json").exit_code == 4
     told = json.loads((tmp_path / "rr.json").read_text())
     assert told["percent_of_study"] == pytest.approx(27.86, abs=0.005)
 
@@ -348,7 +343,7 @@ def test_a_table_as_a_german_spreadsheet_writes_it(tmp_path):
 )
 def test_tables_that_are_no_study(tmp_path, text, words):
     (tmp_path / "s.csv").write_text(text)
-    done = ask("rr", tmp_path / "s.csv")
+    done = accept("rr", tmp_path / "s.csv")
     assert done.exit_code == 6
     assert words in done.output
 
@@ -357,7 +352,7 @@ def test_the_six_pictures_of_a_study(tmp_path):
     lines = ["part,operator,value"]
     lines += [f"P{p},O{o},{v}" for p in range(10) for o in range(3) for v in AIAG[p, o]]
     (tmp_path / "s.csv").write_text("\n".join(lines))
-    assert ask("rr", tmp_path / "s.csv", "--plot", tmp_path / "s.svg").exit_code == 4
+    assert accept("rr", tmp_path / "s.csv", "--plot", tmp_path / "s.svg").exit_code == 4
     assert (tmp_path / "s.svg").read_text().startswith("<?xml")
     frame = gauge.read_table(tmp_path / "s.csv")
     pictures = gauge.panels(frame, gauge.study(frame))
@@ -386,21 +381,21 @@ def test_the_six_pictures_of_a_study(tmp_path):
 def test_bias_and_linearity_by_command(tmp_path):
     """The published examples of [AIAG-MSA], one written with semicolons and commas."""
     (tmp_path / "b.csv").write_text("value\n" + "\n".join(map(str, BIAS)))
-    done = ask(
+    done = accept(
         "gauge", "bias", tmp_path / "b.csv", "--reference", 6, "--json", tmp_path / "b", "--plot", tmp_path / "b.svg"
     )
     assert done.exit_code == 0, done.output
     found = json.loads((tmp_path / "b").read_text())
     assert (found["bias"]["t"], found["bias"]["significant"]) == (pytest.approx(0.1218, abs=1e-4), False)
-    assert ask("gauge", "bias", tmp_path / "b.csv", "--reference", 5, "--tolerance", 8).exit_code == 3
-    assert ask("gauge", "bias", tmp_path / "b.csv", "--reference", 5).exit_code == 4
+    assert accept("gauge", "bias", tmp_path / "b.csv", "--reference", 5, "--tolerance", 8).exit_code == 3
+    assert accept("gauge", "bias", tmp_path / "b.csv", "--reference", 5).exit_code == 4
     rows = [f"{at:g};{v}".replace(".", ",") for at, values in LINEARITY.items() for v in values]
     (tmp_path / "l.csv").write_text("\n".join(["Reference;Value", *rows]))
-    done = ask("gauge", "linearity", tmp_path / "l.csv", "--json", tmp_path / "l", "--plot", tmp_path / "l.svg")
+    done = accept("gauge", "linearity", tmp_path / "l.csv", "--json", tmp_path / "l", "--plot", tmp_path / "l.svg")
     assert done.exit_code == 4, done.output
     assert json.loads((tmp_path / "l").read_text())["slope"]["value"] == pytest.approx(-0.131667, abs=5e-7)
     (tmp_path / "bad.csv").write_text("reference,value\n1,2\nx,3")
-    done = ask("gauge", "linearity", tmp_path / "bad.csv")
+    done = accept("gauge", "linearity", tmp_path / "bad.csv")
     assert (done.exit_code, "line 3" in done.output) == (6, True)
 
 
@@ -416,10 +411,10 @@ def test_a_study_beside_production_has_a_tag(tmp_path):
                     result = {**event.payload["result"], "origin": {"study": "rr-1"}}
                     add(opened, [dataclasses.replace(event, payload={**event.payload, "result": result})], who=who)
         frame = measurements(opened)
-    done = ask("rr", "--quantity", "stroke_um", "--study", "rr-1", "--json", tmp_path / "r")
+    done = accept("rr", "--quantity", "stroke_um", "--study", "rr-1", "--json", tmp_path / "r")
     assert done.exit_code in (0, 4), done.output
     assert json.loads((tmp_path / "r").read_text())["readings"] == 16
-    assert ask("rr", "--quantity", "stroke_um", "--study", "rr-2").exit_code == 6
+    assert accept("rr", "--quantity", "stroke_um", "--study", "rr-2").exit_code == 6
     (trend,) = trends(frame, "stroke_um", "all")
     assert (len(trend.rows), trend.rows["value"].max()) == (12, 361.0)
     assert yields(frame, "kind").set_index("kind").at["apa", "units"] == 12
@@ -433,7 +428,7 @@ def test_a_study_from_the_store_finds_the_repeatability_that_was_put_in(tmp_path
             for _ in range(3):
                 values = parts + 0.2 * rng.standard_normal(12)
                 add(store, [judgement(f"S-{i}", {"stroke_um": v}) for i, v in enumerate(values)], who=who)
-    done = ask("rr", "--quantity", "stroke_um", "--json", tmp_path / "rr.json")
+    done = accept("rr", "--quantity", "stroke_um", "--json", tmp_path / "rr.json")
     assert done.exit_code == 0, done.output
     told = json.loads((tmp_path / "rr.json").read_text())
     (row,) = [part for part in told["components"] if part["source"] == "repeatability"]

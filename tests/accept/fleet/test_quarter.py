@@ -8,9 +8,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from typer.testing import CliRunner
 
-from accept.cli.main import app
 from accept.fleet.measurements import measurements
 from accept.fleet.process_control.capability import capability
 from accept.fleet.site.page_data import document
@@ -20,6 +18,7 @@ from accept.store import open_store
 from checks.picture import Line, Mark
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.fleet.quarter import COPIED, COPY, FAILED, GOLDEN, HELD, NOT_MEASURED, fill
+from tests.shared.command_line import accept
 
 UNITS = 520
 COPIES = 160 - 1  # Ben's units from then on; one of them failed with a value of its own
@@ -41,16 +40,12 @@ def quarter(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setenv("ACCEPT_HOME", str(shutil.copytree(filled, tmp_path / "bench")))
 
 
-def ask(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
-
-
 def said(done: Result) -> str:
     return " ".join(done.output.split())
 
 
 def trend_of(path: Path, *words: object) -> dict[str, dict]:
-    assert ask("trend", "sensor_uF", *words, "--json", path).exit_code == 4
+    assert accept("trend", "sensor_uF", *words, "--json", path).exit_code == 4
     return {group["group"]: group for group in json.loads(path.read_text())}
 
 
@@ -90,7 +85,7 @@ def test_a_baseline_is_made_of_measured_values(tmp_path):
     with open_store() as store:
         frame = measurements(store)
     (made,) = trends(frame[frame["operator"] == "Ben"], "sensor_uF", "all")
-    done = ask("trend", "sensor_uF", "--by", "operator", *days)
+    done = accept("trend", "sensor_uF", "--by", "operator", *days)
     assert done.exit_code == 4, done.output
     with open_store() as store:
         stated = [e.data for e in store.events(what="baseline_set") if e.data["group"] == "operator: Ben"]
@@ -98,7 +93,7 @@ def test_a_baseline_is_made_of_measured_values(tmp_path):
 
 
 def test_sets_of_copied_numbers_are_no_best_match():
-    done = ask("match", "--kind", "apa", "--by", "sensor_uF", "--by", "stroke_um", "--n", 3, "--sets", 1)
+    done = accept("match", "--kind", "apa", "--by", "sensor_uF", "--by", "stroke_um", "--n", 3, "--sets", 1)
     assert done.exit_code == 0, done.output
     assert f"equal values of sensor_uF in a row: {COPIED:g} uF, by operator Ben" in said(done)
     assert f"{COPIED:g} " not in said(done).partition("set serial")[2].partition("median U")[0]
@@ -128,7 +123,7 @@ def test_each_stopped_unit_counts_once_under_its_cause():
     )
     assert stops["APA-0101"] == ["Nonconformance", "held", []]
     assert stops["APA-0151"] == ["Stroke, three stacks", "fail", ["Flatness, half of the zone fail"]]
-    shown = said(ask("yield"))
+    shown = said(accept("yield"))
     assert "nonconformance held 2" in shown
     assert "copied recording no result 1" in shown
     assert len(panels(made, causes, "kind")) == 2
@@ -152,7 +147,7 @@ def test_a_golden_unit_is_in_no_count_and_is_said():
     assert not any(j["first"] or any(f[page["finding"].index("first")] for f in j["findings"]) for j in of_golden)
     words = "13 judgements of golden units are not counted: APA-GOLD"
     for question in (("yield",), ("trend", "stroke_um"), ("match", "--kind", "apa", "--by", "stroke_um", "--n", 2)):
-        done = ask(*question)
+        done = accept(*question)
         assert words in said(done), question
         assert f" {GOLDEN} " not in done.output
 
@@ -165,8 +160,8 @@ def test_a_golden_unit_is_recalled_by_nobody(tmp_path, monkeypatch):
             made = judgement(serial, {"stroke_um": 360.0}, "B1")
             made.payload["result"]["calibration"]["instruments"] = [row]
             add(store, [made])
-        ask("golden", "name", GOLDEN)
-    done = ask("recall", "--instrument", "G-77", "--since", "2020-01-01", "--json", tmp_path / "r")
+        accept("golden", "name", GOLDEN)
+    done = accept("recall", "--instrument", "G-77", "--since", "2020-01-01", "--json", tmp_path / "r")
     assert json.loads((tmp_path / "r").read_text())["units"] == ["APA-1"]
     assert "1 judgements of golden units are not counted: APA-GOLD" in said(done)
 

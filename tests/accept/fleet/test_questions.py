@@ -8,9 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.special import ndtri
-from typer.testing import CliRunner
 
-from accept.cli.main import app
 from accept.fleet.history import changes
 from accept.fleet.history import panels as history_panels
 from accept.fleet.measurements import day, is_between, measurements
@@ -21,12 +19,9 @@ from accept.store import open_store
 from accept.store.payloads import InstrumentChecked
 from checks.picture import Band, Line, Text
 from tests.accept.fleet.judgements import add, judgement
+from tests.shared.command_line import accept
 
 OCTOBER, NOVEMBER = (datetime.datetime(2026, month, 12, 9, tzinfo=datetime.UTC) for month in (10, 11))
-
-
-def ask(*words: object):
-    return CliRunner().invoke(app, [str(w) for w in words])
 
 
 @pytest.fixture
@@ -42,7 +37,7 @@ def bench():
 
 
 def test_what_failed_this_month_and_why(bench, tmp_path):
-    done = ask(
+    done = accept(
         "list", "--failed", "--all-attempts", "--since", "2026-10", "--until", "2026-10", "--json", tmp_path / "l"
     )
     assert done.exit_code == 0, done.output
@@ -54,16 +49,16 @@ def test_what_failed_this_month_and_why(bench, tmp_path):
     assert rows[2]["why"] == "Stroke, three stacks 180.00 um: fail (at least 304)"
     assert len(json_list(tmp_path, "--failed")) == 2  # A-07 has been accepted since
     assert [r["serial"] for r in json_list(tmp_path, "--check", "stroke")] == ["A-09"]
-    assert "there are: capacitance" in ask("list", "--check", "strok").output
+    assert "there are: capacitance" in accept("list", "--check", "strok").output
 
 
 def json_list(tmp_path, *words):
-    assert ask("list", *words, "--json", tmp_path / "j").exit_code == 0
+    assert accept("list", *words, "--json", tmp_path / "j").exit_code == 0
     return json.loads((tmp_path / "j").read_text())
 
 
 def test_what_changed_significantly(bench, tmp_path):
-    done = ask("history", "A-07", "--json", tmp_path / "h")
+    done = accept("history", "A-07", "--json", tmp_path / "h")
     assert done.exit_code == 0
     rows = [r for r in json.loads((tmp_path / "h").read_text()) if r["attempt"] == 2]
     changed = {r["quantity"]: (r["changed"], r["En"]) for r in rows}
@@ -71,15 +66,15 @@ def test_what_changed_significantly(bench, tmp_path):
     assert changed["stroke_um"] == (False, pytest.approx(0.3 / np.hypot(0.5, 0.5)))
     assert "Sensor stack (sensor_uF) changed by +3.3 uF" in done.output
     assert "Stroke, three stacks (stroke_um) 360.30 0.50 um" in " ".join(done.output.split())  # to the digits of U
-    assert ask("history", "Z").exit_code == 6
+    assert accept("history", "Z").exit_code == 6
 
 
 def test_tables_name_quantities_by_their_labels_and_leave_out_what_says_nothing(bench):
-    shown = ask("list", "--failed", "--all-attempts").output
+    shown = accept("list", "--failed", "--all-attempts").output
     assert "Sensor stack" in shown
     assert "sensor_uF" not in shown  # code names are in the files, and in `history` beside the label
     assert "unit_verdict" not in shown
-    assert "En" not in ask("history", "A-01").output.split()  # one attempt: nothing changed
+    assert "En" not in accept("history", "A-01").output.split()  # one attempt: nothing changed
     assert "bench-1" in shown
 
 
@@ -92,7 +87,7 @@ def test_first_pass_yield_and_its_causes(bench):
     assert made.at["2026-10", "hi"] == pytest.approx(0.8922, abs=1e-4)
     causes = pareto(frame)
     assert list(zip(causes["quantity"], causes["units"], strict=True)) == [("sensor_uF", 2), ("stroke_um", 1)]
-    assert "70.0%" in ask("yield", "--by", "month").output
+    assert "70.0%" in accept("yield", "--by", "month").output
     assert set(yields(frame, "bench")["bench"]) == {"bench-1", "bench-2"}
     assert set(yields(frame, "operator")["operator"]) == {"Ann", "Bob"}
 
@@ -100,9 +95,9 @@ def test_first_pass_yield_and_its_causes(bench):
 def test_pictures_show_what_the_tables_say(bench, tmp_path):
     """Bars as long as the shares and counts; of a history the bars of U, and what changed apart from what did not."""
     for words in (("yield",), ("history", "A-07")):
-        assert ask(*words, "--plot", tmp_path / "p.svg").exit_code == 0
+        assert accept(*words, "--plot", tmp_path / "p.svg").exit_code == 0
         assert (tmp_path / "p.svg").read_bytes().startswith(b"<?xml")
-        assert ask(*words, "--plot", tmp_path / "p.gif").exit_code == 6
+        assert accept(*words, "--plot", tmp_path / "p.gif").exit_code == 6
     with open_store() as store:
         frame = measurements(store)
     made, causes = yields(frame, "month"), pareto(frame)
@@ -137,7 +132,7 @@ def test_days_count_whole():
     [("list", "--since", "October"), ("trend", "nothing_um"), ("history", "x"), ("yield",), ("match",), ("rr",)],
 )
 def test_questions_that_have_no_answer_end_in_one_line(words):
-    done = ask(*words)
+    done = accept(*words)
     assert done.exit_code == 6
     assert done.output.startswith("accept: ")
     assert done.output.count("\n") == 1
@@ -150,7 +145,7 @@ def test_a_drift_rings_and_a_steady_process_does_not(tmp_path):
         drifting = 5.0 + 0.03 * rng.standard_normal(40) + np.linspace(0, 0.25, 40)
         values = zip(steady, drifting, strict=True)
         add(store, [judgement(f"T-{i:02d}", {"stroke_um": s, "sensor_uF": c}) for i, (s, c) in enumerate(values)])
-    quiet = ask("trend", "stroke_um", "--plot", tmp_path / "t.svg", "--json", tmp_path / "t.json")
+    quiet = accept("trend", "stroke_um", "--plot", tmp_path / "t.svg", "--json", tmp_path / "t.json")
     assert quiet.exit_code == 0, quiet.output
     assert (tmp_path / "t.svg").read_text().startswith("<?xml")
     (row,) = json.loads((tmp_path / "t.json").read_text())
@@ -158,7 +153,7 @@ def test_a_drift_rings_and_a_steady_process_does_not(tmp_path):
     assert row["Ppk"] == pytest.approx((steady.mean() - 304.0) / (3.0 * steady.std(ddof=1)))
     assert row["mean"] == pytest.approx(steady.mean())
     assert [p["serial"] for p in row["points"]] == [f"T-{i:02d}" for i in range(40)]
-    rang = ask("trend", "sensor_uF", "--json", tmp_path / "t.json")
+    rang = accept("trend", "sensor_uF", "--json", tmp_path / "t.json")
     assert rang.exit_code == 4
     (row,) = json.loads((tmp_path / "t.json").read_text())
     (alarm,) = row["alarms"]
@@ -166,7 +161,7 @@ def test_a_drift_rings_and_a_steady_process_does_not(tmp_path):
     assert alarm["direction"] == "up"
     assert not row["in_control"]
     assert any("not in control" in words for words in row["cautions"])
-    assert ask("trend", "sensor_uF", "--rules", "9").exit_code == 6
+    assert accept("trend", "sensor_uF", "--rules", "9").exit_code == 6
 
 
 def test_a_unit_judged_by_a_short_spec_first_is_attempted_once_for_each_quantity():
@@ -190,7 +185,7 @@ def test_a_period_makes_no_retest_a_first_attempt(bench):
     made = yields(frame, "month", asked).set_index("month")
     assert (made.at["2026-11", "units"], made.at["2026-11", "first"]) == (5, 5)
     assert pareto(frame, asked).empty
-    assert ask("yield", "--since", "2026-11", "--kind", "apa").exit_code == 0
+    assert accept("yield", "--since", "2026-11", "--kind", "apa").exit_code == 0
 
 
 def test_charts_do_not_depend_on_which_worker_was_done_first():
@@ -234,7 +229,7 @@ def test_a_baseline_is_kept_and_what_leaves_it_is_named_with_its_place(tmp_path)
     baseline's limits are frozen: they are those of the first eight days however many units follow."""
     month_with_a_step(4.0)
     days = ("--baseline", "2026-10-01..2026-10-08")
-    assert ask("trend", "stroke_um", "--by", "bench", *days, "--json", tmp_path / "t.json").exit_code == 4
+    assert accept("trend", "stroke_um", "--by", "bench", *days, "--json", tmp_path / "t.json").exit_code == 4
     one, two = json.loads((tmp_path / "t.json").read_text())
     assert one["alarms"] == []
     (alarm,) = [a for a in two["alarms"] if a["rule"] == "shift"]
@@ -242,14 +237,14 @@ def test_a_baseline_is_kept_and_what_leaves_it_is_named_with_its_place(tmp_path)
     assert alarm["size"] == pytest.approx(4.0, abs=alarm["U"])
     assert "2026-10-10" <= alarm["since"] <= "2026-10-12"  # it began on the 11th
     assert two["baseline"]["n"] == 40
-    assert ask("trend", "stroke_um", *days).exit_code == 4
-    assert ask("trend", "stroke_um", "--json", tmp_path / "t.json").exit_code == 4  # kept for the next question
+    assert accept("trend", "stroke_um", *days).exit_code == 4
+    assert accept("trend", "stroke_um", "--json", tmp_path / "t.json").exit_code == 4  # kept for the next question
     (row,) = json.loads((tmp_path / "t.json").read_text())
     assert row["baseline"]["until"] == "2026-10-08"
     assert any("only at bench bench-2" in a["words"] for a in row["alarms"])
-    assert ask("trend", "stroke_um", *days).exit_code == 6  # a revision needs its reason
-    assert ask("trend", "stroke_um", *days, "--reason", "new probe").exit_code == 4
-    assert ask("trend", "stroke_um", "--baseline", "October").exit_code == 6
+    assert accept("trend", "stroke_um", *days).exit_code == 6  # a revision needs its reason
+    assert accept("trend", "stroke_um", *days, "--reason", "new probe").exit_code == 4
+    assert accept("trend", "stroke_um", "--baseline", "October").exit_code == 6
 
 
 def test_the_reference_of_an_instrument_has_a_chart(tmp_path):
@@ -265,26 +260,26 @@ def test_the_reference_of_an_instrument_has_a_chart(tmp_path):
                 bool(abs(E_n) <= 1.0), {},
             )  # fmt: skip
             store.write(checked, who="Ann")
-    done = ask("trend", "check:lcr", "--json", tmp_path / "t", "--plot", tmp_path / "t.svg")
+    done = accept("trend", "check:lcr", "--json", tmp_path / "t", "--plot", tmp_path / "t.svg")
     assert done.exit_code == 4, done.output
     (row,) = json.loads((tmp_path / "t").read_text())
     (alarm,) = row["alarms"]
     assert (alarm["rule"], alarm["direction"], row["n"]) == ("shift", "up", 40)
     assert "2026-08-25" <= alarm["since"] <= "2026-08-27"
     assert alarm["size"] == pytest.approx(0.03, abs=alarm["U"])
-    done = ask("trend", "check:probe")
+    done = accept("trend", "check:probe")
     assert (done.exit_code, "lcr" in done.output) == (6, True)
 
 
 def test_lots_can_be_grouped_by(tmp_path):
     month_with_a_step(0.0)
-    assert ask("yield", "--by", "lot", "--json", tmp_path / "y.json").exit_code == 0
+    assert accept("yield", "--by", "lot", "--json", tmp_path / "y.json").exit_code == 0
     rows = json.loads((tmp_path / "y.json").read_text())
     assert {row["lot"]: row["units"] for row in rows} == {f"L{i}": 50 for i in range(4)}
 
 
 def test_an_unknown_verdict_is_refused_and_lists_nothing(bench):
-    assert ask("list", "--verdict", "reject").exit_code == 2
+    assert accept("list", "--verdict", "reject").exit_code == 2
 
 
 def test_benches_and_operators_have_charts_of_their_own(tmp_path):
@@ -296,7 +291,7 @@ def test_benches_and_operators_have_charts_of_their_own(tmp_path):
             for mean, bench, who in ((355.0, "bench-1", "Ann"), (365.0, "bench-2", "Bob")):
                 add(store, [judgement(f"{who}-{i:02d}", {"stroke_um": mean + z}, bench)], who=who)
     for by, names in (("bench", ("bench-1", "bench-2")), ("operator", ("Ann", "Bob"))):
-        done = ask("trend", "stroke_um", "--by", by, "--json", tmp_path / "t.json")
+        done = accept("trend", "stroke_um", "--by", by, "--json", tmp_path / "t.json")
         assert done.exit_code == 0, done.output
         rows = {row["group"]: (row["mean"], row["n"]) for row in json.loads((tmp_path / "t.json").read_text())}
         assert rows == {name: (pytest.approx(m + steady.mean()), 40) for name, m in zip(names, (355, 365), strict=True)}
@@ -305,6 +300,6 @@ def test_benches_and_operators_have_charts_of_their_own(tmp_path):
 def test_nothing_from_a_serial_runs_in_a_spreadsheet_or_a_terminal(tmp_path):
     with open_store() as store:
         add(store, [judgement("=cmd|'/c calc'!A1\x1b[31m", {"sensor_uF": 5.0})])
-    done = ask("list", "--csv", tmp_path / "l.csv")
+    done = accept("list", "--csv", tmp_path / "l.csv")
     assert "\x1b" not in done.output
     assert "'=cmd" in (tmp_path / "l.csv").read_text()

@@ -8,11 +8,9 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from accept.base.home import home
 from accept.batch.judge_batch import BatchRequest, run
-from accept.cli.main import app
 from accept.commands.fleet import selection
 from accept.commands.trust.bench_keys import demo_credential
 from accept.fleet.judged_again import judged_again
@@ -22,11 +20,7 @@ from accept.store import open_store
 from accept.store import store as store_module
 from tests.accept.fleet.judgements import U, add, judgement
 from tests.accept.units.units import make_unit
-
-
-def ask(*words: object):
-    return CliRunner().invoke(app, [str(w) for w in words])
-
+from tests.shared.command_line import accept
 
 SPEC = """name = "tighter"
 kind = "apa"
@@ -47,7 +41,7 @@ def test_flips_and_nothing_else_changes(tmp_path):
         values = {"A": 4.95, "B": 4.91, "C": 4.8, "D": None}
         add(store, [judgement(s, {"sensor_uF": v}) for s, v in values.items()])
         head = store.head()
-        done = ask("rejudge", "--spec", tmp_path / "s.toml", "--json", tmp_path / "f.json")
+        done = accept("rejudge", "--spec", tmp_path / "s.toml", "--json", tmp_path / "f.json")
         assert store.head() == head
     assert done.exit_code == 4, done.output
     rows = {r["serial"]: (r["was"], r["now"]) for r in json.loads((tmp_path / "f.json").read_text())}
@@ -65,7 +59,7 @@ def test_a_simulated_unit_is_in_no_yield_trend_or_set_and_is_called_so(tmp_path)
     out = tmp_path / "f.json"
 
     def rows(*words: object) -> list:
-        done = ask(*words, "--json", out)
+        done = accept(*words, "--json", out)
         assert done.exit_code in (0, 4), done.output
         assert words[0] == "list" or "1 simulated and not counted: SIM-1 attempt 1" in done.output
         return json.loads(out.read_text())
@@ -76,7 +70,7 @@ def test_a_simulated_unit_is_in_no_yield_trend_or_set_and_is_called_so(tmp_path)
     assert trend["n"] == 9
     assert "SIM-1" not in {point["serial"] for point in trend["points"]}
     assert {row["serial"]: row["simulated"] for row in rows("list")} == dict.fromkeys(values, False) | {"SIM-1": True}
-    matched = ask("match", "--kind", "apa", "--by", "sensor_uF", "--n", "5")
+    matched = accept("match", "--kind", "apa", "--by", "sensor_uF", "--n", "5")
     assert matched.exit_code == 6, matched.output  # four accepted units are too few for a set of five
     shown = {j["serial"]: (j["simulated"], j["first"], j["passed"]) for j in page["judgements"]}
     assert shown["SIM-1"] == (True, False, False)
@@ -116,7 +110,7 @@ def test_a_certificate_stays_as_it_is(tmp_path):
     with open_store() as store:
         head, before = store.head(), contents(tmp_path)
         for more in ((), ("--records",)):
-            again = ask("rejudge", "--spec", tmp_path / "s.toml", *more)
+            again = accept("rejudge", "--spec", tmp_path / "s.toml", *more)
             assert again.exit_code == 4, again.output
             assert "1 of 1 units" in again.output
         assert store.head() == head
@@ -135,7 +129,7 @@ def test_more_flips_than_a_terminal_shows(tmp_path, monkeypatch):
     (tmp_path / "s.toml").write_text(SPEC)
     with open_store() as store:
         add(store, [judgement(s, {"sensor_uF": 4.8}) for s in ("C", "A", "B")])
-    done = ask("rejudge", "--spec", tmp_path / "s.toml", "--csv", tmp_path / "f.csv")
+    done = accept("rejudge", "--spec", tmp_path / "s.toml", "--csv", tmp_path / "f.csv")
     assert "3 of 3 units" in done.output
     assert "the first 2 are shown" in done.stderr
     assert [line.split(",")[0] for line in (tmp_path / "f.csv").read_text().splitlines()] == ["serial", "A", "B", "C"]
@@ -143,13 +137,13 @@ def test_more_flips_than_a_terminal_shows(tmp_path, monkeypatch):
 
 def test_from_records_where_they_are_unchanged(tmp_path):
     make_unit(tmp_path / "u", "U-1")
-    assert ask("batch", tmp_path / "u", "--out", tmp_path / "out", "--no-certificates").exit_code in (0, 4)
+    assert accept("batch", tmp_path / "u", "--out", tmp_path / "out", "--no-certificates").exit_code in (0, 4)
     (tmp_path / "s.toml").write_text(SPEC.replace("4.9\n", "5.4\n"))
-    done = ask("rejudge", "--spec", tmp_path / "s.toml", "--records", "--json", tmp_path / "f.json")
+    done = accept("rejudge", "--spec", tmp_path / "s.toml", "--records", "--json", tmp_path / "f.json")
     (row,) = json.loads((tmp_path / "f.json").read_text())
     assert row["judged_from"] == "records", done.output
     (tmp_path / "u" / "unit.toml").write_text((tmp_path / "u" / "unit.toml").read_text() + "\n# touched\n")
-    done = ask("rejudge", "--spec", tmp_path / "s.toml", "--records", "--json", tmp_path / "f.json")
+    done = accept("rejudge", "--spec", tmp_path / "s.toml", "--records", "--json", tmp_path / "f.json")
     assert "1 of 1 units were not measured again" in done.stderr
     assert "(U-1)" in done.stderr
     assert json.loads((tmp_path / "f.json").read_text())[0]["judged_from"] == "stored values"
@@ -168,10 +162,10 @@ def test_the_six_that_fit_best_are_the_best_of_all(tmp_path):
 
     best = min(combinations(values, 6), key=cost)
     by = ("--by", "sensor_uF", "--by", "stroke_um")
-    done = ask("match", "--n", 6, "--kind", "apa", *by, "--json", tmp_path / "m.json")
+    done = accept("match", "--n", 6, "--kind", "apa", *by, "--json", tmp_path / "m.json")
     assert done.exit_code == 0, done.output
     chosen = [r["serial"] for r in json.loads((tmp_path / "m.json").read_text())]
     assert cost(chosen) == pytest.approx(cost(best), rel=1e-6)
     assert "one more unit with sensor_uF" in done.output
-    assert ask("match", "--n", 6, "--sets", 2, "--kind", "apa", *by).exit_code == 6  # eleven are too few
-    assert "no accepted apa has k_um" in ask("match", "--kind", "apa", "--by", "k_um").output
+    assert accept("match", "--n", 6, "--sets", 2, "--kind", "apa", *by).exit_code == 6  # eleven are too few
+    assert "no accepted apa has k_um" in accept("match", "--kind", "apa", "--by", "k_um").output

@@ -5,11 +5,9 @@ import re
 from dataclasses import replace
 
 import pytest
-from typer.testing import CliRunner
 
 from accept.base.home import home
 from accept.certificate.trust import keys
-from accept.cli.main import app
 from accept.fleet.errors import FleetError
 from accept.fleet.matched_sets import pool
 from accept.fleet.measurements import measurements
@@ -23,13 +21,10 @@ from accept.store.payloads import AttemptVoided
 from tests.accept.certificate.verify.test_statements import certified, plainly, verified
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.units.units import make_unit
+from tests.shared.command_line import accept
 
 GOOD = {"sensor_uF": 5.0, "stroke_um": 360.0}
 TYPED = GOOD | {"sensor_uF": 50.0}  # a comma too few
-
-
-def ask(*words: object):
-    return CliRunner().invoke(app, [str(w) for w in words])
 
 
 @pytest.fixture
@@ -56,23 +51,23 @@ def of(frame, serial):
 def test_a_void_attempt_is_shown_and_not_counted(bench, tmp_path):
     frame = measurements(bench)
     assert of(frame, "A-1") == (False, True)
-    done = ask("store", "void", "A-1", 1, "--reason", "a comma was not typed")
+    done = accept("store", "void", "A-1", 1, "--reason", "a comma was not typed")
     assert done.exit_code == 0, done.output
     frame = measurements(bench)
     assert of(frame, "A-1") == (True, True)
     assert pareto(frame).empty or "A-1" not in pareto(frame)
     (trend,) = trends(frame, "sensor_uF", "all")
     assert trend.rows["value"].max() == 5.0
-    assert ask("history", "A-1", "--json", tmp_path / "h").exit_code == 0
+    assert accept("history", "A-1", "--json", tmp_path / "h").exit_code == 0
     rows = json.loads((tmp_path / "h").read_text())
     assert [(r["attempt"], r["unit_verdict"]) for r in rows if r["quantity"] == "sensor_uF"] == [
         (1, "voided"), (2, "accepted"),
     ]  # fmt: skip
     assert all("a comma was not typed (Grace" in r["voided"] for r in rows if r["attempt"] == 1)
     assert not any(r["changed"] for r in rows)  # nothing is compared with what is void
-    counted = ask("yield")
+    counted = accept("yield")
     assert "A-1 attempt 1" in counted.output  # what is left out is said
-    assert "a comma was not typed" in ask("store", "log", "A-1").output
+    assert "a comma was not typed" in accept("store", "log", "A-1").output
 
 
 def test_a_void_rejection_makes_no_unit_good(bench, tmp_path):
@@ -81,11 +76,14 @@ def test_a_void_rejection_makes_no_unit_good(bench, tmp_path):
     frame = measurements(bench)
     assert of(frame, "A-3")[1] == False  # noqa: E712  # numpy's
     assert "A-3" not in pool(frame, "apa", ["stroke_um"]).serials
-    assert ask("list", "--verdict", "voided", "--json", tmp_path / "l").exit_code == 0
+    assert accept("list", "--verdict", "voided", "--json", tmp_path / "l").exit_code == 0
     assert [r["serial"] for r in json.loads((tmp_path / "l").read_text())] == ["A-3"]
     assert "void" in "".join(part_doubts(bench, "S-1", {"apa": "A-3"}))
-    state = fold(bench.events("A-3")).units["A-3"]
-    assert not state.unchanged(state.inputs, state.spec_sha256, state.code_sha256)  # a batch judges it again
+    state = fold(bench.events("A-3"))
+    assert state is not None
+    assert not state.unchanged(
+        state.judged.inputs, state.judged.spec_sha256, state.judged.code_sha256
+    )  # a batch judges it again
     add(bench, [judgement("A-3", GOOD)])
     assert of(measurements(bench), "A-3") == (True, True)
 
@@ -111,7 +109,7 @@ def test_only_a_signature_of_quality_assurance_counts(bench, monkeypatch):
     bench.write(replace(said, attempt=2, judged=other), "A-3", who="Grace")  # the signature of another decision
     assert list(voids(bench)) == [judged]
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "wrong horse")
-    assert ask("store", "void", "A-2", 1, "--reason", "x").exit_code == 6
+    assert accept("store", "void", "A-2", 1, "--reason", "x").exit_code == 6
 
 
 def test_what_cannot_be_void_is_refused(bench):
@@ -129,12 +127,12 @@ def test_a_certificate_of_a_void_attempt_is_not_plainly_valid(tmp_path, monkeypa
     monkeypatch.setenv("ACCEPT_PASSPHRASE", "correct horse")
     pdf = certified(tmp_path, "A-1", serial="A-1")
     assert plainly(verified(pdf))
-    assert ask("store", "void", "A-1", 1, "--reason", "another unit was on the bench").exit_code == 0
+    assert accept("store", "void", "A-1", 1, "--reason", "another unit was on the bench").exit_code == 0
     done = verified(pdf)
     assert (done.exit_code, "another unit was on the bench" in done.stdout) == (4, True), done.output
     assert verified(pdf, "--require", "current").exit_code == 3
-    assert ask("countersign", pdf).exit_code == 4
-    assert ask("store", "publish", tmp_path / "list.json").exit_code == 0
+    assert accept("countersign", pdf).exit_code == 4
+    assert accept("store", "publish", tmp_path / "list.json").exit_code == 0
     ca = keys.folder(home()) / "ca.pem"
     monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "office"))
     elsewhere = verified(pdf, "--trust", ca, "--log", tmp_path / "list.json")
@@ -150,17 +148,17 @@ def test_a_void_attempt_judged_once_more_is_held(tmp_path, monkeypatch):
 
     def judged() -> str:
         words = ("--spec", "apa-basic", "--out", tmp_path / "out", "--no-certificates")
-        ask("batch", tmp_path / "units", *words)
+        accept("batch", tmp_path / "units", *words)
         (entry,) = json.loads((tmp_path / "out" / "results.json").read_text())["units"]
         return entry["verdict"]
 
     assert judged() == "accepted"
-    assert ask("store", "void", "APA-01", 1, "--reason", "another unit was on the bench").exit_code == 0
+    assert accept("store", "void", "APA-01", 1, "--reason", "another unit was on the bench").exit_code == 0
     assert judged() == "conditional"
     text = (unit / "unit.toml").read_text()
     (unit / "unit.toml").write_text(f"{text}# judged once more\n")
     assert judged() == "conditional"
-    done = ask("store", "dispose", "APA-01", "--disposition", "use-as-is", "--because", "it was this unit after all")
+    done = accept("store", "dispose", "APA-01", "--disposition", "use-as-is", "--because", "it was this unit after all")
     assert done.exit_code == 0, done.output
     assert judged() == "accepted"
 
@@ -171,12 +169,12 @@ def test_a_void_attempt_measured_anew_is_judged_as_any(tmp_path, monkeypatch):
     unit = make_unit(tmp_path / "units" / "APA-01", "APA-01")
 
     def judged() -> str:
-        ask("batch", tmp_path / "units", "--spec", "apa-basic", "--out", tmp_path / "out", "--no-certificates")
+        accept("batch", tmp_path / "units", "--spec", "apa-basic", "--out", tmp_path / "out", "--no-certificates")
         (entry,) = json.loads((tmp_path / "out" / "results.json").read_text())["units"]
         return entry["verdict"]
 
     assert judged() == "accepted"
-    assert ask("store", "void", "APA-01", 1, "--reason", "a digit was exchanged").exit_code == 0
+    assert accept("store", "void", "APA-01", 1, "--reason", "a digit was exchanged").exit_code == 0
     assert judged() == "conditional"  # by mistake
     text = (unit / "unit.toml").read_text()
     (unit / "unit.toml").write_text(re.sub(r"(?m)^(stroke_um = )[\d.]+", r"\g<1>366.7", text))

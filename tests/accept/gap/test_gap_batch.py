@@ -12,24 +12,17 @@ from typing import Any
 
 import pytest
 from pypdf import PdfReader
-from typer.testing import CliRunner
 
-from accept.cli.main import app
 from accept.gap import attach_to_result
 from accept.gap.analyse_unit import GapAnalysis
 from accept.models.model_file import open_model
 from accept.units.loaded_unit import LoadedUnit
 from tests.checks.gap.shared.gap_units import make_strut
 from tests.checks.model.units_model import DATA, needs_data
+from tests.shared.command_line import accept
 from tests.shared.gap_run import GapRun
 
 BASIC = Path(__file__).parents[3] / "specs" / "strut-basic.toml"  # without the check that fits a model: quick
-
-
-def accept(*arguments: object):
-    done = CliRunner().invoke(app, [str(a) for a in arguments])
-    assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
-    return done
 
 
 def spec_with_gap(folder: Path, model: object = "strut") -> Path:

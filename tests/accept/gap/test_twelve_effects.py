@@ -11,17 +11,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 import accept
-from accept.cli.main import app
 from accept.gap.realisations import gain_notes
 from accept.gap.responses import responses
 from checks.cause import Cause, because
 from tests.accept.gap.acquisition_effects import EFFECTS, LOW, AcquisitionEffect, spoilt
 from tests.checks.model.units_model import DATA, NOMINAL, needs_data
+from tests.shared import command_line
 from tests.shared.recorded_units import RecordedUnits
 
+run = command_line.accept
 BATCH = DATA / "population"
 HONEST = {  # causes of a missing result that name no effect: what the responses show, not why
     Cause.MODEL_MISFIT.code, Cause.RATIO_UNKNOWN.code, Cause.CHANNEL_OFFSET.code, Cause.SEARCH_FAILED.code,
@@ -41,10 +41,6 @@ def unit_with(recorded_units: RecordedUnits, tmp_path_factory: pytest.TempPathFa
         return made[name]
 
     return of
-
-
-def run(*arguments: object) -> Any:
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 def judged(unit: Path, out: Path) -> dict[str, Any]:

@@ -8,17 +8,12 @@ import time
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
 from accept.base.home import home
-from accept.cli.main import app
 from accept.store import NewEvent, StoreError, open_store
 from accept.store.event import Event, digest
 from tests.accept.units.units import make_unit
-
-
-def accept(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
+from tests.shared.command_line import accept
 
 
 def filled(events: int = 6) -> Path:

@@ -2,21 +2,23 @@
 typed."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
 from pypdf import PdfReader
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 from accept.base.home import home
 from accept.certificate.trust import encrypted_key, keys
-from accept.cli.main import app
 from accept.fleet import findings_file
 from accept.store import NewEvent, open_store
 from accept.store.payloads import CertificateSigned, UnitJudged
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.units.units import GOOD, make_unit
+from tests.shared import command_line
 
+accept = partial(command_line.accept, code=0)
 TECHNICIANS, QAS = "correct horse", "battery staple"
 
 
@@ -30,21 +32,15 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> None:
     keys.init(home(), TECHNICIANS, "Ada Lovelace", "Grace Hopper", QAS)
 
 
-def accept(*words: object, exit_code: int = 0) -> Result:
-    done = CliRunner().invoke(app, [str(w) for w in words])
-    assert done.exit_code == exit_code, done.output
-    return done
-
-
 def names_in_log() -> list[str]:
     return [line.split("  ")[2] for line in accept("store", "log").stdout.splitlines()]
 
 
-def batch(unit: Path, operator: str, *more: object, exit_code: int = 0) -> Result:
+def batch(unit: Path, operator: str, *more: object, code: int = 0) -> Result:
     out = unit.parent / "out"
     return accept(
         "batch", unit, "--spec", "apa-basic", "--out", out, "--operator", operator, "--no-certificates", *more,
-        exit_code=exit_code,
+        code=code,
     )  # fmt: skip
 
 
@@ -69,7 +65,7 @@ def unit(tmp_path: Path) -> Path:
     ],
 )
 def test_the_name_of_a_key_holder_asks_for_the_key(unit: Path, name: str) -> None:
-    done = batch(unit, name, exit_code=6)
+    done = batch(unit, name, code=6)
     assert "Grace Hopper has a key at this bench" in done.stderr
     assert "ACCEPT_QA_PASSPHRASE" in done.stderr
     assert names_in_log() == []
@@ -77,7 +73,7 @@ def test_the_name_of_a_key_holder_asks_for_the_key(unit: Path, name: str) -> Non
 
 def test_no_other_key_opens_a_name(unit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ACCEPT_PASSPHRASE", TECHNICIANS)
-    assert "does not open" in batch(unit, "Grace Hopper", exit_code=6).stderr
+    assert "does not open" in batch(unit, "Grace Hopper", code=6).stderr
     assert names_in_log() == []
 
 
@@ -110,7 +106,7 @@ def test_the_login_name_is_typed_too(unit: Path, monkeypatch: pytest.MonkeyPatch
     """Anybody sets it for one command."""
     monkeypatch.setenv("LOGNAME", "Grace Hopper")
     out = ("--spec", "apa-basic", "--no-certificates", "--out", unit.parent / "out")
-    assert "Grace Hopper has a key" in accept("batch", unit, *out, exit_code=6).stderr
+    assert "Grace Hopper has a key" in accept("batch", unit, *out, code=6).stderr
     monkeypatch.setenv("LOGNAME", "robot")
     accept("batch", unit, *out)
     assert set(names_in_log()) == {"robot (typed)"}
@@ -124,7 +120,7 @@ def test_who_signs_is_not_asked_twice(unit: Path, tmp_path: Path, monkeypatch: p
 
 def test_a_report_in_the_name_of_a_key_holder_is_not_written_without_the_key(unit: Path, tmp_path: Path) -> None:
     words = ("report", unit, "--spec", "apa-basic", "--out", tmp_path / "a.pdf", "--operator")
-    assert "Ada Lovelace has a key" in accept(*words, "Ada Lovelace", exit_code=6).stderr
+    assert "Ada Lovelace has a key" in accept(*words, "Ada Lovelace", code=6).stderr
     assert not (tmp_path / "a.pdf").exists()
     accept(*words, "Ann")
     assert "Ann (typed)" in PdfReader(tmp_path / "a.pdf").pages[0].extract_text()
@@ -184,7 +180,7 @@ def charted() -> None:
 
 def test_a_baseline_goes_through_the_same_door(charted: None, monkeypatch: pytest.MonkeyPatch) -> None:
     words = ("trend", "stroke_um", "--baseline", "2020-01-01..2099-01-01", "--operator")
-    assert "Grace Hopper has a key" in accept(*words, "Grace Hopper", exit_code=6).stderr
+    assert "Grace Hopper has a key" in accept(*words, "Grace Hopper", code=6).stderr
     accept(*words, "Ann")
     assert names_in_log()[-1] == "Ann (typed)"
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", QAS)
@@ -193,10 +189,10 @@ def test_a_baseline_goes_through_the_same_door(charted: None, monkeypatch: pytes
 
 
 def test_a_golden_unit_goes_through_the_same_door(charted: None) -> None:
-    assert "Ada Lovelace has a key" in accept("golden", "name", "A-1", "--operator", "ADA LOVELACE", exit_code=6).stderr
+    assert "Ada Lovelace has a key" in accept("golden", "name", "A-1", "--operator", "ADA LOVELACE", code=6).stderr
     accept("golden", "name", "A-1", "--operator", "Ann")
     assert "Ann (typed)" in accept("golden", "list").stdout
-    assert "has a key" in accept("golden", "check", "--operator", "Ada Lovelace", exit_code=6).stderr
+    assert "has a key" in accept("golden", "check", "--operator", "Ada Lovelace", code=6).stderr
 
 
 def test_events_from_before_bear_no_mark() -> None:

@@ -11,6 +11,8 @@ from textual.app import App, ComposeResult
 from textual.containers import Horizontal
 from textual.widgets import Static
 
+from accept.base.documents.results import Information
+from accept.store.payloads import StepJudged
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hung
 from accept.tui.widgets.heat_map import map_text, shaded
@@ -27,7 +29,6 @@ from accept.tui.widgets.plot import (
     thin,
     unbroken,
 )
-from accept.workflow.state.unit_state import StepJudgement
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
 from checks.picture import Band, Heights, Image, Line, Panel
@@ -41,7 +42,7 @@ MOVES = {"channel": "Vs", "reference": "Va", "found": "with", "expected": "again
 ROOM = 59  # columns beside the list of steps in a terminal of 80
 
 
-def judged(reversed_sensor: bool) -> StepJudgement:
+def judged(reversed_sensor: bool) -> StepJudged:
     names = {"axial_resonance_Hz": 86.173, "x_bending_Hz": 191.963, "y_bending_Hz": 282.048, "z_torsion_Hz": 397.361}
     reason = because(Cause.CHANNEL_REVERSED, **MOVES) if reversed_sensor else None
     found = []
@@ -51,7 +52,7 @@ def judged(reversed_sensor: bool) -> StepJudgement:
         )
         quantity = Quantity(name, float("nan"), None, (), reason) if reason else Quantity(name, value, 2e-4 * value)
         found.append(judge("frf", quantity, limit))
-    return StepJudgement(1, "strut", "", tuple(found), (), ())
+    return StepJudged("frf", 1, tuple(found), (), ())
 
 
 def test_a_reason_of_several_findings_is_read_once() -> None:
@@ -62,7 +63,7 @@ def test_a_reason_of_several_findings_is_read_once() -> None:
 
 
 def test_a_row_of_many_findings_fits_beside_the_steps() -> None:
-    more = (("frf", Quantity("k_resonance_N_per_um", 1.186, 0.012, "N/um")),)  # its words are long
+    more = (Information.of("frf", Quantity("k_resonance_N_per_um", 1.186, 0.012)),)  # its words are long
     judgement = replace(judged(reversed_sensor=False), information=more)
     lines = findings_text(CHECKS["frf"], judgement, whole=True).plain.splitlines()
     assert len(lines) == 5

@@ -15,13 +15,11 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import DataTable, Input
 
-from accept.base.version import code_sha256
 from accept.judging.judge_unit import load_spec
 from accept.store.payloads import StepJudged
 from accept.tui.screens import units
 from accept.workflow.bench import Begun, Workbench
 from accept.workflow.session import Session, panel_cache
-from accept.workflow.state.unit_state import StepJudgement
 from checks.picture import Image, Line, Mark, Panel
 from checks.verdict import Finding, Verdict
 from hw.records import write_csv
@@ -96,9 +94,8 @@ def _judged(session: Session) -> None:
         for name, (value, U, verdict, reason) in values.items()
     ]  # fmt: skip
     upto = session.state("misalignment").upto
-    judged = StepJudgement(upto, session.spec_name, code_sha256(), tuple(found), (), ())
     panel_cache.save(session.folder, "misalignment", upto, {"map": _map()})
-    session.append(StepJudged("misalignment", judged.upto, judged.findings, (), ()))
+    session.append(StepJudged("misalignment", upto, tuple(found), (), ()))
 
 
 def _map() -> Panel:

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from accept.base.documents.results import Information, UnitRecord
 from accept.batch.table import actions
 from accept.cli.main import app
 from accept.judging.advice import ADVICE, action
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.judge_unit import judge_unit, load_spec
-from accept.judging.result import UnitResult
 from accept.models.model_file import open_model
 from accept.simulate import FAULTS, UnitRequest, simulate, write
 from accept.units import unit_folder
@@ -75,7 +75,7 @@ def test_every_fault(kind: str, table: Mapping[str, tuple[str, bool]], tmp_path:
     assert found == {name: table[name] for name in tried}
 
 
-def judged(f_Hz: float = 72.5, k: float = 1.75, gap: Mapping[str, Any] | None = None, **doubts: Any) -> UnitResult:
+def judged(f_Hz: float = 72.5, k: float = 1.75, gap: Mapping[str, Any] | None = None, **doubts: Any) -> UnitRecord:
     """A strut of a stated 5.7 kg with a stiffness by the resonance that goes with it."""
     values = {"axial_resonance_Hz": (f_Hz, 0.1), "k_closed_N_per_um": (k, 0.02)}
     findings: list[Finding] = [
@@ -92,7 +92,14 @@ def judged(f_Hz: float = 72.5, k: float = 1.75, gap: Mapping[str, Any] | None = 
             for f in findings
         ]
     by_resonance = Quantity("k_resonance_N_per_um", 5.7 * (2 * 3.141592653589793 * f_Hz) ** 2 * 1e-6, 0.01)
-    return UnitResult("S-1", "strut", unit_verdict(findings), tuple(findings), (("frf", by_resonance),), gap=gap)
+    return UnitRecord(
+        serial="S-1",
+        kind="strut",
+        verdict=unit_verdict(findings),
+        findings=tuple(findings),
+        information=(Information.of("frf", by_resonance),),
+        gap=gap,
+    )
 
 
 def named(kg: float, U: float = 0.1) -> dict[str, Any]:
@@ -166,8 +173,8 @@ def test_no_other_failure_is_forgiven() -> None:
 
 
 def test_the_terminal_of_batch_says_what_to_do(tmp_path: Path) -> None:
-    entry = without_bench_errors(judged(gap=named(2.3))).to_json()
-    assert actions([entry, judged().to_json()]) == [f"S-1: what to do: {entry['action']}"]
+    record = without_bench_errors(judged(gap=named(2.3)))
+    assert actions([record, judged()]) == [f"S-1: what to do: {record.action}"]
     model = open_model("apa-frame").with_values({"bench.payload_kg": 5.0})
     made = UnitRequest("T-1", "apa", model, 1, fault="polarity", low_s=SHORT, high_s=SHORT, compact=False)
     folder = write(simulate(made), tmp_path / "T-1")

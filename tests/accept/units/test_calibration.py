@@ -7,15 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from accept.cli.main import app
 from accept.judging import calibration, judge_unit
 from accept.units import unit_folder
-from checks.verdict import Verdict
+from checks.cause import Cause, because
+from checks.verdict import Verdict, weakened
 from specs.bench import load_bench, parse_bench
 from specs.strict import SpecError
 from tests.accept.units.units import GOOD, make_unit
+from tests.shared.command_line import accept
 
 TODAY = datetime.date(2026, 11, 21)
 INSTRUMENT = """
@@ -122,25 +122,21 @@ def test_every_verdict_is_at_best_conditional(tmp_path):
         import dataclasses
 
         before = dataclasses.replace(finding, verdict=verdict, reason=reason)
-        (after,) = calibration.downgraded([before], {finding.check: "expired"})
+        after = weakened(before, because(Cause.CALIBRATION, detail="expired"))
         assert order.index(after.verdict) <= min(order.index(verdict), order.index(Verdict.CONDITIONAL))
         assert verdict is Verdict.NO_RESULT or "expired" in after.reason
-
-
-def run(*words: object):
-    return CliRunner().invoke(app, [str(w) for w in words])
 
 
 def test_batch_and_certificate_say_so_and_verify_judges_it_again(tmp_path):
     make_unit(tmp_path / "U", "U-1")
     (tmp_path / "bench.toml").write_text(bench_text(stroke="2020-01-01"))
     out = tmp_path / "out"
-    done = run("batch", tmp_path / "U", "--out", out, "--spec", "apa-basic", "--bench", tmp_path / "bench.toml")
+    done = accept("batch", tmp_path / "U", "--out", out, "--spec", "apa-basic", "--bench", tmp_path / "bench.toml")
     assert done.exit_code == 4, done.output
     (entry,) = json.loads((out / "results.json").read_text())["units"]
     assert entry["verdict"] == "conditional"
     assert [r["problem"] for r in entry["calibration"]["instruments"] if r["check"] == "flatness"] == [None]
-    verified = run("verify", out / "certificates" / "U-1.pdf")
+    verified = accept("verify", out / "certificates" / "U-1.pdf")
     assert verified.exit_code == 0, verified.output
     from pypdf import PdfReader
 
@@ -158,16 +154,16 @@ def test_a_renewed_calibration_is_judged_again(tmp_path):
     batch = ("batch", tmp_path / "U", "--out", tmp_path / "out", "--spec", "apa-basic", "--no-certificates")
     batch += ("--bench", tmp_path / "bench.toml")
     (tmp_path / "bench.toml").write_text(bench_text(stroke="2020-01-01"))
-    assert run(*batch).exit_code == 4
-    assert "unchanged" in run(*batch).output
+    assert accept(*batch).exit_code == 4
+    assert "unchanged" in accept(*batch).output
     (tmp_path / "bench.toml").write_text(bench_text())
-    done = run(*batch)
+    done = accept(*batch)
     assert done.exit_code == 4
     assert "unchanged" not in done.output
     assert "the bench file is another one or gone" in (tmp_path / "out" / "results.json").read_text()
     make_unit(tmp_path / "again", "U-1", LATER)
     anew = ("batch", tmp_path / "again", *batch[2:])
-    assert run(*anew).exit_code == 0
+    assert accept(*anew).exit_code == 0
 
 
 def test_a_certificate_whose_calibration_was_prettied_is_refused(tmp_path):
@@ -193,8 +189,8 @@ def test_report_with_a_bench_file(tmp_path):
     make_unit(tmp_path / "U", "U-1")
     (tmp_path / "bench.toml").write_text(bench_text(stroke="2020-01-01"))
     words = ("report", tmp_path / "U", "--out", tmp_path / "c.pdf", "--spec", "apa-basic")
-    assert run(*words, "--bench", tmp_path / "bench.toml").exit_code == 4
-    assert run(*words).exit_code == 4  # the doubt stays if the bench file is left out
+    assert accept(*words, "--bench", tmp_path / "bench.toml").exit_code == 4
+    assert accept(*words).exit_code == 4  # the doubt stays if the bench file is left out
 
 
 def test_recall_lists_every_unit_that_an_instrument_touched(tmp_path):
@@ -203,15 +199,17 @@ def test_recall_lists_every_unit_that_an_instrument_touched(tmp_path):
     (tmp_path / "bench.toml").write_text(bench_text())
     for folder in ("U-1", "U-2"):
         words = ("batch", tmp_path / folder, "--out", tmp_path / "o", "--spec", "apa-basic", "--no-certificates")
-        run(*words, *(("--bench", tmp_path / "bench.toml") if folder == "U-1" else ()))
-    done = run("recall", "--instrument", "i_stroke-1", "--since", "2020-01-01")
+        accept(*words, *(("--bench", tmp_path / "bench.toml") if folder == "U-1" else ()))
+    done = accept("recall", "--instrument", "i_stroke-1", "--since", "2020-01-01")
     assert done.exit_code == 0
     assert "U-1" in done.output
     assert "judged stroke: accepted" in done.output
     assert "U-2" not in done.output  # judged without a bench file: no instrument is known
-    later = run("recall", "--instrument", "i_stroke-1", "--since", "2099-01-01")
+    later = accept("recall", "--instrument", "i_stroke-1", "--since", "2099-01-01")
     assert (later.exit_code, "no unit" in later.output) == (0, True)
-    mistyped = run("recall", "--instrument", "i-stroke-1", "--since", "2020-01-01")  # would hide every unit behind it
+    mistyped = accept(
+        "recall", "--instrument", "i-stroke-1", "--since", "2020-01-01"
+    )  # would hide every unit behind it
     assert (mistyped.exit_code, "is its serial number right?" in mistyped.output) == (4, True)
 
 

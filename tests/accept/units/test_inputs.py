@@ -17,6 +17,7 @@ import pytest
 from pypdf import PdfReader
 from typer.testing import CliRunner, Result
 
+from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.content import content_of
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.page.document import render
@@ -26,7 +27,6 @@ from accept.cli.main import app
 from accept.judging import calibration
 from accept.judging.inputs import inputs_words
 from accept.judging.judge_unit import judge_unit, load_spec
-from accept.judging.result import UnitResult
 from accept.units import unit_folder
 from checks.acceptance import CHECKS
 from checks.cause import Cause
@@ -68,7 +68,7 @@ def written(folder: Path, mass_kg: float = MASS_KG, more: str = "") -> Path:
     return folder
 
 
-def judged(folder: Path, bench: str = "", spec: str = "apa-basic") -> tuple[Finding, UnitResult]:
+def judged(folder: Path, bench: str = "", spec: str = "apa-basic") -> tuple[Finding, UnitRecord]:
     by, stated = load_spec(spec), None
     if bench:
         stated = calibration.statement(parse_bench(bench.encode(), "bench.toml"), by.checks, datetime.date.today())

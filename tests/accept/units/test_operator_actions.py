@@ -75,7 +75,7 @@ def test_a_stroke_set_by_hand_is_judged(tmp_path):
     (stroke,) = (f for f in result.findings if f.quantity == "stroke_um")
     assert stroke.verdict == "pass"
     assert abs(stroke.value - 373.2) <= stroke.U
-    widths = [q.value for _, q in result.information if q.name == "stroke_hysteresis_percent"]
+    widths = [i.value for i in result.information if i.quantity == "stroke_hysteresis_percent"]
     # three levels about mid-voltage over one cycle: half a percent of the stroke off the 10.5 % of a settled loop
     assert widths == pytest.approx([10.5], abs=0.5)
 

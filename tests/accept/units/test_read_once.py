@@ -60,11 +60,11 @@ def test_one_strut_from_records_to_certificate(tmp_path: Path, monkeypatch: pyte
     finally:
         watching.clear()
     assert len(report.units) == 1
-    assert report.units[0]["gap"]["reason"] == "not searched"
-    assert any("not searched" in (f["reason"] or "") for f in report.units[0]["findings"])
+    assert (report.units[0].gap or {})["reason"] == "not searched"
+    assert any("not searched" in (f.reason or "") for f in report.units[0].findings)
     # Once to be judged, and once for the page, whose statements must follow from the attached text alone.
     assert sum('serial = "S-1"' in text for text in parsed) == 2
-    assert opened == dict.fromkeys(report.units[0]["inputs"], 1)
+    assert opened == dict.fromkeys(report.units[0].inputs, 1)
     assert len(opened) >= 5  # unit.toml and both bands in two realisations
 
 

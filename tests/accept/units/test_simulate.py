@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.verify import rejudge
 from accept.cli.main import app
 from accept.judging.judge_unit import judge_unit, load_spec
-from accept.judging.result import UnitResult
 from accept.models.model_file import open_model
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate import demo as demo_unit
@@ -57,7 +57,7 @@ def order(model: Model, kind: str = "strut", **changes: Any) -> UnitRequest:
     return replace(made, **changes)
 
 
-def judged(of: UnitRequest, folder: Path) -> UnitResult:
+def judged(of: UnitRequest, folder: Path) -> UnitRecord:
     write(simulate(of), folder)
     return judge_unit(units.read(folder), load_spec(of.kind))
 
@@ -161,7 +161,7 @@ def test_a_good_apa_is_accepted_and_told_right(apa: Model, tmp_path: Path) -> No
     result = judged(order(apa, "apa"), tmp_path)
     assert result.verdict == "accepted"
     figures = json.loads((tmp_path / "truth.json").read_text())["figures"]
-    found = {f.quantity: f for f in result.findings} | {q.name: q for _, q in result.information}
+    found = {f.quantity: f for f in result.findings} | {i.quantity: i for i in result.information}
     x_bending, y_bending, _, torsion = figures["modes_Hz"]
     truth = {
         "flatness_um": figures["flatness_um"],

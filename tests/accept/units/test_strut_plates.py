@@ -9,9 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.analysis.misalignment import estimate_unit
+from accept.base.documents.results import UnitRecord
 from accept.cli.main import app
 from accept.judging.judge_unit import default_spec, judge_unit, load_spec
-from accept.judging.result import UnitResult
 from accept.models.model_file import open_model
 from accept.simulate import UnitRequest, UnitRequestError, simulate, write
 from accept.simulate.records import axial_Hz
@@ -54,11 +54,11 @@ def column(folder: Path, stems: tuple[str, ...], channel: str, values: object) -
         path.write_bytes(records.mat_bytes({"t": record.t, **record.channels, channel: put}))
 
 
-def judged(folder: Path, spec: str = KIND) -> UnitResult:
+def judged(folder: Path, spec: str = KIND) -> UnitRecord:
     return judge_unit(unit_folder.read(folder), load_spec(spec))
 
 
-def causes(result: UnitResult, quantity: str) -> list[Cause]:
+def causes(result: UnitRecord, quantity: str) -> list[Cause]:
     (finding,) = (f for f in result.findings if f.quantity == quantity)
     return [] if finding.cause is None else [reason.cause for reason in finding.cause.all()]
 

@@ -12,7 +12,7 @@ import scipy.io
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.results import UnitRecord
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
@@ -317,7 +317,6 @@ def test_findings_and_information_survive_results_json(tmp_path: Path) -> None:
     """Bad and good ones, with their causes: what the store holds is what was judged."""
     text = GOOD.replace("sensor_uF = 5.10", "sensor_uF = 1.72").replace("stroke_um = 373.2", 'one_stack = "gone.mat"')
     result = judge(make_unit(tmp_path, "X-1", text))
-    assert UnitEntry.from_text(json.dumps(result.to_json())) == result.entry
-    assert [(i.check, i.measured()) for i in result.entry.information] == list(result.information)
+    assert UnitRecord.from_text(json.dumps(result.to_json())) == result
     assert any(f.cause is not None for f in result.findings)
     assert result.information

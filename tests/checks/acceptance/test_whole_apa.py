@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from accept.base.documents.results import UnitRecord
 from accept.capture.recipes import voltages
 from accept.capture.watch_folder import WatchedFolder, pick_up
 from accept.judging import judge_unit
 from accept.judging.calibration import statement
-from accept.judging.result import UnitResult
 from accept.models.model_file import open_model
 from accept.simulate import UnitRequest, simulate, write
 from accept.simulate.bench_truth import world_of
@@ -78,7 +78,7 @@ def from_the_rig(truth: Path, rig: Path, folder: Path) -> None:
                 pick_up(found, folder, section, name, store, "T")
 
 
-def judged(folder: Path, bench: Path | None = None) -> UnitResult:
+def judged(folder: Path, bench: Path | None = None) -> UnitRecord:
     spec = judge_unit.load_spec("apa")
     stated = statement(load_bench(bench), spec.checks, datetime.now(UTC).date()) if bench else None
     return judge_unit.judge_unit(unit_folder.read(folder), spec, stated)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from accept.base.documents.results import UnitRecord
 from accept.judging.judge_unit import judge_unit, load_spec
-from accept.judging.result import UnitResult
 from accept.units import unit_folder
 from checks.cause import Cause
 from checks.consistency.contradictions import check_consistency
@@ -38,14 +38,14 @@ def known(column: int = 0, **changed: float) -> dict[str, Quantity]:
     return {name: Quantity(name, value, 0.01 * value) for name, value in values.items()}
 
 
-def recorded(folder: Path, kind: str, only: tuple[str, ...] = ()) -> UnitResult:
+def recorded(folder: Path, kind: str, only: tuple[str, ...] = ()) -> UnitRecord:
     spec = load_spec("apa" if kind == "apa" else "strut-basic")
     if only:
         spec = spec.model_copy(update={"checks": {name: spec.checks[name] for name in only}})
     return judge_unit(unit_folder.read(folder), spec)
 
 
-def contradictions(result: UnitResult) -> list[str]:
+def contradictions(result: UnitRecord) -> list[str]:
     causes = {f.quantity: f.cause.all() if f.cause else () for f in result.findings}
     return [name for name, found in causes.items() if any(r.cause is Cause.CONTRADICTION for r in found)]
 

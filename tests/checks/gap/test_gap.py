@@ -170,6 +170,7 @@ class TestRun:
     def test_one_effect(self, effect: str, values: dict[str, float]) -> None:
         result = run(inputs(5, {effect: values}), quiet)
         assert [n.effect for n in result.named] == [effect]
+        assert not result.elements
         assert result.verdict == "explained"
         for name, value in values.items():
             found = result.named[0].parameters[name]

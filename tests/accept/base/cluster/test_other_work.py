@@ -199,10 +199,11 @@ def test_the_coordinator_signs_and_no_key_leaves_it(cluster: Workers, tmp_path: 
     order = BatchRequest([tmp_path / "units"], tmp_path / "out", specs, "Ada", credential=credential, cluster=heard)
     with open_store() as store:
         assert run(order, store, lambda _: None).verdicts == {"accepted": 2}
-        units = fold(store.events()).units
+        units = {serial: fold(store.events(serial)) for serial in ("A", "B")}
     for serial in ("A", "B"):
-        pdf, known = tmp_path / "out" / "certificates" / f"{serial}.pdf", units[serial].certificate
-        assert known is not None
+        pdf, unit = tmp_path / "out" / "certificates" / f"{serial}.pdf", units[serial]
+        assert unit is not None
+        assert (known := unit.certificate) is not None
         assert hashlib.sha256(pdf.read_bytes()).hexdigest() == known.sha256
         assert [s.role for s in known.signatures] == [credential.role]
     assert len(heard.sent) == 2

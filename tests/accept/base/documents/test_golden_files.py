@@ -12,7 +12,7 @@ from accept.base.documents.document import Document, DocumentError
 from accept.base.documents.gap import GapDocument
 from accept.base.documents.manifest import Manifest
 from accept.base.documents.misalignment import MisalignmentDocument
-from accept.base.documents.results import ListedUnit, ResultsDocument, UnitEntry
+from accept.base.documents.results import ListedUnit, ResultsDocument, UnitRecord
 from accept.models.model_file import effects_of, open_model_file
 from accept.store import NewEvent, Store, StoreError, fold, open_store
 from accept.store.event import Event, sealed
@@ -74,8 +74,9 @@ def test_every_event_is_written_again_as_it_was(store: Store) -> None:
 
 
 def test_the_state_of_an_earlier_store(store: Store) -> None:
-    state = fold(store.events())
-    verdicts = {serial: (unit.verdict, unit.attempts) for serial, unit in state.units.items()}
+    serials = dict.fromkeys(event.subject for event in store.events(what=UnitJudged.KIND))
+    units = {serial: unit for serial in serials if (unit := fold(store.events(serial))) is not None}
+    verdicts = {serial: (unit.verdict, unit.attempts) for serial, unit in units.items()}
     assert verdicts == {
         "APA-01": ("accepted", 1),
         "APA-02": ("rejected", 1),
@@ -83,7 +84,7 @@ def test_the_state_of_an_earlier_store(store: Store) -> None:
         "APA-04": ("incomplete", 1),
         "APA-05": ("accepted", 1),
     }
-    certificate = state.units["APA-02"].certificate
+    certificate = units["APA-02"].certificate
     assert certificate is not None
     assert [(s.who, s.role) for s in certificate.signatures] == [("Ann", "technician"), ("Quinn", "qa")]
     attempt = fold_run("APA-05", store.events("APA-05")).attempt
@@ -137,7 +138,7 @@ def test_keys_of_a_later_version_are_passed_over_and_those_of_an_earlier_one_may
     later = ListedUnit.from_json(unit(lot="7"))
     assert later == ListedUnit.from_json(unit())
     earlier = {key: value for key, value in unit().items() if key not in ("notes", "parts", "samples", "information")}
-    assert UnitEntry.from_json(earlier).verdict is UnitVerdict.REJECTED
+    assert UnitRecord.from_json(earlier).verdict is UnitVerdict.REJECTED
 
 
 @pytest.mark.parametrize(
@@ -152,7 +153,7 @@ def test_keys_of_a_later_version_are_passed_over_and_those_of_an_earlier_one_may
 )
 def test_a_wrong_key_is_named(change: dict[str, object], key: str) -> None:
     with pytest.raises(DocumentError, match=rf"(?m)^\[{key}\]"):
-        UnitEntry.from_json(unit(**change))
+        UnitRecord.from_json(unit(**change))
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", '"4.4"', "true"])
@@ -160,13 +161,13 @@ def test_a_value_that_is_no_finite_number_is_refused(number: str) -> None:
     content = json.dumps(unit()).replace('"value": 1.72', f'"value": {number}')
     assert number in content
     with pytest.raises(DocumentError, match="value"):
-        UnitEntry.from_text(content)
+        UnitRecord.from_text(content)
 
 
 def test_a_cause_of_another_version_stays_as_words() -> None:
     document = unit()
     document["findings"][1]["cause"] = {"code": "tomorrows_cause", "value": 3}
-    (finding,) = (f for f in UnitEntry.from_json(document).findings if f.quantity == "sensor_uF")
+    (finding,) = (f for f in UnitRecord.from_json(document).findings if f.quantity == "sensor_uF")
     assert finding.verdict == "fail"
     assert "tomorrows_cause" in str(finding.cause)
 

@@ -23,7 +23,7 @@ from accept.certificate.verify.verification import Validity
 from accept.cli.main import app
 from tests.accept.certificate.certificate_help import WHEN
 from tests.accept.certificate.signature.time_authority import Authority, made_authority, responder
-from tests.accept.certificate.verify.verify_help import LATER, Bench, hole_of, made_bench, refused, with_cms
+from tests.accept.certificate.verify.verify_help import LATER, Bench, hole_of, refused, with_cms
 from tests.accept.units.units import make_unit
 
 
@@ -35,11 +35,6 @@ def nothing_asked_yet(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="module")
 def tsa() -> Authority:
     return made_authority("Local time")
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    return made_bench(tmp_path_factory.mktemp("unit"))
 
 
 @pytest.fixture(scope="module")

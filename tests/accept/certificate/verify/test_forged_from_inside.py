@@ -14,7 +14,7 @@ import pytest
 from cryptography import x509
 from pyhanko.pdf_utils import generic
 from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 from accept.base.home import home
 from accept.certificate.contents.content import CertificateContent, content_of
@@ -27,7 +27,6 @@ from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.rejudge import rejudge, verify_file
 from accept.certificate.verify.verification import Validity, verify
-from accept.cli.main import app
 from accept.judging import judge_unit
 from accept.store import open_store
 from accept.store.seal import own_key
@@ -36,8 +35,9 @@ from accept.workflow.certify import countersign_unit
 from specs.model import builtin_models
 from specs.spec import builtin
 from tests.accept.certificate.certificate_help import WHEN, bench_signed, certificate_contents, judged_again, stated
-from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
+from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, refused
 from tests.accept.units.units import make_unit
+from tests.shared.command_line import accept
 
 HERE = Path(__file__).parent
 APA_02 = """
@@ -53,15 +53,6 @@ stroke_um = 365.5
 [stiffness]
 k_N_per_um = 1.75
 """
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    return made_bench(tmp_path_factory.mktemp("unit"))
-
-
-def accept(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
 
 
 def written(folder: Path, sensor: float) -> Path:

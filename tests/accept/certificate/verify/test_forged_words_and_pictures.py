@@ -34,12 +34,7 @@ from specs.spec import builtin
 from specs.strict import toml_of
 from tests.accept.certificate.certificate_help import WHEN
 from tests.accept.certificate.verify.test_forged_from_inside import accept, judged, reported, written
-from tests.accept.certificate.verify.verify_help import NOW, Bench, made_bench, refused
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    return made_bench(tmp_path_factory.mktemp("unit"))
+from tests.accept.certificate.verify.verify_help import NOW, Bench, refused
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from accept.certificate.trust import keys
 from accept.certificate.verify import attachments
 from accept.certificate.verify.structure import check_structure, read_unknown
 from tests.accept.certificate.verify.hostile_files import HAND_MADE, mutated, signed_by
-from tests.accept.certificate.verify.verify_help import Bench, made_bench
+from tests.accept.certificate.verify.verify_help import Bench
 
 MOST_S, MOST_MB = 10.0, 500.0  # 6 s, and 150 MB beside the file (at most 100 MB, twice) and the program (150 MB)
 WORST = [
@@ -26,11 +26,6 @@ WORST = [
     "contents of zeros",
     "nested arrays",
 ]
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    return made_bench(tmp_path_factory.mktemp("unit"))
 
 
 def verified(folder: Path, bench: Bench, files: Mapping[str, Callable[[], bytes]]) -> list[dict[str, Any]]:

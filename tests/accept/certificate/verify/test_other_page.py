@@ -15,15 +15,10 @@ from pypdf import PdfReader
 from accept.certificate.signature import signing
 from accept.certificate.signature.signing import sign
 from tests.accept.certificate.certificate_help import WHEN
-from tests.accept.certificate.verify.verify_help import Bench, made_bench, refused
+from tests.accept.certificate.verify.verify_help import Bench, refused
 
 Change = Callable[[signing._Revision], None]
 GUARDS = ("holds more than a signature", "was changed", "revision", "acts by itself", "damaged")
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    return made_bench(tmp_path_factory.mktemp("unit"))
 
 
 def signed_with(bench: Bench, monkeypatch: pytest.MonkeyPatch, change: Change) -> bytes:

@@ -6,7 +6,7 @@ import hashlib
 import io
 import json
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,8 @@ import pytest
 from pypdf import PdfReader, PdfWriter
 from typer.testing import CliRunner, Result
 
-from accept.base.documents.results import UnitEntry
+from accept.base.documents.document import written_hints
+from accept.base.documents.results import UnitRecord
 from accept.base.home import home
 from accept.certificate import events
 from accept.certificate.contents import content as C
@@ -192,8 +193,7 @@ def test_the_table_names_every_statement(tmp_path: Path) -> None:
     contents = read(certified(tmp_path, "B-1").read_bytes())
     assert unlisted(contents) == []
     assert all(s.how for s in STATEMENTS)
-    entry = {field.name for field in fields(UnitEntry)}
-    assert {name for name in entry if statement_of(RESULTS, name) is None} == set()
+    assert {name for name in written_hints(UnitRecord) if statement_of(RESULTS, name) is None} == set()
     assert statement_of(PAGE, "anything") is not None
     more = replace(contents, result={**contents.result, "remark": "accepted after review"})
     assert unlisted(more) == ["results.json: remark"]

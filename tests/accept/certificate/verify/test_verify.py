@@ -13,6 +13,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from pypdf import PdfReader, PdfWriter
 
 from accept.base import version
+from accept.base.documents.results import UnitRecord
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
@@ -25,7 +26,6 @@ from accept.certificate.verify import attachments as contents
 from accept.certificate.verify.attachments import unpack
 from accept.certificate.verify.result_diff import differences, is_said_otherwise, is_within_U
 from accept.certificate.verify.verification import Validity, Verification, verify
-from accept.judging.result import UnitResult
 from accept.pictures.pdf.assemble import assemble
 from accept.store.seal import own_key
 from tests.accept.certificate.certificate_help import (
@@ -141,7 +141,7 @@ def said_in_words(tmp_path: Path, note: str) -> CertificateContent:
     return replace(made, result=made.result | {"findings": [first | {"note": note}, *others]})
 
 
-def noted(value: float) -> UnitResult:
+def noted(value: float) -> UnitRecord:
     again = judged_again(value)
     first, *others = again.findings
     return replace(again, findings=(replace(first, note="in the words of today"), *others))
@@ -217,7 +217,7 @@ def test_what_is_only_said_otherwise(line: str, words: bool) -> None:
 def test_the_judge_receives_what_was_judged(bench: Bench, tmp_path: Path) -> None:
     seen: list[CertificateContent] = []
 
-    def judge(attached: CertificateContent) -> UnitResult:
+    def judge(attached: CertificateContent) -> UnitRecord:
         seen.append(attached)
         unit = tmp_path / "again"
         unpack(attached, unit)
@@ -233,7 +233,7 @@ def test_the_judge_receives_what_was_judged(bench: Bench, tmp_path: Path) -> Non
 
 
 def test_a_judge_that_fails_makes_it_invalid(bench: Bench) -> None:
-    def judge(attached: CertificateContent) -> UnitResult:
+    def judge(attached: CertificateContent) -> UnitRecord:
         raise OSError("disk\nfull")
 
     refused(bench.check(bench.signed, rejudge=judge), "judging again cannot be read: OSError: disk full")

@@ -19,14 +19,8 @@ from pyhanko_certvalidator import ValidationContext
 from accept.certificate.signature.signing import P256_ORDER
 from accept.certificate.trust import keys
 from tests.accept.certificate.certificate_help import WHEN
-from tests.accept.certificate.verify.verify_help import Bench, credentials, hole_of, made_bench, refused, with_cms
+from tests.accept.certificate.verify.verify_help import Bench, credentials, hole_of, refused, with_cms
 from tests.soak import SOAK
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    return made_bench(tmp_path_factory.mktemp("unit"))
-
 
 # --- changed bytes ---------------------------------------------------------------------------------------------------
 

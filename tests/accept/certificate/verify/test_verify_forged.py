@@ -26,14 +26,9 @@ from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.verify.verification import verify
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again, result
-from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
+from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, refused
 
 NOTHING = RevocationData()
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    return made_bench(tmp_path_factory.mktemp("unit"))
 
 
 # --- added revisions -------------------------------------------------------------------------------------------------

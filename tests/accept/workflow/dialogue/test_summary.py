@@ -8,8 +8,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
+from accept.base.documents.results import UnitRecord
 from accept.judging.advice import ADVICE
-from accept.judging.result import UnitResult
 from accept.store.fold import Signature
 from accept.store.payloads import CHOICES, RecordRefused
 from accept.workflow.dialogue import summary as dialogue
@@ -55,8 +55,8 @@ FAILS = replace(STROKE, verdict=Verdict.FAIL, reason="below its limit")
 MISSING = Reason(Cause.NOT_MEASURED)
 
 
-def result(*findings: Finding, verdict: UnitVerdict = UnitVerdict.ACCEPTED, **named: object) -> UnitResult:
-    return UnitResult("APA-02", "apa", verdict, findings or (STIFF, STROKE), **named)
+def result(*findings: Finding, verdict: UnitVerdict = UnitVerdict.ACCEPTED, **named: object) -> UnitRecord:
+    return UnitRecord(serial="APA-02", kind="apa", verdict=verdict, findings=findings or (STIFF, STROKE), **named)
 
 
 ACCEPTED = SummaryFacts("APA-02", "Ann", result(), steps={"stroke": "Stroke"}, verdict="accepted")
