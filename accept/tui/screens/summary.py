@@ -114,15 +114,17 @@ class Summary(Scanning[bool]):
                 )  # fmt: skip
             case Do.LOCK:
                 self.say("The passphrase is forgotten" if shift.lock() else "No passphrase is kept")
+            case Do.NEXT_UNIT:
+                self.leave(True)
             case Do.STOP_OR_LEAVE:
                 self.stop_or(lambda: self.leave(False))
             case Do.ASK_REMEDY:
                 ask_remedy(self, self.bench, self.session, lambda _: self.leave(False))
             case Do.TELL_HIDDEN if self.bench.training is not None:
                 told = Help("Training: what this unit had", self.bench.training.hidden, "next unit")
-                self.app.push_screen(told, lambda further: self._later(dialogue.press, "f4") if further else None)
-            case dialogue.Strokes(count) if os.environ.get(SOUND, "").strip() == "1":
-                for n in range(count):
+                self.app.push_screen(told, lambda further: self.leave(True) if further else None)
+            case Do.RING if os.environ.get(SOUND, "").strip() == "1":
+                for n in range(1 if self.dialogue.accepted else 3):
                     self.set_timer(n * _BETWEEN_BELLS_S + 0.01, self.app.bell)
             case dialogue.LookForKeys(role):
                 keys = replace(self.signing.keys(role), kept=shift.passphrase(operator))
@@ -137,6 +139,9 @@ class Summary(Scanning[bool]):
                     lambda left: self._later(dialogue.keys_made, effect, str(left)),
                     "making keys",
                 )
+            case dialogue.SignAsTechnician(first=first) if first:
+                told = Help("Keys were created", first)
+                self.app.push_screen(told, lambda _: self.call_next(self._execute, replace(effect, first="")))
             case dialogue.SignAsTechnician(passphrase, reason):
                 self.send(
                     lambda: self.signing.sign(passphrase, reason),
@@ -149,10 +154,6 @@ class Summary(Scanning[bool]):
                     partial(self._later, dialogue.signed),
                     "countersigning and verifying",
                 )
-            case dialogue.TellOffTheBench(words, sign):
-                self.app.push_screen(Help("Keys were created", words), lambda _: self.call_next(self._execute, sign))
-            case dialogue.LeaveSummary(result):
-                self.leave(result)
 
     async def _ask(self, asked: dialogue.Ask) -> None:
         """Ask; keys that follow wait for the question, so that no passphrase goes elsewhere."""

@@ -16,7 +16,7 @@ _FIRST_KEYS = (
     "Choose your passphrase: 8 characters or more. The bench's authority and your key as technician are created now. A "
     "forgotten passphrase cannot be recovered."
 )
-OFF_THE_BENCH = (
+_OFF_THE_BENCH = (
     "The passphrase of the bench's authority is in {}. Move that file and ca.key.pem beside it off the bench: a person "
     "who has both can give keys to anybody. Quality assurance gets a key of its own with: "
     "accept keys request --role qa --name NAME"
@@ -25,9 +25,9 @@ _WHY = "Why it is signed so (on the certificate)"
 _WHY_REPLACED = "Why its certificate is replaced (on the certificate)"
 _FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without a key, or at once: Ctrl+L."
 _OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
-_NEXT = "F4: next unit"
 
-Do = Enum("Do", "JUDGE LOCK STOP_OR_LEAVE ASK_REMEDY TELL_HIDDEN")
+# Effects without a parameter. RING: a new result can be heard.
+Do = Enum("Do", "JUDGE RING LOCK NEXT_UNIT STOP_OR_LEAVE ASK_REMEDY TELL_HIDDEN")
 
 
 class AskedLine(Enum):
@@ -44,13 +44,6 @@ class AskedLine(Enum):
     @property
     def is_secret(self) -> bool:
         return "passphrase" in self.value.lower()
-
-
-@dataclass(frozen=True)
-class Strokes:
-    """Strokes of the bell by which a result can be heard."""
-
-    count: int
 
 
 @dataclass(frozen=True)
@@ -94,11 +87,13 @@ class KeepPassphrase:
 
 @dataclass(frozen=True)
 class SignAsTechnician:
-    """Sign as technician, with new keys if there are none; `keys_made` and `signed` follow."""
+    """Sign as technician; `signed` follows. makes_keys: make the keys instead, `keys_made` follows; first: words about
+    them that are read before."""
 
     passphrase: str = field(repr=False)
     reason: str = field(default="", repr=False)
     makes_keys: bool = False
+    first: str = ""
 
 
 @dataclass(frozen=True)
@@ -108,21 +103,6 @@ class Countersign:
     passphrase: str = field(repr=False)
     choice: str = field(default="", repr=False)
     reason: str = field(default="", repr=False)
-
-
-@dataclass(frozen=True)
-class TellOffTheBench:
-    """Tell where the passphrase of the authority is, then sign."""
-
-    words: str
-    then: SignAsTechnician
-
-
-@dataclass(frozen=True)
-class LeaveSummary:
-    """Close the screen. result: True for the next unit, False for the steps."""
-
-    result: bool
 
 
 def opening(facts: SummaryFacts) -> Turn:
@@ -149,8 +129,7 @@ def _sign_then(d: SummaryDialogue) -> Turn:
 
 def judged(d: SummaryDialogue) -> Turn:
     """Show a new result; it can be heard too."""
-    shown = _shown(d)
-    return replace(shown, effects=(Strokes(1 if d.accepted else 3), *shown.effects))
+    return Turn(d, (Do.RING,)).then(_shown)
 
 
 def not_judged(d: SummaryDialogue) -> Turn:
@@ -232,9 +211,8 @@ def answered(d: SummaryDialogue, asked: Ask, answer: Sequence[str] | None) -> Tu
 
 def keys_made(d: SummaryDialogue, made: SignAsTechnician, where: str) -> Turn:
     """Sign with new keys, once it was read where the authority's passphrase is; that of a training has no owner."""
-    sign = replace(made, makes_keys=False)
-    told = TellOffTheBench(OFF_THE_BENCH.format(where), sign)
-    return _say(d, "Keys were created", "good", sign if d.facts.training else told)
+    words = "" if d.facts.training else _OFF_THE_BENCH.format(where)
+    return _say(d, "Keys were created", "good", replace(made, makes_keys=False, first=words))
 
 
 def signed(d: SummaryDialogue, report: Report) -> Turn:
@@ -251,7 +229,7 @@ def signed(d: SummaryDialogue, report: Report) -> Turn:
 _ANSWERS: Mapping[str, Callable[[SummaryDialogue], Turn]] = {
     "f2": _sign,
     "f3": _countersign,
-    "f4": lambda d: Turn(d, (LeaveSummary(True),)),
+    "f4": lambda d: Turn(d, (Do.NEXT_UNIT,)),
     "ctrl+l": lambda d: Turn(d, (Do.LOCK,)),
     "ctrl+r": lambda d: Turn(d, (Do.ASK_REMEDY,)),
     "escape": lambda d: Turn(d, (Do.STOP_OR_LEAVE,)),

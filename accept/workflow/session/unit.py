@@ -37,10 +37,7 @@ class OpenUnit:
         training: bool = False,
         simulated: bool = False,
     ) -> None:
-        """Open a unit. stated: the bench file whose calibrations stand behind the findings, None without one. training:
-        the unit is simulated, and signed with keys that are of no bench. simulated: so are its instruments.
-
-        Raises EntryError if the serial is not valid, UnitBusy, StoreError, OSError."""
+        """Open a unit, as `open_session` describes it. Raises EntryError, UnitBusy, StoreError, OSError."""
         if problem := serial_problem(serial, spec):
             raise EntryError(f"serial '{serial}': {problem}")
         self.store, self.home, self.spec, self.operator, self.serial = store, home, spec, operator, serial

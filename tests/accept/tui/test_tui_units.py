@@ -25,7 +25,6 @@ from tests.accept.tui.tui_help import (
     press,
     running,
     settled,
-    shown,
     type_line,
     words,
 )
@@ -195,31 +194,6 @@ async def test_a_passphrase_typed_while_the_unit_is_evaluated_is_not_lost_nor_sh
         with open_store() as store:
             assert not list(store.events(what="certificate_signed"))
         await press(pilot, "enter")
-        assert "✓ verified" in words(pilot, "#certificate")
-
-
-@pytest.mark.slow
-async def test_a_wrong_passphrase_before_the_result_leaves_one_question_and_nothing_of_it_behind_signed(
-    monkeypatch: pytest.MonkeyPatch,
-):
-    """The result that came meanwhile opened a second question over the refused one."""
-    keys.init(home(), "correct horse", "Ann")
-    go_on = judging_waits(monkeypatch)
-    async with running() as pilot:
-        await begin(pilot)
-        await fill_values(pilot)
-        await pilot.press("f9", "f2", *"wrong", "enter")
-        await shown(pilot, "#wrong", "✗")
-        go_on.set()
-        await settled(pilot)
-        assert [type(each).__name__ for each in pilot.app.screen_stack[-2:]] == ["Summary", "Question"]
-        assert "✗" in words(pilot, "#wrong")
-        await press(pilot, "c")
-        assert not words(pilot, "#wrong")  # said of what stood there before
-        await press(pilot, *"orrect", "space", *"horse", "enter")
-        assert "You sign as technician: ACCEPTED" in words(pilot, ".words")
-        await press(pilot, "enter")
-        assert screen(pilot) == "Summary"
         assert "✓ verified" in words(pilot, "#certificate")
 
 

@@ -11,6 +11,8 @@ from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from accept.workflow import certify
 from accept.workflow.bench import Begun, Workbench
+from accept.workflow.certify import Signing
+from accept.workflow.dialogue.summary import Ask, AskedLine
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.entry.passphrase_guard import is_passphrase, may_be_passphrase
 from accept.workflow.entry.shift import NOT_TAKEN
@@ -108,3 +110,47 @@ def test_no_passphrase_is_chosen_that_stands_in_the_record(session: Session) -> 
         assert "choose another" in certify.Signing(session).new_passphrase_problem(said, ["why it is signed"])
     assert "8 or more" in certify.Signing(session).new_passphrase_problem("short", [])
     assert certify.Signing(session).new_passphrase_problem("a new passphrase", ["why it is signed"]) == ""
+
+
+def problem(session: Session, *lines: tuple[AskedLine, str], then: str = "sign", kept: str | None = None) -> str:
+    """Why the last line of a question cannot stay."""
+    asked = Ask(then, "", "", tuple(line for line, _ in lines), kept=kept)
+    return Signing(session).problem(asked, len(lines) - 1, [text for _, text in lines])
+
+
+def test_a_question_refuses_what_cannot_be_signed_with(session: Session) -> None:
+    judge_whole_unit(session)
+    why, first = (AskedLine.WHY, "nothing was measured"), (AskedLine.PASSPHRASE, ANN)
+    assert "why you sign" in problem(session, (AskedLine.WHY, ""))
+    assert not problem(session, why)
+    for reason in ("", f" {ANN} "):  # of the shift's key: the reason stands on the certificate in clear
+        assert problem(session, (AskedLine.WHY, reason), kept=ANN)
+    assert "Wrong passphrase" in problem(session, why, (AskedLine.PASSPHRASE, "battery horse"))
+    assert "no passphrase was typed" in problem(session, why, (AskedLine.PASSPHRASE, ""))
+    assert not problem(session, why, first)
+    assert "Wrong passphrase" in problem(session, (AskedLine.QA_PASSPHRASE, ANN), then="countersign")
+    assert not problem(session, (AskedLine.QA_PASSPHRASE, QUINN), then="countersign")
+
+
+def test_a_new_passphrase_is_long_said_nowhere_and_typed_twice(session: Session) -> None:
+    judge_whole_unit(session)
+    why = AskedLine.WHY, "nothing was measured"
+
+    def chosen(first: str, *again: str) -> str:
+        lines = [why, (AskedLine.PASSPHRASE, first), *((AskedLine.REPEATED, text) for text in again)]
+        return problem(session, *lines, then="first keys")
+
+    assert "8 or more" in chosen("short")
+    assert "choose another passphrase" in chosen(why[1])
+    assert "differ" in chosen("a new passphrase", "another")
+    assert not chosen("a new passphrase")
+    assert not chosen("a new passphrase", "a new passphrase")
+
+
+def test_whose_key_is_needed_is_known_before_a_passphrase_is_asked_for(bench: Workbench) -> None:
+    session, _ = bench.open_unit(Begun(**BEGUN | {"operator": "Bob"}))
+    known = Signing(session).keys(keys.TECHNICIAN)
+    assert "the key at this bench is that of Ann" in known.problem
+    assert "keys request --role technician --name Bob" in known.problem
+    assert not Signing(session).keys(keys.QA).problem
+    session.close()

@@ -22,11 +22,8 @@ from accept.workflow.dialogue.summary import (
     Countersign,
     Do,
     KeepPassphrase,
-    LeaveSummary,
     LookForKeys,
     SignAsTechnician,
-    Strokes,
-    TellOffTheBench,
 )
 from accept.workflow.dialogue.summary_state import SummaryDialogue, SummaryFacts, Turn
 from accept.workflow.steps.status import Status
@@ -82,9 +79,9 @@ class TestResult:
         assert (shown.effects, shown.words.text) == ((), "F2: sign this result")
         assert dialogue.opening(SIGNED).words.text == "Signed. F3: countersign, F4: next unit"
 
-    @pytest.mark.parametrize(("facts", "strokes"), [(ACCEPTED, 1), (REJECTED, 3)])
-    def test_a_new_result_can_be_heard(self, facts: SummaryFacts, strokes: int):
-        assert dialogue.judged(SummaryDialogue(facts)).effects == (Strokes(strokes),)
+    def test_a_new_result_can_be_heard(self):
+        judged = dialogue.judged(SummaryDialogue(REJECTED))
+        assert (judged.effects, judged.words.text) == ((Do.RING,), "F2: sign this result")
 
     def test_the_cursor_stands_at_the_first_finding_that_is_no_pass_and_tells_why(self):
         d = dialogue.judged(SummaryDialogue(REJECTED)).state
@@ -198,10 +195,9 @@ class TestSigning:
         assert made == SignAsTechnician(SECRET, WHY, makes_keys=True)
         told = dialogue.keys_made(SummaryDialogue(REJECTED), made, "/keys/authority.txt")
         assert told.words.text == "Keys were created"
-        (off,) = told.effects
-        assert isinstance(off, TellOffTheBench)
-        assert "/keys/authority.txt" in off.words
-        assert off.then == SignAsTechnician(SECRET, WHY)
+        (sign,) = told.effects
+        assert "/keys/authority.txt" in sign.first
+        assert replace(sign, first="") == SignAsTechnician(SECRET, WHY)
         training = SummaryDialogue(replace(REJECTED, training=True))
         assert dialogue.keys_made(training, made, "x").effects == (
             SignAsTechnician(SECRET, WHY),
@@ -228,19 +224,19 @@ class TestAhead:
         kept = dialogue.answered(begun.state, ask, [SECRET])
         assert kept.effects == (KeepPassphrase(SECRET),)
         judged = dialogue.judged(replace(kept.state, facts=ACCEPTED))
-        assert judged.effects == (Strokes(1), LookForKeys(TECHNICIAN))
+        assert judged.effects == (Do.RING, LookForKeys(TECHNICIAN))
         assert not judged.state.signs
 
     def test_a_result_behind_an_open_question_waits_for_its_answer(self):
         d = replace(SummaryDialogue(ACCEPTED), signs=True)
         behind = dialogue.judged(replace(d, facts=replace(ACCEPTED, in_front=False)))
-        assert behind.effects == (Strokes(1),)
+        assert behind.effects == (Do.RING,)
         answered = dialogue.answered(replace(behind.state, facts=ACCEPTED), AHEAD, [SECRET])
         assert answered.effects == (KeepPassphrase(SECRET), LookForKeys(TECHNICIAN))
 
     def test_a_question_that_is_left_signs_nothing_later(self):
         left = dialogue.answered(replace(SummaryDialogue(OPEN), signs=True), AHEAD, None).state
-        assert dialogue.judged(replace(left, facts=ACCEPTED)).effects == (Strokes(1),)
+        assert dialogue.judged(replace(left, facts=ACCEPTED)).effects == (Do.RING,)
 
     def test_what_was_stored_since_is_judged_before_it_is_signed(self):
         assert press(OPEN, "f2").effects[0] is Do.JUDGE
@@ -276,7 +272,7 @@ class TestCountersigning:
         )
 
     def test_the_other_keys(self):
-        assert press(ACCEPTED, "f4").effects == (LeaveSummary(True),)
+        assert press(ACCEPTED, "f4").effects == (Do.NEXT_UNIT,)
         assert press(ACCEPTED, "ctrl+l").effects == (Do.LOCK,)
         assert press(ACCEPTED, "ctrl+r").effects == (Do.ASK_REMEDY,)
         assert press(ACCEPTED, "escape").effects == (Do.STOP_OR_LEAVE,)
@@ -320,8 +316,6 @@ class SummaryMachine(RuleBasedStateMachine):
             case SignAsTechnician(makes_keys=True):
                 self.keys = replace(self.keys, exist=True)
                 self.answer(dialogue.keys_made, effect, "authority.txt")
-            case TellOffTheBench(then=sign):
-                self.execute(sign)
             case SignAsTechnician(passphrase, reason):
                 assert self.facts.result is not None, "signed before there was a result"
                 assert bool(reason) == (self.facts.verdict != "accepted" or bool(self.keys.replaces))
