@@ -42,7 +42,7 @@ lint: $(DEV)
 
 # The lane for the hands: linters, and of each house the tests that say most in least time. Under 90 s on two cores.
 quick: $(DEV) lint
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow" tests/test_sources.py tests/test_imports.py \
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow" tests/test_sources.py tests/test_imports.py tests/accept/base \
 		$$($(BIN)/python -m tests.shared.houses doors)
 
 # The documentation site, as files, in site/.
