@@ -228,6 +228,12 @@ def weakened(finding: Finding, why: Reason) -> Finding:
     return replace(finding, verdict=verdict, reason=str(cause), cause=cause)
 
 
+def withheld(finding: Finding, cause: Reason) -> Finding:
+    """Return the finding without a value and without a result, for this cause."""
+    bare = replace(finding, value=None, U=None, p_false_accept=None, budget=(), note=None)
+    return replace(bare, verdict=Verdict.NO_RESULT, cause=cause, reason=str(cause))
+
+
 def unit_verdict(findings: Sequence[Finding], held: bool = False) -> UnitVerdict:
     """Return rejected if any finding failed, incomplete if any result is missing, and accepted only if all that is
     required passed. held: something that is no finding holds the unit, which is conditional at best."""

@@ -1,7 +1,9 @@
 """An acceptance spec: limits with bounds, unit, decision rule and source, read strictly from TOML."""
 
+import hashlib
 import math
 import re
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
@@ -178,6 +180,19 @@ class Spec(SpecDocument):
 def builtin() -> dict[str, Path]:
     """Return name -> file of the specs that come with the program."""
     return {p.stem: p for p in sorted(Path(str(resources.files("specs"))).glob("*.toml"))}
+
+
+def listed_name(spec: str) -> str:
+    """Return how lists name the spec of an event, `name@sha256`: with a remark if it bears the name of one that comes
+    with the program and has other content."""
+    name, _, sha256 = spec.partition("@")
+    own = _builtin_hashes().get(name)
+    return f"{name} (other content)" if own and sha256 and own != sha256 else name
+
+
+@cache
+def _builtin_hashes() -> dict[str, str]:
+    return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in builtin().items()}
 
 
 def resolve(name: str) -> Path:

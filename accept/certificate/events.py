@@ -42,7 +42,7 @@ def signed(
         decision = Decision(disposition.choice, disposition.reason)
         if signer is not None:
             if nonconformances:
-                about.append(decided(serial, decision, signer, nonconformances))
+                about.append(decided(store, serial, decision, signer, nonconformances))
             decision = replace(
                 decision, signed=sign_decision(DISPOSITION, content_of(serial, decision, before), signer)
             )

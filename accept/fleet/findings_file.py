@@ -29,6 +29,7 @@ from accept.store.fold import TECHNICIAN
 from accept.store.payloads import CertificateSigned, UnitJudged, payload_of
 from accept.store.seal import Sealer
 from checks import verdict
+from specs.spec import listed_name
 
 KIND = "accept findings"
 FEW = 500  # judgements after the end of the file that are read again rather than written
@@ -104,7 +105,7 @@ class FindingsTable:
             serial=event.subject,
             kind=result.kind,
             unit_verdict=str(result.verdict),
-            spec=event.spec.split("@")[0],
+            spec=listed_name(event.spec),
             held_by=_held_by(result),
         )
         days = {check: _microseconds(day) for check, day in result.measured.items()}

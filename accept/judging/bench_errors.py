@@ -16,7 +16,7 @@ from accept.judging.advice import concluded
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because
 from checks.consistency import PAYLOAD
-from checks.verdict import Finding, Verdict
+from checks.verdict import Finding, Verdict, withheld
 
 RESONANCE, BY_RESONANCE = "axial_resonance_Hz", "k_resonance_N_per_um"
 ADDED_MASS = "bench.payload_kg"  # what an effect adds to if it is a mass on the bench
@@ -47,11 +47,7 @@ def withhold_bench_errors(
     if more is None or not all(map(math.isfinite, more)):
         return findings
     reason = because(Cause.PAYLOAD_WRONG, value=finding.value, mass=_mass(*more), how="more" if more[0] > 0 else "less")
-    moved = replace(
-        finding, verdict=Verdict.NO_RESULT, value=None, U=None, p_false_accept=None, budget=(), note=None,
-        cause=reason, reason=str(reason),
-    )  # fmt: skip
-    return tuple(moved if f is finding else f for f in findings)
+    return tuple(withheld(f, reason) if f is finding else f for f in findings)
 
 
 def _by_contradiction(resonance: Finding, findings: Sequence[Finding], stated: float) -> tuple[float, float] | None:

@@ -155,15 +155,17 @@ def resolve(store: Store, reason: str, signer: Signer) -> None:
     store.write(GoldenResolved(said.reason, said.bench, said.missed, signed), who=signer.person)
 
 
-def last_resolved(store: Store) -> int:
-    """Return the number of the last event that lifted a stop of this bench, 0 without one."""
-    missed = {e.seq: GoldenMissed.of(e).bench for e in store.events(what=GoldenMissed.KIND)}
-    stops = [seq for seq, bench in missed.items() if bench in ("", store.bench)]
+def last_resolved(store: Store, bench: str = "", until: float = math.inf) -> int:
+    """Return the number of the last event that lifted a stop of a bench, by default of this one, 0 without one. until:
+    events of this number and later ones do not count."""
+    bench = bench or store.bench
+    stops = [e.seq for e in store.events(what=GoldenMissed.KIND) if GoldenMissed.of(e).bench in ("", bench)]
     lifted = 0
     for event in store.events(what=GoldenResolved.KIND):
         said = GoldenResolved.of(event)
         present = max((seq for seq in stops if seq < event.seq), default=0)
-        if said.missed == present and _lifts(said, store.bench):  # signed for this stop, and not for one before
+        lifts = said.missed == present and _lifts(said, bench)  # signed for this stop, and not for one before
+        if lifts and event.seq < until:
             lifted = event.seq
     return lifted
 
@@ -175,10 +177,10 @@ def stopped_by(store: Store) -> Event | None:
     return stops[-1] if stops else None
 
 
-def _stops(store: Store) -> list[Event]:
-    """Return the misses of this bench since it was last let go on, in order."""
-    later = store.events(what=GoldenMissed.KIND, after=last_resolved(store))
-    return [e for e in later if GoldenMissed.of(e).bench in ("", store.bench)]
+def _stops(store: Store, bench: str = "", until: float = math.inf) -> list[Event]:
+    """Return the misses of a bench since it was last let go on, in order."""
+    later = store.events(what=GoldenMissed.KIND, after=last_resolved(store, bench, until))
+    return [e for e in later if e.seq < until and GoldenMissed.of(e).bench in ("", bench or store.bench)]
 
 
 def missed(store: Store) -> Mapping[str, list[str]] | None:
@@ -189,13 +191,13 @@ def missed(store: Store) -> Mapping[str, list[str]] | None:
     return {serial: list(problems) for serial, problems in GoldenMissed.of(stop).reasons.items()}
 
 
-def check_may_judge(store: Store, serial: str) -> None:
-    """Raise BenchStopped if this bench has missed its golden units and the unit is not one of them."""
-    stops = _stops(store)
+def check_may_judge(store: Store, serial: str, bench: str = "", until: float = math.inf) -> None:
+    """Raise BenchStopped if a bench, by default this one, missed its golden units before an event; they are judged."""
+    stops = _stops(store, bench, until)
     known = goldens(store).get(serial) if stops else None
     if not stops or (known is not None and known.since < stops[0].seq):
         return  # named while the bench was trusted, not to get past the stop
-    problems = missed(store) or {}
+    problems = GoldenMissed.of(stops[-1]).reasons
     words = "; ".join(f"{golden}: {', '.join(differences)}" for golden, differences in problems.items())
     lifted = store.events(what=GoldenResolved.KIND, after=stops[-1].seq)
     unsigned = any(GoldenResolved.of(event).signed is None for event in lifted)

@@ -58,12 +58,17 @@ def load_spec(name: str) -> Spec:
     """Return a spec by name or file, checked against the declarations of the checks. Raises SpecError listing every
     problem."""
     spec = load(name)
+    check_spec(spec, name)
+    return spec
+
+
+def check_spec(spec: Spec, called: str) -> None:
+    """Raise SpecError if the declarations of the checks do not allow a spec, or its name is not one."""
     problems = [p for check, section in spec.checks.items() for p in spec_problems(spec.kind, check, section)]
     if not NAME.fullmatch(spec.name):
         problems.append(f"name = {spec.name[:70]!r}: expected 1 to 64 letters, digits, '.', '_' or '-'")
     if problems:
-        raise SpecError(name, problems)
-    return spec
+        raise SpecError(called, problems)
 
 
 def spec_problems(kind: str, name: str, section: CheckSpec) -> list[str]:

@@ -11,9 +11,8 @@ is held in the same way. So is what an earlier attempt holds against its evidenc
 Only the disposition to use it as it is releases what was measured before.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import datetime
 from typing import Any
 
 from accept.base.documents.results import CONCESSION, UnitRecord
@@ -72,21 +71,21 @@ def standing(
     serial: str,
     notes: Mapping[str, Sequence[str]],
     entry: UnitRecord | None = None,
-    until: datetime | None = None,
+    until: int | None = None,
     past: Sequence[Event] | None = None,
     approval: Approval | None = None,
 ) -> Standing:
     """Return which nonconformances hold a unit and what was decided.
 
     notes: those of its folder. entry: of the judgement in question; None: a void attempt, what was measured
-    before and what is to be measured again hold the unit only if its last judgement states so. until: later judgements
-    supersede nothing. past: the unit's events, if they were read before. approval: of the spec that judges it. Raises
-    StoreError."""
+    before and what is to be measured again hold the unit only if its last judgement states so. until: judgements after
+    the event of this number supersede nothing. past: the unit's events, if they were read before. approval: of the
+    spec that judges it. Raises StoreError."""
     read = [*store.events(serial)] if past is None else past
     judged = {event.seq: (event, UnitJudged.of(event)) for event in read if event.what == UnitJudged.KIND}
     results = [payload.result for _, payload in judged.values()]
     void = voids(store, serial)
-    known = [j for j in judged.values() if until is None or datetime.fromisoformat(j[0].time) <= until]
+    known = [j for j in judged.values() if until is None or j[0].seq <= until]
     older = superseded(known, void, entry, approval) if entry is not None else {}
     noted = any(event.what == StepNoted.KIND for event in read)
     if not (void or older or noted or any(r.nonconformances or r.dispositions for r in results)):  # as for most units
@@ -103,7 +102,7 @@ def standing(
     }
     if values is None:
         before = {words: words in stated for words in before}
-    found = _Decisions(serial)
+    found = _Decisions(serial, [event.hash for event, _ in judged.values()])
     for words in older.values():
         found.hold(words)
     for event in read:
@@ -129,10 +128,11 @@ class _Decisions:
     """The decisions about the nonconformances of a unit, from its events in their order.
 
     held: words -> the last decision since they were noted, and the values of the judgement before it: None if the unit
-    was not judged, no values if an attempt was begun since. given: every decision that counts."""
+    was not judged, no values if an attempt was begun since. given: every decision that counts. judged: hashes of the
+    unit's judgements."""
 
-    def __init__(self, serial: str) -> None:
-        self.serial = serial
+    def __init__(self, serial: str, judged: Collection[str]) -> None:
+        self.serial, self.judged = serial, judged
         self.held: dict[str, tuple[NonconformanceDecided, Values | None] | None] = {}
         self.given: list[NonconformanceDecided] = []
         self._seen = set[str]()  # decisions by what was signed: one can be written in another way and hold still
@@ -154,7 +154,7 @@ class _Decisions:
             case AttemptStarted():
                 self.held = {words: known and (known[0], {}) for words, known in self.held.items()}
             case CertificateSigned(disposition=None):
-                self._certified[payload.sha256] = self._stated
+                self._certified.setdefault(payload.sha256, self._stated)  # a file that is named again has not changed
             case CertificateSigned(disposition=Decision() as decision):
                 about = self._certified.get(payload.before or "", ())
                 if any((known := self.held.get(w)) is None or not _same(known[0].disposition, decision) for w in about):
@@ -163,10 +163,11 @@ class _Decisions:
                 self._decide(payload)
 
     def _decide(self, given: NonconformanceDecided) -> None:
-        """Count a decision once, if quality assurance signed it."""
+        """Count a decision once, if quality assurance signed it for this store."""
         signed, content = given.disposition.signed, signed_content(self.serial, given)
         what = repr((content, signed and (signed.person, signed.time)))
-        if what not in self._seen and problem_here(DISPOSITION, content, signed) is None:
+        own = given.judged in ("", *self.judged)
+        if own and what not in self._seen and problem_here(DISPOSITION, content, signed) is None:
             self.given.append(given)
             self.held |= {words: (given, self._last) for words in given.nonconformances if words in self.held}
             self._seen.add(what)
@@ -254,7 +255,8 @@ def _words_of(void: Void) -> str:
 def signed_content(serial: str, given: NonconformanceDecided) -> dict[str, Any]:
     """Return the data of a disposition that quality assurance signs. Earlier programs signed the certificate that was
     countersigned with it in place of what it states."""
-    about = {"nonconformances": list(given.nonconformances)} if given.certificate is None else {}
+    about: dict[str, Any] = {"nonconformances": list(given.nonconformances)} if given.certificate is None else {}
+    about |= {"judged": given.judged} if given.judged else {}
     return content_of(serial, given.disposition, given.certificate) | about
 
 
@@ -265,19 +267,27 @@ def content_of(serial: str, decision: Decision, certificate: str | None) -> dict
     return {"serial": serial, "choice": decision.choice, "reason": decision.reason} | about
 
 
-def decide(store: Store, serial: str, decision: Decision, signer: Signer) -> Sequence[str]:
-    """Store a signed decision of quality assurance about all nonconformances that hold a unit, and return these. Raises
-    DecisionError without one, or for a key of another role, StoreError."""
+def decide(
+    store: Store, serial: str, decision: Decision, signer: Signer, shown: Sequence[str] | None = None
+) -> Sequence[str]:
+    """Store a signed decision of quality assurance about all nonconformances that hold a unit, and return these. shown:
+    those that the person saw, None for all. Raises DecisionError without one, with another one, or for a key of another
+    role, StoreError."""
     held = open_nonconformances(store, serial, {})
     if not held:
         raise DecisionError(f"{serial}: no nonconformance in the store holds it")
-    store.write(decided(serial, decision, signer, held), serial, who=signer.person)
+    if new := [words for words in held if shown is not None and words not in shown]:
+        raise DecisionError(f"{serial}: nothing was decided, because another nonconformance holds it now: {new[0]}")
+    store.write(decided(store, serial, decision, signer, held), serial, who=signer.person)
     return held
 
 
-def decided(serial: str, decision: Decision, signer: Signer, about: Sequence[str]) -> NonconformanceDecided:
-    """Return a decision about nonconformances as quality assurance signs it. Raises DecisionError for a key of another
-    role."""
-    given = NonconformanceDecided(tuple(about), decision)
+def decided(
+    store: Store, serial: str, decision: Decision, signer: Signer, about: Sequence[str]
+) -> NonconformanceDecided:
+    """Return a decision about nonconformances as quality assurance signs it, for this store. Raises DecisionError for a
+    key of another role, StoreError."""
+    last = store.latest(serial, UnitJudged.KIND)
+    given = NonconformanceDecided(tuple(about), decision, judged="" if last is None else last.hash)
     signed = sign_decision(DISPOSITION, signed_content(serial, given), signer)
     return replace(given, disposition=replace(decision, signed=signed))

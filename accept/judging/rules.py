@@ -23,7 +23,7 @@ from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because
 from checks.consistency import check_consistency
 from checks.quantity import Quantity
-from checks.verdict import Finding, Verdict, weakened
+from checks.verdict import Finding, Verdict, weakened, withheld
 from specs.spec import Spec
 
 NAMED = 3  # copies that a reason names; with more it says how many
@@ -106,8 +106,7 @@ def _without(finding: Finding, copy: Mapping[str, Any] | None) -> Finding:
     named, more = copy["with"][:NAMED], len(copy["with"]) - NAMED
     others = ", ".join(f"{w['sample']} of {w['serial']}" for w in named) + (f" and of {more} more" if more > 0 else "")
     cause = because(Cause.SAMPLES_COPIED, record=copy["sample"].partition("/")[2], others=others)
-    bare = replace(finding, value=None, U=None, p_false_accept=None, budget=(), note=None)
-    return replace(bare, verdict=Verdict.NO_RESULT, cause=cause, reason=str(cause))
+    return withheld(finding, cause)
 
 
 def weaken_reread(record: UnitRecord) -> UnitRecord:

@@ -4,7 +4,8 @@ The newest measurement counts: a finding is superseded if one of its recordings 
 was not accepted and that does not hold it; so are typed values beside such recordings, those of a unit where all were
 typed and are the same, and those in whose place others did not pass. Single values that were typed may be equal by
 chance. An attempt that is void supersedes nothing, nor does an incomplete one in which the section was not measured.
-What an earlier attempt holds as simulated does not become measured: it is held in the same way.
+What an earlier attempt holds as simulated does not become measured, nor does what it holds of a unit with
+another part become that of this one: it is held in the same way.
 
 A doubt stays with its evidence: a finding that did not pass in an earlier attempt does not pass by the same recordings
 or values, whatever was deleted or replaced since, nor by values that were typed in place of its recordings. If the
@@ -72,14 +73,14 @@ def superseded(
     revised = [approval is not None and approval.revises(e) and _has_same_data(entry, r) for _, e, r in counted]
     held = _inherited([(f"attempt {n} of {e.time[:10]}", r) for n, e, r in counted], revised, entry)
     return {
-        check: f"{check}: {'; '.join(w[check] for w in (older, held) if check in w)}" for check in {**older, **held}
+        check: f"{check}: {'; '.join(w[check] for w in (held, older) if check in w)}" for check in {**older, **held}
     }
 
 
 def _older(past: Sequence[tuple[str, str, UnitRecord]], entry: UnitRecord) -> dict[str, str]:
     """Return check -> where its evidence was first judged, and which attempt superseded it."""
     accepted = all(result.verdict == UnitVerdict.ACCEPTED for _, _, result in past[1:])
-    if accepted and (entry.simulated or not any(result.simulated for _, _, result in past)):  # as for most units
+    if accepted and not any(_unlike(result, entry, result.parts) for _, _, result in past):  # as for most units
         return {}
     checks = {f.check: _records(entry, f.check) for f in entry.findings if f.value is not None}
     found = dict[str, str]()
@@ -88,11 +89,13 @@ def _older(past: Sequence[tuple[str, str, UnitRecord]], entry: UnitRecord) -> di
         for record in evidence:
             held = [_holds(result, check, record, entry) for _, _, result in past]
             first = held.index(True) if True in held else len(held)
+            parts: Mapping[str, str] = {}  # with which it was measured: as they were first named
             for (number, _, result), same in zip(past, held, strict=True):
-                if not same or not result.simulated or entry.simulated:
+                parts = {**result.parts, **parts} if same else parts
+                if not same or not (how := _unlike(result, entry, parts)):
                     continue
                 if record is not None or any(checks[other] for other in found) or _is_typed_again(entry, result):
-                    found[check] = f"measured in {number}, which was simulated"
+                    found[check] = f"measured in {number}, {how}"
                     break
             if check in found:
                 continue
@@ -104,6 +107,15 @@ def _older(past: Sequence[tuple[str, str, UnitRecord]], entry: UnitRecord) -> di
                     rejected = f"{number}, which was {result.verdict} on {day}"
                     found[check] = f"measured in {past[first][0]}, before {rejected}"
     return found
+
+
+def _unlike(result: UnitRecord, entry: UnitRecord, parts: Mapping[str, str]) -> str:
+    """Return how what an earlier attempt holds is of something else than this unit, "" if it is not: it was simulated,
+    or measured with parts that were exchanged or left out since."""
+    if result.simulated and not entry.simulated:
+        return "which was simulated"
+    other = [f"{name} {part}" for name, part in sorted(parts.items()) if entry.parts.get(name) != part]
+    return f"with {listed(other)}" if other else ""
 
 
 def _inherited(past: Sequence[tuple[str, UnitRecord]], revised: Sequence[bool], entry: UnitRecord) -> dict[str, str]:

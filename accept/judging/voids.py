@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from accept.judging.decisions import Signer, problem_here, sign_decision
-from accept.store import Store
+from accept.store import Store, StoreHead
 from accept.store.payloads import AttemptVoided, UnitJudged
 from specs.errors import AcceptError
 
@@ -48,7 +48,7 @@ def void(store: Store, serial: str, attempt: int, reason: str, signer: Signer) -
     event = judged[attempt - 1]
     if event.seq in voids(store, serial):
         raise VoidError(f"attempt {attempt} of {serial} is void already")
-    said = AttemptVoided(attempt, event.seq, " ".join(reason.split()))
+    said = AttemptVoided(attempt, event.seq, " ".join(reason.split()), event=event.hash)
     signed = sign_decision(AttemptVoided.KIND, _content(serial, said), signer)
     store.write(replace(said, signed=signed), serial, who=signer.person)
     return str(UnitJudged.of(event).result.verdict)
@@ -56,14 +56,16 @@ def void(store: Store, serial: str, attempt: int, reason: str, signer: Signer) -
 
 def voids(store: Store, serial: str | None = None) -> dict[int, Void]:
     """Return number of a judgement's event -> the decision that it is void, of one unit or of all. A decision without a
-    valid signature of quality assurance does not count. Raises StoreError."""
+    valid signature of quality assurance does not count, nor one about an event of another store. Raises StoreError."""
     found = {}
     for event in store.events(serial, AttemptVoided.KIND):
         said = AttemptVoided.of(event)
-        if problem_here(AttemptVoided.KIND, _content(event.subject, said), said.signed, weakens=True) is None:
+        own = not said.event or store.holds(StoreHead(said.judged, said.event))
+        if own and problem_here(AttemptVoided.KIND, _content(event.subject, said), said.signed, weakens=True) is None:
             found[said.judged] = Void(said.judged, said.attempt, said.reason, event.who, event.time)
     return found
 
 
 def _content(serial: str, said: AttemptVoided) -> dict[str, Any]:
-    return {"serial": serial, "attempt": said.attempt, "judged": said.judged, "reason": said.reason}
+    bound = {"event": said.event} if said.event else {}
+    return {"serial": serial, "attempt": said.attempt, "judged": said.judged, "reason": said.reason, **bound}

@@ -33,8 +33,8 @@ def back_up(store: Store, file: Path) -> StoreHead:
         head = write_events(copy, store.events())
         if problem := copy.check():
             raise StoreError(f"{part}: the copy does not hold: {problem}")
-    for left in (part.with_suffix(".head"), part.with_suffix(".seal")):
-        left.unlink(missing_ok=True)
+    part.with_suffix(".head").unlink(missing_ok=True)
+    _forget(copy)
     with reported(str(file)):
         os.replace(part, file)
         signed = store.signed_head()
@@ -63,10 +63,12 @@ def restore(file: Path, target: Path) -> tuple[StoreHead, Path | None]:
             raise StoreError(f"{file}: does not hold: {problem}; nothing was restored")
     with reported(str(target)):
         aside = _set_aside(target)
-        for suffix in (".head", ".seal"):
-            if part.with_suffix(suffix).exists():
-                os.replace(part.with_suffix(suffix), target.with_suffix(suffix))
+        if part.with_suffix(".head").exists():
+            os.replace(part.with_suffix(".head"), target.with_suffix(".head"))
         os.replace(part, target)
+    with open_store(f"sqlite:///{target}", check=False, make=False) as restored:
+        _forget(copy)
+    _forget(restored)
     return head, aside
 
 
@@ -92,6 +94,12 @@ def write_events(store: Store, events: Iterable[Event]) -> StoreHead:
 def _write(connection: Connection, events: list[Event]) -> None:
     connection.execute(insert(tables.events), [asdict(one) for one in events])
     indexes.add(connection, events)
+
+
+def _forget(store: Store) -> None:
+    """Remove what this machine saw of a store that is closed."""
+    if store.sealer is not None:
+        store.sealer.file.unlink(missing_ok=True)
 
 
 def _kept_head(file: Path) -> StoreHead | None:

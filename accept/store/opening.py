@@ -74,13 +74,14 @@ def _warn_of_open_home(folder: Path) -> None:
 
 
 def _sealer(url: URL, file: Path | None, bench: Path | None) -> Sealer | None:
-    """Return the sealer: of a file, beside it; of a server, in the bench's folder; None in memory."""
-    if file is not None:
-        return Sealer(file.with_suffix(".seal"), (bench or home()) / BENCH_KEY)
-    if url.get_backend_name() == "sqlite":
-        return None
-    named = hashlib.sha256(f"{url.host}:{url.port}/{url.database}?{url.query}".encode()).hexdigest()[:16]
+    """Return the sealer, None in memory. Its seal lies in the bench's folder, where the database may not lie."""
     place = bench or home()
+    if file is not None and file.resolve().parent == place.resolve():
+        return Sealer(file.with_suffix(".seal"), place / BENCH_KEY)
+    if file is None and url.get_backend_name() == "sqlite":
+        return None
+    where = file.resolve() if file is not None else f"{url.host}:{url.port}/{url.database}?{url.query}"
+    named = hashlib.sha256(str(where).encode()).hexdigest()[:16]
     return Sealer(place / f"store-{named}.seal", place / BENCH_KEY)
 
 

@@ -209,6 +209,7 @@ class NonconformanceDecided(Payload, what="nonconformance_decided"):
     certificate: Annotated[
         str | None, only_if(), "of results.json alone: sha256 of what an earlier program countersigned with it"
     ] = None
+    judged: Annotated[str, only_if(bool), "hash of the unit's last judgement; earlier programs did not sign it"] = ""
 
 
 @dataclass(frozen=True)
@@ -231,6 +232,7 @@ class AttemptVoided(Payload, what="attempt_voided"):
     judged: Annotated[int, "number of its event"]
     reason: str
     signed: Annotated[SignedBy | None, only_if(), "the decision counts only with it"] = None
+    event: Annotated[str, only_if(bool), "hash of that event; earlier programs did not sign it"] = ""
 
 
 @dataclass(frozen=True)
@@ -386,7 +388,7 @@ class RunOpened(Payload, what="run_opened"):
 
 
 @dataclass(frozen=True)
-class Entry:
+class StepEntry:
     """An entry at a step. seq, who: those of its event; on: the day of measuring, ISO, as the fold of a unit states
     it."""
 
@@ -396,7 +398,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class ValueTaken(Entry, Payload, what="value_taken"):
+class ValueTaken(StepEntry, Payload, what="value_taken"):
     """A value was typed or read."""
 
     step: str
@@ -425,7 +427,7 @@ class ReadingFailed(Payload, what="reading_failed"):
 
 
 @dataclass(frozen=True)
-class RecordLinked(Entry, Payload, what="record_linked"):
+class RecordLinked(StepEntry, Payload, what="record_linked"):
     """A record was copied into the folder of an attempt."""
 
     step: str

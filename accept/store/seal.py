@@ -91,13 +91,11 @@ class Sealer:
     @property
     def bench(self) -> str:
         """Return the public key of the bench. Raises OSError."""
-        return own_key(self.key_file).public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
+        return _public(own_key(self.key_file))
 
     def signed_head(self, head: StoreHead) -> SignedHead:
         """Return a head with the bench's signature. Raises OSError."""
-        key = own_key(self.key_file)
-        public = key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
-        return SignedHead(head, public, key.sign(_said(head)).hex())
+        return SignedHead(head, self.bench, own_key(self.key_file).sign(_said(head)).hex())
 
 
 def own_key(key_file: Path) -> Ed25519PrivateKey:
@@ -122,9 +120,12 @@ def _stored_key(key_file: Path) -> Ed25519PrivateKey:
 def bench_of(key_file: Path) -> str | None:
     """Return the public key of the bench whose key is in a file, as stated in heads; None if it is unreadable."""
     try:
-        key = _stored_key(key_file)
+        return _public(_stored_key(key_file))
     except (OSError, ValueError):
         return None
+
+
+def _public(key: Ed25519PrivateKey) -> str:
     return key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
 
 

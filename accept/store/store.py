@@ -283,11 +283,14 @@ class Store:
         return None if serial in known else min(same, default=None)
 
     def look_alikes(self, serial: str) -> list[str]:
+        """Return the serials of `earlier` that differ from this one by more than capitals. Raises StoreError."""
+        return [each for each in self.earlier(serial) if spelling_key(each) != spelling_key(serial)]
+
+    def earlier(self, serial: str) -> list[str]:
         """Return the serials that were in the store before this one, or are while it is not, and differ from it only by
-        letters and digits that look alike. Raises StoreError."""
+        capitals, or by letters and digits that look alike. Raises StoreError."""
         known = self._alike(serial)
-        before = known[: known.index(serial)] if serial in known else known
-        return [each for each in before if spelling_key(each) != spelling_key(serial)]
+        return known[: known.index(serial)] if serial in known else known
 
     def _alike(self, serial: str) -> list[str]:
         """Return the known serials that look like this one, itself included, in order of their first event."""
@@ -346,6 +349,10 @@ class Store:
         ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
         with connection.execute(ordered) as rows:
             problem = first_problem(map(_event, rows), row, anchors)
+        if problem is None and connection.dialect.name == "sqlite":  # no question finds what SQLite's own index lacks
+            found = connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar()
+            words = f"the database does not agree with its own indexes: {found}"
+            problem = None if found == "ok" else ChainBreak(0, words)
         if problem is None:
             with connection.execute(ordered) as rows:
                 problem = indexes.problem(connection, map(_event, rows))

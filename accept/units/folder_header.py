@@ -14,6 +14,7 @@ from checks.declare import Measured
 from specs.bench import Channels, channel_map
 from specs.plugins import products
 
+MOST_ENTRIES = 200  # of a section: the store is asked about every part
 TYPED = "typed"  # in [read_with], of a value that no instrument gave
 ORIGIN = ("manufacturer", "type", "lot", "supplier", "order", "customer", "condition", "received", "shift", "study")
 ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}  # a unit is measured within these
@@ -87,6 +88,9 @@ def _section(data: Data, key: str, problems: Problems) -> dict[str, Any]:
     table = data.get(key, {})
     if not isinstance(table, dict):
         problems.append(f"{key} = {table!r}: expected a section [{key}]")
+        return {}
+    if len(table) > MOST_ENTRIES:
+        problems.append(f"[{key}] has {len(table)} entries, at most {MOST_ENTRIES} are read")
         return {}
     return table
 

@@ -3,7 +3,6 @@
 import hashlib
 import os
 from collections.abc import Callable, Iterable, Sequence
-from datetime import datetime
 from pathlib import Path
 
 from accept.base.documents.results import UnitRecord
@@ -23,6 +22,7 @@ from accept.certificate.trust.revocation import FILE
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge
 from accept.certificate.verify.revocation_check import ListsBeside
+from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.verification import Verification, verify
 from accept.store import fold
 from accept.store.payloads import CertificateSigned, UnitJudged
@@ -243,8 +243,8 @@ _NOT_OPENED = "Wrong passphrase, or the file of the key is damaged. Type it agai
 def _verify(session: Session, document: bytes, credential: Credential) -> Verification:
     listed = ListsBeside({keys.folder(session.home) / FILE: credential.ca})
 
-    def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitRecord | None) -> list[Step]:
-        return [*check_store(signed, contents, when, again), *listed.steps(contents, ())]
+    def ask(signed: bytes, contents: CertificateContent, by: Signed, again: UnitRecord | None) -> list[Step]:
+        return [*check_store(signed, contents, by, again), *listed.steps(contents, ())]
 
     return verify(
         document, [credential.ca], rejudge, records=session.folder, known=ask, revoked=listed.entries,

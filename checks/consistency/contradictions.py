@@ -9,7 +9,7 @@ from dataclasses import replace
 from checks.acceptance import CHECKS, label_of
 from checks.cause import Cause, Reason, because, together
 from checks.consistency.relations import RELATIONS, Known, Relation
-from checks.verdict import Finding, Verdict
+from checks.verdict import Finding, Verdict, withheld
 from specs.units import with_unit
 
 
@@ -30,11 +30,9 @@ def _comes_from(finding: Finding, relation: Relation) -> bool:
 def _without_result(finding: Finding, reason: Reason) -> Finding:
     """Return the finding without a value, or, if it fails by its own limits, with the contradiction as a cause."""
     cause = reason if finding.cause is None else together([finding.cause, reason])
-    explained = replace(finding, cause=cause, reason=str(cause))
     if finding.verdict is Verdict.FAIL:
-        return explained
-    bare = replace(explained, value=None, U=None, p_false_accept=None, budget=(), note=None)
-    return replace(bare, verdict=Verdict.NO_RESULT)
+        return replace(finding, cause=cause, reason=str(cause))
+    return withheld(finding, cause)
 
 
 def _reason(relation: Relation, known: Known) -> Reason:

@@ -18,6 +18,7 @@ FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLE
 
 REFERENCES = "references"  # kind of a data set that names others: the elements of a cell or of several structures
 WORDS = ("char", "HDF5 object")
+MOST_NODES = 5_000  # that are read of one variable: hard links may lead in a circle, a few of them to billions
 
 
 def open_mat73(file: str, raw: bytes) -> dict[str, Variable]:
@@ -34,7 +35,7 @@ def _variable(file: str, raw: bytes, f: h5py.File, name: str) -> Variable:
 
     def inner() -> Any:
         with h5py.File(io.BytesIO(raw), "r") as again:
-            return _content(file, len(raw), again[name], [DEFAULT_LIMITS.max_samples])
+            return _content(file, len(raw), again[name], [DEFAULT_LIMITS.max_samples, MOST_NODES])
 
     if not isinstance(found, h5py.Dataset):
         kind = "sparse" if "MATLAB_sparse" in found.attrs else "struct"
@@ -56,9 +57,12 @@ def _size(node: h5py.Group | h5py.Dataset | None) -> int:
 
 def _content(file: str, file_bytes: int, node: h5py.Group | h5py.Dataset, left: list[int], depth: int = 0) -> Any:
     """Return the content of a node in the form of `mat5`; attributes of a data set become fields of a structure, its
-    numbers "Data". left: [numbers that may still be read]. Raises RecordError beyond them."""
+    numbers "Data". left: [numbers, nodes that may still be read]. Raises RecordError beyond them."""
     if depth > DEEPEST:
         return None
+    left[1] -= 1
+    if left[1] < 0:
+        raise RecordError(f"{file}: a variable has more than {MOST_NODES} parts, or links that lead in a circle")
     if not isinstance(node, h5py.Dataset):
         inner = {n: node[n] for n in node if isinstance(node.get(n, getlink=True), h5py.HardLink)}
         found = {n: _content(file, file_bytes, part, left, depth + 1) for n, part in inner.items()}

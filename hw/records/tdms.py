@@ -7,6 +7,7 @@ import io
 import logging
 import math
 import re
+from collections import Counter
 from functools import partial
 from typing import Any
 
@@ -47,13 +48,13 @@ def open_tdms(file: str, raw: bytes) -> dict[str, Variable]:
     if found.file_status.incomplete_final_segment:
         raise RecordError(f"{file}: its last segment is cut off; was it copied before the recorder had finished?")
     channels = [channel for group in found.groups() for channel in group.channels()]
-    names = [channel.name for channel in channels]
+    names = Counter(channel.name for channel in channels)
     first = min((s for c in channels if (s := _start_of(c)) is not None), default=(0, 0))
     variables = []
     for channel in channels:
         if len(channel) > len(raw):
             raise RecordError(f"{file}: channel '{channel.name}' declares {len(channel)} values in {len(raw)} bytes")
-        name = channel.name if names.count(channel.name) == 1 else f"{channel.group_name}/{channel.name}"
+        name = channel.name if names[channel.name] == 1 else f"{channel.group_name}/{channel.name}"
         variables.append(_variable(file, raw, found, channel, name, first))
     timed = [v for v in variables if v.clock is not None]
     if TIME not in names and timed:

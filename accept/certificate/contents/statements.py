@@ -20,6 +20,7 @@ from accept.certificate.contents.statement import (
     Statement,
     Way,
 )
+from accept.store.payloads import without_hashes
 from accept.units.unit_folder import UNIT_FILE
 
 PAGE = "the page"
@@ -66,7 +67,7 @@ STATEMENTS = (
         ("environment", DERIVED, "unit.toml", "Environment"),
         ("provided", DERIVED, "unit.toml", "Provided"),
         ("simulated", DERIVED, "unit.toml; never plainly valid", ""),
-        ("nonconformances", _DERIVED_AND_LOOKED_UP, "notes in unit.toml; what the store has open, else exit 4", ""),
+        ("nonconformances", _DERIVED_AND_LOOKED_UP, "notes in unit.toml; what the store has open, else exit 4", "Held"),
         ("superseded", LOOKED_UP, "the unit's judgements before; without store and list exit 4", ""),
         ("dispositions", SIGNED_AND_LOOKED_UP,
          "signature of quality assurance; what the store has, else exit 4", "Decided"),
@@ -90,6 +91,7 @@ STATEMENTS = (
 )  # fmt: skip
 
 ROWS: dict[str, Callable[[CertificateContent], str]] = {  # in the order of page and `accept verify`
+    "Held": lambda contents: "; ".join(map(without_hashes, contents.result.get("nonconformances", ()))),
     "Laboratory": words.laboratory_words,
     "Number": lambda contents: contents.stated.number,
     "Customer": words.customer_words,

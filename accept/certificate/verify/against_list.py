@@ -152,17 +152,17 @@ def _later(own: BenchList, judged: Entry, lists: Sequence[BenchList]) -> Step:
         for entry in one.entries
         if entry.what == JUDGED
         and entry.unit == judged.unit
-        and (entry.seq > judged.seq if one is own else entry.event not in known and _time(entry.time) > since)
+        and (
+            entry.seq > judged.seq
+            if one is own
+            else entry.event not in known and datetime.fromisoformat(entry.time) > since
+        )
     ]
     if later:
         last = max(later, key=lambda e: e.time)
         return Step(f"the list knows a later attempt, of {_minute(last.time)}", complete=False, current=False)
     oldest = min(lists, key=lambda one: one.published)
     return Step(f"the list knows no later attempt, up to {_minute(oldest.time)}{_age(oldest)}", current=True)
-
-
-def _time(text: str) -> datetime:
-    return datetime.fromisoformat(text)
 
 
 def _age(one: BenchList) -> str:

@@ -9,7 +9,9 @@ from datetime import datetime
 from itertools import islice
 from pathlib import PurePath
 
-from accept.base.documents.results import UnitRecord
+from cryptography import x509
+
+from accept.base.documents.results import ALIKE, UnitRecord
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
@@ -20,9 +22,12 @@ from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation_record import store_is_there
+from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import copies_of
+from accept.judging.folder_name import unconfirmed
+from accept.judging.golden import BenchStopped, check_may_judge
 from accept.judging.nonconformance import standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
@@ -32,8 +37,16 @@ from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
 from accept.store.chain import START
 from accept.store.indexes import JUDGED
 from accept.store.opening import BENCH_KEY
-from accept.store.payloads import CHOICES, BenchStated, CertificateSigned
+from accept.store.payloads import (
+    CHOICES,
+    BenchStated,
+    CertificateSigned,
+    InstrumentChecked,
+    KeysRevoked,
+    NonconformanceDecided,
+)
 from accept.store.seal import bench_of
+from accept.store.spelling import difference
 from accept.units.attempt_folder import attempt_number
 from checks.verdict import Verdict
 from specs.spec import parse
@@ -41,12 +54,12 @@ from specs.spec import parse
 _STARTED, SIGNED = "attempt_started", CertificateSigned.KIND
 
 
-def check_store(signed: bytes, contents: CertificateContent, when: datetime, again: UnitRecord | None) -> list[Step]:
+def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: UnitRecord | None) -> list[Step]:
     """Compare a certificate with the bench's store.
 
-    signed: the bytes up to the technician's signature, it included; when: its time. again: the unit as it was judged
-    again from the attached records, None if it was not. A step is not complete if the store cannot be asked or does not
-    hold, and if this bench made the certificate and its store is gone."""
+    signed: the bytes up to the technician's signature, it included; by: that signature. again: the unit as it was
+    judged again from the attached records, None if it was not. A step is not complete if the store cannot be asked or
+    does not hold, and if this bench made the certificate and its store is gone."""
     stated = contents.stated.head_bench
     certified = keys.certified_bench(home())
     problem = keys.bench_problem(home())
@@ -64,11 +77,10 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
             digest = hashlib.sha256(signed).hexdigest()
             signature = next((e for e in events if e.what == SIGNED and e.data["sha256"] == digest), None)
             held = _held(store, contents, signature)
-            history = _history(store, events, signature, contents) if signature else _later_than(events, when)
-            compared = [_copied(store, contents, again), reread(store, contents)]
-            compared += [_built(store, contents), _sound(store, contents, when)]
+            history = _history(store, events, signature, contents, by) if signature else _later_than(events, by.when)
+            compared = [_copied(store, contents, again), reread(store, contents, signature), _built(store, contents)]
             other = [Step(problem, complete=stated != certified)] if problem else []
-            return [*other, held, *history, *compared]
+            return [*other, held, *history, *compared, _sound(store, contents, signature)]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
@@ -95,7 +107,9 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
     return Step(f"{words} before it had said so", complete=False)
 
 
-def _history(store: Store, events: Sequence[Event], signature: Event, contents: CertificateContent) -> list[Step]:
+def _history(
+    store: Store, events: Sequence[Event], signature: Event, contents: CertificateContent, by: Signed
+) -> list[Step]:
     result = canonical(contents.result)
     named = signature.data.get("judged")  # earlier programs do not name the judgement that was signed
     before = [e for e in events if e.what == JUDGED and e.seq < signature.seq and named in (None, e.seq)]
@@ -126,7 +140,32 @@ def _history(store: Store, events: Sequence[Event], signature: Event, contents: 
     return [
         Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
         *_later([e for e in events if e.what == JUDGED and e.seq > own.seq]),
+        *(Step(words, complete=False) for words in _made_up(store, contents, own, signature, by)),
     ]
+
+
+def _made_up(store: Store, contents: CertificateContent, own: Event, signature: Event, by: Signed) -> Iterator[str]:
+    """Yield what a program left out or made up that did not ask the store: a similar serial of before, a stop by golden
+    units, comparisons with a reference, and that the key was revoked before it signed, at whatever time."""
+    serial, entry = contents.serial, contents.record
+    others = [*unconfirmed(store, serial), *set(store.earlier(serial)) - set(store.look_alikes(serial))]
+    if others and ALIKE not in entry.folder:
+        yield f"nobody told its serial apart: {difference(serial, others[0])}"
+    try:
+        check_may_judge(store, serial, contents.stated.head_bench or "", own.seq)
+    except BenchStopped as e:
+        yield f"its bench was stopped when it judged it: {e}"
+    checks = map(InstrumentChecked.of, store.events(what=InstrumentChecked.KIND))
+    known = {(one.instrument, one.serial, one.time[:10], one.E_n) for one in checks}
+    for row in (entry.calibration or {}).get("instruments", ()):
+        if (last := row.get("reference")) and (row["name"], row["serial"], last["day"], last["E_n"]) not in known:
+            yield f"the bench's store has no comparison of {row['name']} with its reference on {last['day']}"
+    for event in store.events("", KeysRevoked.KIND):
+        listed = x509.load_pem_x509_crl(KeysRevoked.of(event).crl.encode())
+        entry_of_key = listed.get_revoked_certificate_by_serial_number(by.certificate.serial_number)
+        since = entry_of_key.revocation_date_utc if entry_of_key else None
+        if since and event.seq < signature.seq and since <= datetime.fromisoformat(event.time):
+            yield f"the key of {by.person} was revoked in this bench's store, event {event.seq}, before it signed"
 
 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
@@ -200,13 +239,15 @@ def _copied(store: Store, contents: CertificateContent, again: UnitRecord | None
     return Step(f"{words}: {same}", complete=False)
 
 
-def reread(store: Store, contents: CertificateContent) -> Step:
+def reread(store: Store, contents: CertificateContent, signature: Event | None = None) -> Step:
     """Check how the recordings were read. Not complete if the store has a judgement that read one otherwise and did not
-    pass, and the certificate does not state it."""
+    pass, and the certificate does not state it; nor if it states one beside a pass that its own store has not."""
     entry = contents.record
     found = rereadings(store, contents.serial, entry.samples, entry.findings, contents.inputs)
     passed = {f.quantity for f in entry.findings if f.verdict is Verdict.PASS}
     new = [r["words"] for q, r in found.items() if r["was"] != Verdict.PASS and q in passed]
+    stated = entry.rereadings.items() if signature is not None else ()
+    new += [f"not '{r['words']}'" for q, r in stated if r["was"] == Verdict.PASS and found.get(q) != r]
     words = "the bench's store has the same recording, read otherwise"
     return Step(f"{words}: {'; '.join(new)}", complete=False) if new else Step("")
 
@@ -217,16 +258,19 @@ def _built(store: Store, contents: CertificateContent) -> Step:
     return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
 
 
-def _sound(store: Store, contents: CertificateContent, when: datetime) -> Step:
+def _sound(store: Store, contents: CertificateContent, signature: Event | None) -> Step:
     """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state, open
-    or released; what was decided about one that it states as open is said beside its verdict. What was judged after it
-    was signed is a later attempt."""
+    or released, or has not a decision that it states; what was decided about one that it states as open is said beside
+    its verdict. What was judged after the store had the signature is a later attempt."""
     stated, dispositions = (contents.result.get(key, ()) for key in ("nonconformances", "dispositions"))
     known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
     approved = (contents.stated.approval or {}).get("time")
     approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
     entry = contents.record
-    now = standing(store, contents.serial, {}, entry, when + SAME_SECOND, approval=approval)
+    now = standing(store, contents.serial, {}, entry, None if signature is None else signature.seq, approval=approval)
+    unknown = [g for g in map(NonconformanceDecided.from_json, dispositions) if signature and g not in now.decided]
+    if unknown:
+        return Step(f"the bench's store holds no such decision: {words_of(unknown[0])}", complete=False)
     if new := [words for words in now.open if words not in stated]:
         return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)
     if new := [words for decided in now.released for words in decided.nonconformances if words not in known]:

@@ -34,6 +34,7 @@ def rejudge(attached: CertificateContent) -> UnitRecord:
     Raises InvalidCertificate, also if the attached verdicts do not follow from the attached numbers.
     """
     try:
+        own = attached.code_sha256 == code_sha256()  # another program may not have known what this one weighs
         spec = parse(attached.spec_text.encode(), "the attached spec")
         entry = attached.record
         if wrong := contradictions(entry, spec):
@@ -41,7 +42,9 @@ def rejudge(attached: CertificateContent) -> UnitRecord:
         with tempfile.TemporaryDirectory(prefix="accept-verify-") as place:
             models = unpack(attached, Path(place))
             unit = unit_folder.read(Path(place), latest=date.max)  # a slow clock says nothing about the unit
-            own = attached.code_sha256 == code_sha256()  # another program may not have known what this one weighs
+            if own:
+                judge_unit.check_spec(spec, "the attached spec")
+                judge_unit.serial_fits(unit, spec)
             again = judge_unit.judge_unit(unit, spec, entry.calibration, models, own=own)
             again, reservations = replace(again, gap=entry.gap), Reservations.stated(entry)
             if own:

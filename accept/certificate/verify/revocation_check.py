@@ -8,6 +8,7 @@ from pathlib import Path
 
 from cryptography import x509
 
+from accept.base.home import home
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
@@ -22,9 +23,9 @@ from accept.certificate.trust.revocation import (
     parsed,
     read_list,
 )
-from accept.certificate.trust.revocation_record import REMEDY, fault, store_is_there, stored_lists
+from accept.certificate.trust.revocation_record import REMEDY, fault, newest_stored
 from accept.certificate.verify.signatures import Signed, doubt_of
-from accept.store import StoreError, open_store
+from accept.store import StoreError
 
 
 class ListsBeside:
@@ -50,11 +51,8 @@ class ListsBeside:
 
 
 def _newest_in_store(ca: x509.Certificate) -> RevocationList | None:
-    if not store_is_there():
-        return None
     try:
-        with open_store(check=False, make=False) as store:
-            return max(stored_lists(store, ca), key=lambda one: one.number, default=None)
+        return newest_stored(home(), ca)[0]
     except StoreError:
         return None  # which the comparison with the store says
 

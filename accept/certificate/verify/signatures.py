@@ -169,6 +169,8 @@ def _signature(
         raise InvalidCertificate("the technician's signature does not forbid later changes")
     stamped = _stamped(embedded, when, stamping)
     doubt = doubt_of(certificate, when, revoked, stamped)
+    if doubt is None and when > now + timedelta(minutes=5):  # what was judged until then would count as earlier
+        doubt = f"it is dated {when:%Y-%m-%d %H:%M} UTC, and here it is {now:%Y-%m-%d %H:%M}"
     disposition = of_signature(one_line(str(embedded.sig_object.get("/Reason", "")))) if role == QA else ""
     person = authority.person_of(certificate)
     return Signed(role, person, when, certificate, place, doubt, stamped, disposition)

@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Mapping, Sequence
-from datetime import datetime, timedelta
+from datetime import date, datetime, timedelta
 from typing import Any
 
 from cryptography import x509
@@ -13,7 +13,7 @@ from accept.base import version
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.provenance import PROVENANCE, Replaced
+from accept.certificate.contents.provenance import PROVENANCE, Provenance
 from accept.certificate.contents.step import Step
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import needs_reason
@@ -33,6 +33,7 @@ from specs.strict import SpecError
 
 STORED_WITHIN = timedelta(minutes=5)  # a decision is stored after it was signed, when the store is free
 SAME_SECOND = timedelta(seconds=2)  # a signature states whole seconds, the store microseconds
+LONGEST_RUN = timedelta(days=7)  # of a program, from the day whose calibrations it states to a signature
 
 
 def check_stated(contents: CertificateContent, signatures: Sequence[Signed], demo: bool) -> list[Step]:
@@ -68,7 +69,7 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     due = [each.name for each in PROVENANCE if (each.due(given, own) if callable(each.due) else each.due)]
     if absent := [name for name in due if name not in contents.provenance]:
         steps.append(Step(f"it does not state: {', '.join(absent)}", complete=False))
-    return [*steps, *_check_folder(contents), *_times(given.replaces, signatures)]
+    return [*steps, *_check_folder(contents), *_times(given, signatures[0].when), *_days(contents, signatures[0].when)]
 
 
 def check_copies(
@@ -177,11 +178,28 @@ def _other_program(contents: CertificateContent) -> Step:
     return Step(f"it was made by another program ({program}; here {version.code_sha256()[:12]}){says}", complete=False)
 
 
-def _times(replaced: Replaced | None, signatures: Sequence[Signed]) -> list[Step]:
-    if replaced is None:
-        return []
-    before, signed = datetime.fromisoformat(replaced.time), signatures[0].when
-    if signed >= before - SAME_SECOND:
-        return []
-    words = f"it was signed at {signed:%Y-%m-%d %H:%M:%S} UTC, before what it replaces was judged"
-    return [Step(f"{words} ({before:%Y-%m-%d %H:%M:%S} UTC): the bench's clock ran back", complete=False)]
+def _times(given: Provenance, signed: datetime) -> list[Step]:
+    last = given.earlier.not_accepted if given.earlier else None
+    stated = {
+        "it": given.judged,
+        "what it replaces": given.replaces.time if given.replaces else "",
+        "an attempt that was not accepted": last.time if last else "",
+    }
+    times = [(what, datetime.fromisoformat(time)) for what, time in stated.items() if time]
+    words = f"it was signed at {signed:%Y-%m-%d %H:%M:%S} UTC, before"
+    return [
+        Step(f"{words} {what} was judged ({at:%Y-%m-%d %H:%M:%S} UTC): the bench's clock ran back", complete=False)
+        for what, at in times
+        if signed < at - SAME_SECOND
+    ]
+
+
+def _days(contents: CertificateContent, signed: datetime) -> list[Step]:
+    """Check that nothing was measured after it was signed, and that calibrations are those of the judgement's day."""
+    latest, measured = signed.date() + timedelta(days=1), contents.result.get("measured", {}).items()
+    wrong = [f"{n} is said to be measured on {d}, after it was signed" for n, d in measured if d > latest.isoformat()]
+    judged = datetime.fromisoformat(contents.stated.judged).date() if contents.stated.judged else signed.date()
+    given = contents.result.get("calibration")
+    if given and not judged - LONGEST_RUN <= date.fromisoformat(given["on"]) <= latest:
+        wrong.append(f"its calibrations are those of {given['on']}, but it was judged on {judged}")
+    return [Step(words, complete=False) for words in wrong]

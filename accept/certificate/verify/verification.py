@@ -39,8 +39,8 @@ from accept.units.unit_folder import UNIT_FILE
 from checks.verdict import UnitVerdict
 from specs import plugins
 
-Known = Callable[[bytes, CertificateContent, datetime, UnitRecord | None], Sequence[Step]]
-"""Asks a store or a list about what the technician signed, its content, when that was, and the unit as judged again."""
+Known = Callable[[bytes, CertificateContent, Signed, UnitRecord | None], Sequence[Step]]
+"""Asks a store or a list about what the technician signed, its content, that signature, and the unit judged again."""
 
 
 class Validity(StrEnum):
@@ -138,7 +138,7 @@ def _verify(
         details += _words_of_signatures(signatures)
         if plugins.packages():
             details.append(one_line(f"plug-ins here: accept {version.program()}"))
-        contents = guarded("the attachments", attachments.read, signed)
+        contents = guarded("the attachments", read_unknown, attachments.read, signed)
         if len(signatures) == 2 and contents.result["verdict"] != UnitVerdict.ACCEPTED:
             details.append(f"disposition by {signatures[-1].person}: {signatures[-1].disposition or NOT_STATED}")
         details += _words_of_statements(contents)
@@ -160,7 +160,7 @@ def _verify(
             guarded("the page", check_page, pdf, contents, signatures, roots),
             guarded("judging again", attachments.check_result, judged, again),
             spec_step := guarded("the spec", check_spec, contents, roots, revoked),
-            *([] if known is None else guarded("the store", known, signed, contents, signatures[0].when, again)),
+            *([] if known is None else guarded("the store", known, signed, contents, signatures[0], again)),
         ]
         unit = guarded(UNIT_FILE, attachments.unit_of, contents)
         # of the attached folder: a result that another program made may not say it
@@ -232,7 +232,7 @@ def _words_of_signatures(signatures: Sequence[Signed]) -> list[str]:
 def _words_of_statements(contents: CertificateContent) -> list[str]:
     said = guarded("the statements", statements, contents)
     used = guarded("the inputs of its findings", inputs_words, contents.result)
-    lines = [one_line(f"{name.lower()}: {words}") for name, words in said.items() if words]
+    lines = [one_line(f"{name.lower()}: {words}", LONGEST_INPUTS) for name, words in said.items() if words]
     return lines + [one_line(f"inputs of {check_label(c)}: {words}", LONGEST_INPUTS) for c, words in used.items()]
 
 

@@ -8,6 +8,7 @@ import typer
 from accept.base.console import say
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.base.plain_text import one_line
 from accept.certificate.certify import sign_into
 from accept.certificate.contents.disposition import parse_disposition
 from accept.certificate.trust import keys
@@ -46,6 +47,8 @@ def run(
     if not before.valid:
         exit = Exit.INCOMPLETE if before.outcome is Validity.SIGNED else Exit.REJECTED
         return Answer(Remark(f"not countersigned: {before.reason}"), exit=exit)
+    decides = (f"decided about: {one_line(words)}" for words in before.nonconformances)
+    say("\n".join(f"  {line}" for line in (before.reason, *decides)))
     decision = parse_disposition(before.serial, before.verdict, disposition, because)
     if not store_is_there():
         place = "countersign at the bench, or name its store with ACCEPT_STORE_URL"

@@ -9,9 +9,11 @@ from typing import Annotated, Any
 import typer
 
 from accept.base.atomic_files import check_place
+from accept.base.console import say
 from accept.base.documents.listings import EventList, EventListed, StoreChecked
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.base.plain_text import one_line
 from accept.certificate.contents.disposition import DispositionError, parse_disposition
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.trust import keys
@@ -23,7 +25,7 @@ from accept.commands.answer import STDOUT, Answer, File, Remark, command
 from accept.commands.options import JsonAnswer, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
 from accept.judging.copies import resolve
-from accept.judging.nonconformance import decide
+from accept.judging.nonconformance import decide, open_nonconformances
 from accept.judging.voids import void
 from accept.store import Event, StoreError, StoreHead, check_lines, open_store
 from accept.store.backup import back_up, restore
@@ -39,6 +41,7 @@ from accept.store.payloads import (
 )
 from accept.store.seal import head_problem, own_key
 from checks.verdict import UnitVerdict, Verdict
+from specs.spec import listed_name
 
 
 @command
@@ -184,9 +187,12 @@ def dispose(
     stated = parse_disposition(serial, UnitVerdict.CONDITIONAL, disposition, because)
     if stated is None:
         raise DispositionError(f"{serial} needs no disposition")
+    with open_store() as store:
+        held = open_nonconformances(store, serial, {})
+    say("\n".join(f"{serial}: held by {one_line(words)}" for words in held))
     signer = decision_signer(passphrase_file, because)
     with open_store() as store:
-        decided = decide(store, serial, Decision(stated.choice, stated.reason), signer)
+        decided = decide(store, serial, Decision(stated.choice, stated.reason), signer, held)
     lines = (f"{serial}: {nonconformance}: {stated} ({signer.person})" for nonconformance in decided)
     return Answer(*lines, Remark("judge the unit again: accept batch, or accept report"))
 
@@ -210,7 +216,7 @@ def log(
 
 
 def _event_lines(event: Event, full: bool) -> Iterator[str]:
-    spec = event.spec.split("@")[0]
+    spec = listed_name(event.spec)
     words = (str(event.seq), event.time[:19], event.by, event.what, event.subject, _verdict(event), spec)
     yield "  ".join(word for word in (*words, f"code {event.code[:8]}") if word)
     if full:

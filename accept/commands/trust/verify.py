@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -22,6 +21,7 @@ from accept.certificate.verify.against_list import check_list, trusted_lists
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge, rejudge_demo
 from accept.certificate.verify.revocation_check import ListsBeside
+from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.verification import Known, Validity, Verification, verify
 from accept.commands.answer import Answer, File, Remark, command
 from accept.commands.options import JsonAnswer, LargeRecords
@@ -141,10 +141,10 @@ def _store_and_lists(beside_trust: ListsBeside, lists: Sequence[BenchList] | Non
     """Return a function that looks a certificate up in the bench's store, in the lists of revoked keys, and in the
     published lists if any are given."""
 
-    def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitRecord | None) -> list[Step]:
-        listed = [] if lists is None else check_list(signed, contents, when, lists, beside_trust.entries)
+    def ask(signed: bytes, contents: CertificateContent, by: Signed, again: UnitRecord | None) -> list[Step]:
+        listed = [] if lists is None else check_list(signed, contents, by.when, lists, beside_trust.entries)
         return [
-            *check_store(signed, contents, when, again), *beside_trust.steps(contents, lists or ()), *listed
+            *check_store(signed, contents, by, again), *beside_trust.steps(contents, lists or ()), *listed
         ]  # fmt: skip
 
     return ask

@@ -34,6 +34,7 @@ from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJud
 from checks.picture import Line, Panel
 from checks.rounding import rounded, rounded_U
 from checks.verdict import Finding
+from specs.spec import listed_name
 
 FINDING = ("check", "quantity", "value", "U", "lower", "upper", "verdict", "reason")
 SHOWN = ("first", "shown", "shown_U")  # beside them: of a first attempt; value and U in the digits that U allows
@@ -90,7 +91,7 @@ def document(
                 "passed": event.seq in begun and event.subject not in stopped,
                 "stop": stopped.get(event.subject) if event.seq in begun else None,
                 "certificate": certificates.get((event.subject, attempts[event.seq])),
-                "spec": event.spec.split("@")[0],
+                "spec": listed_name(event.spec),
                 "findings": [_row(finding, (event.seq, finding.quantity) in first) for finding in result.findings],
                 "notes": result.notes,
                 "held": result.nonconformances,

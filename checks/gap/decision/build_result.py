@@ -63,9 +63,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     rivals = (*rivals, *losses_of_bench(full, good), *scale_or_lopsided(full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     rivals = tuple(dict.fromkeys((*rivals, *lags_of_bench(full))))
-    elements = found_elements(
-        good, rivals, result, decision.fit, full, lambda c: _fit_all_bins(problem, c, channels, beside=False)[0]
-    )
+    elements = found_elements(good, rivals, result, decision.fit, full, lambda c: fit_all_bins(problem, c, channels)[0])
     rivals = tuple(a for a in rivals if any(n in EFFECTS for n in a.effects) or a.or_bench)
     experiments = check_by_experiments(
         full.response, decision.fit, problem.A.select(channels), problem.B.select(channels), problem.trials(channels)
@@ -189,18 +187,20 @@ def _left_before(whole: Candidate, result: SearchResult, full: Candidate, B: Dat
 def _judge(problem: Problem, search: Search, result: SearchResult, left_out: Sequence[str]) -> FinalExplanation:
     """Return the explanation fitted to all bins, with its claims judged by the gates."""
     best, channels = result.best, search.A.channels
-    fit, full = _fit_all_bins(problem, best, channels, beside=bool(result.steps))
+    fit, full = fit_all_bins(problem, best, channels, beside=bool(result.steps))
     if result.steps:
         return FinalExplanation(fit, full, *judge_claims_beside(search, result.steps, fit, problem.slow))
     if best is result.base:
         return FinalExplanation(fit, full, ())
     claims = judge_claims(search, result, fit, full, problem.slow, left_out)
     if accepted(claims) and not full.adequate:  # the intervals of the names have to hold beside what is left
-        fit, full = _fit_all_bins(problem, full, channels, beside=True)
+        fit, full = fit_all_bins(problem, full, channels, beside=True)
     return FinalExplanation(fit, full, claims)
 
 
-def _fit_all_bins(problem: Problem, c: Candidate, channels: Sequence[str], *, beside: bool) -> tuple[Fit, Candidate]:
+def fit_all_bins(
+    problem: Problem, c: Candidate, channels: Sequence[str], *, beside: bool = False
+) -> tuple[Fit, Candidate]:
     """Return the fit of a candidate's response to all bins of A from its values, and the candidate at its end. beside:
     with the disagreement that the candidate leaves in the covariance."""
     A, B, response = problem.A.select(channels), problem.B.select(channels), c.response

@@ -19,13 +19,19 @@ from checks.gap.modelling.element import (
     SPRING,
     GenericElement,
 )
+from checks.gap.modelling.unmodelled_modes import FILTER, UnmodelledMode
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 from checks.model.model import Model
+from checks.model.structure.attached import BETWEEN
 from checks.rounding import rounded
+from specs import model_sections
+from specs.model import ModelDocument
+from specs.model_sections import ByChannel, ModelSection
 from specs.units import DIMENSIONLESS, unit_of
 
 FitAll = Callable[[Candidate], Fit]
+Unnamed = GenericElement | UnmodelledMode
 AGAINST = {"top_joint": "payload", "bottom_joint": "base", "apa": "bottom interface"}
 NODES = ("top_interface", "bottom_interface", "payload")  # of which a point is stated
 HANGS = "a cable, a hose or a loose part that swings there"
@@ -50,6 +56,8 @@ OF_KIND = {
     MASS: ("a part or tool left there",),
     DAMPER: ("something that rubs or is glued there",),
     RESONATOR: (HANGS,),
+    JOINT: ("parts of another batch or another material",),
+    FILTER: ("a sensor, an amplifier or a filter other than stated",),
 }
 WORDS = {SPRING: "spring", MASS: "mass", DAMPER: "damper", RESONATOR: "mass on a spring"}
 OTHER_VALUES = "other values of"
@@ -68,10 +76,10 @@ def found_elements(
         others = _rivals_by_element(result, effect.name, alike)
         library = tuple(sorted(n for n in alike if n not in {e.name for e, _ in others}))
         if isinstance(effect, GenericElement):
-            out.append(replace(_found(effect, others, fit, model, library), fitted=effect.name))
+            out.append(replace(found_element(effect, others, fit, model, library), fitted=effect.name))
         elif others:
             (first, rival), *rest = others
-            out.append(_found(first, rest, again(rival), model, (effect.name, *library)))
+            out.append(found_element(first, rest, again(rival), model, (effect.name, *library)))
     return tuple(out)
 
 
@@ -85,13 +93,15 @@ def _rivals_by_element(result: SearchResult, name: str, alike: set[str]) -> list
     return [*best.values()]
 
 
-def _found(
-    e: GenericElement,
-    others: Sequence[tuple[GenericElement, Candidate]],
+def found_element(
+    e: Unnamed,
+    others: Sequence[tuple[Unnamed, Candidate]],
     fit: Fit,
     model: Model,
-    library: tuple[str, ...],
+    library: tuple[str, ...] = (),
 ) -> FoundElement:
+    """Return a member of an explanation in words, with its values. others: what does as well in its place; library:
+    effects that do."""
     shown = {p.name: NamedValue(fit.at[n], *fit.interval(n)) for p in e.parameters if (n := f"{e.name}.{p.name}")}
     places = [_place(e, {k: v.value for k, v in shown.items()})]
     places += [_place(o, rival.response.of(rival.at, o.name)) for o, rival in others]
@@ -100,29 +110,33 @@ def _found(
         first.setdefault((p.part, p.against, p.direction), p)
     places = [*first.values()]
     kind = e.of_kind
-    values = _ratios(e, shown, model, fit) if e.kind == JOINT else {k: v for k, v in shown.items() if k[1:] != "_mm"}
+    values = _ratios(e, shown, model, fit) if kind == JOINT else {k: v for k, v in shown.items() if k[1:] != "_mm"}
     causes = tuple(dict.fromkeys(c for o in (e, *(o for o, _ in others)) for c in _causes(o)))
     words = _sentence(kind, places, values, causes[0], library)
     return FoundElement(kind, tuple(places), values, words, causes, _experiment(places, library), library)
 
 
-def _causes(e: GenericElement) -> tuple[str, ...]:
+def _causes(e: Unnamed) -> tuple[str, ...]:
     return LOOKS_LIKE.get((e.of_kind, e.place)) or OF_KIND[e.of_kind]
 
 
-def _place(e: GenericElement, values: dict[str, float]) -> FoundPlace:
+def _place(e: Unnamed, values: Mapping[str, float]) -> FoundPlace:
+    if not e.direction:
+        return FoundPlace(e.place, e.against, "")
     point = None
     if e.place in NODES:
         point = (values.get("x_mm", 0.0), values.get("y_mm", 0.0), 0.0)
-    part = "top interface" if e.place == "apa" else e.place.replace("_", " ")
-    other = AGAINST.get(e.place, f"across the {part}" if e.place in ACROSS else "ground")
+    part, _, end = ("top interface" if e.place == "apa" else e.place.replace("_", " ")).partition(BETWEEN)
+    other = AGAINST.get(e.place, f"across the {part}" if e.place in ACROSS else end or "ground")
     return FoundPlace(part, other, e.direction, point)
 
 
-def _ratios(e: GenericElement, shown: dict[str, NamedValue], model: Model, fit: Fit) -> dict[str, NamedValue]:
+def _ratios(e: Unnamed, shown: dict[str, NamedValue], model: Model, fit: Fit) -> dict[str, NamedValue]:
     """Return a joint's stiffnesses as factors on those that the model has at the other end; dampers as they are."""
     out = {}
     own = {"k_N_per_um": ("kz", "kz_ratio"), "kR_Nm_per_rad": ("kRx", "kR_ratio"), "kxy_N_per_um": ("kx", "kxy_ratio")}
+    if not e.direction:  # a family, whose parts are 1 as drawn
+        return {n: NamedValue(1.0 + v.value, 1.0 + v.lo, 1.0 + v.hi) for n, v in shown.items()}
     for name, v in shown.items():
         if name not in own:
             out[name] = v
@@ -142,7 +156,10 @@ def _ratios(e: GenericElement, shown: dict[str, NamedValue], model: Model, fit: 
 def _sentence(
     kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], cause: str, library: tuple[str, ...]
 ) -> str:
-    what = f"{places[0].part} of other stiffness" if kind == JOINT else f"{WORDS[kind]} {_where(places[0])}"
+    if not places[0].direction:
+        what = _where(places[0])
+    else:
+        what = f"{places[0].part} of other stiffness" if kind == JOINT else f"{WORDS[kind]} {_where(places[0])}"
     numbers = ", ".join(_value_words(name, v) for name, v in values.items())
     more = [_where(p) for p in places[1 : 1 + SHOWN]]
     beyond = len(places) - 1 - len(more)
@@ -153,6 +170,8 @@ def _sentence(
 
 def _where(p: FoundPlace) -> str:
     """Return a place in words: "to ground at the top interface, along z, at (0, -16) mm"."""
+    if not p.direction:
+        return f"{p.against} {p.part}"
     to = p.against if p.against.startswith("across") else f"to {p.against} at the {p.part}"
     to = "across the APA" if p.against == AGAINST["apa"] else to
     beside = p.point_mm is not None and max(abs(x) for x in p.point_mm) >= 1.0
@@ -183,12 +202,21 @@ def _label(name: str) -> str:
     return name if name.startswith(OTHER_VALUES) else name.replace("_", " ")
 
 
+def _parameter_words() -> str:
+    """Return the pattern of the flat names of a model's parameters: no other words with dots."""
+    kinds = (k for k in vars(model_sections).values() if isinstance(k, type) and issubclass(k, ModelSection))
+    axis = f"(?:_(?:[xyz]|{'|'.join(ByChannel.model_fields)}))?"
+    key = "|".join(sorted({n.replace("_", f"{axis}_", 1) for k in kinds for n in k.model_fields}, reverse=True))
+    place = "|".join((*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE, "bottom", "top"))
+    return rf"(?:{'|'.join(ModelDocument.model_fields)}|element)(?:\.(?:{place}|R?[xyz]))*\.(?:{key})(?:_\d{{1,3}})?"
+
+
 def element_words() -> tuple[str, str]:
     """Return the patterns of every sentence and of every next measurement, for any numbers."""
     causes = {c for each in (*LOOKS_LIKE.values(), *OF_KIND.values()) for c in each}
     parts = {"base", "ground", *(p.replace("_", " ") for p in (*BESIDE_THE_AXIS, *ACROSS, *OF_PLACE))}
     part, cause, kind = ("|".join(map(re.escape, words)) for words in (parts, causes, WORDS.values()))
-    value_of = r"\w+(?:\.\w+)+"
+    value_of = _parameter_words()
     name = rf"(?:{'|'.join(n.replace('_', ' ') for n in EFFECTS)}|{OTHER_VALUES} {value_of}(?:, {value_of})*)"
     number, point = r"-?[\d.e+-]{1,20}", r"(?:, at \(-?\d+, -?\d+\) mm)?"
     where = rf"(?:across the (?:{part}|APA)|to (?:{part}) at the (?:{part})), (?:along|about) [xyz]{point}"

@@ -8,7 +8,7 @@ from functools import lru_cache
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
 from checks.model.model import Model
-from checks.model.structure.attached import DIRECTIONS, quantities_of
+from checks.model.structure.attached import BETWEEN, DIRECTIONS, Places, quantities_of
 
 SPRING, MASS, DAMPER, RESONATOR, JOINT = "spring", "mass", "damper", "resonator", "joint"
 HOLDER = "holder"  # a spring with a mass and a damper of its own, at one point
@@ -33,10 +33,11 @@ class Direction:
     point: tuple[float, float] = (0.0, 0.0)
 
 
-def directions(places: Iterable[str]) -> Iterator[Direction]:
-    """Yield every direction in which an element may act at some places."""
-    for place in places:
-        yield from (Direction(place, d) for d in (OF_APA if place == "apa" else OF_PLACE.get(place, DIRECTIONS)))
+def directions(places: Places) -> Iterator[Direction]:
+    """Yield every direction in which an element may act at some places: those in which they move."""
+    for place, rows in places.items():
+        wanted = OF_APA if place == "apa" else OF_PLACE.get(place, DIRECTIONS)
+        yield from (Direction(place, d) for d in wanted if rows[DIRECTIONS.index(d)].any())
         if place in BESIDE_THE_AXIS:
             for sign in (-OFF_AXIS_MM, OFF_AXIS_MM):
                 yield from (Direction(place, "z", point) for point in ((sign, 0.0), (0.0, sign)))
@@ -49,6 +50,7 @@ class GenericElement(Effect):
     place: str
     direction: str
     kind: str
+    against = "factor on all"  # of a family, which has no direction
 
     @property
     def rivals_elements(self) -> bool:
@@ -97,7 +99,14 @@ def parts_of(member: object) -> list[GenericElement]:
 def kinds_at(place: str, kinds: Iterable[str] = KINDS) -> list[str]:
     """Return the kinds of elements of rank one at a place. What lies across a part has no mass of its own; a mass on
     the payload is an effect of the library."""
-    return [k for k in kinds if k != JOINT and (k != MASS or place not in {*ACROSS, "payload"})]
+    if BETWEEN in place:
+        kinds = [k for k in kinds if k != HOLDER]
+    return [k for k in kinds if k != JOINT and (k != MASS or not (is_across(place) or place == "payload"))]
+
+
+def is_across(place: str) -> bool:
+    """Return whether a place reads the motion across a part, or of one point against another."""
+    return place in ACROSS or BETWEEN in place
 
 
 @lru_cache(maxsize=2)
@@ -119,6 +128,13 @@ def joint(place: str) -> GenericElement:
             _free("cR_Nm_s_per_rad", along(("Rx", "Ry"), "damper"), 10.0, 1e-3),
         ],
     )
+
+
+@lru_cache(maxsize=64)
+def family(name: str, shares: tuple[str, ...]) -> GenericElement:
+    """Return the parts of a family that are all off by one factor, on top of what each may be off alone."""
+    common = Parameter("factor", lo=-0.95, hi=20.0, off=0.0, start=0.0, scale=0.01, adds=shares)
+    return _element(name, "", JOINT, [common])
 
 
 def _element(place: str, direction: str, kind: str, parameters: list[Parameter]) -> GenericElement:

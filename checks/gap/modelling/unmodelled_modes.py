@@ -7,6 +7,7 @@ shelf: 1 + ratio w / (s + w), another gain below a corner (ratio -1 is a first-o
 delay: exp(-s tau)
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeGuard
@@ -17,6 +18,7 @@ from checks.arrays import Complex
 from checks.gap.modelling.effect import Parameter, spread
 
 Values = Mapping[str, float]
+FILTER = "filter"
 ALL = "all"  # channels: it sits in the drive
 NO_ZERO = 1e-3  # of the gain: what is left above a corner when there is no zero
 
@@ -32,11 +34,13 @@ class RationalShape:
 
 @dataclass(frozen=True)
 class UnmodelledMode:
-    """A shape on one channel (or, for `levels`, on all)."""
+    """A shape on one channel, or on all of them. every: the channels that there are."""
 
     shape: RationalShape
     channel: str
     counts: bool = True
+    direction = ""
+    every: tuple[str, ...] = ("Vs", "de", "da")
 
     @property
     def name(self) -> str:
@@ -49,6 +53,20 @@ class UnmodelledMode:
         return f"an unidentified {self.shape.name} {where}"
 
     @property
+    def of_kind(self) -> str:
+        """Return its kind for readers: a filter."""
+        return FILTER
+
+    @property
+    def place(self) -> str:
+        return "drive" if self.channel == ALL else self.channel
+
+    @property
+    def against(self) -> str:
+        """Return where it sits, in words."""
+        return f"{self.shape.name} in the path of"
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         return self.shape.parameters
 
@@ -58,7 +76,7 @@ class UnmodelledMode:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        return ("Vs", "de", "da") if self.channel == ALL else (self.channel,)
+        return self.every if self.channel == ALL else (self.channel,)
 
     @property
     def factor(self) -> Callable[[Values, Complex], Complex]:
@@ -113,7 +131,7 @@ _CORNER = (
     Parameter("ratio", lo=-20.0, hi=20.0, off=0.0, start=0.0, scale=0.01),
 )
 LAG, SHELF = RationalShape("lag", _CORNER, _lag), RationalShape("shelf", _CORNER, _shelf)
-DELAY = RationalShape("delay", (Parameter("tau_us", lo=-500.0, hi=5000.0, off=0.0, start=0.0, scale=5.0),), _delay)
+DELAY = RationalShape("delay", (Parameter("tau_us", lo=-500.0, hi=50_000.0, off=0.0, start=0.0, scale=5.0),), _delay)
 
 
 def levels(merge_Hz: float, width: float) -> UnmodelledMode:
@@ -170,7 +188,24 @@ def is_path(member: object) -> TypeGuard[UnmodelledMode]:
     return isinstance(member, UnmodelledMode) and member.shape is PATH
 
 
+GAIN = RationalShape(
+    "gain",
+    (Parameter("gain", lo=-3.0, hi=20.0, off=0.0, start=0.0, scale=0.01),),
+    lambda v, s: np.full(s.shape, 1.0 + v["gain"], dtype=complex),
+)
+LOWPASS = RationalShape(
+    "low-pass",
+    (Parameter("f_Hz", lo=0.05, hi=50_000.0, off=math.inf, start=100.0, scale=5.0, grid=spread(0.5, 10_000.0, 16)),),
+    lambda v, s: 1.0 / (1.0 + s / (2.0 * np.pi * v["f_Hz"])),
+)
 SHAPES = (MODE, LAG, SHELF, DELAY)
+FILTERS = (GAIN, DELAY, LOWPASS, MODE)
+
+
+def filters(channels: tuple[str, ...]) -> tuple[UnmodelledMode, ...]:
+    """Return a filter of every kind on every channel and, of several channels, in the drive."""
+    where = (*channels, ALL) if len(channels) > 1 else channels
+    return tuple(UnmodelledMode(shape, c, every=channels) for shape in FILTERS for c in where)
 
 
 def unmodelled_modes(channels: tuple[str, ...]) -> tuple[UnmodelledMode, ...]:

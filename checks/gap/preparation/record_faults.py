@@ -121,10 +121,8 @@ def with_signs(data: Dataset, channels: tuple[str, ...]) -> Dataset:
 
 def with_names(data: Dataset, pair: tuple[str, str]) -> Dataset:
     """Return the data with two channels exchanged."""
-    a, b = (data.channels.index(c) for c in pair)
-    order = list(range(len(data.channels)))
-    order[a], order[b] = b, a
-    return replace(data, H=data.H[:, order], cov=data.cov[:, order][:, :, order])
+    other = dict(zip(pair, reversed(pair), strict=True))
+    return replace(data.select(other.get(c, c) for c in data.channels), channels=data.channels)
 
 
 def with_offsets(data: Dataset, samples: Mapping[str, int], fs: float) -> Dataset:

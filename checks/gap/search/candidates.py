@@ -231,12 +231,13 @@ class Search:
             starts += [c for s in others if not self.over for c in self._coarse_start(base, s)]
         return self._race(starts)
 
-    def add_element(self, base: Candidate) -> list[Candidate]:
+    def add_element(self, base: Candidate, in_path: bool = False) -> list[Candidate]:
         """Add each of the generic elements that promise most to a candidate, fitted jointly from its values; failing an
         adequate fit, the best of them and what stands at the likeliest places from the priors too: a calibration that
-        lacked an element may have gone astray, and then only the place is told."""
+        lacked an element may have gone astray, and then only the place is told. in_path: whether what may lie in the
+        path of one channel counts too."""
         places = Places(project(base.response, self.A, base.at))
-        if places.in_signal_path:
+        if places.in_signal_path and not in_path:
             return []
         scores = sorted(places.scores(), key=lambda s: -s.net)
         first = [s for s in scores if s.p < WORTH_A_FIT][:ELEMENTS_TRIED]
@@ -252,7 +253,7 @@ class Search:
         if self.over or not found or found[0].adequate:
             return found
         bare = self.refit(base.response, base.response.own_values(found[0].at))  # what led the calibration back?
-        return self.add_element(bare) if bare.cost < MOVED * base.cost else found
+        return self.add_element(bare, in_path) if bare.cost < MOVED * base.cost else found
 
     def with_other_damping(self, c: Candidate) -> Candidate | None:
         """Return a candidate with the model's other form of damping; None if the model cannot have it. Which form the

@@ -34,7 +34,7 @@ from checks.gap.statistics.projected_residual import Projected
 from checks.model.structure.attached import PlaceReceptances
 
 FOLLOWED = 8  # directions whose kinds are fitted, the best by any dynamic stiffness
-STEPS, LARGEST = 12, 2.0  # of Gauss and Newton; of the logarithm of a resonator's value
+STEPS, LARGEST = 40, 2.0  # of Gauss and Newton; of the logarithm of a resonator's value
 SETTLED = 0.05  # of twice the log-likelihood
 POLES = 14  # where a resonator is looked for, beside the peaks of the residual
 BEGUN = 2  # of these, that a fit begins from
@@ -73,9 +73,13 @@ class Places:
     def in_signal_path(self) -> bool:
         """Return whether any factor on one channel explains as much as any dynamic stiffness at the best place: what is
         missing may then lie in the path of that channel. Each has one complex number for each frequency."""
-        H = self.projected.modelled
-        factors = (self.gain_of(H * one) for one in np.eye(H.shape[1]))
-        return max(factors) > (1.0 - EQUAL) * max(self.gains.values(), default=0.0)
+        return max(self.factors.values()) > (1.0 - EQUAL) * max(self.gains.values(), default=0.0)
+
+    @cached_property
+    def factors(self) -> dict[str, float]:
+        """Return the same gain for any factor on each channel."""
+        H, channels = self.projected.modelled, self.projected.data.channels
+        return {c: self.gain_of(H * one) for c, one in zip(channels, np.eye(H.shape[1]), strict=True)}
 
     @cached_property
     def ranked(self) -> list[Direction]:
@@ -204,7 +208,7 @@ class Places:
     def _poles(self, reach: Complex) -> list[Array]:
         """Return the logarithms of mass, frequency and damping ratio of small resonators that explain most."""
         p, s = self.projected, self._s
-        f = np.unique([*np.geomspace(20.0, 0.9 * p.data.f[-1], POLES), *peaks(p, p.data.channels)])
+        f = np.unique([*np.geomspace(2.0 * p.data.f[0], 0.9 * p.data.f[-1], POLES), *peaks(p, p.data.channels)])
         tried = [np.log([1e-3, f_Hz, RATIO]) for f_Hz in f]
         rows = p.rows(np.array([reach * _hung(s, x)[0][:, None] for x in tried]))
         along = rows @ p.left

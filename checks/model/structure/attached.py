@@ -16,6 +16,7 @@ from checks.model.structure.rigid_motion import lever
 
 ELEMENT = "element."  # beginning of the names of their values
 DIRECTIONS = ("x", "y", "z", "Rx", "Ry", "Rz")
+BETWEEN = " to "  # in the name of a place that reads the motion of one point against another
 PER_UM = 1e6
 Places = Mapping[str, Array]  # place -> rows (6, n) that read its motion, or the motion across it
 
@@ -32,6 +33,15 @@ class Attached:
     mass: float
     point: tuple[float, float]
     hung: tuple[float, float, float] | None
+
+    def stiffness(self, s: Complex) -> Complex:
+        """Return its dynamic stiffness (F,) at s (F,) [1/s]."""
+        z = self.spring + self.damper * s + self.mass * s * s
+        if self.hung is not None:
+            mass, f_Hz, ratio = self.hung
+            link = (2.0 * np.pi * f_Hz) * (2.0 * np.pi * f_Hz + 2.0 * ratio * s)
+            z += mass * s * s * link / (s * s + link)
+        return np.asarray(z)
 
 
 def quantities_of(direction: str) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """The declarations of a file, before its data are read: names, shapes and kinds."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -91,8 +92,7 @@ def unique(file: str, variables: list[Variable]) -> dict[str, Variable]:
     """Return the variables by name. Raises RecordError if a name occurs twice, because it is then ambiguous."""
     named = {v.name: v for v in variables}
     if len(named) < len(variables):
-        names = [v.name for v in variables]
-        twice = sorted({n for n in names if names.count(n) > 1})
+        twice = sorted(name for name, count in Counter(v.name for v in variables).items() if count > 1)
         raise RecordError(f"{file}: holds {', '.join(map(repr, twice[:5]))} more than once; names must be unique")
     return named
 

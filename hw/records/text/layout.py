@@ -3,6 +3,7 @@
 import csv
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -165,7 +166,7 @@ def _units_below(rows: Sequence[Sequence[str]], named: Sequence[int]) -> Sequenc
 
 def _fits(row: Sequence[str], named: Sequence[int]) -> bool:
     """Return whether a row has all named columns and no value in another one."""
-    return len(row) > named[-1] and not any(each for i, each in enumerate(row) if each and i not in named)
+    return len(row) > named[-1] and {i for i, each in enumerate(row) if each} <= set(named)
 
 
 def _is_value(text: str) -> bool:
@@ -222,7 +223,7 @@ def wrong_count(file: str, line: int, row: int, found: int, wanted: int, apart: 
 def _with_statements(file: str, found: Layout, above: Sequence[Line], shown: Sequence[Line]) -> Layout:
     """Return the layout with its units and the statements of the lines above the header."""
     line = found.header + 1
-    twice = next((head for head in found.heads if found.heads.count(head) > 1), None)
+    twice = next((head for head, count in Counter(found.heads).items() if count > 1), None)
     if twice is not None:
         raise RecordError(f"{file}: line {line}: two columns have the name '{twice}'; give each its own")
     heads = zip(found.heads, found.units, found.kinds, strict=True)

@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 from pypdf import PdfReader
 
+from accept.base.documents.document import DocumentError
+from accept.base.documents.results import UnitRecord
 from accept.batch.table import reasons
 from accept.certificate.page.document import render
 from accept.judging.advice import ADVICE, stored_advice
@@ -29,7 +31,8 @@ def finding(quantity: str, cause: Reason | None, verdict: str = "no_result", che
 
 
 def lines(*findings: Mapping[str, Any], action: str = "") -> list[str]:
-    return reasons([{"serial": "S-1", "findings": list(findings)} | ({"action": action} if action else {})])
+    unit = {"serial": "S-1", "kind": "strut", "verdict": "incomplete", "findings": findings, "action": action or None}
+    return reasons([UnitRecord.from_json(unit)])
 
 
 def test_a_reason_with_a_semicolon_is_said_once_and_whole() -> None:
@@ -66,12 +69,19 @@ def test_every_failure_of_our_checks_has_something_to_do() -> None:
 
 
 @pytest.mark.parametrize(
-    "cause", [7, {"code": "channel_dead"}, {"code": "of_another_version"}, {"code": "record_short", "needed": "long"}]
+    "cause", [{"code": "channel_dead"}, {"code": "of_another_version"}, {"code": "record_short", "needed": "long"}]
 )
 def test_a_cause_that_is_not_known_here_gives_no_advice(cause: Any) -> None:
     strange = finding("axial_resonance_Hz", None) | {"cause": cause}
     assert stored_advice(strange) == []
     assert lines(strange) == ["S-1: Axial resonance (axial_resonance_Hz): no result, above the upper limit"]
+
+
+def test_what_is_no_cause_gives_no_advice_and_no_record() -> None:
+    strange = finding("axial_resonance_Hz", None) | {"cause": 7}
+    assert stored_advice(strange) == []
+    with pytest.raises(DocumentError, match="a cause is an object"):
+        lines(strange)
 
 
 def test_a_check_of_another_package_gives_no_advice() -> None:
@@ -95,10 +105,6 @@ def text(pdf: bytes) -> str:
 def test_what_was_not_measured_is_called_so_for_every_quantity() -> None:
     """It read as if flatness were the reason."""
     cause = Reason(Cause.NOT_MEASURED)
-    findings = [
-        {"check": check, "quantity": quantity, "verdict": "no_result", "reason": str(cause), "cause": cause.to_json()}
-        for check, quantity in (("flatness", "flatness_um"), ("stroke", "stroke_um"))
-    ]
-    (said,) = reasons([{"serial": "A-1", "findings": findings}])
+    (said,) = lines(finding("flatness_um", cause, check="flatness"), finding("stroke_um", cause, check="stroke"))
     assert {"flatness_um", "stroke_um"} <= set(re.findall(r"\w+_um", said))
     assert said.endswith(", not measured")

@@ -167,7 +167,7 @@ def test_what_others_provided_is_stated_and_verified(bench, tmp_path):
     that of the alphabet, as which the attachment has it: the page is drawn again from there."""
     folder = unit(tmp_path / "A-1", serial="A-1")
     (folder / "unit.toml").write_text((folder / "unit.toml").read_text() + PROVIDED)
-    assert unit_folder.read(folder).provided == {"capacitance": "customer", "stroke": "Measuring Ltd, D-K-00000"}
+    assert unit_folder.read(folder).header.provided == {"capacitance": "customer", "stroke": "Measuring Ltd, D-K-00000"}
     pdf = tmp_path / "a.pdf"
     accept("report", folder, "--spec", "apa-basic", "--out", pdf)
     words = provided_words(attachments.read(read_certificate(pdf)).result)

@@ -281,3 +281,32 @@ def test_what_was_simulated_does_not_become_measured(typed: bool, tmp_path: Path
     assert last is not None
     assert "measured in attempt 1, which was simulated" in str(UnitJudged.of(last).result.nonconformances)
     assert judged(later, spec) == "accepted"
+
+
+@pytest.mark.parametrize("now", ["P-4", None])
+@pytest.mark.parametrize("typed", [False, True])
+def test_what_was_measured_with_another_part_is_not_of_the_unit_as_it_is(
+    typed: bool, now: str | None, tmp_path: Path
+) -> None:
+    """A part is exchanged, or left out, in unit.toml alone. To name one where none was is no exchange."""
+    spec: Path | str = "apa-basic"
+    if typed:
+        folder, later = make_unit(tmp_path / "u", "A-1"), make_unit(tmp_path / "v", "A-1", GOOD.replace("5.10", "5.12"))
+    else:
+        spec = tmp_path / "loops.toml"
+        spec.write_text(LOOPS)
+        folder, later = recorded(tmp_path / "u" / "A-1", 1), recorded(tmp_path / "v" / "A-1", 2, sensor=4.97)
+    text = (folder / "unit.toml").read_text()
+    assert judged(folder, spec) == "accepted"
+    (folder / "unit.toml").write_text(f'{text}[parts]\napa = "P-3"\n')
+    assert judged(folder, spec) == "accepted"
+    (folder / "unit.toml").write_text(text if now is None else f'{text}[parts]\napa = "{now}"\n')
+    assert judged(folder, spec) == "conditional"
+    assert set(findings().values()) == {"conditional"}
+    with open_store() as store:
+        last = store.latest("A-1", UnitJudged.KIND)
+    assert last is not None
+    assert "measured in attempt 2, with apa P-3" in str(UnitJudged.of(last).result.nonconformances)
+    (folder / "unit.toml").write_text(f'{text}[parts]\napa = "P-3"\n')
+    assert judged(folder, spec) == "accepted"  # a slip of the pen
+    assert judged(later, spec) == "accepted"

@@ -133,13 +133,13 @@ def test_a_mark_that_is_neither_true_nor_false_is_refused(tmp_path: Path, wrong:
 def test_a_simulated_unit_has_the_mark(tmp_path: Path, kind: str) -> None:
     words = ("--kind", kind, "--low-s", 3, "--high-s", 3, "--no-repeats", "--out", tmp_path / "U")
     assert accept("simulate", "unit", *words).exit_code == 0
-    assert unit_folder.read(tmp_path / "U").simulated
+    assert unit_folder.read(tmp_path / "U").header.simulated
 
 
 def test_the_published_units_of_the_demo_are_measured(tmp_path: Path) -> None:
     from accept.simulate import published_units
 
-    assert not any(unit_folder.read(path).simulated for path in published_units.write_units(tmp_path))
+    assert not any(unit_folder.read(path).header.simulated for path in published_units.write_units(tmp_path))
 
 
 def trained(bench: Workbench, serial: str) -> Session:
@@ -244,6 +244,6 @@ def test_what_simulated_instruments_read_has_the_mark(tmp_path: Path) -> None:
 def test_a_section_that_simulated_instruments_measured_marks_its_folder(tmp_path: Path) -> None:
     make_unit(tmp_path / "A-7", "A-7")
     toml_edit.enter(tmp_path / "A-7", "capacitance", {"sensor_uF": 5.0})
-    assert not unit_folder.read(tmp_path / "A-7").simulated
+    assert not unit_folder.read(tmp_path / "A-7").header.simulated
     toml_edit.enter(tmp_path / "A-7", "capacitance", {"sensor_uF": 5.0}, simulated=True)
-    assert unit_folder.read(tmp_path / "A-7").simulated
+    assert unit_folder.read(tmp_path / "A-7").header.simulated

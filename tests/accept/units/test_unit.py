@@ -31,6 +31,9 @@ def findings(folder: Path) -> dict:
     return {f.quantity: f for f in judge(folder).findings}
 
 
+MANY = "".join(f'p{n} = "A-{n}"\n' for n in range(201))
+
+
 def test_a_good_unit_is_accepted(tmp_path: Path) -> None:
     result = judge(make_unit(tmp_path))
     assert result.verdict is UnitVerdict.ACCEPTED
@@ -64,6 +67,7 @@ def test_the_folder_of_a_unit_of_the_workflow_names_its_last_attempt(tmp_path: P
         ("[flatness]\nz_um = [0, -0.5,", '[flatness]\nz_um = [0, "-0.5",', ["[flatness] z_um", "list of 8 numbers"]),
         ("[capacitance]", '[channels]\nVS = "AI0"\n[capacitance]', ["[channels] VS", "did you mean 'Vs'?"]),
         ("[capacitance]", "[parts]\napa = 3\n[capacitance]", ["[parts] apa = 3", "text"]),
+        ("[capacitance]", f"[parts]\n{MANY}[capacitance]", ["[parts] has 201 entries, at most 200"]),
     ],
 )
 def test_an_unusable_unit_toml_is_refused_by_key(tmp_path: Path, old: str, new: str, words: list[str]) -> None:

@@ -1,6 +1,8 @@
 """How many numbers a file declares is known before they are unpacked, whatever holds them."""
 
 import io
+import struct
+import time
 from collections.abc import Callable, Mapping
 
 import h5py
@@ -8,7 +10,9 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from hw.records import csv_bytes, declared_samples, mat_bytes
+from checks.errors import RecordError
+from hw.records import csv_bytes, declared_samples, mat_bytes, record_by_input
+from hw.records.source import Source
 
 COUNT = 200_000
 COLUMNS = {"t": np.arange(COUNT) * 1e-3, "de": np.zeros(COUNT)}
@@ -60,3 +64,38 @@ def test_no_structure_is_unpacked_beyond_the_most(monkeypatch: pytest.MonkeyPatc
     raw = matlab5({"run": COLUMNS})
     monkeypatch.setattr("hw.records.reader.expand", None)
     assert declared_samples("structure.mat", raw, COUNT) > COUNT
+
+
+def in_a_circle() -> bytes:
+    """A group with twelve links to itself: 12^8 paths lead through it."""
+    out = io.BytesIO()
+    with h5py.File(out, "w") as file:
+        group = file.create_group("a")
+        for n in range(12):
+            group[f"x{n}"] = group
+    return out.getvalue()
+
+
+def many_columns() -> bytes:
+    names = [f"c{n}" for n in range(60_000)]
+    return f"{','.join(names)}\n{','.join('1' for _ in names)}\n".encode()
+
+
+def many_tdms_channels() -> bytes:
+    paths = [f"/'g'/'c{n}'".encode() for n in range(30_000)]
+    objects = [struct.pack("<I", len(p)) + p + struct.pack("<IIIQI", 20, 10, 1, 1, 0) for p in paths]
+    head = struct.pack("<I", len(paths)) + b"".join(objects)
+    lead = b"TDSm" + struct.pack("<IIQQ", 0b1110, 4713, len(head) + 8 * len(paths), len(head))
+    return lead + head + bytes(8 * len(paths))
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("a.mat", in_a_circle), ("a.csv", many_columns), ("a.tdms", many_tdms_channels)],
+)
+def test_a_small_file_takes_no_long_time(name: str, content: Callable[[], bytes]) -> None:
+    raw, start = content(), time.process_time()
+    declared_samples(name, raw, 10 * COUNT)
+    with pytest.raises(RecordError):
+        record_by_input(Source(name, f".{name[2:]}", raw), "Va")
+    assert time.process_time() - start < 10.0
