@@ -18,12 +18,11 @@ from textual.events import Key
 from textual.widgets import Input
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
-from accept.tui.screens.start import LABELS
-from accept.workflow.worker.judging import Elsewhere
+from accept.tui.screens.start import labels
 from tests.accept.tui.tui_help import loader, press, running, type_line
 from tests.accept.units.units import DATA
 
-FIRST_WORDS = LABELS["serial"].encode()
+FIRST_WORDS = labels()["serial"].encode()
 PATIENCE_S = 30.0
 
 
@@ -56,8 +55,8 @@ async def key_answers_s(count: int = 30) -> list[float]:
         await press(pilot, "enter")
         for name in ("frf_noise.mat", "frf_noise_hf.mat"):
             await type_line(pilot, name)
-        session, over, judge = pilot.app.session, threading.Event(), Elsewhere(pilot.app.bench.worker).judge
-        judging = threading.Thread(target=lambda: [session.judge_step("frf", judge) for _ in iter(over.is_set, True)])
+        over, judge = threading.Event(), pilot.app.bench.services.computation(pilot.app.session).judge_step
+        judging = threading.Thread(target=lambda: [judge("frf") for _ in iter(over.is_set, True)])
         judging.start()
         line, took = pilot.app.screen.query(Input).first(), []
         line.focus()

@@ -21,6 +21,8 @@ from accept.judging.superseded import Approval, are_same, measured_values, super
 from accept.judging.voids import Void, voids
 from accept.store import Event, Store
 from accept.store.payloads import (
+    CHOICES,
+    MARK,
     AttemptStarted,
     AttemptVoided,
     CertificateSigned,
@@ -35,14 +37,6 @@ from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
 
 DISPOSITION = "disposition"  # the kind of decision that is signed
-MARK = "NONCONFORMANCE: "  # how its line in `unit.toml` begins
-CHOICES: Mapping[str, str] = {
-    CONCESSION: "use as it is",
-    "rework": "rework and measure again",
-    "measure-again": "measure again",
-    "return": "return to the supplier",
-    "scrap": "scrap",
-}
 RELEASING = (CONCESSION, "rework", "measure-again")  # of the dispositions
 Values = Mapping[str, float]  # by quantity
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Self
 
 from accept.base.documents.document import Document, DocumentError, Number, only_if, unwritten
-from accept.base.documents.results import Information, UnitRecord
+from accept.base.documents.results import CONCESSION, Information, UnitRecord
 from accept.store.errors import StoreError
 from accept.store.event import Event, NewEvent
 from checks.cause import Reason
@@ -100,6 +100,16 @@ class SignedBy(Document):
     time: Annotated[str, "UTC, ISO 8601"]
     certificate: Annotated[str, "of the key, PEM"]
     signature: Annotated[str, "ECDSA with SHA-256 over kind, content, person and time, hexadecimal"]
+
+
+MARK = "NONCONFORMANCE: "  # how the line of a nonconformance in `unit.toml` begins
+CHOICES: Mapping[str, str] = {  # dispositions: as they are stored, and in words
+    CONCESSION: "use as it is",
+    "rework": "rework and measure again",
+    "measure-again": "measure again",
+    "return": "return to the supplier",
+    "scrap": "scrap",
+}
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,13 @@ from accept.tui.background.busy_screen import Working
 from accept.tui.background.key_queue import InOrder
 from accept.tui.screens.ask import Help
 from accept.tui.screens.start import Begin, Given, StartScreen, open_at_bench
-from accept.workflow.shift import SigningShift
+from accept.workflow.entry.shift import SigningShift
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
     from accept.workflow.bench import Workbench
     from accept.workflow.session import Session
-    from accept.workflow.unit_list import KnownUnit, Queue
+    from accept.workflow.steps.unit_list import KnownUnit, Queue
 
 
 _KEYCAPS = {"escape": "Esc", "pageup": "PgUp", "pagedown": "PgDn", "up": "↑", "down": "↓", "left": "←", "right": "→"}
@@ -133,7 +133,7 @@ class BenchApp(InOrder):
         steps = Steps(begin.bench, begin.session, "; ".join(begin.problems))
         await self.push_screen(steps, self._left)
         if begin.queue is not None:
-            await steps.begin_queue(begin.queue.step_at(begin.session.waiting), words)
+            await steps.begin_queue(begin.queue.step_at(begin.session.judgements.waiting), words)
 
     async def _left(self, finished: bool | None) -> None:
         """Go back to the start screen, or to the next unit of the queue: a unit is left, finished or not."""
@@ -210,13 +210,18 @@ class BenchApp(InOrder):
         """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
         return self.bench is not None and await asyncio.to_thread(self.bench.is_serial, text)
 
+    def may_be_secret(self, text: str) -> bool:
+        from accept.workflow.entry.passphrase_guard import may_be_passphrase  # what it imports is there by now
+
+        return may_be_passphrase(text)
+
     def is_secret(self, text: str) -> bool:
         """Return whether text, which is about to be taken for something else, is a passphrase of this bench. Called in
         a thread: a tenth of a second for each key."""
         if self.bench is None:
             return False
         from accept.base.home import home
-        from accept.workflow.passphrase_guard import is_passphrase  # what it imports is there by now
+        from accept.workflow.entry.passphrase_guard import is_passphrase  # what it imports is there by now
 
         return any(is_passphrase(place, text) for place in {self.bench.home, home()})  # a training has its own keys
 
@@ -232,7 +237,7 @@ class BenchApp(InOrder):
             if attempt is not None:
                 serial, verdict = self.session.serial, attempt.verdict or "incomplete"
                 self.done.verdicts[serial] = verdict
-                self.done.words[serial] = unit_word(verdict, self.session.nonconformances)
+                self.done.words[serial] = unit_word(verdict, self.session.judgements.nonconformances)
             self.session.close()
             self.session = None
 

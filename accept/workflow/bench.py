@@ -5,26 +5,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from accept.base.home import home
 from accept.base.operator_name import is_system_account
 from accept.judging.folder_name import confirm, doubted_folder, doubted_serial, question
-from accept.judging.judge_unit import default_specs, load_spec
-from accept.store import Event, Store, open_store
+from accept.store import Event, Store
 from accept.store.payloads import AttemptStarted, RunOpened
-from accept.units import unit_folder
-from accept.units.unit_folder import UnitError, UnitFolder
+from accept.units.unit_folder import UnitFolder
 from accept.workflow.entry.parse_entry import is_described, serial_problem
-from accept.workflow.import_folder import adopt
-from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import Instruments, NoInstruments
-from accept.workflow.passphrase_guard import refuse_passphrases
+from accept.workflow.ports import Services
 from accept.workflow.session import Session
-from accept.workflow.unit_list import KnownUnit, known_unit, known_units
-from accept.workflow.worker.process import WorkerProcess
-from specs.bench import NO_CHANNELS, BenchFile, Channels, load_bench
+from accept.workflow.session.import_folder import adopt
+from accept.workflow.steps.unit_list import KnownUnit, known_unit, known_units
+from specs.bench import NO_CHANNELS, BenchFile, Channels
 from specs.spec import Spec
-
-LOCK_WAIT_S = 5.0  # for another program's hold on the store: then the technician is told
 
 
 class Exercise(Protocol):
@@ -34,9 +27,8 @@ class Exercise(Protocol):
     def hidden(self) -> str:
         """Return what was wrong, and what the technician made of it."""
 
-    @property
-    def remedies(self) -> Sequence[Any]:
-        """Return what can be put right at the bench."""
+    def remedies(self, session: Session) -> Sequence[Any]:
+        """Return what can be put right at the bench, each in `words`, for a `step`."""
 
     def put_right(self, session: Session, remedy: Any) -> Event:
         """Record a step again, without the fault if this is its remedy."""
@@ -47,14 +39,15 @@ class Exercise(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Workbench:
-    """specs: kind -> spec. records: folder that new record files arrive in. training: the simulated unit of a training,
-    None for a real one. proposed: serial to begin with. stated: the bench file whose calibrations stand
-    behind the findings. taken: an existing unit folder to continue. closing: stops what runs beside the workflow.
-    worker: the process that judges."""
+    """specs: kind -> spec. services: what judges, measures and signs. records: folder that new record files arrive in.
+    training: the simulated unit of a training, None for a real one. proposed: serial to begin with. stated: the bench
+    file whose calibrations stand behind the findings. taken: an existing unit folder to continue. closing: stops what
+    runs beside the workflow."""
 
     store: Store
     home: Path
     specs: Mapping[str, Spec]
+    services: Services
     instruments: Instruments = field(default_factory=NoInstruments)
     records: Path = field(default_factory=Path.cwd)
     training: "Exercise | None" = None
@@ -62,11 +55,10 @@ class Workbench:
     stated: BenchFile | None = None
     taken: UnitFolder | None = None
     closing: Callable[[], None] = field(default=lambda: None)
-    worker: WorkerProcess = field(default_factory=WorkerProcess)
 
     def close(self) -> None:
         """Close the instruments and the store, and end the process that judges."""
-        self.worker.close()
+        self.services.close()
         self.closing()
         self.store.close()
 
@@ -117,18 +109,18 @@ class Workbench:
 
     def session(self, serial: str, kind: str, operator: str) -> Session:
         """Open a unit. Raises EntryError, UnitBusy, StoreError, OSError."""
-        return Session(self.store, self.home, self.specs[kind], operator, serial, self.stated)
+        return self.services.open_session(self.store, self.home, self.specs[kind], operator, serial, self.stated)
 
     def open_unit(self, begun: "Begun") -> tuple[Session, list[str]]:
         """Return the unit with an attempt to work on, and what could not be taken from its folder. Raises as
         `session`, and EntryError if a passphrase was typed for one of the entries."""
         new = [] if self.known_one(begun.serial) is not None else [begun.serial]
-        refuse_passphrases(self.home, [*new, begun.operator, *begun.parts.values(), begun.reason or ""])
+        self.services.refuse_passphrases(self.home, [*new, begun.operator, *begun.parts.values(), begun.reason or ""])
         session = self.session(begun.serial, begun.kind, begun.operator)
         try:
             if begun.confirmed:
                 confirm(self.store, begun.serial, begun.operator)
-            self.worker.warm()
+            self.services.warm()
             problems = self._attempt(session, begun)
             if self.training is not None:
                 self.training.resume(session)
@@ -147,7 +139,7 @@ class Workbench:
         EntryError if something was done."""
         session = self.session(serial, kind, operator)
         try:
-            session.take_off()
+            session.undo.unit()
         finally:
             session.close()
 
@@ -193,31 +185,3 @@ class Begun:
     parts: Mapping[str, str] = field(default_factory=dict)
     reason: str | None = None
     confirmed: bool = False
-
-
-def open_bench(
-    spec: str | None = None, records: Path | None = None, bench_file: Path | None = None, folder: Path | None = None
-) -> Workbench:
-    """Return the bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises SpecError, StoreError, HomeError,
-    SettingsError, UnitError."""
-    taken = unit_folder.read(folder) if folder else None
-    specs = [load_spec(spec)] if spec else default_specs()
-    if taken is not None and taken.kind not in {one.kind for one in specs}:
-        problem = f"kind = '{taken.kind}', but spec {specs[0].name} judges '{specs[0].kind}'"
-        raise UnitError(taken.path / unit_folder.UNIT_FILE, [problem])
-    stated = load_bench(bench_file) if bench_file else None
-    instruments = BenchInstruments(stated) if stated else NoInstruments()
-    return Workbench(
-        open_store(timeout_s=LOCK_WAIT_S),
-        home(),
-        {one.kind: one for one in specs},
-        instruments,
-        records or (Path(stated.rig.folder) if stated and stated.rig else folder) or Path.cwd(),
-        stated=stated,
-        taken=taken,
-        closing=instruments.close if isinstance(instruments, BenchInstruments) else _nothing,
-    )
-
-
-def _nothing() -> None:
-    """Do nothing: no instrument has to be released."""

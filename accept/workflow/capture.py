@@ -21,6 +21,7 @@ from accept.units.unit_entry import UnitSection
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.instruments.hardware import BenchInstrument, BenchRecorder
 from accept.workflow.session import Session
+from accept.workflow.session.open_session import open_session
 from checks.declare import CsvTable, Series
 from hw.errors import InstrumentError
 
@@ -102,17 +103,17 @@ def _store(session: Session, step: str, source: str, captured: CaptureResult, ke
     brief = {key: kept[key] for key in ("instrument", "journal") if key in kept}
     evidence = iter([kept])
     for name, measured in captured.typed.items():
-        session.take(step, inputs[name], measured, text=f"{measured.value:.9g}")
+        session.entries.take(step, inputs[name], measured, text=f"{measured.value:.9g}")
     for name, measured in captured.values.items():
         text = f"{measured.value:.9g} {getattr(inputs[name], 'unit', '')}".strip()
-        session.take(step, inputs[name], measured, text=text, source=source, evidence=next(evidence, brief))
+        session.entries.take(step, inputs[name], measured, text=text, source=source, evidence=next(evidence, brief))
     with TemporaryDirectory() as folder:
         for name, file in captured.files.items():
             declared, path = inputs[name], Path(folder) / file.name
             if not isinstance(declared, Series | CsvTable):
                 raise TypeError(f"{step}.{name}: expected a record")
             path.write_bytes(file.content)
-            session.link(step, declared, path, instrument=source, evidence=next(evidence, brief))
+            session.records.link(step, declared, path, instrument=source, evidence=next(evidence, brief))
 
 
 def _evidence(instrument: BenchInstrument, journal: Journal, notes: tuple[str, ...]) -> dict[str, Any]:
@@ -140,7 +141,7 @@ def measure_folder(
     """Measure a section of a unit that has its `unit.toml`, in the attempt that the workflow goes on with, and enter it
     into the folder. simulated: so is the instrument. Raises as `capture`, UnitError, UnitBusy, EntryError."""
     unit = unit_folder.read(folder)
-    session = Session(store, home(), default_spec(unit.kind), operator, unit.serial, simulated=simulated)
+    session = open_session(store, home(), default_spec(unit.kind), operator, unit.serial, simulated=simulated)
     try:
         if session.run.attempt is None:
             session.begin(unit.header.parts, channels=unit.channels, simulated=unit.header.simulated)

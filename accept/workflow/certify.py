@@ -9,11 +9,12 @@ from accept.base.documents.results import UnitRecord
 from accept.certificate.certify import drawn, set_aside, sign_into
 from accept.certificate.contents.content import CertificateContent, content_of
 from accept.certificate.contents.disposition import parse_disposition, parse_signing_reason
-from accept.certificate.contents.provenance import Earlier, Provenance
+from accept.certificate.contents.provenance import Earlier, Provenance, amended
 from accept.certificate.contents.step import Step
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import authority, keys
+from accept.certificate.trust.encrypted_key import LockedError
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import numbers_of, provenance
@@ -25,80 +26,176 @@ from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.verification import Verification, verify
 from accept.store import fold
 from accept.store.payloads import CertificateSigned, UnitJudged
+from accept.workflow.dialogue.summary import Ask, AskedLine, BenchKeys
+from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.session import Session
-from accept.workflow.shift import NOT_TAKEN
 from accept.workflow.state.unit_state import certificate_name
+from accept.workflow.worker.judging import judge_whole_unit
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
 
 
-def make_keys(home: Path, operator: str, passphrase: str) -> Path:
-    """Make the bench's authority and the operator's key; return the file with the authority's passphrase, which belongs
-    off the bench. Raises KeysError, also if keys exist already."""
-    return keys.init(home, passphrase, operator) / keys.AUTHORITY_PASSPHRASE
+class Signing:
+    """Signs the certificate of one unit."""
 
+    def __init__(self, session: Session) -> None:
+        self._session = session
 
-def sign_unit(session: Session, passphrase: str, reason: str = "") -> Verification:
-    """Judge if needed, draw, sign as technician, write, store, and verify what was written. reason: why a unit is
-    signed that is not accepted, or a certificate is replaced; it stands on the certificate and in the store.
+    def make_keys(self, passphrase: str) -> Path:
+        """Make the bench's authority and the operator's key; return the file with the authority's passphrase, which
+        belongs off the bench. Raises KeysError, also if keys exist already."""
+        return keys.init(self._session.home, passphrase, self._session.operator) / keys.AUTHORITY_PASSPHRASE
 
-    Raises KeysError if the passphrase does not open the key and DispositionError if the reason is missing (nothing was
-    done then), SigningRefused, ContentError, OSError, StoreError.
-    """
-    credential = check_passphrase(session, TECHNICIAN, passphrase)
-    if session.attempt.certificate is not None:
-        raise SigningRefused(f"{session.serial}: this result is signed already")
-    result = session.result or session.judge()
-    amends = session.amends
-    why = parse_signing_reason(result.verdict, reason, needs_why(session))
-    if _is_one_of(why, [passphrase]):
-        raise SigningRefused(NOT_TAKEN)
-    number, past = session.attempt.number, list(session.store.events(session.serial))
-    before = fold(session.before_attempt())
-    judged = next(event for event in reversed(past) if event.what == UnitJudged.KIND)
-    earlier = Earlier.of(fold(e for e in past if e.seq < judged.seq))
-    stated = provenance(
-        session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
-        session.home, credential, numbers_of(past),
-        Provenance(number, reason=UnitJudged.of(judged).reason, earlier=earlier, amends=amends, signed_because=why),
-    )  # fmt: skip
-    contents = content_of(result, session.spec, session.folder, credential.person, provenance=stated)
-    page = drawn(contents, session.home)
-    path = session.home / "certificates" / certificate_name(session.serial, number)
-    set_aside(path)
-    own = stated.number
-    sign_into(
-        path, page, credential, session.store, session.serial, credential.person, result.spec,
-        number=own, simulated=result.simulated, reason=why, judged=judged.seq,
-    )  # fmt: skip
-    return _verified(session, path, credential)
+    def sign(self, passphrase: str, reason: str = "") -> Verification:
+        """Judge if needed, draw, sign as technician, write, store, and verify what was written. reason: why a unit is
+        signed that is not accepted, or a certificate is replaced; it stands on the certificate and in the store.
 
+        Raises KeysError if the passphrase does not open the key and DispositionError if the reason is missing (nothing
+        was done then), SigningRefused, ContentError, OSError, StoreError.
+        """
+        session = self._session
+        credential = self._opened(TECHNICIAN, passphrase)
+        if session.attempt.certificate is not None:
+            raise SigningRefused(f"{session.serial}: this result is signed already")
+        result = session.judgements.result or judge_whole_unit(session)
+        amends = self._amends
+        why = parse_signing_reason(result.verdict, reason, self._replaces)
+        if _is_one_of(why, [passphrase]):
+            raise SigningRefused(NOT_TAKEN)
+        number, past = session.attempt.number, list(session.store.events(session.serial))
+        before = fold(e for e in session.events if e.seq < session.begun)
+        judged = next(event for event in reversed(past) if event.what == UnitJudged.KIND)
+        earlier = Earlier.of(fold(e for e in past if e.seq < judged.seq))
+        stated = provenance(
+            session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
+            session.home, credential, numbers_of(past),
+            Provenance(number, reason=UnitJudged.of(judged).reason, earlier=earlier, amends=amends, signed_because=why),
+        )  # fmt: skip
+        contents = content_of(result, session.spec, session.folder, credential.person, provenance=stated)
+        page = drawn(contents, session.home)
+        path = session.home / "certificates" / certificate_name(session.serial, number)
+        set_aside(path)
+        own = stated.number
+        sign_into(
+            path, page, credential, session.store, session.serial, credential.person, result.spec,
+            number=own, simulated=result.simulated, reason=why, judged=judged.seq,
+        )  # fmt: skip
+        return self._verified(path, credential)
 
-def countersign_unit(session: Session, passphrase: str, choice: str = "", reason: str = "") -> Verification:
-    """Verify, then sign as quality assurance, with the disposition of a unit that was not accepted. An invalid
-    certificate is not signed, nor one that the technician did not sign for this attempt, nor any if the unit's history
-    went on meanwhile. Raises as `sign_unit`, DispositionError."""
-    known = session.refresh().seq
-    if session.attempt.certificate is None:
-        raise SigningRefused(f"{session.serial}: the technician signs first")
-    if _is_one_of(reason, [passphrase]):
-        raise SigningRefused(NOT_TAKEN)
-    path = Path(session.attempt.certificate)
-    credential = _unlocked(session, QA, passphrase)
-    document = read_certificate(path)
-    before, digest = _verify(session, document, credential), hashlib.sha256(document).hexdigest()
-    signed = map(CertificateSigned.of, session.store.events(session.serial, CertificateSigned.KIND))
-    own = [e.sha256 for e in signed if (e.path, e.role) == (session.attempt.certificate, TECHNICIAN)]
-    if not before.valid:
-        raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
-    if (before.serial, [digest]) != (session.serial, own[-1:]):
-        raise SigningRefused(f"{path} is not the certificate of {session.serial} that the technician signed")
-    disposition = parse_disposition(session.serial, before.verdict, choice, reason)
-    sign_into(
-        path, document, credential, session.store, session.serial, credential.person, session.spec_name, disposition,
-        simulated=before.simulated, nonconformances=before.nonconformances, after=known,
-    )  # fmt: skip
-    return _verified(session, path, credential)
+    def countersign(self, passphrase: str, choice: str = "", reason: str = "") -> Verification:
+        """Verify, then sign as quality assurance, with the disposition of a unit that was not accepted. An invalid
+        certificate is not signed, nor one that the technician did not sign for this attempt, nor any if the unit's
+        history went on meanwhile. Raises as `sign`, DispositionError."""
+        session = self._session
+        known = session.refresh().seq
+        if session.attempt.certificate is None:
+            raise SigningRefused(f"{session.serial}: the technician signs first")
+        if _is_one_of(reason, [passphrase]):
+            raise SigningRefused(NOT_TAKEN)
+        path = Path(session.attempt.certificate)
+        credential = self._unlocked(QA, passphrase)
+        document = read_certificate(path)
+        before, digest = _verify(session, document, credential), hashlib.sha256(document).hexdigest()
+        signed = map(CertificateSigned.of, session.store.events(session.serial, CertificateSigned.KIND))
+        own = [e.sha256 for e in signed if (e.path, e.role) == (session.attempt.certificate, TECHNICIAN)]
+        if not before.valid:
+            raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
+        if (before.serial, [digest]) != (session.serial, own[-1:]):
+            raise SigningRefused(f"{path} is not the certificate of {session.serial} that the technician signed")
+        disposition = parse_disposition(session.serial, before.verdict, choice, reason)
+        sign_into(
+            path, document, credential, session.store, session.serial, credential.person, session.spec_name,
+            disposition, simulated=before.simulated, nonconformances=before.nonconformances, after=known,
+        )  # fmt: skip
+        return self._verified(path, credential)
+
+    def keys(self, role: str) -> BenchKeys:
+        """Return what is known of the keys of a role: why the operator cannot sign in it, whether there are any."""
+        return BenchKeys(
+            key_problem(self._session.home, role, self._session.operator),
+            keys.exist(self._session.home),
+            self._replaces,
+        )
+
+    def problem(self, asked: Ask, place: int, given: Sequence[str]) -> str:
+        """Return why a line of a question cannot stay as it was typed, "" if it can. A passphrase is compared with what
+        was typed beside it, and tried."""
+        said = [text for line, text in zip(asked.lines, given, strict=True) if not line.is_secret]
+        secrets = [text for line, text in zip(asked.lines, given, strict=True) if line.is_secret]
+        match asked.lines[place]:
+            case AskedLine.WHY | AskedLine.WHY_REPLACED:
+                return self.reason_problem(given[place], [asked.kept or "", *secrets])
+            case AskedLine.DISPOSITION:
+                return self.disposition_problem(given[place], "-", secrets)
+            case AskedLine.REASON:
+                return self.disposition_problem(given[place - 1], given[place], secrets)
+            case AskedLine.REPEATED:
+                return "" if secrets[0] == given[place] else "The passphrases differ"
+            case AskedLine.PASSPHRASE if asked.then == "first keys":
+                return self.new_passphrase_problem(given[place], said)
+            case line:
+                return self._passphrase_problem(QA if line is AskedLine.QA_PASSPHRASE else TECHNICIAN, given[place])
+
+    def _opened(self, role: str, passphrase: str) -> Credential:
+        """Return the key that a passphrase opens. Raises KeysError, SigningRefused if the key is another person's."""
+        credential, operator = self._unlocked(role, passphrase), self._session.operator
+        if role == TECHNICIAN and not same_person(credential.person, operator):
+            raise SigningRefused(f"{operator} is the operator, the key is that of {credential.person}")
+        return credential
+
+    def _unlocked(self, role: str, passphrase: str) -> Credential:
+        if not passphrase:
+            raise keys.KeysError("no passphrase was typed; nothing was signed")
+        home, operator = self._session.home, self._session.operator
+        several = role == TECHNICIAN and len(list(keys.person_files(home, role))) > 1
+        credential = keys.unlock(home, role, passphrase, operator if several else None)
+        return keys.stamping(credential, os.environ.get(VARIABLE), home)
+
+    def _passphrase_problem(self, role: str, passphrase: str) -> str:
+        try:
+            self._opened(role, passphrase)
+        except AcceptError as e:
+            return _NOT_OPENED if isinstance(e.__cause__, LockedError) else " ".join(str(e).split())
+        return ""
+
+    @property
+    def _amends(self) -> str:
+        """Return the certificate with another result that one of the present result replaces, "" for none."""
+        session, result = self._session, self._session.judgements.result
+        return amended(session.serial, session.run.state, result) if result is not None else ""
+
+    @property
+    def _replaces(self) -> str:
+        """Return the certificate that a signature would replace by another result without a reason given before, ""
+        for none. A new attempt has its reason."""
+        return "" if self._session.attempt.reason else self._amends
+
+    def reason_problem(self, reason: str, secrets: Iterable[str]) -> str:
+        """Return why a technician's reason to sign the present result cannot stand on the certificate, "" if it can.
+        secrets: passphrases that were typed or kept."""
+        result, amends = self._session.judgements.result, self._replaces
+        if result is None or (result.verdict is UnitVerdict.ACCEPTED and not amends):
+            return ""
+        if not reason.strip():
+            what = f"replace certificate {amends}" if amends else f"sign a unit that is {result.word}"
+            return f"Say in one line why you {what}: it stands on the certificate"
+        return _is_one_of(reason, secrets) or _refusal(lambda: parse_signing_reason(result.verdict, reason, amends))
+
+    def disposition_problem(self, choice: str, reason: str, secrets: Sequence[str]) -> str:
+        """Return why quality assurance cannot decide so about a unit that was not accepted, "" if it can."""
+        verdict = str(self._session.attempt.verdict)
+        equal = _is_one_of(choice, secrets) or _is_one_of(reason, secrets)
+        return equal or _refusal(lambda: parse_disposition(self._session.serial, verdict, choice, reason))
+
+    def new_passphrase_problem(self, chosen: str, said: Sequence[str]) -> str:
+        """Return why a passphrase cannot be chosen, "" if it can. said: what was typed beside it in clear."""
+        if _is_said(self._session, chosen) or _is_one_of(chosen, said):
+            return "This stands in clear in the unit's record: choose another passphrase"
+        return _refusal(lambda: keys.check_passphrase(chosen))
+
+    def _verified(self, path: Path, credential: Credential) -> Verification:
+        self._session.refresh()
+        return _verify(self._session, read_certificate(path), credential)
 
 
 def key_problem(home: Path, role: str, operator: str) -> str:
@@ -113,46 +210,6 @@ def key_problem(home: Path, role: str, operator: str) -> str:
         return ""
     whose = f"the key at this bench is that of {', '.join(names)}" if names else "this bench has no technician's key"
     return f"{operator} cannot sign here: {whose}. A key for {operator}: {_ASK.format(TECHNICIAN, operator)}"
-
-
-def check_passphrase(session: Session, role: str, passphrase: str) -> Credential:
-    """Return the key that a passphrase opens. Raises KeysError, SigningRefused if the key is another person's."""
-    credential = _unlocked(session, role, passphrase)
-    if role == TECHNICIAN and not same_person(credential.person, session.operator):
-        raise SigningRefused(f"{session.operator} is the operator, the key is that of {credential.person}")
-    return credential
-
-
-def needs_why(session: Session) -> str:
-    """Return the certificate that a signature would replace by another result without a reason given before, "" for
-    none. A new attempt has its reason."""
-    return "" if session.attempt.reason else session.amends
-
-
-def reason_problem(session: Session, reason: str, secrets: Iterable[str]) -> str:
-    """Return why a technician's reason to sign the present result cannot stand on the certificate, "" if it can.
-    secrets: passphrases that were typed or kept."""
-    result, amends = session.result, needs_why(session)
-    if result is None or (result.verdict is UnitVerdict.ACCEPTED and not amends):
-        return ""
-    if not reason.strip():
-        what = f"replace certificate {amends}" if amends else f"sign a unit that is {result.word}"
-        return f"Say in one line why you {what}: it stands on the certificate"
-    return _is_one_of(reason, secrets) or _refusal(lambda: parse_signing_reason(result.verdict, reason, amends))
-
-
-def disposition_problem(session: Session, choice: str, reason: str, secrets: Sequence[str]) -> str:
-    """Return why quality assurance cannot decide so about a unit that was not accepted, "" if it can."""
-    verdict = str(session.attempt.verdict)
-    equal = _is_one_of(choice, secrets) or _is_one_of(reason, secrets)
-    return equal or _refusal(lambda: parse_disposition(session.serial, verdict, choice, reason))
-
-
-def new_passphrase_problem(session: Session, chosen: str, said: Sequence[str]) -> str:
-    """Return why a passphrase cannot be chosen, "" if it can. said: what was typed beside it in clear."""
-    if _is_said(session, chosen) or _is_one_of(chosen, said):
-        return "This stands in clear in the unit's record: choose another passphrase"
-    return _refusal(lambda: keys.check_passphrase(chosen))
 
 
 def _is_said(session: Session, text: str) -> bool:
@@ -180,19 +237,7 @@ def _refusal(check: Callable[[], object]) -> str:
 
 
 _ASK = "accept keys request --role {} --name {}"
-
-
-def _unlocked(session: Session, role: str, passphrase: str) -> Credential:
-    if not passphrase:
-        raise keys.KeysError("no passphrase was typed; nothing was signed")
-    several = role == TECHNICIAN and len(list(keys.person_files(session.home, role))) > 1
-    credential = keys.unlock(session.home, role, passphrase, session.operator if several else None)
-    return keys.stamping(credential, os.environ.get(VARIABLE), session.home)
-
-
-def _verified(session: Session, path: Path, credential: Credential) -> Verification:
-    session.refresh()
-    return _verify(session, read_certificate(path), credential)
+_NOT_OPENED = "Wrong passphrase, or the file of the key is damaged. Type it again"
 
 
 def _verify(session: Session, document: bytes, credential: Credential) -> Verification:

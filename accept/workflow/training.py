@@ -24,13 +24,16 @@ from accept.store import Event, open_store
 from accept.store.payloads import RecordLinked, ValueTaken
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
-from accept.workflow.bench import LOCK_WAIT_S, Begun, Workbench
+from accept.workflow.bench import Begun, Workbench
+from accept.workflow.entry.passphrase_guard import refuse_passphrases
+from accept.workflow.entry.record_folder import SETTLED_S
 from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import InstrumentPort
-from accept.workflow.passphrase_guard import refuse_passphrases
-from accept.workflow.record_folder import SETTLED_S
+from accept.workflow.open_bench import LOCK_WAIT_S, BenchServices
 from accept.workflow.session import Session
+from accept.workflow.session.open_session import open_session
 from accept.workflow.steps.plan import is_needed
+from accept.workflow.steps.status import Status
 from hw.simulated import SimulatedBench
 from specs.bench import load_bench
 from specs.plugins import product_named
@@ -90,10 +93,18 @@ class TrainingUnit:
         self._asked, self._request, self.folder = request, request, folder
         self._write(lambda _: True, ago_s=SETTLED_S)  # they are whole: nothing waits for them to be written to the end
 
-    @property
-    def remedies(self) -> Sequence[Remedy]:
-        """Return what can be put right at the bench; most of it is not what is wrong."""
-        return remedies(self._asked.kind)
+    def remedies(self, session: Session) -> Sequence[Remedy]:
+        """Return what can be put right at the bench, most of which is not what is wrong; then for each failed step that
+        was recorded what its check advises. Its records are made again afterwards."""
+        names = {step.name for step in session.steps}
+        own = [remedy for remedy in remedies(self._asked.kind) if remedy.step in names]
+        failed = [s for s in session.steps if session.judgements.status(s) is Status.FAIL]
+        repeats = [
+            Remedy(s.check.failed, s.name, record_stems(session.state(s.name).entries))
+            for s in failed
+            if s.check.failed and not s.derived and s.name not in {remedy.step for remedy in own}
+        ]
+        return [*own, *(remedy for remedy in repeats if remedy.stems)]
 
     @property
     def hidden(self) -> str:
@@ -108,13 +119,13 @@ class TrainingUnit:
     def put_right(self, session: Session, remedy: Remedy) -> Event:
         """Make the records of a step anew, without the fault if this is its remedy, and begin the step anew. Raises
         StoreError, OSError."""
-        event = session.remeasure(remedy.step, f"{_REASON}{remedy.words}")
+        event = session.entries.remeasure(remedy.step, f"{_REASON}{remedy.words}")
         self._mend(remedy)
         return event
 
     def resume(self, session: Session) -> None:
         """Put right what was put right already in the present attempt. Raises OSError."""
-        known = {(remedy.step, remedy.words): remedy for remedy in self.remedies}
+        known = {(remedy.step, remedy.words): remedy for remedy in remedies(self._asked.kind)}
         for step in session.steps:
             state = session.state(step.name)
             for reason in (r.removeprefix(_REASON) for r in state.reasons if r.startswith(_REASON)):
@@ -165,7 +176,7 @@ class TrainingBench(Workbench):
 
     def session(self, serial: str, kind: str, operator: str) -> Session:
         """Open a unit that the bench simulates. Raises EntryError, UnitBusy, StoreError, OSError."""
-        return Session(self.store, self.home, self.specs[kind], operator, serial, self.stated, training=True)
+        return open_session(self.store, self.home, self.specs[kind], operator, serial, self.stated, training=True)
 
     def at_unit(self, begun: Begun) -> Workbench:
         """Return the bench with the records and the instruments of a unit. Raises OSError, UnitRequestError,
@@ -200,6 +211,7 @@ def open_training(spec: str | None, seed: int | None) -> TrainingBench:
         open_store(f"sqlite:///{place / 'store.sqlite'}", timeout_s=LOCK_WAIT_S, bench=place),
         place,
         {one.kind: one for one in specs},
+        BenchServices(),
         proposed=f"{_SERIAL}{seed:06d}",
         closing=running.close,
         seed=seed,

@@ -12,6 +12,9 @@ import signal
 import sys
 from pathlib import Path
 
+from accept.workflow.session.open_session import open_session
+from accept.workflow.worker.judging import judge_whole_unit
+
 OURS = ("accept", "hw", "checks", "specs")
 POSIX_ONLY = {"fcntl", "termios", "tty", "pty", "resource", "pwd", "grp", "curses", "readline", "posix", "syslog"}
 SIGNAL_TIMER = ("SIGALRM", "setitimer", "ITIMER_REAL")
@@ -52,24 +55,23 @@ def workflow(folder: Path) -> None:
     from accept.judging.judge_unit import load_spec
     from accept.store import open_store
     from accept.workflow import certify
-    from accept.workflow.session import Session
     from checks.declare import Measured
 
     with open_store() as store:
-        session = Session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
+        session = open_session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
         session.begin({})
         for index, z in enumerate((0, -2.5, -3, 0, -1.5, 1, -2, -4)):
-            session.take("flatness", session.step("flatness").check.inputs["z_um"], Measured(z), index=index)
+            session.entries.take("flatness", session.step("flatness").check.inputs["z_um"], Measured(z), index=index)
         for step, name, value in (
             ("capacitance", "sensor_uF", 4.99),
             ("capacitance", "actuator_uF", 9.85),
             ("stroke", "stroke_um", 365.5),
             ("stiffness", "k_N_per_um", 1.75),
         ):
-            session.take(step, session.step(step).check.inputs[name], Measured(value))
+            session.entries.take(step, session.step(step).check.inputs[name], Measured(value))
         certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
-        assert session.judge().verdict == "accepted"
-        assert certify.sign_unit(session, "correct horse").valid
+        assert judge_whole_unit(session).verdict == "accepted"
+        assert certify.Signing(session).sign("correct horse").valid
         session.close()
 
 

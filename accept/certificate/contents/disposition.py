@@ -4,7 +4,7 @@ It is part of the countersignature itself (the signed `/Reason` of its dictionar
 
 from dataclasses import dataclass
 
-from accept.judging.nonconformance import CHOICES
+from accept.store.payloads import CHOICES
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
 

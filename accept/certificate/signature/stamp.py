@@ -15,9 +15,9 @@ from accept.certificate.contents.disposition import Disposition
 from accept.certificate.page.fixed_parts import BOXES
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import Credential
-from accept.judging.nonconformance import CHOICES
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
+from accept.store.payloads import CHOICES
 
 _WORDS = {"technician": "Signed: measured and judged", "qa": "Countersigned: reviewed and authorised"}
 _SIMULATED_WORDS = {"technician": "Signed: simulated, not measured", "qa": "Countersigned: a simulation"}

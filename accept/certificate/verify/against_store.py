@@ -28,7 +28,7 @@ from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import copies_of
 from accept.judging.folder_name import unconfirmed
 from accept.judging.golden import BenchStopped, check_may_judge
-from accept.judging.nonconformance import CHOICES, standing, words_of
+from accept.judging.nonconformance import standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.superseded import Approval
@@ -37,7 +37,14 @@ from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
 from accept.store.chain import START
 from accept.store.indexes import JUDGED
 from accept.store.opening import BENCH_KEY
-from accept.store.payloads import BenchStated, CertificateSigned, InstrumentChecked, KeysRevoked, NonconformanceDecided
+from accept.store.payloads import (
+    CHOICES,
+    BenchStated,
+    CertificateSigned,
+    InstrumentChecked,
+    KeysRevoked,
+    NonconformanceDecided,
+)
 from accept.store.seal import bench_of
 from accept.store.spelling import difference
 from accept.units.attempt_folder import attempt_number

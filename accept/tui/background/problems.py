@@ -5,7 +5,7 @@ import errno
 from accept.base.console import KNOWN_ERRORS
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.state.lock import UnitBusy
-from accept.workflow.worker.process import NotDone
+from accept.workflow.worker.not_done import NotDone
 from hw.errors import InstrumentError
 
 _KEPT = "earlier entries are saved; your input is still in its field"

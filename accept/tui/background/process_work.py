@@ -4,16 +4,23 @@ from collections.abc import Callable
 from typing import Any
 
 from accept.tui.background.busy_screen import Then, Working
-from accept.workflow.worker.judging import Elsewhere
-from accept.workflow.worker.process import WorkerProcess
+from accept.workflow.bench import Workbench
+from accept.workflow.ports import Computation
+from accept.workflow.session import Session
 
 
 def send_to_worker(
-    screen: Working[Any], worker: WorkerProcess, work: Callable[[Elsewhere], Any], then: Then, doing: str, failed: Then
+    screen: Working[Any],
+    bench: Workbench,
+    session: Session,
+    work: Callable[[Computation], Any],
+    then: Then,
+    doing: str,
+    failed: Then,
 ) -> None:
-    """Send work as `Working.send` does; until it has ended, `screen.stop` stops it."""
-    elsewhere = Elsewhere(worker, lambda words: setattr(screen, "progress", words))
-    screen.stop = elsewhere.cancel
+    """Send work on a unit as `Working.send` does; until it has ended, `screen.stop` stops it."""
+    computation = bench.services.computation(session, lambda words: setattr(screen, "progress", words))
+    screen.stop = computation.cancel
 
     def ended(go_on: Then) -> Then:
         def end(what: Any) -> None:
@@ -22,4 +29,4 @@ def send_to_worker(
 
         return end
 
-    screen.send(lambda: work(elsewhere), ended(then), doing, ended(failed))
+    screen.send(lambda: work(computation), ended(then), doing, ended(failed))

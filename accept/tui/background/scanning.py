@@ -7,9 +7,8 @@ from textual.events import Key
 
 from accept.tui.background.busy_screen import Working
 from accept.workflow.entry.parse_entry import is_value
-from accept.workflow.passphrase_guard import may_be_passphrase
-from accept.workflow.shift import NOT_TAKEN, SigningShift
-from accept.workflow.unit_list import Queue
+from accept.workflow.entry.shift import NOT_TAKEN, SigningShift
+from accept.workflow.steps.unit_list import Queue
 
 T = TypeVar("T")
 SHORTEST = 3  # letters of a serial that begins a unit from another screen: a stray key does not
@@ -31,6 +30,9 @@ class OpensUnits(Protocol):
 
     async def is_serial(self, text: str) -> bool:
         """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
+
+    def may_be_secret(self, text: str) -> bool:
+        """Return whether text is long enough for a passphrase and reads as no value."""
 
     def is_secret(self, text: str) -> bool:
         """Return whether text is a passphrase of this bench; in a thread."""
@@ -62,7 +64,7 @@ class Scanning(Working[T]):
             event.stop()
             self._scan = self.scan + event.character
             self._last_letter = time.monotonic()
-            goes = self.value_goes if not may_be_passphrase(self._scan) and is_value(self._scan) else ""
+            goes = self.value_goes if not self.bench_app.may_be_secret(self._scan) and is_value(self._scan) else ""
             count = len(self._scan)
             letters = f"{count} letter{'s' * (count > 1)} of a serial. Enter: go to that unit. {self.where_signed}"
             self.say(f"{self._scan}   Enter: {goes}" if goes else letters)
@@ -112,7 +114,7 @@ class Scanning(Working[T]):
         """Give a value to the step. Digits alone may be the serial of a new unit: that is asked, lest a value begin
         a unit or a serial become a value."""
         if text.isdigit() and len(text) >= SHORTEST:
-            shown = "of that number" if may_be_passphrase(text) else text
+            shown = "of that number" if self.bench_app.may_be_secret(text) else text
             self.say(f"No unit {shown} was begun here. Enter: begin it. A value: open its step first", "doubt")
             self._asked_about = text
         else:

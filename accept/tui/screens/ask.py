@@ -15,7 +15,7 @@ from textual.widgets import Input, Label, OptionList, Static
 from accept.tui.background.busy_screen import KnowsPassphrases
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.text_entry import TextEntry
-from accept.workflow.shift import NOT_TAKEN
+from accept.workflow.entry.shift import NOT_TAKEN
 
 NUMBERS = "123456789"  # keys of a choice
 Check = Callable[[int, list[str]], str]

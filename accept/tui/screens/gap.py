@@ -20,7 +20,7 @@ from accept.tui.widgets.pictures import Pictures
 from accept.tui.widgets.step_list import GAP, GAP_TITLE
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
-from accept.workflow.worker.process import STOPPED
+from accept.workflow.worker.not_done import STOPPED
 
 WORDS = (
     "Compares the responses with the model. Where they differ, it identifies the missing effect, adds it to the model "
@@ -53,17 +53,17 @@ class Explain(Page):
         self.query_one("#head", Static).update(Text(GAP_TITLE, "bold"))
         self.query_one("#setup").display = False
         self._show()
-        if self.session.gap is None:
+        if self.session.gap.found is None:
             self.action_search()
         else:
             self.say("Enter: go on, F3: repeat the analysis")
 
     def _show(self) -> None:
-        found = self.session.gap
+        found = self.session.gap.found
         if self.alive and found is not None:
             self.query_one("#main").add_class("complete")
             self.query_one("#answer", Hanging).hang(answer(found))
-            self.query_one(Pictures).show(self.session.gap_panels)
+            self.query_one(Pictures).show(self.session.gap.panels)
         self.show_around()
 
     async def action_go_on(self) -> None:
@@ -79,13 +79,12 @@ class Explain(Page):
         if self.stop is not None:
             self.say("Analysis running. Esc: stop")
             return
-        state = self.session.responses
+        state = self.session.gap.responses
         if state is None or not state.entries:
             self.say("Load the frequency responses first", "bad")
             return
         self.query_one("#answer", Hanging).hang(Text("Analysing … (Esc: stop)", "dim"))
-        explain = self.session.explain
-        send_to_worker(self, self.bench.worker, lambda e: explain(e.explain), self._found, "searching", self._not_found)
+        send_to_worker(self, self.bench, self.session, lambda c: c.explain(), self._found, "searching", self._not_found)
 
     def _found(self, _: Event) -> None:
         self._show()

@@ -9,7 +9,7 @@ from accept.store import Event
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.workflow.entry.parse_entry import parse_path
-from accept.workflow.record_folder import new_photo
+from accept.workflow.entry.record_folder import new_photo
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import Note
 from accept.workflow.steps.plan import WorkflowStep
@@ -59,7 +59,7 @@ def ask_note(
             files = [parse_path(answer[_FILE], records)] if answer[_FILE].strip() else []
             wrong, shown = _is_yes(answer[_WRONG]), answer[_SHOWN].strip().lower()[:1]
             internal, printed = shown not in ("y", "p"), shown == "p"
-            screen.send(lambda: session.note(step.name, answer[_TEXT], wrong, files, internal, printed), then)
+            screen.send(lambda: session.entries.note(step.name, answer[_TEXT], wrong, files, internal, printed), then)
 
     earlier = "\n".join(map(note_words, session.state(step.name).notes))
     return screen.app.push_screen(Question(f"Note on {step.title}", earlier or "No notes yet.", lines, problem), keep)

@@ -63,7 +63,7 @@ class Page(Scanning[bool]):
         """Show the pictures on the whole screen."""
         panels = self.query_one(Pictures).panels
         if panels:
-            self.app.push_screen(Plots(panels, self.session.folder / "pictures"))
+            self.app.push_screen(Plots(panels, self.session.folder / "pictures", self.bench.services.draw))
         else:
             self.say("No plot yet")
 

@@ -1,6 +1,6 @@
 """The pictures of a step on the whole screen, one after the other; a phase stands under its magnitude."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -13,7 +13,6 @@ from textual.screen import Screen
 from textual.widgets import Label
 
 from accept.base.atomic_files import write_atomic
-from accept.tui.background.busy_screen import load_module
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.plot import PanelView
 from checks.picture import Line, Panel, PanelKind
@@ -32,10 +31,12 @@ class Plots(Screen[None]):
         Binding("f1", "app.help", show=False),
     ]
 
-    def __init__(self, panels: Mapping[str, Panel], folder: Path) -> None:
-        """Make the screen. folder: for pictures at full resolution."""
+    def __init__(
+        self, panels: Mapping[str, Panel], folder: Path, draw: Callable[[Sequence[Panel], int], bytes]
+    ) -> None:
+        """Make the screen. folder: for pictures at full resolution; draw: returns one, from panels in columns."""
         super().__init__()
-        self._panels, self._folder = panels, folder
+        self._panels, self._folder, self._drawing = panels, folder, draw
         self._pages, self._at = pages(panels), 0
 
     def compose(self) -> ComposeResult:
@@ -63,9 +64,8 @@ class Plots(Screen[None]):
         self.run_worker(self._draw_large, thread=True, exclusive=True)
 
     def _draw_large(self) -> None:
-        draw = load_module("accept.pictures.draw")  # in a thread: matplotlib takes a second
         panels = list(self._panels.values())
-        content = draw.picture(panels, "svg", columns=min(2, len(panels)))
+        content = self._drawing(panels, min(2, len(panels)))  # in a thread: it takes a second to load
         path = self._folder / _DRAWN
         if not self.app.is_web:
             write_atomic(path, content)

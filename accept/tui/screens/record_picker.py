@@ -17,7 +17,7 @@ from textual.events import Key
 from textual.widgets import DataTable, Label, Static
 
 from accept.tui.background.busy_screen import ENDS, MOVES, Working
-from accept.workflow.record_folder import LOOKED_INTO_MOST, Listing, age_words, look
+from accept.workflow.entry.record_folder import LOOKED_INTO_MOST, Listing, age_words, look
 
 LOOKS_AT_MOST_S = 5.0  # keys wait for the list of a slow folder no longer
 _NONE_SUCH = "No file has these letters in its name. Backspace: less"

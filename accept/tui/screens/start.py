@@ -20,14 +20,14 @@ from accept.tui.background.busy_screen import Working, load_module
 from accept.tui.screens.ask import Question, QuestionLine, required, which_unit
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
-from accept.workflow.shift import NOT_TAKEN
+from accept.workflow.entry.shift import NOT_TAKEN
 from specs.plugins import products
 
 if TYPE_CHECKING:
     from accept.units.unit_folder import UnitFolder
     from accept.workflow.bench import Workbench
     from accept.workflow.session import Session
-    from accept.workflow.unit_list import KnownUnit, Queue
+    from accept.workflow.steps.unit_list import KnownUnit, Queue
 
 _GO_ON = "Enter: next field; on the last field it starts"
 _PARTS = "Enter: start; the parts may stay empty. ↓: next part"

@@ -14,8 +14,6 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import Input, Label, Static
 from textual.worker import WorkerCancelled, WorkerFailed
 
-from accept.capture.operator_actions import Person
-from accept.capture.setup import CaptureResult
 from accept.pictures.labels import label_of
 from accept.store import Event
 from accept.store.payloads import EntryUndone
@@ -34,7 +32,6 @@ from accept.tui.widgets.pictures import Pictures
 from accept.tui.widgets.step_list import WIDE_FROM, head, setup
 from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
-from accept.workflow.capture import capture
 from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do
@@ -43,7 +40,6 @@ from accept.workflow.effects.serve_step import StepService
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import has_files
 from accept.workflow.steps.section import repeated
-from accept.workflow.worker.judging import Elsewhere
 from checks.declare import Measured
 
 LOOK_EVERY_S = 1.0  # into the folder of the records
@@ -153,7 +149,7 @@ class StepScreen(Page):
             case Do.STOP:
                 self.stop_or(lambda: None)
             case Do.UNDO:
-                self.send(partial(self.session.undo, self.step.name), self._changed, "undoing")
+                self.send(partial(self.session.undo.entry, self.step.name), self._changed, "undoing")
             case Do.END_QUEUE:
                 self.bench_app.queue = None
             case Do.ASK_REASON:
@@ -232,49 +228,59 @@ class StepScreen(Page):
         self.send(lambda: self.service.store(entry), stored, self.service.doing(entry), failed)
 
     def _judge(self) -> None:
-        work, done = partial(self.session.judge_step, self.step.name), partial(self._later, dialogue.judged)
+        name, done = self.step.name, partial(self._later, dialogue.judged)
         failed = partial(self._later, dialogue.not_judged)
         if self.step.check.model is None:
-            judge = Elsewhere(self.bench.worker).judge
-            self.aside(lambda: work(judge), done, "judge", failed)
+            judge = self.bench.services.computation(self.session).judge_step
+            self.aside(partial(judge, name), done, "judge", failed)
         else:
-            send_to_worker(self, self.bench.worker, lambda e: work(e.judge), done, "comparing", failed)
+            send_to_worker(
+                self,
+                self.bench,
+                self.session,
+                lambda computation: computation.judge_step(name),
+                done,
+                "comparing",
+                failed,
+            )
 
     def _measure(self) -> None:
         """Measure the whole step by its recipe: the bench is set up as it asks, Escape stops it."""
         step, instruments = self.step.name, self.bench.instruments
-        instrument = instruments.recording(step)
         talk = CaptureDialogue(self, f"Measure: {self.step.guide.words}")
-        actions = instruments.staged or Person(talk.ask)
         self.stop = talk.stop
 
-        def measure() -> CaptureResult:
+        def measure() -> Sequence[str]:
             try:
-                return capture(self.session, step, instrument, actions, talk.say, stopped=talk.stopped)
+                return self.bench.services.measure(self.session, step, instruments, talk)
             finally:
                 self.stop = None
 
-        def ended(captured: CaptureResult | str) -> None:
+        def ended(notes: Sequence[str] | str) -> None:
             talk.ended()
-            self._later(dialogue.measured, None if isinstance(captured, str) else captured.notes)
+            self._later(dialogue.measured, None if isinstance(notes, str) else notes)
 
-        self.send(measure, ended, f"measuring with {instrument.name}, some minutes; Esc: stop", ended)
+        doing = f"measuring with {instruments.recording(step).name}, some minutes; Esc: stop"
+        self.send(measure, ended, doing, ended)
 
     def _measure_again(self, answer: list[str] | None) -> None:
         if answer is not None:
-            self.send(lambda: self.session.remeasure(self.step.name, answer[0]), self._changed, "storing")
+            self.send(lambda: self.session.entries.remeasure(self.step.name, answer[0]), self._changed, "storing")
 
     def _noted(self, event: Event) -> None:
         self.say(note_saved(event), "good")
         self._later(Turn)  # a nonconformance holds the step that is shown
 
     def _changed(self, event: Event) -> None:
-        undone = self.session.words_of(event) if event.what == EntryUndone.KIND else ""
+        undone = self.session.undo.words_of(event) if event.what == EntryUndone.KIND else ""
         self._later(dialogue.changed, event.seq, undone)
 
     async def _pick(self, effect: do.PickFile) -> None:
         declared, records, session = effect.declared, self.bench.records, self.session
-        fits, score = partial(session.may_fit, declared), partial(session.name_score, self.step, declared)
+        fits, score = (
+            partial(session.records.may_fit, declared),
+            partial(session.records.name_score, self.step, declared),
+        )
 
         def picked(path: Any) -> None:
             if path is not None:
@@ -334,8 +340,10 @@ class StepScreen(Page):
         findings, words = self.query_one(Findings), d.judging_words
         judgement = d.facts.judgement if d.complete and not words else None
         findings.whole = d.whole
-        findings.show(self.step.check, judgement, words or d.lacking, self.session.usual, d.facts.source_action or "")
-        self.query_one(Pictures).show(self.session.panels(self.step.name))
+        findings.show(
+            self.step.check, judgement, words or d.lacking, self.session.judgements.usual, d.facts.source_action or ""
+        )
+        self.query_one(Pictures).show(self.session.judgements.panels(self.step.name))
         self.show_around()
 
     def on_input_changed(self) -> None:
@@ -366,7 +374,7 @@ class StepScreen(Page):
             name, index = line.place.key
             one = None if self.dialogue.complete else repeated(state.readings(name, index), self.step.asked, name)
             stored = None if one is None else Measured(one.value, one.U)  # its finding shows it at a complete step
-            limit, usual = self.step.asked.limits.get(name), self.session.usual.get(name)
+            limit, usual = self.step.asked.limits.get(name), self.session.judgements.usual.get(name)
             gauge.follow(self.service.instrument(line.place), line.place.unit, limit, stored, usual)
 
     async def action_press(self, key: str) -> None:
@@ -393,7 +401,7 @@ class StepScreen(Page):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at this step out of the footer."""
         if action == "picture":
-            return not self.is_mounted or bool(self.session.panels(self.step.name))
+            return not self.is_mounted or bool(self.session.judgements.panels(self.step.name))
         return action != "press" or self.dialogue.means(str(parameters[0]))
 
     def help_text(self) -> str:

@@ -23,11 +23,11 @@ from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, UnitBar, head, held_words, setup, standing
 from accept.workflow.bench import Workbench
+from accept.workflow.ports import Computation
 from accept.workflow.session import Session
-from accept.workflow.status import Status
 from accept.workflow.steps.plan import WorkflowStep
-from accept.workflow.unit_list import RIG
-from accept.workflow.worker.judging import Elsewhere
+from accept.workflow.steps.status import Status
+from accept.workflow.steps.unit_list import RIG
 from specs.errors import AcceptError
 
 
@@ -52,7 +52,7 @@ class Steps(Scanning[bool]):
         super().__init__()
         self.bench, self.session, self._words = bench, session, words
         self._judged_here: set[tuple[str, int]] = set()  # steps with their last entry
-        self._judging: tuple[tuple[str, int], Elsewhere] | None = None  # one of them, while it is judged by itself
+        self._judging: tuple[tuple[str, int], Computation] | None = None  # one of them, while it is judged by itself
 
     def compose(self) -> ComposeResult:
         yield UnitBar(self.session)
@@ -78,7 +78,7 @@ class Steps(Scanning[bool]):
         """Look into the folder of the records once, so that a step knows at once what it can propose."""
         for step in self.session.steps:
             with suppress(AcceptError, OSError):  # the step says why
-                self.session.proposals(step, step.check.forms[-1], self.bench.records)
+                self.session.records.proposals(step, step.check.forms[-1], self.bench.records)
 
     def on_screen_resume(self) -> None:
         self._show()
@@ -89,7 +89,9 @@ class Steps(Scanning[bool]):
         program. What a model takes part in is left to its own screen: it would keep the other process for seconds."""
         if not (self.alive and self.is_current):
             return
-        waiting = {(s.name, self.session.state(s.name).upto) for s in self.session.unjudged if s.check.model is None}
+        waiting = {
+            (s.name, self.session.state(s.name).upto) for s in self.session.judgements.unjudged if s.check.model is None
+        }
         left = sorted(waiting - self._judged_here)
         if left:
             self._judged_here.add(left[0])
@@ -104,15 +106,15 @@ class Steps(Scanning[bool]):
     def _stop_judging(self) -> None:
         """Leave the other process to what is opened: what it was judging here is judged when this screen is back."""
         if self._judging is not None:
-            waiting, elsewhere = self._judging
+            waiting, computation = self._judging
             self._judged_here.discard(waiting)
-            elsewhere.cancel()
+            computation.cancel()
 
     def _judge(self, waiting: tuple[str, int]) -> None:
-        elsewhere = Elsewhere(self.bench.worker)
-        self._judging = waiting, elsewhere
+        computation = self.bench.services.computation(self.session)
+        self._judging = waiting, computation
         with suppress(AcceptError, OSError):  # the step says why, when it is opened
-            self.session.judge_step(waiting[0], elsewhere.judge)
+            computation.judge_step(waiting[0])
         self._judging = None
 
     def _judged(self) -> None:
@@ -136,14 +138,14 @@ class Steps(Scanning[bool]):
         step = self._step_here()
         heading = Text(GAP_TITLE, "bold") if step is None else head(self.session, step)
         self.query_one("#head", Static).update(heading)
-        text = held_words(self.session.nonconformances)
+        text = held_words(self.session.judgements.nonconformances)
         text.append("\n\n" if text else "")
-        gap = Text(WORDS) if self.session.gap is None else answer(self.session.gap)
+        gap = Text(WORDS) if self.session.gap.found is None else answer(self.session.gap.found)
         text.append_text(gap if step is None else card(self.session, step))
         self.query_one("#card", Hanging).hang(text)
 
     def _stand_at_next(self) -> None:
-        step = self.session.next_step()
+        step = self.session.judgements.next_step()
         if step is not None:
             self.query_one(StepList).stand_at(step.name)
 
@@ -199,7 +201,7 @@ class Steps(Scanning[bool]):
         if goes_on is None or (goes_on and left is None):
             await self.action_summary()
             return
-        step = self._next_of_queue() or self.session.next_step(left.name if goes_on and left else None)
+        step = self._next_of_queue() or self.session.judgements.next_step(left.name if goes_on and left else None)
         if step is not None:
             self.query_one(StepList).stand_at(step.name)
             if goes_on:
@@ -210,7 +212,7 @@ class Steps(Scanning[bool]):
     def _next_of_queue(self) -> WorkflowStep | None:
         """Return the step that the queue asks for next at this unit, None without a queue of several steps."""
         queue = self.bench_app.queue
-        rig = queue.step_at(self.session.waiting) if queue is not None and queue.name == RIG else ""
+        rig = queue.step_at(self.session.judgements.waiting) if queue is not None and queue.name == RIG else ""
         return self.session.step(rig) if rig else None
 
     def action_move(self, rows: int) -> None:
@@ -230,11 +232,11 @@ class Steps(Scanning[bool]):
         self.say(note_saved(event), "saved")
 
     def action_undo(self) -> None:
-        self.send(self.session.undo, self._undone, "undoing")
+        self.send(self.session.undo.entry, self._undone, "undoing")
 
     def _undone(self, event: Event) -> None:
         self._show()
-        self.say(f"Undone: {self.session.words_of(event)}; the record keeps both", "saved")
+        self.say(f"Undone: {self.session.undo.words_of(event)}; the record keeps both", "saved")
 
     def action_say_where_signed(self) -> None:
         """Say where a unit is signed: F2, which does so there, does nothing here."""
@@ -275,10 +277,12 @@ class Steps(Scanning[bool]):
 
 def card(session: Session, step: WorkflowStep) -> Text:
     """Return what was found where the step is judged; before that what to do."""
-    judgement = session.judgement(step.name)
-    stands = standing(session, step)
+    judgements, stands = session.judgements, standing(session, step)
+    judgement = judgements.of_step(step.name)
     if judgement is not None and not stands:
-        text = findings_text(step.check, judgement, session.usual, session.action_at_source(step) or "")
+        text = findings_text(
+            step.check, judgement, session.judgements.usual, session.judgements.action_at_source(step) or ""
+        )
     else:
         text = Text().append(f"{stands}\n\n" if stands else "", "bold yellow")
         text.append(f"{step.guide.words}\n\n").append_text(setup(step))

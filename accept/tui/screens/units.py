@@ -15,8 +15,8 @@ from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import HELD
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.bench import Begun, Workbench
-from accept.workflow.shift import NOT_TAKEN
-from accept.workflow.unit_list import ALL, KnownUnit, Queue, queues
+from accept.workflow.entry.shift import NOT_TAKEN
+from accept.workflow.steps.unit_list import ALL, KnownUnit, Queue, queues
 
 _COLUMNS = (("serial", 13), ("kind", 6), ("state", 23), ("who", 6), ("when", 9))  # 57: beside the queues at 80 columns
 _GROWS, _GROWS_BY = "who", 12  # columns more, as far as the terminal has them

@@ -11,7 +11,7 @@ from accept.pictures.labels import label_of
 from accept.store.payloads import StepJudged
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers, usual_words
-from accept.workflow.status import of_findings
+from accept.workflow.steps.status import of_findings
 from checks.cause import Cause
 from checks.declare import Check
 from checks.verdict import Finding

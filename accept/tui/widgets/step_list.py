@@ -10,9 +10,9 @@ from accept.pictures.labels import check_label
 from accept.store.payloads import without_hashes
 from accept.tui.widgets.limit_bar import after_number, numbers
 from accept.workflow.session import Session
-from accept.workflow.status import UNFINISHED, Status
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import missing_labels
+from accept.workflow.steps.status import UNFINISHED, Status
 from checks.rounding import rounded
 from checks.verdict import Finding, Verdict
 
@@ -38,7 +38,7 @@ class StepList(DataTable[Text]):
         self.add_column("result", key="more", width=self._room())
         for step in self._session.steps:
             self.add_row(Text(), Text(step.short), Text(), key=step.name)
-        if self._session.responses is not None:
+        if self._session.gap.responses is not None:
             self.add_row(Text(), Text(GAP_ROW), Text(), key=GAP)
         self.show()
 
@@ -47,10 +47,10 @@ class StepList(DataTable[Text]):
         if not self.row_count:
             return
         for step in self._session.steps:
-            status = self._session.status(step)
+            status = self._session.judgements.status(step)
             held = any(note.nonconformance for note in self._session.state(step.name).notes)
             self._put(step.name, status, step.short, result_words(self._session, step, status), held)
-        if self._session.responses is not None:
+        if self._session.gap.responses is not None:
             self._put(GAP, *gap_row(self._session))
 
     def _put(self, row: str, status: Status, title: str, more: str, held: bool = False) -> None:
@@ -79,7 +79,7 @@ class StepList(DataTable[Text]):
 
 def gap_row(session: Session) -> tuple[Status, str, str]:
     """Return status, title and words of the gap analysis: it has no verdict, but a mark all the same."""
-    found = session.gap
+    found = session.gap.found
     if found is None:
         return Status.NOT_DONE, GAP_ROW, ""
     return Status.TAKEN, GAP_ROW, signs.GAP[str(found["verdict"])].word
@@ -98,14 +98,9 @@ def where_held(nonconformances: Sequence[str]) -> str:
     return "; ".join(f"{check_label(step)}{colon}{words}" for step, colon, words in parts)
 
 
-def listed(names: Sequence[str]) -> str:
-    """Return names in a sentence; where one holds a comma, others stand between them."""
-    return ("; " if any("," in name for name in names) else ", ").join(names)
-
-
 def result_words(session: Session, step: WorkflowStep, status: Status) -> str:
     """Return the first finding that is no pass, else the first: its number."""
-    judgement = session.judgement(step.name)
+    judgement = session.judgements.of_step(step.name)
     notes = "✎ " if session.state(step.name).notes else ""
     if judgement is None or status in UNFINISHED:
         return f"{notes}{status.word if status is Status.REFUSED else ''}"
@@ -128,7 +123,7 @@ def _cut(text: Text, width: int) -> Text:
 
 def head(session: Session, step: WorkflowStep) -> Text:
     """Return number, state and title, which is never cut."""
-    status = session.status(step)
+    status = session.judgements.status(step)
     number = 1 + [s.name for s in session.steps].index(step.name)
     text = Text().append(f"{number}/{len(session.steps)}  ", "dim")
     text.append(f"{status.mark} {status.word}", status.style)
@@ -148,10 +143,10 @@ def setup(step: WorkflowStep) -> Text:
 
 def standing(session: Session, step: WorkflowStep) -> str:
     """Return where a step stands that is not judged: what is missing, why it is measured again."""
-    status, state = session.status(step), session.state(step.name)
+    status, state = session.judgements.status(step), session.state(step.name)
     if status is Status.NOT_DONE:
         return f"Measure again ({state.reasons[-1]})" if state.reasons else ""
-    if session.judgement(step.name) is None or status is Status.TAKEN:
+    if session.judgements.of_step(step.name) is None or status is Status.TAKEN:
         wanted = ", ".join(missing_labels(step, state))
         refused = [f"{record.line}\n→ {record.action}" for record in state.refused.values()]
         done = (
@@ -185,8 +180,8 @@ class UnitBar(Static):
 
     def _line(self, spec: str) -> Text:
         session = self._session
-        done = sum(session.status(step) not in UNFINISHED for step in session.steps)
-        count = f"{done} of {len(session.steps)} steps{'' if session.responses is None else ', gap optional'}"
+        done = sum(session.judgements.status(step) not in UNFINISHED for step in session.steps)
+        count = f"{done} of {len(session.steps)} steps{'' if session.gap.responses is None else ', gap optional'}"
         text = Text.assemble((f" {session.serial} ", "reverse bold"), "  ", (f"attempt {session.attempt.number}", ""))
         for words in (self._where, count, session.operator, spec):
             text.append("  ·  ", "dim").append(words) if words else None

@@ -12,10 +12,10 @@ from accept.workflow.dialogue.step_state import StepDialogue, StepFacts, Turn
 from accept.workflow.dialogue.turn import FootWords
 from accept.workflow.entry import parse_entry
 from accept.workflow.entry.parse_entry import EntryError
-from accept.workflow.record_folder import Proposals
-from accept.workflow.shift import NOT_TAKEN
+from accept.workflow.entry.record_folder import Proposals
+from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.steps.plan import WorkflowStep, has_files, is_needed
-from accept.workflow.worker.process import STOPPED
+from accept.workflow.worker.not_done import STOPPED
 from checks.declare import CsvTable, Form, Measured, Scalar, Series, Vector
 
 _RUNNING = "Running. Esc: stop"

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from enum import Enum
 
-from accept.workflow.unit_list import Queue
+from accept.workflow.steps.unit_list import Queue
 from checks.declare import CsvTable, Form, Input, Measured, Series
 
 Place = tuple[str, int | None]  # name of an input, index in a vector

@@ -10,12 +10,12 @@ from accept.workflow.dialogue import turn
 from accept.workflow.dialogue.fields import FieldLine, places
 from accept.workflow.dialogue.step_effects import Place
 from accept.workflow.dialogue.turn import FootWords
-from accept.workflow.record_folder import PickableFile, Proposals, age_words
+from accept.workflow.entry.record_folder import PickableFile, Proposals, age_words
 from accept.workflow.state.unit_state import StepState
-from accept.workflow.status import Status
 from accept.workflow.steps.plan import WorkflowStep, has_files, is_needed, needs_rig
 from accept.workflow.steps.section import ready, records_awaited
-from accept.workflow.unit_list import RIG, Queue
+from accept.workflow.steps.status import Status
+from accept.workflow.steps.unit_list import RIG, Queue
 from checks.acceptance import CHECKS
 from checks.cause import Cause
 from checks.declare import Form

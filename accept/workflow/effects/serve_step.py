@@ -9,11 +9,11 @@ from accept.workflow.dialogue.fields import FieldPlace, places
 from accept.workflow.dialogue.step_effects import Recognize, StoreEntry
 from accept.workflow.dialogue.step_state import StepFacts
 from accept.workflow.entry.parse_entry import EntryError
+from accept.workflow.entry.record_folder import Proposals
 from accept.workflow.instruments.port import InstrumentPort
-from accept.workflow.record_folder import Proposals
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep
-from accept.workflow.unit_list import Queue
+from accept.workflow.steps.unit_list import Queue
 from checks.declare import CsvTable, Form, Series
 from checks.errors import RecordError
 from specs.errors import AcceptError
@@ -34,11 +34,11 @@ class StepService:
             session.spec.kind,
             session.run.seq,
             session.state(step.name),
-            session.status(step),
-            session.judgement(step.name),
-            session.action_at_source(step),
-            session.next_step(step.name) is not None,
-            tuple(session.waiting),
+            session.judgements.status(step),
+            session.judgements.of_step(step.name),
+            session.judgements.action_at_source(step),
+            session.judgements.next_step(step.name) is not None,
+            tuple(session.judgements.waiting),
             queue,
             {key: port.offer for key, port in served if port is not None},
             self.bench.instruments.recording(step.name) is not None,
@@ -53,7 +53,7 @@ class StepService:
     def proposals(self, form: Form) -> Proposals:
         """Return the proposed records of a form; if they cannot be listed, the list behind F2 gives the reason."""
         try:
-            return self.session.proposals(self.step, form, self.bench.records)
+            return self.session.records.proposals(self.step, form, self.bench.records)
         except (AcceptError, OSError):
             return {}
 
@@ -76,15 +76,17 @@ class StepService:
         if isinstance(declared, Series | CsvTable):
             path = self.path(entry.text)
             try:
-                return session.link(step, declared, path)
+                return session.records.link(step, declared, path)
             except RecordError as e:
-                raise EntryError(f"{e}\n→ {session.link_advice(path, e)}") from e
+                raise EntryError(f"{e}\n→ {session.records.link_advice(path, e)}") from e
         if entry.measured is not None:
-            return session.take(step, declared, entry.measured, index=index, repeat=entry.repeat, text=entry.text)
+            return session.entries.take(
+                step, declared, entry.measured, index=index, repeat=entry.repeat, text=entry.text
+            )
         instrument = self.bench.instruments.serving(step, *entry.place)
         if instrument is None:
             raise EntryError("No instrument for this field; type the value")
-        return session.read(step, declared, instrument, index=index, repeat=entry.repeat)
+        return session.entries.read(step, declared, instrument, index=index, repeat=entry.repeat)
 
     def doing(self, entry: StoreEntry) -> str:
         """Return what happens while an entry is stored."""

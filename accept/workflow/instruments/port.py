@@ -70,6 +70,9 @@ class NoInstruments:
     def staged(self) -> Any:
         return None
 
+    def close(self) -> None:
+        """Release nothing."""
+
 
 def reading(instrument: InstrumentPort, unit: str) -> Measured:
     """Return one reading in `unit`. Raises InstrumentError, EntryError for a reading of another kind."""

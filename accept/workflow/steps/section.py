@@ -7,8 +7,7 @@ from datetime import date
 from statistics import fmean, stdev
 from typing import Any
 
-from accept.judging.nonconformance import MARK
-from accept.store.payloads import ValueTaken
+from accept.store.payloads import MARK, ValueTaken
 from accept.units.folder_header import TYPED
 from accept.workflow.state.unit_state import Attempt, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed

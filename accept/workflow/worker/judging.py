@@ -1,64 +1,102 @@
 """Judging and explaining a unit's folder: here, or in another process, where it can be stopped."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from accept.base.documents.results import UnitRecord
 from accept.base.version import code_sha256
+from accept.batch.job import Judgement, UnitJob
+from accept.batch.pipeline import Pipeline
 from accept.gap import analyse_unit
-from accept.gap.attach_to_result import NO_ANSWER
+from accept.gap.attach_to_result import NO_ANSWER, with_explanation
 from accept.gap.start_model import StartModel
-from accept.judging import judge_unit
 from accept.judging.calibration import Statement
+from accept.judging.judge_unit import judge_unit
 from accept.models.model_file import default_model
+from accept.store import Event
 from accept.store.payloads import StepJudged
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
+from accept.workflow.session import Session
+from accept.workflow.session.gap import Explanation
 from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.section import note_lines
+from accept.workflow.steps.status import state_of
 from accept.workflow.worker.process import Say, Work, WorkerProcess
 from checks.errors import ModelError, RecordError
 from checks.gap import gap_panels
-from checks.picture import Panel
 from specs.spec import Spec
 from specs.strict import SpecError
 
 T = TypeVar("T")
 Judge = Callable[[Path, Spec, Statement | None], UnitRecord]
-Explanation = tuple[Mapping[str, Any], Mapping[str, Panel]]  # the key `gap` of a result ([DESIGN] 6), all its pictures
-Explain = Callable[[Path, Spec], Explanation]
 EXPECTED = (UnitError, RecordError, SpecError, ModelError, OSError)
 
 
 def judge_here(folder: Path, spec: Spec, stated: Statement | None) -> UnitRecord:
     """Judge the unit in a folder in this process. Raises UnitError."""
-    return judge_unit.judge_unit(unit_folder.read(folder), spec, stated)
+    return judge_unit(unit_folder.read(folder), spec, stated)
 
 
 class Elsewhere:
-    """Judges and explains in the other process, one thing; `cancel` stops it. say: is called, from the thread that
-    waits, with the computation's progress."""
+    """Judges and explains one unit in the other process, one thing; `cancel` stops it. say: is called, from the thread
+    that waits, with the computation's progress."""
 
-    def __init__(self, worker: WorkerProcess, say: Say = lambda _: None) -> None:
-        self._worker, self._say = worker, say
+    def __init__(self, worker: WorkerProcess, session: Session, say: Say = lambda _: None) -> None:
+        self._worker, self._session, self._say = worker, session, say
         self._work: Work[Any] | None = None
 
-    def judge(self, folder: Path, spec: Spec, stated: Statement | None) -> UnitRecord:
-        """Judge as `judge_here` does. Raises NotDone."""
-        return self._run(Work(_judge, folder, spec, stated, expected=EXPECTED))
+    def judge_step(self, name: str) -> StepJudged:
+        return judge_step(self._session, name, partial(self._run, _judge))
 
-    def explain(self, folder: Path, spec: Spec) -> Explanation:
-        """Return the gap workflow from the spec's model. Raises NotDone."""
-        return self._run(Work(_explain, folder, spec, expected=EXPECTED))
+    def judge(self) -> UnitRecord:
+        return judge_whole_unit(self._session, partial(self._run, _judge))
+
+    def explain(self) -> Event:
+        return self._session.gap.explain(partial(self._run, _explain))
 
     def cancel(self) -> None:
         if self._work is not None:
             self._worker.cancel(self._work)
 
-    def _run(self, work: Work[T]) -> T:
-        self._work = work
-        return self._worker.run(work, self._say)
+    def _run(self, work: Callable[..., T], *given: Any) -> T:
+        """Return what a function of this module gives there. Raises NotDone."""
+        self._work = Work(work, *given, expected=EXPECTED)
+        return cast(T, self._worker.run(self._work, self._say))
+
+
+def judge_step(session: Session, name: str, judge: Judge = judge_here) -> StepJudged:
+    """Judge one step by itself and store the judgement. judge: the function that does it, here or in the other
+    process. Raises UnitError, StoreError, OSError, and what `judge` does."""
+    step, attempt = session.step(name), session.written()
+    asked = session.spec.model_copy(update={"checks": {name: step.asked}})
+    result = judge(session.folder, asked, _pipeline(session, asked).statement(unit_folder.read(session.folder)))
+    judged = judgement_of_result(name, result, state_of(attempt, step), session.spec_name)
+    panels = {key.partition("/")[2]: panel for key, panel in result.panels.items()}
+    session.judgements.keep_step(judged, step, panels)
+    return judged
+
+
+def judge_whole_unit(session: Session, judge: Judge = judge_here) -> UnitRecord:
+    """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped if the golden
+    units were missed, and what `judge` does."""
+    given = session.written().given
+    unit, pipeline = unit_folder.read(session.folder), _pipeline(session, session.spec)
+    found = judge(session.folder, session.spec, pipeline.statement(unit))
+    if session.gap.found is not None:
+        found = with_explanation(found, session.gap.found, session.gap.panels)
+    job = UnitJob(unit, session.spec, session.operator, reason=session.attempt.reason or None)
+    with session.mutex:
+        result = pipeline.settle(job, Judgement(found)).result
+        session.refresh()
+        session.judgements.keep(given, result)
+    return result
+
+
+def _pipeline(session: Session, spec: Spec) -> Pipeline:
+    return Pipeline(session.store, {spec.kind: spec}, session.operator, bench_file=session.stated, place=session.home)
 
 
 def _judge(_: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitRecord:

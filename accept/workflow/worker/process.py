@@ -11,19 +11,13 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from accept.base.child_processes import environment
-from specs.errors import AcceptError
+from accept.workflow.worker.not_done import STOPPED, NotDone
 
 T = TypeVar("T")
 Say = Callable[[str], None]
 SAID, DONE, REFUSED, BROKEN, LOST = "said", "done", "refused", "broken", "lost"
-STOPPED = "stopped"  # the words of a computation that was cancelled
 COMMAND = (sys.executable, "-P", "-m", "accept.workflow.worker.main")
 Process = subprocess.Popen[bytes]
-
-
-class NotDone(AcceptError, RuntimeError):
-    """A computation without an answer; the text says why: stopped, killed by the system, or refused by the
-    computation."""
 
 
 class Broken(RuntimeError):

@@ -8,8 +8,8 @@ import pytest
 from accept.commands.units import batch, report
 from accept.store import open_store
 from accept.store.spelling import difference, look_alike
-from accept.workflow.bench import open_bench
-from accept.workflow.unit_list import known_units
+from accept.workflow.open_bench import open_bench
+from accept.workflow.steps.unit_list import known_units
 from accept.workflow.worker.process import WorkerProcess
 from tests.accept.batch.test_folder_name import accept, judged, unit
 from tests.accept.tui.tui_help import press, running, type_line, words

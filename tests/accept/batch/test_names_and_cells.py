@@ -127,8 +127,8 @@ def test_serials_that_differ_from_a_known_one_in_case_only_are_refused_by_every_
 
     from accept.cli.main import app
     from accept.store import open_store
-    from accept.workflow.bench import open_bench
     from accept.workflow.entry.parse_entry import EntryError
+    from accept.workflow.open_bench import open_bench
     from tests.accept.units.units import make_unit
 
     known, other = make_unit(tmp_path / "known", "APA-1"), make_unit(tmp_path / "other", "apa-1")

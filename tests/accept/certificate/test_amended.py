@@ -24,7 +24,8 @@ from accept.store.errors import Overtaken
 from accept.store.payloads import AttemptStarted, UnitJudged
 from accept.units import unit_folder
 from accept.workflow import certify
-from accept.workflow.session import Session
+from accept.workflow.session.open_session import open_session
+from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
 from specs.bench import load_bench
 from tests.accept.units.units import GOOD, make_unit
@@ -214,21 +215,21 @@ def test_two_programs_at_once_have_an_attempt_each(tmp_path: Path) -> None:
 def test_in_the_workflow_another_certificate_of_the_attempt_needs_its_reason() -> None:
     """A value is corrected after it was signed. A new attempt has the reason that it was begun for."""
     with open_store() as store:
-        session = Session(store, home(), load_spec("apa-basic"), "Test Technician", "APA-02")
+        session = open_session(store, home(), load_spec("apa-basic"), "Test Technician", "APA-02")
         session.begin({})
         for step, inputs in GIVEN.items():
             for name, values in inputs.items():
                 for index, value in enumerate(values):
                     at = index if len(values) > 1 else None
-                    session.take(step, session.step(step).check.inputs[name], Measured(float(value)), index=at)
-        certify.sign_unit(session, "correct horse")
-        assert certify.reason_problem(session, "", ()) == ""  # nothing is replaced
-        session.take("stroke", session.step("stroke").check.inputs["stroke_um"], Measured(366.5))
-        session.judge()
-        assert "replace certificate APA-02/1" in certify.reason_problem(session, "", ())
+                    session.entries.take(step, session.step(step).check.inputs[name], Measured(float(value)), index=at)
+        certify.Signing(session).sign("correct horse")
+        assert certify.Signing(session).reason_problem("", ()) == ""  # nothing is replaced
+        session.entries.take("stroke", session.step("stroke").check.inputs["stroke_um"], Measured(366.5))
+        judge_whole_unit(session)
+        assert "replace certificate APA-02/1" in certify.Signing(session).reason_problem("", ())
         with pytest.raises(DispositionError, match="replacing certificate APA-02/1"):
-            certify.sign_unit(session, "correct horse")
-        assert certify.sign_unit(session, "correct horse", WHY).current
+            certify.Signing(session).sign("correct horse")
+        assert certify.Signing(session).sign("correct horse", WHY).current
         pdf = Path(str(session.attempt.certificate))
         assert statements(read(pdf.read_bytes()))["Amended"] == f"replaces certificate APA-02/1: {WHY}"
         session.close()

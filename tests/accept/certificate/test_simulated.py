@@ -24,8 +24,11 @@ from accept.units.unit_folder import UnitError
 from accept.workflow import certify
 from accept.workflow.bench import Begun, Workbench
 from accept.workflow.entry.parse_entry import EntryError
+from accept.workflow.open_bench import BenchServices
 from accept.workflow.session import Session
+from accept.workflow.session.open_session import open_session
 from accept.workflow.training import open_training
+from accept.workflow.worker.judging import judge_whole_unit
 from specs.bench import load_bench
 from tests.accept.units.units import GOOD, make_unit
 from tests.accept.workflow.test_workflow import fill
@@ -155,9 +158,9 @@ def test_a_training_marks_its_unit_and_signs_it_as_before(tmp_path: Path) -> Non
     try:
         session = trained(bench, "A-2")
         keys.init(bench.home, "correct horse", "Ann", "Quinn", "battery staple")
-        assert session.judge().simulated
-        assert certify.sign_unit(session, "correct horse").valid  # for who trains
-        assert certify.countersign_unit(session, "battery staple").valid
+        assert judge_whole_unit(session).simulated
+        assert certify.Signing(session).sign("correct horse").valid  # for who trains
+        assert certify.Signing(session).countersign("battery staple").valid
         pdf = Path(str(session.attempt.certificate))
         folder = session.folder
         session.close()
@@ -174,11 +177,11 @@ def test_a_training_marks_its_unit_and_signs_it_as_before(tmp_path: Path) -> Non
 
 def test_a_unit_of_an_earlier_training_gets_the_mark_when_it_is_opened(tmp_path: Path) -> None:
     bench = open_training("apa-basic", 5)
-    with_none = Session(bench.store, bench.home, load_spec("apa-basic"), "Ann", "A-2")
+    with_none = open_session(bench.store, bench.home, load_spec("apa-basic"), "Ann", "A-2")
     with_none.begin({})
     with_none.close()
     session = trained(bench, "A-2")
-    assert session.judge().simulated
+    assert judge_whole_unit(session).simulated
     session.close()
     bench.close()
 
@@ -189,13 +192,13 @@ def test_the_workflow_keeps_the_mark_of_a_folder(tmp_path: Path) -> None:
     taken = unit_folder.read(tmp_path / "A-2")
     with open_store() as store:
         spec = load_spec("apa-basic")
-        bench = Workbench(store, home(), {"apa": spec}, taken=taken)
+        bench = Workbench(store, home(), {"apa": spec}, BenchServices(), taken=taken)
         session, _ = bench.open_unit(Begun("A-2", "apa", "Ann"))
-        assert session.judge().simulated
+        assert judge_whole_unit(session).simulated
         session.close()
-        plain = Workbench(store, home(), {"apa": spec})
+        plain = Workbench(store, home(), {"apa": spec}, BenchServices())
         session, _ = plain.open_unit(Begun("A-2", "apa", "Ann"))
-        assert session.judge().simulated  # the same attempt, without the folder
+        assert judge_whole_unit(session).simulated  # the same attempt, without the folder
         session.close()
         session, _ = plain.open_unit(Begun("A-2", "apa", "Ann", reason="measured now"))
         assert not session.attempt.simulated
@@ -223,13 +226,13 @@ def test_what_simulated_instruments_read_has_the_mark(tmp_path: Path) -> None:
     file, spec = load_bench(tmp_path / "bench.toml"), load_spec("apa-basic")
     assert file.simulated
     with open_store() as store:
-        bench = Workbench(store, home(), {"apa": spec}, stated=file)
+        bench = Workbench(store, home(), {"apa": spec}, BenchServices(), stated=file)
         session, _ = bench.open_unit(Begun("A-5", "apa", "Ann"))
-        assert session.judge().simulated
+        assert judge_whole_unit(session).simulated
         session.close()
-        plain = Workbench(store, home(), {"apa": spec})
+        plain = Workbench(store, home(), {"apa": spec}, BenchServices())
         session, _ = plain.open_unit(Begun("A-5", "apa", "Ann"))
-        assert session.judge().simulated  # once read by them, the attempt stays theirs
+        assert judge_whole_unit(session).simulated  # once read by them, the attempt stays theirs
         session.close()
         plain.open_unit(Begun("A-6", "apa", "Ann"))[0].close()
         with pytest.raises(EntryError):

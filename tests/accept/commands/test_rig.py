@@ -13,7 +13,8 @@ from accept.judging import judge_unit
 from accept.models.model_file import open_model
 from accept.simulate.unit import UnitRequest, simulate, write
 from accept.units import toml_edit, unit_folder
-from accept.workflow.bench import Begun, open_bench
+from accept.workflow.bench import Begun
+from accept.workflow.open_bench import open_bench
 from accept.workflow.worker.process import WorkerProcess
 from checks.acceptance import CHECKS
 from hw import records
@@ -108,8 +109,8 @@ def test_the_same_map_serves_frf_and_the_workflow(simulated, rig, tmp_path, monk
     bench = open_bench("strut", bench_file=tmp_path / "bench.toml")
     assert bench.records == rig
     session, _ = bench.open_unit(Begun("ST-08", "strut", "Ann"))
-    session.link("frf", CHECKS["frf"].inputs["low"], rig / "low.mat")
-    written = session._written()
+    session.records.link("frf", CHECKS["frf"].inputs["low"], rig / "low.mat")
+    written = session.written()
     assert written.channels["de"] == {"name": "encoder", "unit": "nm"}
     unit = unit_folder.read(session.folder)
     assert unit.channels == load_bench(tmp_path / "bench.toml").rig.channels

@@ -19,7 +19,7 @@ from accept.base.atomic_files import write_atomic
 from accept.models.model_file import open_model
 from accept.simulate import UnitRequest, simulate
 from accept.tui.screens.start import Given
-from accept.workflow.bench import open_bench
+from accept.workflow.open_bench import open_bench
 from accept.workflow.training import open_training
 from tests.accept.tui.tui_help import fill_basic, press, running, shown, type_line, words
 

@@ -19,6 +19,7 @@ from accept.tui.screens.start import Given
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.step_list import StepList
 from accept.workflow.entry.parse_entry import doubt, passing_range, usual_range
+from accept.workflow.worker.judging import judge_step
 from checks.acceptance import CHECKS
 from checks.declare import Series
 from hw.records import write_csv
@@ -187,8 +188,8 @@ async def test_enter_at_the_last_step_opens_the_summary_of_a_strut_too(tmp_path:
             for declared in step.form(None).inputs if not step.derived else ():
                 if isinstance(declared, Series) and not declared.optional:
                     high = tmp_path / f"frf_noise{'_hf' * (declared.name == 'high')}.csv"
-                    session.link(step.name, declared, high)
-            session.judge_step(step.name)
+                    session.records.link(step.name, declared, high)
+            judge_step(session, step.name)
         last = session.steps[-1]
         pilot.app.screen.query_one(StepList).stand_at(last.name)
         await press(pilot, "enter")

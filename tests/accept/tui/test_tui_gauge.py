@@ -15,7 +15,8 @@ from accept.tui.screens.ask import Question
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.limit_bar import numbers
 from accept.tui.widgets.live_value import Gauge, gauge_text
-from accept.workflow.bench import Workbench, open_bench
+from accept.workflow.bench import Workbench
+from accept.workflow.open_bench import open_bench
 from checks.declare import Measured
 from hw.errors import NoReply
 from hw.records import mat_bytes
@@ -145,7 +146,7 @@ FEW = [*np.linspace(-20.0, 150.0, 10), *np.linspace(150.0, -20.0, 10)[1:]]
 
 
 def opened(file: Path):
-    return replace(open_bench("apa-basic", bench_file=file), worker=APART)
+    return replace(open_bench("apa-basic", bench_file=file), services=APART)
 
 
 @pytest.fixture

@@ -30,12 +30,12 @@ from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import StepList
 from accept.units import unit_folder
 from accept.workflow.bench import Begun
-from accept.workflow.record_folder import PickableFile
-from accept.workflow.session import Session
-from accept.workflow.status import Status
+from accept.workflow.entry.record_folder import PickableFile
+from accept.workflow.session.open_session import open_session
+from accept.workflow.steps.status import Status
+from accept.workflow.steps.unit_list import RIG, KnownUnit, Queue, known_units
 from accept.workflow.training import open_training
-from accept.workflow.unit_list import RIG, KnownUnit, Queue, known_units
-from accept.workflow.worker.judging import judge_here
+from accept.workflow.worker.judging import judge_here, judge_step
 from checks.declare import Measured, Series
 from checks.errors import RecordError
 from checks.rounding import rounded
@@ -206,18 +206,18 @@ async def test_the_mark_of_a_step_follows_the_judgement_of_the_whole_unit():
         await fill_values(pilot)
         await press(pilot, "f9")
         session = pilot.app.session
-        assert session.status(session.step("stiffness")) is Status.PASS
-        given, result = session._result
+        assert session.judgements.status(session.step("stiffness")) is Status.PASS
+        given, result = session.judgements._result
         findings = [
             replace(f, verdict=Verdict.NO_RESULT, value=None, reason="contradicts the responses")
             if f.check == "stiffness"
             else f
             for f in result.findings
         ]
-        session._result = given, replace(result, findings=findings)
+        session.judgements._result = given, replace(result, findings=findings)
         await press(pilot, "escape")
-        assert session.status(session.step("stiffness")) is Status.NO_RESULT
-        assert session.status(session.step("capacitance")) is Status.PASS
+        assert session.judgements.status(session.step("stiffness")) is Status.NO_RESULT
+        assert session.judgements.status(session.step("capacitance")) is Status.PASS
 
 
 async def test_a_certificate_from_before_a_nonconformance_is_called_void():
@@ -228,7 +228,7 @@ async def test_a_certificate_from_before_a_nonconformance_is_called_void():
         await sign_first(pilot)
         assert pilot.app.session.attempt.certificate is not None
         await press(pilot, "escape")
-        pilot.app.session.note("stiffness", "flexure cracked", nonconformance=True)
+        pilot.app.session.entries.note("stiffness", "flexure cracked", nonconformance=True)
         await press(pilot, "f9")
         shown_words = words(pilot, "#certificate")
         assert "APA-02.pdf is void" in shown_words
@@ -247,7 +247,7 @@ def test_the_records_of_a_training_are_proposed_as_soon_as_its_unit_is_open():
     at_unit = bench.at_unit(begun)
     session, _ = at_unit.open_unit(begun)
     step = session.step("stroke")
-    assert session.proposals(step, step.check.forms[1], at_unit.records)
+    assert session.records.proposals(step, step.check.forms[1], at_unit.records)
     session.close()
     bench.close()
 
@@ -288,7 +288,7 @@ async def test_a_unit_that_is_held_is_called_so_wherever_it_is_named():
     async with running() as pilot:
         await begin(pilot)
         await fill_values(pilot)
-        pilot.app.session.note("stiffness", "flexure cracked", nonconformance=True)
+        pilot.app.session.entries.note("stiffness", "flexure cracked", nonconformance=True)
         await press(pilot, "f9")
         table = pilot.app.screen.query_one("#findings", DataTable)
         shown_words = {str(table.get_row_at(n)[4]) for n in range(table.row_count)}
@@ -344,7 +344,7 @@ async def test_the_list_of_steps_says_held_where_the_summary_does():
     async with running() as pilot:
         await begin(pilot)
         await fill_values(pilot)
-        pilot.app.session.note("stiffness", "flexure cracked", nonconformance=True)
+        pilot.app.session.entries.note("stiffness", "flexure cracked", nonconformance=True)
         await press(pilot, "f9")
         table = pilot.app.screen.query_one("#findings", DataTable)
         said = {str(table.get_row_at(n)[0]).strip() for n in range(table.row_count)}
@@ -370,8 +370,8 @@ async def test_a_contradiction_of_the_whole_unit_is_marked_after_a_restart_too()
         await press(pilot, "escape", "escape")
         await begin(pilot)
         again = pilot.app.session
-        assert again.status(again.step("stiffness")) is Status.NO_RESULT
-        assert again.status(again.step("capacitance")) is Status.PASS
+        assert again.judgements.status(again.step("stiffness")) is Status.NO_RESULT
+        assert again.judgements.status(again.step("capacitance")) is Status.PASS
 
 
 async def test_long_lines_beside_the_list_of_steps_go_on_below_their_first_letter(monkeypatch: pytest.MonkeyPatch):
@@ -392,7 +392,7 @@ async def test_one_value_stands_with_one_U_beside_its_finding():
         await type_line(pilot, "9.85")
         shown_value = str(field(pilot, "sensor_uF").query_one(".stored", Static).render())
         assert "±" not in shown_value
-        found = pilot.app.session.judgement("capacitance").findings[0]
+        found = pilot.app.session.judgements.of_step("capacitance").findings[0]
         assert shown_value == f"▪ {rounded(found.value, found.U)} uF"
 
 
@@ -412,16 +412,18 @@ async def test_a_refused_record_is_called_refused_in_list_and_summary_after_a_re
         assert proposed(pilot, "low") is None
         await press(pilot, "escape")
         session = pilot.app.session
-        assert session.status(session.step("frf")) is Status.REFUSED
+        assert session.judgements.status(session.step("frf")) is Status.REFUSED
         pilot.app.screen.query_one(StepList).stand_at("frf")
         await settled(pilot)
         assert "clipped" in words(pilot, "#card")
         assert "→ set the range of" in words(pilot, "#card")
         await press(pilot, "f9")
-        responses = [f for f in session.result.findings if f.check == "frf"]
+        responses = [f for f in session.judgements.result.findings if f.check == "frf"]
         assert responses
-        assert all(session.refusal(f).file == "frf_noise.mat" for f in responses)
-        assert all(session.refusal(f) is None for f in session.result.findings if f.check == "capacitance")
+        assert all(session.records.refusal(f).file == "frf_noise.mat" for f in responses)
+        assert all(
+            session.records.refusal(f) is None for f in session.judgements.result.findings if f.check == "capacitance"
+        )
         assert "→ frf_noise.mat: set the range of" in words(pilot, "#verdict")
         assert "refused: " in words(pilot, "#verdict")
         assert label_of(responses[0].quantity) not in words(pilot, "#verdict").partition("not measured:")[2]
@@ -438,20 +440,20 @@ def test_a_refusal_is_over_when_the_step_is_given_otherwise_or_anew(tmp_path: Pa
     write_record(bad, gain=20.0)
     write_record(good)
     with open_store() as store:
-        session = Session(store, home(), load_spec("strut"), "Ann", "ST-01")
+        session = open_session(store, home(), load_spec("strut"), "Ann", "ST-01")
         session.begin({})
         low, high = (session.step("frf").check.inputs[name] for name in ("low", "high"))
 
         def refused() -> set[str]:
             for declared in (low, high):
                 with pytest.raises(RecordError):
-                    session.link("frf", declared, bad)
+                    session.records.link("frf", declared, bad)
             return set(session.state("frf").refused)
 
         assert refused() == {"low", "high"}
-        session.link("frf", low, good)
+        session.records.link("frf", low, good)
         assert set(session.state("frf").refused) == {"high"}
-        session.remeasure("frf", "cable")
+        session.entries.remeasure("frf", "cable")
         assert not session.state("frf").refused
         assert session.attempt.undoable  # a refusal is no entry: it is not taken back
         session.close()
@@ -489,7 +491,7 @@ async def test_a_held_unit_that_is_signed_waits_for_quality_assurance_alone():
         await press(pilot, "enter")
         await type_line(pilot, HEIGHTS)
         await press(pilot, "escape")
-        pilot.app.session.note("stiffness", "flexure cracked", nonconformance=True)
+        pilot.app.session.entries.note("stiffness", "flexure cracked", nonconformance=True)
         await press(pilot, "f9")
         assert "→ sign; quality assurance" in words(pilot, "#detail")
         await sign_first(pilot, WHY)
@@ -516,12 +518,12 @@ async def test_who_measured_stands_on_the_certificate_where_several_did():
         await press(pilot, "enter")
         await type_line(pilot, HEIGHTS)
         session = pilot.app.session
-        assert not unit_folder.read(session._written() and session.folder).notes
+        assert not unit_folder.read(session.written() and session.folder).notes
         assert toml_of((session.folder / unit_folder.UNIT_FILE).read_bytes())["measured_by"] == {"flatness": ["Ann"]}
         session.operator = "Ben"
         await press(pilot, "enter")
         await type_line(pilot, "4.99")
-        session._written()
+        session.written()
         assert unit_folder.read(session.folder).notes == {
             "flatness": ["measured by Ann"], "capacitance": ["measured by Ben"],
         }  # fmt: skip
@@ -533,11 +535,11 @@ async def test_what_was_complete_when_the_program_was_killed_is_judged_in_the_li
         session = pilot.app.session
         inputs = session.step("capacitance").check.inputs
         for name, value in (("sensor_uF", 4.99), ("actuator_uF", 19.85)):  # as a kill leaves them: not judged
-            session.take("capacitance", inputs[name], Measured(value))
+            session.entries.take("capacitance", inputs[name], Measured(value))
         await press(pilot, "escape")
         await begin(pilot)
         session = pilot.app.session
-        assert session.status(session.step("capacitance")) is Status.FAIL
+        assert session.judgements.status(session.step("capacitance")) is Status.FAIL
         rail = pilot.app.screen.query_one(StepList)
         assert "✗" in str(rail.get_cell("capacitance", "mark"))
         rail.stand_at("capacitance")
@@ -551,18 +553,18 @@ async def test_a_judgement_during_which_a_value_was_entered_is_not_kept():
         session = pilot.app.session
         inputs = session.step("capacitance").check.inputs
         for name, value in (("sensor_uF", 4.99), ("actuator_uF", 9.85)):
-            session.take("capacitance", inputs[name], Measured(value))
+            session.entries.take("capacitance", inputs[name], Measured(value))
         upto = session.state("capacitance").upto
 
         def late(folder, spec, stated):
-            session.take("capacitance", inputs["sensor_uF"], Measured(1.2))
-            session._written()
+            session.entries.take("capacitance", inputs["sensor_uF"], Measured(1.2))
+            session.written()
             return judge_here(folder, spec, stated)
 
-        session.judge_step("capacitance", late)
+        judge_step(session, "capacitance", late)
         assert upto not in session.state("capacitance").judgements
-        session.undo()
-        assert session.judgement("capacitance") is None
+        session.undo.entry()
+        assert session.judgements.of_step("capacitance") is None
 
 
 @pytest.mark.parametrize(("size", "who"), [(NARROW, "Anne…"), ((100, 30), "Annemarie Müller")])
@@ -585,7 +587,7 @@ async def test_what_is_saved_stands_in_one_column_until_something_is_typed(tmp_p
         session = pilot.app.session
         files = [i for i in session.step("stiffness").check.inputs.values() if isinstance(i, Series)]
         for declared, name in zip(files, ("one.csv", "two.csv"), strict=True):
-            session.link("stiffness", declared, tmp_path / name)
+            session.records.link("stiffness", declared, tmp_path / name)
         pilot.app.screen.query_one(StepList).stand_at("stiffness")
         await press(pilot, "enter", "up", "up")
         fields = [field for field in pilot.app.screen.query(Field) if field.place.is_file]

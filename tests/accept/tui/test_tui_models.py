@@ -11,15 +11,14 @@ from textual.widgets import DataTable
 from accept.base.atomic_files import write_atomic
 from accept.models.model_file import open_model
 from accept.simulate import UnitRequest, simulate
+from accept.store import Event
 from accept.tui.screens.gap import answer
 from accept.units import unit_folder
 from accept.workflow import certify
 from accept.workflow.bench import Begun
-from accept.workflow.session import Session
-from accept.workflow.status import Status
-from accept.workflow.worker import panel_cache
-from accept.workflow.worker.judging import Elsewhere, Explanation
-from accept.workflow.worker.process import Work
+from accept.workflow.session import Session, panel_cache
+from accept.workflow.steps.status import Status
+from accept.workflow.worker.judging import Elsewhere, judge_step, judge_whole_unit
 from checks.picture import Image
 from tests.accept.tui.tui_help import APART, WIDE, loader, press, running, settled, shown, type_line, words
 from tests.accept.workflow import worker_orders
@@ -72,19 +71,19 @@ async def test_misalignment_is_found_shown_and_not_computed_again_after_a_restar
     async with running(loader("strut")) as pilot:
         await to_steps(pilot)
         await open_row(pilot, "misalignment")
-        found = {f.quantity: f for f in pilot.app.session.judgement("misalignment").findings}
+        found = {f.quantity: f for f in pilot.app.session.judgements.of_step("misalignment").findings}
         dy = found["dy_um"]
         assert abs(dy.value - DY_UM) <= dy.U  # one draw: within U in 95 of 100, and this seed is one of them
         assert dy.verdict in ("fail", "conditional")  # the limit is 100 um
         assert "Misalignment dy" in words(pilot, "#findings")
-        panels = pilot.app.session.panels("misalignment")
+        panels = pilot.app.session.judgements.panels("misalignment")
         assert any(isinstance(item, Image) for item in panels["map"].items)
-    monkeypatch.setattr(Elsewhere, "judge", None)  # a second computation would fail
+    monkeypatch.setattr(Elsewhere, "judge_step", None)  # a second computation would fail
     async with running(loader("strut")) as pilot:
         await to_steps(pilot)
         await open_row(pilot, "misalignment")
         assert "Misalignment dy" in words(pilot, "#findings")
-        assert set(pilot.app.session.panels("misalignment")) == set(panels)
+        assert set(pilot.app.session.judgements.panels("misalignment")) == set(panels)
         await press(pilot, "f7", *["right"] * list(panels).index("map"))
         assert "●" in picture(pilot)  # the estimate on its map
 
@@ -101,15 +100,15 @@ async def test_a_step_without_records_says_which(tmp_path: Path):
         await open_row(pilot, "misalignment")
         assert "Load the records of 'Responses' first" in words(pilot, "#status")
         await press(pilot, "f3")
-        assert pilot.app.session.judgement("misalignment") is None
+        assert pilot.app.session.judgements.of_step("misalignment") is None
         await press(pilot, "escape")
         await open_row(pilot, "gap")
         assert "Load the frequency responses first" in words(pilot, "#status")
 
 
-def canned(self: Elsewhere, folder: Path, spec) -> Explanation:
+def canned(self: Elsewhere) -> Event:
     self._say("fitting all bins")
-    return FOUND, PANELS
+    return self._session.gap.explain(lambda folder, spec: (FOUND, PANELS))
 
 
 async def test_what_is_missing_is_told_kept_and_stands_in_the_list(begun, monkeypatch):
@@ -132,20 +131,20 @@ async def test_what_is_missing_is_told_kept_and_stands_in_the_list(begun, monkey
         await press(pilot, "f7")
         assert picture(pilot)
         link = pilot.app.session.step("frf").check.inputs["low_repeat"]
-        pilot.app.session.link("frf", link, pilot.app.session.folder / RECORDS[0])
-        assert pilot.app.session.gap is None  # other responses: what was said of the old ones holds no more
+        pilot.app.session.records.link("frf", link, pilot.app.session.folder / RECORDS[0])
+        assert pilot.app.session.gap.found is None  # other responses: what was said of the old ones holds no more
 
 
 @pytest.mark.parametrize("row", ["misalignment", "gap"])
 async def test_a_long_computation_shows_its_clock_and_is_stopped(begun, row, monkeypatch, tmp_path):
-    for step in [s.name for s in begun.unjudged if s.check.model is None]:
-        begun.judge_step(step)  # else the list does it, and does not end
+    for step in [s.name for s in begun.judgements.unjudged if s.check.model is None]:
+        judge_step(begun, step)  # else the list does it, and does not end
     begun.close()
 
     def endless(self: Elsewhere, *_) -> None:
-        self._run(Work(worker_orders.wait_for_ever, tmp_path / "pid"))
+        self._run(worker_orders.wait_for_ever, tmp_path / "pid")
 
-    monkeypatch.setattr(Elsewhere, "judge", endless)
+    monkeypatch.setattr(Elsewhere, "judge_step", endless)
     monkeypatch.setattr(Elsewhere, "explain", endless)
     async with running(loader("strut")) as pilot:
         await to_steps(pilot)
@@ -162,11 +161,11 @@ async def test_a_long_computation_shows_its_clock_and_is_stopped(begun, row, mon
 
 
 def test_what_was_explained_goes_on_the_certificate(begun):
-    certify.make_keys(begun.home, "Ann", "correct horse")
+    certify.Signing(begun).make_keys("correct horse")
     begun.spec = begun.spec.model_copy(update={"checks": {"frf": begun.spec.checks["frf"]}})  # the quick one of them
-    event = begun.explain(lambda folder, spec: (FOUND, PANELS))
+    event = begun.gap.explain(lambda folder, spec: (FOUND, PANELS))
     assert event.what == "gap_explained"
-    result = begun.judge()
+    result = judge_whole_unit(begun)
     assert result.to_json()["gap"]["named"] == FOUND["named"]
     assert {"gap/de magnitude", "gap/de residual"} <= set(result.panels)
     assert begun.attempt.verdict is not None
@@ -201,7 +200,7 @@ def test_pictures_that_are_damaged_are_as_good_as_none(tmp_path: Path):
 
 @pytest.mark.soak
 def test_the_hidden_misalignment_is_named(begun):
-    begun.explain(Elsewhere(APART).explain)
+    begun.gap.explain(Elsewhere(APART).explain)
     assert [n["effect"] for n in begun.gap["named"]] == ["misalignment"]
     assert (begun.folder / "gap" / "gap.pdf").is_file()
 
@@ -209,10 +208,10 @@ def test_the_hidden_misalignment_is_named(begun):
 def test_a_derived_step_stands_until_it_was_judged(begun):
     step = begun.step("misalignment")
     assert step.derived
-    assert begun.status(step) is Status.TAKEN
-    assert begun.status(begun.step("frf")) is Status.TAKEN
-    begun.judge_step("frf")
-    assert begun.next_step() is step
+    assert begun.judgements.status(step) is Status.TAKEN
+    assert begun.judgements.status(begun.step("frf")) is Status.TAKEN
+    judge_step(begun, "frf")
+    assert begun.judgements.next_step() is step
     assert "misalignment" not in unit_folder.read(begun.folder).sections
 
 

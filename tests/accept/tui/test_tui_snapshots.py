@@ -19,8 +19,7 @@ from accept.judging.judge_unit import load_spec
 from accept.store.payloads import StepJudged
 from accept.tui.screens import units
 from accept.workflow.bench import Begun, Workbench
-from accept.workflow.session import Session
-from accept.workflow.worker import panel_cache
+from accept.workflow.session import Session, panel_cache
 from checks.picture import Image, Line, Mark, Panel
 from checks.verdict import Finding, Verdict
 from hw.records import write_csv
@@ -79,9 +78,9 @@ def strut() -> Workbench:
     bench = loader("strut", RECORDS)()
     session, _ = bench.open_unit(Begun("ST-01", "strut", "Ann"))
     for name in ("low", "high"):
-        session.link("frf", session.step("frf").check.inputs[name], RECORDS / "frf.csv")
+        session.records.link("frf", session.step("frf").check.inputs[name], RECORDS / "frf.csv")
     _judged(session)
-    session.explain(lambda folder, spec: (FOUND, PANELS))
+    session.gap.explain(lambda folder, spec: (FOUND, PANELS))
     session.close()
     return bench
 

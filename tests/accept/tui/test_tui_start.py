@@ -14,8 +14,9 @@ from accept.store import open_store
 from accept.store.payloads import RunOpened
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
-from accept.workflow.bench import Begun, open_bench
+from accept.workflow.bench import Begun
 from accept.workflow.certify import sign_unit
+from accept.workflow.open_bench import open_bench
 from accept.workflow.training import open_training
 from checks.declare import Measured
 from tests.accept.tui.tui_help import (
@@ -95,7 +96,7 @@ def test_a_training_goes_on_with_its_unit_unless_another_was_asked_for():
     begun = Begun("TRAIN-000003", "apa", "Ann")
     bench = open_training("apa-basic", 3)
     session, _ = bench.at_unit(begun).open_unit(begun)
-    session.take("capacitance", session.step("capacitance").check.inputs["sensor_uF"], Measured(4.99))
+    session.entries.take("capacitance", session.step("capacitance").check.inputs["sensor_uF"], Measured(4.99))
     session.close()
     bench.close()
     for seed, proposed in ((None, "TRAIN-000003"), (3, "")):
@@ -158,7 +159,7 @@ async def test_a_burst_with_a_refused_serial_opens_the_unit_that_is_scanned_next
 
 
 async def test_one_enter_passes_the_parts_that_stay_empty():
-    async with running(lambda: replace(open_bench("strut"), worker=APART)) as pilot:
+    async with running(lambda: replace(open_bench("strut"), services=APART)) as pilot:
         await press(pilot, *"ST-01", "enter", "enter")
         assert screen(pilot) == "StartScreen"
         await press(pilot, *"APA-07", "enter")  # the first part is given, the others are not

@@ -37,7 +37,7 @@ class Technician:
 
     def _busy_s(self) -> float:
         """Processor time of the screens and of the process that judges [s]."""
-        worker = self.pilot.app.bench.worker._process
+        worker = self.pilot.app.bench.services._process
         stat = Path(f"/proc/{worker.pid}/stat") if worker is not None else None
         fields = stat.read_text().rpartition(")")[2].split() if stat is not None and stat.exists() else []
         return time.process_time() + sum(map(int, fields[11:13])) / os.sysconf("SC_CLK_TCK")
@@ -94,7 +94,7 @@ class Technician:
 
 
 def verdicts(pilot) -> dict[str, str]:
-    return {f.quantity: str(f.verdict) for f in pilot.app.session.result.findings}
+    return {f.quantity: str(f.verdict) for f in pilot.app.session.judgements.result.findings}
 
 
 @pytest.mark.slow
@@ -156,7 +156,7 @@ async def test_a_strut_without_encoder_up_to_the_signature():
         assert [step.name for step in pilot.app.session.steps] == ["frf", "hysteresis"]
         await ann.measures()
         assert set(verdicts(pilot).values()) == {"pass"}
-        assert any("misalignment does not apply" in note for note in pilot.app.session.result.notes)
+        assert any("misalignment does not apply" in note for note in pilot.app.session.judgements.result.notes)
         await ann.press("f2")
         for _ in range(2):  # an accepted unit asks for no reason
             await ann.types(PASSPHRASE)

@@ -11,10 +11,10 @@ from accept.certificate.trust import keys
 from accept.judging.judge_unit import default_spec, load_spec
 from accept.store import open_store
 from accept.tui.widgets.step_list import StepList
-from accept.workflow.bench import open_bench
-from accept.workflow.session import Session
+from accept.workflow.open_bench import open_bench
 from accept.workflow.steps.plan import steps_of
-from accept.workflow.unit_list import KnownUnit, known_units, queues
+from accept.workflow.steps.unit_list import KnownUnit, known_units, queues
+from accept.workflow.worker.judging import Elsewhere
 from tests.accept.tui.tui_help import (
     APART,
     HEIGHTS,
@@ -25,7 +25,6 @@ from tests.accept.tui.tui_help import (
     press,
     running,
     settled,
-    shown,
     type_line,
     words,
 )
@@ -170,13 +169,13 @@ async def test_a_unit_that_is_open_elsewhere_is_said_and_nothing_is_lost():
 
 def judging_waits(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     """Hold every judgement of a unit back until the event is set."""
-    go_on, judge = threading.Event(), Session.judge
+    go_on, judge = threading.Event(), Elsewhere.judge
 
     def slowly(self, *given):
         go_on.wait(SETTLED_WITHIN_S)
         return judge(self, *given)
 
-    monkeypatch.setattr(Session, "judge", slowly)
+    monkeypatch.setattr(Elsewhere, "judge", slowly)
     return go_on
 
 
@@ -195,31 +194,6 @@ async def test_a_passphrase_typed_while_the_unit_is_evaluated_is_not_lost_nor_sh
         with open_store() as store:
             assert not list(store.events(what="certificate_signed"))
         await press(pilot, "enter")
-        assert "✓ verified" in words(pilot, "#certificate")
-
-
-@pytest.mark.slow
-async def test_a_wrong_passphrase_before_the_result_leaves_one_question_and_nothing_of_it_behind_signed(
-    monkeypatch: pytest.MonkeyPatch,
-):
-    """The result that came meanwhile opened a second question over the refused one."""
-    keys.init(home(), "correct horse", "Ann")
-    go_on = judging_waits(monkeypatch)
-    async with running() as pilot:
-        await begin(pilot)
-        await fill_values(pilot)
-        await pilot.press("f9", "f2", *"wrong", "enter")
-        await shown(pilot, "#wrong", "✗")
-        go_on.set()
-        await settled(pilot)
-        assert [type(each).__name__ for each in pilot.app.screen_stack[-2:]] == ["Summary", "Question"]
-        assert "✗" in words(pilot, "#wrong")
-        await press(pilot, "c")
-        assert not words(pilot, "#wrong")  # said of what stood there before
-        await press(pilot, *"orrect", "space", *"horse", "enter")
-        assert "You sign as technician: ACCEPTED" in words(pilot, ".words")
-        await press(pilot, "enter")
-        assert screen(pilot) == "Summary"
         assert "✓ verified" in words(pilot, "#certificate")
 
 
@@ -246,7 +220,7 @@ def test_the_names_of_the_lists_are_whole():
 
 async def test_the_kind_follows_a_serial_that_is_known():
     """After a strut the next unit may be an APA that was begun before. Red before: a dead end, whatever was pressed."""
-    async with running(lambda: replace(open_bench(None), worker=APART)) as pilot:
+    async with running(lambda: replace(open_bench(None), services=APART)) as pilot:
         screen = pilot.app.screen
         screen.query_one("#kind", Input).value = "apa"
         await begin(pilot, "APA-02")

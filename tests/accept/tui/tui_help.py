@@ -20,8 +20,9 @@ from textual.worker import WorkerCancelled, WorkerFailed
 from accept.certificate.trust import keys
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
-from accept.workflow.bench import Workbench, open_bench
-from accept.workflow.worker.process import WorkerProcess
+from accept.workflow.bench import Workbench
+from accept.workflow.open_bench import BenchServices, open_bench
+from accept.workflow.worker.judging import judge_step
 from checks.declare import Measured
 
 SHOWN_WITHIN_S = 30.0  # on a crowded machine
@@ -30,12 +31,12 @@ NARROW, WIDE = (80, 24), (140, 40)
 HEIGHTS = "0 -2.5 -3 0 -1.5 1 -2 -4"  # APA 2 of [STB] 2.1.2
 
 
-APART = WorkerProcess()  # one for all tests of a process: to start it takes longer than what it has to do
+APART = BenchServices()  # one for all tests of a process: to start it takes longer than what it has to do
 atexit.register(APART.close)
 
 
 def loader(spec: str = "apa-basic", records: Path | None = None, folder: Path | None = None) -> Callable[[], Workbench]:
-    return lambda: replace(open_bench(spec, records, folder=folder), worker=APART)
+    return lambda: replace(open_bench(spec, records, folder=folder), services=APART)
 
 
 @asynccontextmanager
@@ -173,9 +174,9 @@ async def fill_values(pilot: Pilot[None]) -> None:
         ("stiffness", "k_N_per_um", None, 1.75),
     )
     for step, name, index, value in values:
-        session.take(step, session.step(step).check.inputs[name], Measured(value), index=index)
+        session.entries.take(step, session.step(step).check.inputs[name], Measured(value), index=index)
     for step in dict.fromkeys(step for step, *_ in values):
-        session.judge_step(step)
+        judge_step(session, step)
     await settled(pilot)
 
 

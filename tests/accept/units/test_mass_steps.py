@@ -19,9 +19,11 @@ from accept.judging import judge_unit
 from accept.store import open_store
 from accept.units import toml_edit, unit_folder
 from accept.workflow import certify
-from accept.workflow.bench import Begun, open_bench
+from accept.workflow.bench import Begun
 from accept.workflow.capture import measure_folder
 from accept.workflow.instruments.hardware import BenchInstrument
+from accept.workflow.open_bench import open_bench
+from accept.workflow.worker.judging import judge_whole_unit
 from checks.verdict import Verdict
 from hw.errors import Implausible, InstrumentError, SettingsError
 from hw.instruments import Heidenhain
@@ -132,11 +134,11 @@ def test_followed_at_the_bench_taken_up_by_the_workflow_and_certified(unit: Path
     bench = open_bench("apa-basic", folder=unit)
     session, problems = bench.open_unit(Begun("APA-09", "apa", "Ann"))
     assert problems == []
-    (found,) = [f for f in session.judge().findings if f.quantity == "k_closed_N_per_um"]
+    (found,) = [f for f in judge_whole_unit(session).findings if f.quantity == "k_closed_N_per_um"]
     assert found.verdict is Verdict.PASS
     assert found.value == pytest.approx(1.75, rel=5e-3)
-    certify.make_keys(session.home, "Ann", "correct horse")
-    report = certify.sign_unit(session, "correct horse", "only the stiffness was wanted")
+    certify.Signing(session).make_keys("correct horse")
+    report = certify.Signing(session).sign("correct horse", "only the stiffness was wanted")
     assert report.valid, report.reason
     session.close()
     bench.close()

@@ -22,7 +22,9 @@ from accept.store.payloads import CertificateSigned, Decision, EntryUndone, Nonc
 from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.session import Session
-from accept.workflow.unit_list import KnownUnit, known_unit
+from accept.workflow.session.open_session import open_session
+from accept.workflow.steps.unit_list import KnownUnit, known_unit
+from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
 from tests.accept.workflow.test_workflow import fill
 
@@ -39,7 +41,7 @@ def store() -> Iterator[Store]:
 @pytest.fixture
 def session(store: Store) -> Iterator[Session]:
     keys.init(home(), "correct horse", "Ann", "Quinn", "battery staple")
-    opened = Session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
+    opened = open_session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
     opened.begin({})
     fill(opened)
     yield opened
@@ -58,40 +60,40 @@ def batch(folder: Path, out: Path) -> dict[str, object]:
 
 def test_the_unit_is_held_and_no_finding_is_spoiled(session: Session) -> None:
     """Each finding is a statement of conformity about what was measured; the unit as a whole is not accepted."""
-    before = session.judge().findings
-    session.note("stiffness", "flexure cracked", nonconformance=True)
-    result = session.judge()
+    before = judge_whole_unit(session).findings
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
+    result = judge_whole_unit(session)
     assert (result.verdict, result.word, result.nonconformances) == ("conditional", "held", (CRACKED,))
     assert result.findings == before
     assert {f.verdict for f in result.findings} == {"pass"}
 
 
 def test_a_plain_note_holds_nothing_and_can_be_undone(session: Session) -> None:
-    session.note("stiffness", "looks dusty")
-    assert session.judge().verdict == "accepted"
-    session.undo()
-    assert session.judge().verdict == "accepted"
+    session.entries.note("stiffness", "looks dusty")
+    assert judge_whole_unit(session).verdict == "accepted"
+    session.undo.entry()
+    assert judge_whole_unit(session).verdict == "accepted"
 
 
 def test_no_undo_releases_it(session: Session) -> None:
     """Not by the key, and not by an event that a script writes: a walk of a technician lifted a hold so, and signed."""
-    noted = session.note("stiffness", "flexure cracked", nonconformance=True)
+    noted = session.entries.note("stiffness", "flexure cracked", nonconformance=True)
     with pytest.raises(EntryError, match="'flexure cracked' holds this unit"):
-        session.undo()
-    assert session.judge().nonconformances == (CRACKED,)
+        session.undo.entry()
+    assert judge_whole_unit(session).nonconformances == (CRACKED,)
     session.append(EntryUndone(noted.seq))
-    assert list(session.nonconformances) == [CRACKED]
-    assert session.judge().verdict == "conditional"
+    assert list(session.judgements.nonconformances) == [CRACKED]
+    assert judge_whole_unit(session).verdict == "conditional"
     session.close()
-    again = Session(session.store, home(), load_spec("apa-basic"), "Ben", "APA-02")
-    assert list(again.nonconformances) == [CRACKED]
+    again = open_session(session.store, home(), load_spec("apa-basic"), "Ben", "APA-02")
+    assert list(again.judgements.nonconformances) == [CRACKED]
     again.close()
 
 
 def test_an_incomplete_unit_is_called_held_too(session: Session, tmp_path: Path) -> None:
     """In the list of units, by the line on its serial, by batch and by verify; it was called incomplete alone."""
     step = session.step("stiffness")
-    session.remeasure(step.name, "slipped")
+    session.entries.remeasure(step.name, "slipped")
     specs = {"apa": session.spec}
 
     def known() -> KnownUnit:
@@ -99,10 +101,10 @@ def test_an_incomplete_unit_is_called_held_too(session: Session, tmp_path: Path)
         assert unit is not None
         return unit
 
-    session.note("stiffness", "flexure cracked", nonconformance=True)
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
     assert known().words.startswith("attempt 1: held, ")
-    assert session.judge().word == "held, incomplete"
-    assert certify.sign_unit(session, "correct horse", WHY).valid
+    assert judge_whole_unit(session).word == "held, incomplete"
+    assert certify.Signing(session).sign("correct horse", WHY).valid
     assert known().state == "held, signed"
     assert known().words == "attempt 1: held, incomplete, signed"
     assert "APA-02 held, incomplete; signed by 'Ann'" in accept("verify", session.attempt.certificate).output
@@ -111,18 +113,18 @@ def test_an_incomplete_unit_is_called_held_too(session: Session, tmp_path: Path)
 
 
 def test_a_failed_unit_stays_rejected(session: Session) -> None:
-    session.note("stiffness", "flexure cracked", nonconformance=True)
-    session.take("stroke", session.step("stroke").check.inputs["stroke_um"], Measured(100.0))
-    assert session.judge().verdict == "rejected"
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
+    session.entries.take("stroke", session.step("stroke").check.inputs["stroke_um"], Measured(100.0))
+    assert judge_whole_unit(session).verdict == "rejected"
 
 
 def test_batch_and_report_by_store_and_by_folder(
     session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of the same serial in a folder without the note, by the store; and in a bench that knows only the folder."""
-    shutil.copytree(session.judge() and session.folder, plain := tmp_path / "plain")
-    session.note("stiffness", "flexure cracked", nonconformance=True)
-    session.judge()
+    shutil.copytree(judge_whole_unit(session) and session.folder, plain := tmp_path / "plain")
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
+    judge_whole_unit(session)
     for folder in (plain, session.folder):
         entry = batch(folder, tmp_path / "out")
         assert (entry["verdict"], entry["nonconformances"], entry["exit"]) == ("conditional", [CRACKED], 4)
@@ -135,15 +137,15 @@ def test_batch_and_report_by_store_and_by_folder(
 
 def test_certificate_and_verify_say_so(session: Session) -> None:
     """On page 1; a certificate from before the note is not plainly valid any more."""
-    session.judge()
-    before = session.judge() and certify.sign_unit(session, "correct horse")
+    judge_whole_unit(session)
+    before = judge_whole_unit(session) and certify.Signing(session).sign("correct horse")
     assert before.valid
     first = Path(str(session.attempt.certificate))
     kept = first.read_bytes()
-    session.note("stiffness", "flexure cracked", nonconformance=True)
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
     first.with_name("kept.pdf").write_bytes(kept)
     assert accept("verify", first.with_name("kept.pdf")).exit_code == 4
-    assert certify.sign_unit(session, "correct horse", WHY).valid
+    assert certify.Signing(session).sign("correct horse", WHY).valid
     pdf = Path(str(session.attempt.certificate))
     page = " ".join(PdfReader(pdf).pages[0].extract_text().split())
     assert f"Held by a nonconformance: {CRACKED}" in page
@@ -156,16 +158,16 @@ def test_certificate_and_verify_say_so(session: Session) -> None:
 
 @pytest.mark.parametrize(("choice", "verdict"), [("rework", "accepted"), ("scrap", "conditional"), ("", "conditional")])
 def test_the_next_attempt_follows_the_disposition(session: Session, choice: str, verdict: str) -> None:
-    session.note("stiffness", "flexure cracked", nonconformance=True)
-    certify.sign_unit(session, "correct horse", WHY)
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
+    certify.Signing(session).sign("correct horse", WHY)
     if choice:
-        countersigned = certify.countersign_unit(session, "battery staple", choice, "seen under the lens")
+        countersigned = certify.Signing(session).countersign("battery staple", choice, "seen under the lens")
         assert countersigned.valid
-        assert session.judge().verdict == "conditional"  # what was signed stays as it is
+        assert judge_whole_unit(session).verdict == "conditional"  # what was signed stays as it is
         assert session.attempt.certificate is not None
     session.begin({}, "reworked")
     fill(session)
-    result = session.judge()
+    result = judge_whole_unit(session)
     assert (result.verdict, result.nonconformances) == (verdict, () if choice == "rework" else (CRACKED,))
 
 
@@ -178,8 +180,8 @@ def test_a_certificate_that_leaves_it_out_is_not_valid(session: Session, note: b
     from accept.certificate.verify.result_diff import differences
 
     if note:
-        session.note("stiffness", "flexure cracked", nonconformance=True)
-    certify.sign_unit(session, "correct horse", WHY)
+        session.entries.note("stiffness", "flexure cracked", nonconformance=True)
+    certify.Signing(session).sign("correct horse", WHY)
     contents = attachments.read(Path(str(session.attempt.certificate)).read_bytes())
     forged = {key: value for key, value in contents.result.items() if key != "nonconformances"}
     forged["verdict"] = "accepted"
@@ -191,15 +193,15 @@ def again(session: Session) -> str:
     """The verdict of another attempt."""
     session.begin({}, "measured again")
     fill(session)
-    return str(session.judge().verdict)
+    return str(judge_whole_unit(session).verdict)
 
 
 def test_a_disposition_that_nobody_signed_releases_nothing(session: Session, store: Store) -> None:
     """Written into the store by a program of the insider's own: without a signature, with that of a technician, with
     that of another unit, and with one that counted before."""
-    session.note("stiffness", "flexure cracked", nonconformance=True)
-    certify.sign_unit(session, "correct horse", WHY)
-    certify.countersign_unit(session, "battery staple", "return", "seen under the lens")
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
+    certify.Signing(session).sign("correct horse", WHY)
+    certify.Signing(session).countersign("battery staple", "return", "seen under the lens")
     session.refresh()
     last = store.latest("APA-02", CertificateSigned.KIND)
     assert last is not None
@@ -224,14 +226,14 @@ def test_quality_assurance_decides_without_a_certificate(
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
     asked = ("store", "dispose", "APA-02", "--disposition", "rework", "--because", "polished")
     assert accept(*asked).exit_code == 6  # nothing holds it
-    session.note("stiffness", "flexure cracked", nonconformance=True)
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
     assert again(session) == "conditional"
     done = accept(*asked)
     assert done.exit_code == 0, done.output
     assert again(session) == "accepted"
     assert "rework: polished" in accept("store", "log", "APA-02").stdout
     decided = store.latest("APA-02", NonconformanceDecided.KIND)
-    session.note("stiffness", "flexure cracked", nonconformance=True)
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
     assert decided is not None
     store.append(decided.what, "APA-02", decided.data, who="Quinn")
     assert again(session) == "conditional"
@@ -242,9 +244,9 @@ def test_the_reason_of_a_decision_is_never_the_passphrase(
 ) -> None:
     """It would stand in the store and on the certificate in clear."""
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
-    session.note("stiffness", "flexure cracked", nonconformance=True)
-    session.judge()
-    certify.sign_unit(session, "correct horse", WHY)
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
+    judge_whole_unit(session)
+    certify.Signing(session).sign("correct horse", WHY)
     before, chosen = store.head().seq, ("--disposition", "rework", "--because", " battery staple")
     for asked in (
         ("store", "dispose", "APA-02", *chosen),
@@ -265,10 +267,10 @@ def test_a_disposition_counts_once_however_its_signature_is_written(
 ) -> None:
     """Of an ECDSA signature (r, s), (r, n - s) holds too, and a PEM has more than one spelling."""
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
-    session.note("stiffness", "flexure cracked", nonconformance=True)
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
     assert again(session) == "conditional"
     assert accept("store", "dispose", "APA-02", "--disposition", "rework", "--because", "polished").exit_code == 0
-    session.note("stiffness", "flexure cracked", nonconformance=True)
+    session.entries.note("stiffness", "flexure cracked", nonconformance=True)
     event = store.latest("APA-02", NonconformanceDecided.KIND)
     assert event is not None
     decided = NonconformanceDecided.of(event)

@@ -22,8 +22,11 @@ from accept.store import open_store
 from accept.units import unit_folder
 from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError, parse_path
-from accept.workflow.record_folder import new_photo
-from accept.workflow.session import NOTES_FOLDER, Session
+from accept.workflow.entry.record_folder import new_photo
+from accept.workflow.session import Session
+from accept.workflow.session.entries import NOTES_FOLDER
+from accept.workflow.session.open_session import open_session
+from accept.workflow.worker.judging import judge_step, judge_whole_unit
 from checks.declare import Measured
 
 PHOTO = b"\xff\xd8 a crack"
@@ -40,17 +43,17 @@ def photo(tmp_path: Path) -> Path:
 @pytest.fixture
 def session():
     with open_store() as store:
-        opened = Session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
+        opened = open_session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
         opened.begin({})
         step = opened.step("capacitance")
-        opened.take("capacitance", step.check.inputs["sensor_uF"], Measured(4.99))
+        opened.entries.take("capacitance", step.check.inputs["sensor_uF"], Measured(4.99))
         yield opened
         opened.close()
 
 
 def lines(session: Session) -> list[str]:
     """What the unit's folder says on flatness, and a batch reads."""
-    session.judge_step("capacitance")
+    judge_step(session, "capacitance")
     unit = unit_folder.read(session.folder)
     notes = [note for note in judge_unit(unit, session.spec).notes if note.startswith("flatness: ")]
     return [note.removeprefix("flatness: ") for note in notes]
@@ -58,7 +61,7 @@ def lines(session: Session) -> list[str]:
 
 def test_what_was_read_from_an_instrument_is_told_from_what_was_typed_in_the_unit_s_folder(session: Session):
     def read_with() -> dict[str, list[str]]:
-        session.judge_step("capacitance")
+        judge_step(session, "capacitance")
         content: dict[str, list[str]] = unit_folder.toml_of((session.folder / unit_folder.UNIT_FILE).read_bytes()).get(
             "read_with", {}
         )
@@ -66,25 +69,25 @@ def test_what_was_read_from_an_instrument_is_told_from_what_was_typed_in_the_uni
 
     inputs = session.step("capacitance").check.inputs
     assert read_with() == {}  # typed
-    session.take("capacitance", inputs["actuator_uF"], Measured(9.85, 0.003), source="LCR-819 SIM-1")
+    session.entries.take("capacitance", inputs["actuator_uF"], Measured(9.85, 0.003), source="LCR-819 SIM-1")
     assert read_with() == {"capacitance": ["typed", "LCR-819 SIM-1"]}
-    session.take("capacitance", inputs["sensor_uF"], Measured(4.98), source="LCR-819 SIM-1")
+    session.entries.take("capacitance", inputs["sensor_uF"], Measured(4.98), source="LCR-819 SIM-1")
     assert read_with() == {"capacitance": ["LCR-819 SIM-1"]}  # what was replaced does not count
     unit_folder.read(session.folder)
 
 
 def test_a_photo_is_copied_hashed_and_named_on_the_certificate(session: Session, photo: Path):
-    session.note("flatness", "scratch", files=[photo])
+    session.entries.note("flatness", "scratch", files=[photo])
     assert (session.folder / NOTES_FOLDER / "crack.jpg").read_bytes() == PHOTO
     assert lines(session) == [f"scratch; file crack.jpg, SHA-256 {DIGEST} (Ann)"]
 
 
 def test_a_certificate_with_a_photo_verifies_and_names_its_hash(session: Session, photo: Path):
     certify.keys.init(session.home, "correct horse", "Ann")
-    session.note("capacitance", "scratch", files=[photo])
-    session.note("capacitance", "flexure cracked", True, [photo])
-    assert DIGEST in session.judge().nonconformances[0]
-    assert certify.sign_unit(session, "correct horse", "only the notes are wanted").valid
+    session.entries.note("capacitance", "scratch", files=[photo])
+    session.entries.note("capacitance", "flexure cracked", True, [photo])
+    assert DIGEST in judge_whole_unit(session).nonconformances[0]
+    assert certify.Signing(session).sign("correct horse", "only the notes are wanted").valid
     attached = PdfReader(session.attempt.certificate).attachments.values()
     line = f"scratch; file crack.jpg, SHA-256 {DIGEST} (Ann)"
     assert any(line.encode() in content for contents in attached for content in contents)
@@ -94,9 +97,9 @@ def test_a_picture_is_printed_if_it_is_asked_for_and_verified(session: Session, 
     certify.keys.init(session.home, "correct horse", "Ann")
     photo = tmp_path / "crack.png"
     Image.effect_noise((3000, 1500), 60.0).save(photo)
-    session.note("capacitance", "scratch", files=[photo], printed=True)
-    session.judge()
-    assert certify.sign_unit(session, "correct horse", "only the notes are wanted").valid
+    session.entries.note("capacitance", "scratch", files=[photo], printed=True)
+    judge_whole_unit(session)
+    assert certify.Signing(session).sign("correct horse", "only the notes are wanted").valid
     pdf = Path(session.attempt.certificate)
     shown = [(page, image) for page in PdfReader(pdf).pages for image in page.images]
     assert [image.image.size for _, image in shown] == [(1200, 600)]
@@ -116,11 +119,11 @@ def test_a_picture_is_printed_if_it_is_asked_for_and_verified(session: Session, 
 def test_a_picture_that_is_off_the_certificate_or_gone_is_not_printed(session: Session, tmp_path: Path):
     photo = tmp_path / "crack.png"
     Image.new("RGB", (40, 20)).save(photo)
-    session.note("capacitance", "table is wobbly", files=[photo], internal=True, printed=True)
-    session.judge()
+    session.entries.note("capacitance", "table is wobbly", files=[photo], internal=True, printed=True)
+    judge_whole_unit(session)
     assert not unit_folder.read(session.folder).pictures
-    session.note("capacitance", "scratch", files=[photo], printed=True)
-    result = session.judge()
+    session.entries.note("capacitance", "scratch", files=[photo], printed=True)
+    result = judge_whole_unit(session)
     assert unit_folder.read(session.folder).pictures == {"capacitance": ["notes/crack.print.jpg"]}
     contents = content_of(result, session.spec, session.folder, "Ann", size_limit=0)
     assert "not attached" in "".join(page.extract_text() for page in PdfReader(io.BytesIO(render(contents))).pages)
@@ -129,26 +132,26 @@ def test_a_picture_that_is_off_the_certificate_or_gone_is_not_printed(session: S
 def test_what_is_no_picture_is_refused_before_anything_is_stored(session: Session, photo: Path):
     before = session.run.seq
     with pytest.raises(EntryError, match="no picture that can be printed"):
-        session.note("flatness", "scratch", files=[photo], printed=True)
+        session.entries.note("flatness", "scratch", files=[photo], printed=True)
     assert session.refresh().seq == before
 
 
 def test_another_photo_of_the_same_name_replaces_none(session: Session, photo: Path):
-    session.note("flatness", "one", files=[photo])
+    session.entries.note("flatness", "one", files=[photo])
     photo.write_bytes(b"another")
-    session.note("flatness", "two", files=[photo])
+    session.entries.note("flatness", "two", files=[photo])
     assert [note.files for note in session.state("flatness").notes] == [("crack.jpg",), ("crack-2.jpg",)]
     assert (session.folder / NOTES_FOLDER / "crack.jpg").read_bytes() == PHOTO
 
 
 def test_an_internal_note_stays_off_the_certificate(session: Session, photo: Path):
-    session.note("flatness", "table is wobbly", files=[photo], internal=True)
+    session.entries.note("flatness", "table is wobbly", files=[photo], internal=True)
     assert lines(session) == []
     assert session.state("flatness").notes[0].text == "table is wobbly"
 
 
 def test_a_nonconformance_with_a_photo_holds_the_unit_once_and_is_never_internal(session: Session, photo: Path):
-    session.note("flatness", "flexure cracked", True, [photo], internal=True)
+    session.entries.note("flatness", "flexure cracked", True, [photo], internal=True)
     (line,) = lines(session)
     assert DIGEST in line
     notes = unit_folder.read(session.folder).notes
@@ -157,9 +160,9 @@ def test_a_nonconformance_with_a_photo_holds_the_unit_once_and_is_never_internal
 
 def test_a_file_that_is_not_there_stores_nothing(session: Session, tmp_path: Path):
     with pytest.raises(OSError, match="crack"):
-        session.note("flatness", "scratch", files=[tmp_path / "crack.png"])
+        session.entries.note("flatness", "scratch", files=[tmp_path / "crack.png"])
     with pytest.raises(EntryError):
-        session.note("flatness", " ")
+        session.entries.note("flatness", " ")
     assert not session.state("flatness").notes
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from accept.workflow.record_folder import age_words, proposals
+from accept.workflow.entry.record_folder import age_words, proposals
 from checks.acceptance import CHECKS
 from checks.declare import CsvTable, Series
 

@@ -17,7 +17,8 @@ from accept.simulate.recorder import SimulatedConverter
 from accept.store import open_store
 from accept.workflow.capture import capture
 from accept.workflow.instruments.hardware import BenchInstruments
-from accept.workflow.session import Session
+from accept.workflow.session.open_session import open_session
+from accept.workflow.worker.judging import judge_step
 from checks.acceptance import spurious_modes
 from checks.record import Record
 from checks.signals.impact.impacts import Impact
@@ -43,7 +44,7 @@ class Work:
 
     def __init__(self, bench: BenchFile, folder: Path, spec: str = "apa") -> None:
         self.store = open_store()
-        self.session = Session(self.store, home(), load_spec(spec), "Ann", "APA-51", bench)
+        self.session = open_session(self.store, home(), load_spec(spec), "Ann", "APA-51", bench)
         self.session.begin({})
         self.instruments, self.actions = BenchInstruments(bench), StagedOperator(folder / "stage.json")
         self.said: list[str] = []
@@ -51,7 +52,7 @@ class Work:
     def measure(self, step: str, stopped: threading.Event | None = None) -> dict[str, tuple[Verdict, float]]:
         instrument = self.instruments.recording(step)
         capture(self.session, step, instrument, self.actions, self.said.append, stopped=stopped)
-        judged = self.session.judge_step(step)
+        judged = judge_step(self.session, step)
         return {f.quantity: (f.verdict, f.value) for f in judged.findings}
 
     def close(self) -> None:
@@ -93,7 +94,7 @@ def test_a_drive_is_played_recorded_and_judged(work: Work) -> None:
     verdict, value = found["stroke_um"]
     assert verdict is Verdict.PASS
     assert value == pytest.approx(sum(figures().stacks_um), rel=5e-3)  # the check's own U is 1 um
-    (event,) = [e for e in work.session._events if e.data.get("input") == "one_stack"]
+    (event,) = [e for e in work.session.events if e.data.get("input") == "one_stack"]
     assert event.data["source"] == "recorder simulated recorder SIM-DAQ"
     assert event.data["evidence"]["settings"]["channels"]["d"]["unit"] == "m"
     assert event.data["evidence"]["calibration"]["certificate"] == "SIM-5"
@@ -126,7 +127,7 @@ def test_a_hammer_that_only_bounces_is_no_measurement(tmp_path: Path, monkeypatc
         with pytest.raises(Implausible, match="double hit"):
             work.measure("spurious_modes")
         assert not work.session.state("spurious_modes").entries
-        failed = [e for e in work.session._events if e.what == "reading_failed"]
+        failed = [e for e in work.session.events if e.what == "reading_failed"]
         assert "0 good" in failed[0].data["reason"]
     finally:
         work.close()

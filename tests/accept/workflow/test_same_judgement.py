@@ -15,7 +15,7 @@ from accept.cli.main import app
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from accept.workflow import certify
-from accept.workflow.session import Session
+from accept.workflow.session.open_session import open_session
 from checks.declare import Measured
 from specs.bench import load_bench
 
@@ -46,14 +46,14 @@ GIVEN = {
 
 def by_workflow(home: Path, bench: Path) -> Path:
     with open_store() as store:
-        session = Session(store, home, load_spec("apa-basic"), ANN, "APA-02", load_bench(bench))
+        session = open_session(store, home, load_spec("apa-basic"), ANN, "APA-02", load_bench(bench))
         session.begin({})
         for step, inputs in GIVEN.items():
             for name, values in inputs.items():
                 for index, value in enumerate(values):
                     at = index if len(values) > 1 else None
-                    session.take(step, session.step(step).check.inputs[name], Measured(float(value)), index=at)
-        certify.sign_unit(session, PASSPHRASE, "only these readings were taken")
+                    session.entries.take(step, session.step(step).check.inputs[name], Measured(float(value)), index=at)
+        certify.Signing(session).sign(PASSPHRASE, "only these readings were taken")
         path = Path(str(session.attempt.certificate))
         session.close()
     return path

@@ -13,10 +13,12 @@ from accept.simulate.unit_request import SHORT_S
 from accept.store import Store, open_store
 from accept.store.payloads import StepJudged
 from accept.units import unit_folder
-from accept.workflow.import_folder import adopt
 from accept.workflow.session import Session
-from accept.workflow.status import Status
+from accept.workflow.session.import_folder import adopt
+from accept.workflow.session.open_session import open_session
+from accept.workflow.steps.status import Status
 from accept.workflow.training import training_request
+from accept.workflow.worker.judging import judge_step, judge_whole_unit
 from checks.cause import Cause
 from checks.declare import Measured
 from checks.quantity import Quantity
@@ -32,14 +34,14 @@ def store():
 
 @pytest.fixture
 def session(store: Store):
-    opened = Session(store, home(), load_spec("apa"), "Ann", "APA-02")
+    opened = open_session(store, home(), load_spec("apa"), "Ann", "APA-02")
     opened.begin({})
     yield opened
     opened.close()
 
 
 def take(session: Session, step: str, name: str, value: float) -> None:
-    session.take(step, session.step(step).check.inputs[name], Measured(value))
+    session.entries.take(step, session.step(step).check.inputs[name], Measured(value))
 
 
 def judge_responses(session: Session, k_resonance: float) -> None:
@@ -54,20 +56,20 @@ def judge_responses(session: Session, k_resonance: float) -> None:
 
 
 def found(session: Session, step: str, quantity: str) -> Finding:
-    judgement = session.judgement(step)
+    judgement = session.judgements.of_step(step)
     assert judgement is not None
     return next(f for f in judgement.findings if f.quantity == quantity)
 
 
 def causes(session: Session, step: str) -> set[Cause]:
-    judgement = session.judgement(step)
+    judgement = session.judgements.of_step(step)
     assert judgement is not None
     return {r.cause for f in judgement.findings if f.cause is not None for r in f.cause.all()}
 
 
 def test_a_contradiction_marks_both_steps_before_the_summary(session: Session) -> None:
     take(session, "stiffness", "k_N_per_um", 1.75)
-    session.judge_step("stiffness")
+    judge_step(session, "stiffness")
     assert found(session, "stiffness", "k_closed_N_per_um").verdict is Verdict.PASS
     judge_responses(session, k_resonance=1.2)  # of a unit whose added mass gives 1.75
     for step, name in (("stiffness", "k_closed_N_per_um"), ("frf", "axial_resonance_Hz")):
@@ -79,7 +81,7 @@ def test_a_contradiction_marks_both_steps_before_the_summary(session: Session) -
 
 def test_steps_that_agree_pass(session: Session) -> None:
     take(session, "stiffness", "k_N_per_um", 1.75)
-    session.judge_step("stiffness")
+    judge_step(session, "stiffness")
     judge_responses(session, k_resonance=1.73)
     assert Cause.CONTRADICTION not in causes(session, "stiffness") | causes(session, "frf")
 
@@ -91,14 +93,16 @@ def test_every_step_says_of_its_quantities_what_the_summary_says(fault: str, tmp
     request = UnitRequest("T-1", "apa", drawn.model, 1, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
     folder = write(simulate(request), tmp_path / "T-1")
     with open_store() as store:
-        session = Session(store, home(), load_spec("apa"), "Ann", "T-1", simulated=True)
+        session = open_session(store, home(), load_spec("apa"), "Ann", "T-1", simulated=True)
         session.begin({})
         assert not adopt(session, unit_folder.read(folder))
         for step in session.steps:
-            session.judge_step(step.name)
-        judged = [judgement for step in session.steps if (judgement := session.judgement(step.name)) is not None]
+            judge_step(session, step.name)
+        judged = [
+            judgement for step in session.steps if (judgement := session.judgements.of_step(step.name)) is not None
+        ]
         by_steps = {(f.check, f.quantity): (f.verdict, f.reason) for each in judged for f in each.findings}
-        summary = {(f.check, f.quantity): (f.verdict, f.reason) for f in session.judge().findings}
+        summary = {(f.check, f.quantity): (f.verdict, f.reason) for f in judge_whole_unit(session).findings}
         session.close()
     assert by_steps == summary
     assert {verdict for verdict, _ in summary.values()} > {Verdict.PASS}
@@ -109,21 +113,21 @@ def test_enter_leads_past_a_step_without_a_result_to_the_summary(store: Store, t
     back to it from the last one."""
     spec = load_spec("apa")
     checks = {name: spec.checks[name] for name in ("capacitance", "spurious_modes", "stroke")}
-    session = Session(store, home(), spec.model_copy(update={"checks": checks}), "Ann", "APA-03")
+    session = open_session(store, home(), spec.model_copy(update={"checks": checks}), "Ann", "APA-03")
     session.begin({})
     hammer, stroke = session.step("spurious_modes"), session.step("stroke")
     noise = np.random.default_rng(4).normal(size=(2, 4096))
     columns = {"t": np.arange(4096) / 5120.0, "Track1": noise[0], "Track2": noise[1]}
     (tmp_path / "x.mat").write_bytes(own_record(columns))
-    session.link("spurious_modes", hammer.check.inputs["x_bending"], tmp_path / "x.mat")
-    session.judge_step("spurious_modes")
-    assert session.status(hammer) is Status.NO_RESULT
-    assert session.next_step("spurious_modes") is stroke
+    session.records.link("spurious_modes", hammer.check.inputs["x_bending"], tmp_path / "x.mat")
+    judge_step(session, "spurious_modes")
+    assert session.judgements.status(hammer) is Status.NO_RESULT
+    assert session.judgements.next_step("spurious_modes") is stroke
     take(session, "stroke", "stroke_um", 365.5)
-    assert session.next_step("stroke") is session.step("capacitance")  # it was left out
+    assert session.judgements.next_step("stroke") is session.step("capacitance")  # it was left out
     for name in ("sensor_uF", "actuator_uF"):
         take(session, "capacitance", name, 4.95)
-    assert hammer in session.waiting
-    assert session.next_step("stroke") is None
-    assert session.next_step() is hammer  # a restart stands there
+    assert hammer in session.judgements.waiting
+    assert session.judgements.next_step("stroke") is None
+    assert session.judgements.next_step() is hammer  # a restart stands there
     session.close()

@@ -7,9 +7,11 @@ from accept.certificate.trust import keys
 from accept.judging.judge_unit import default_specs, load_spec
 from accept.store import Store, open_store
 from accept.workflow import certify
+from accept.workflow.entry.shift import IDLE_S, SHIFT_S, SigningShift
 from accept.workflow.session import Session
-from accept.workflow.shift import IDLE_S, SHIFT_S, SigningShift
-from accept.workflow.unit_list import ALL, RIG, SIGN, Queue, known_units, queues, rig_steps
+from accept.workflow.session.open_session import open_session
+from accept.workflow.steps.unit_list import ALL, RIG, SIGN, Queue, known_units, queues, rig_steps
+from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
 from specs.spec import Spec
 
@@ -30,16 +32,16 @@ def store():
 
 def unit(store: Store, serial: str, *steps: str, who: str = "Ann", spec: Spec = SPEC) -> Session:
     """A unit with values of some steps; it is closed."""
-    session = Session(store, home(), spec, who, serial)
+    session = open_session(store, home(), spec, who, serial)
     if session.run.attempt is None:
         session.begin({})
     if "flatness" in steps:
         heights = session.step("flatness").check.inputs["z_um"]
         for index in range(8):
-            session.take("flatness", heights, Measured(0.5 * index), index=index)
+            session.entries.take("flatness", heights, Measured(0.5 * index), index=index)
     for step in set(steps) & set(VALUES):
         for name, value in VALUES[step]:
-            session.take(step, session.step(step).check.inputs[name], Measured(value))
+            session.entries.take(step, session.step(step).check.inputs[name], Measured(value))
     session.close()
     return session
 
@@ -93,8 +95,8 @@ def test_units_of_all_kinds_say_state_who_and_when(store: Store):
     specs = {spec.kind: spec for spec in default_specs()}
     unit(store, "APA-01", "capacitance", spec=specs["apa"])
     unit(store, "ST-01", spec=specs["strut"])
-    session = Session(store, home(), specs["apa"], "Bob", "APA-01")
-    session.note("flatness", "flexure cracked", nonconformance=True)
+    session = open_session(store, home(), specs["apa"], "Bob", "APA-01")
+    session.entries.note("flatness", "flexure cracked", nonconformance=True)
     session.close()
     strut, apa = known_units(store, specs)
     assert (strut.kind, apa.kind) == ("strut", "apa")
@@ -107,10 +109,10 @@ def test_units_of_all_kinds_say_state_who_and_when(store: Store):
 def test_what_is_signed_waits_for_nothing(store: Store):
     certify.keys.init(home(), "correct horse", "Ann")
     unit(store, "APA-01", *VALUES, "flatness")
-    session = Session(store, home(), SPEC, "Ann", "APA-01")
-    session.judge()
+    session = open_session(store, home(), SPEC, "Ann", "APA-01")
+    judge_whole_unit(session)
     assert known_units(store, SPECS)[0].state == "accepted, to sign"
-    assert certify.sign_unit(session, "correct horse").valid
+    assert certify.Signing(session).sign("correct horse").valid
     assert known_units(store, SPECS)[0].state == "accepted, signed"
     assert named(store) == {ALL: ["APA-01"]}
     session.close()

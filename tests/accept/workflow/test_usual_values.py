@@ -4,17 +4,18 @@ from accept.base.home import home
 from accept.judging.judge_unit import load_spec
 from accept.store import Store, open_store
 from accept.tui.widgets.limit_bar import LIMIT, USUAL, VALUE, limit_bar
-from accept.workflow.session import Session
+from accept.workflow.session.open_session import open_session
 from accept.workflow.state.usual_values import FEWEST, UNITS, usual_values
+from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
 
 
 def judged(store: Store, serial: str, sensor_uF: float) -> None:
-    session = Session(store, home(), load_spec("apa-basic"), "Ann", serial)
+    session = open_session(store, home(), load_spec("apa-basic"), "Ann", serial)
     if session.run.attempt is None:
         session.begin({})
-    session.take("capacitance", session.step("capacitance").check.inputs["sensor_uF"], Measured(sensor_uF))
-    session.judge()
+    session.entries.take("capacitance", session.step("capacitance").check.inputs["sensor_uF"], Measured(sensor_uF))
+    judge_whole_unit(session)
     session.close()
 
 
@@ -31,8 +32,8 @@ def test_the_median_of_the_last_units_each_once_and_not_this_one():
         for n in range(UNITS):
             judged(store, f"B-{n:02d}", 5.00)
         assert usual_values(store, "apa")["sensor_uF"] == 5.00  # what is older no longer counts
-        session = Session(store, home(), load_spec("apa-basic"), "Ann", "C-1")
-        assert session.usual["sensor_uF"] == 5.00
+        session = open_session(store, home(), load_spec("apa-basic"), "Ann", "C-1")
+        assert session.judgements.usual["sensor_uF"] == 5.00
         session.close()
 
 

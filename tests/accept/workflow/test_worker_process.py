@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from accept.workflow.worker import process
-from accept.workflow.worker.process import Broken, NotDone, Work, WorkerProcess
+from accept.workflow.worker.not_done import NotDone
+from accept.workflow.worker.process import Broken, Work, WorkerProcess
 from tests.accept.batch.killing import TIMEOUT_S, gone, until
 from tests.accept.workflow import worker_orders as work
 

@@ -14,10 +14,13 @@ from accept.store import open_store
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from accept.workflow import certify
-from accept.workflow.bench import Begun, open_bench
+from accept.workflow.bench import Begun
+from accept.workflow.open_bench import open_bench
 from accept.workflow.session import Session
+from accept.workflow.session.open_session import open_session
 from accept.workflow.state.unit_state import fold_run
-from accept.workflow.status import Status
+from accept.workflow.steps.status import Status
+from accept.workflow.worker.judging import judge_step, judge_whole_unit
 from accept.workflow.worker.process import WorkerProcess
 from checks.declare import Measured
 from hw.records import write_csv
@@ -63,7 +66,7 @@ def opened(folder: Path | None, reason: str | None = None) -> tuple[Session, lis
 
 
 def fresh(store) -> Session:
-    session = Session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
+    session = open_session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
     session.begin({})
     return session
 
@@ -71,12 +74,12 @@ def fresh(store) -> Session:
 def test_a_folder_is_taken_up_as_it_is(folder: Path):
     session, problems = opened(folder)
     assert problems == []
-    assert {s.name: session.status(s) for s in session.steps if session.state(s.name).entries} == {
+    assert {s.name: session.judgements.status(s) for s in session.steps if session.state(s.name).entries} == {
         "flatness": Status.TAKEN,
         "capacitance": Status.TAKEN,
         "stroke": Status.TAKEN,
     }
-    verdict = session.judge()
+    verdict = judge_whole_unit(session)
     session.close()
     theirs, mine = unit_folder.read(folder), unit_folder.read(session.folder)
     assert mine.sections.keys() == theirs.sections.keys()
@@ -89,7 +92,7 @@ def test_a_folder_is_taken_up_as_it_is(folder: Path):
 def test_taking_it_up_again_adds_nothing_and_brings_nothing_back(folder: Path):
     session, _ = opened(folder)
     before = [e.seq for e in session.store.events("APA-05", "value_taken")]
-    session.undo()
+    session.undo.entry()
     take(session, "capacitance", "sensor_uF", 5.0)
     session.close()
     session, _ = opened(folder)
@@ -115,7 +118,7 @@ def test_the_labs_own_names_of_channels_go_along(tmp_path: Path):
     (tmp_path / "unit.toml").write_text(head + '[stiffness]\nclosed_circuit = "cc.csv"\nmass_kg = 6.4\n')
     session, problems = opened(tmp_path)
     assert problems == []
-    session.judge_step("stiffness")
+    judge_step(session, "stiffness")
     assert unit_folder.read(session.folder).channels == {"de": ChannelSource(name="ENC")}
     session.close()
 
@@ -138,7 +141,7 @@ def test_a_folder_of_another_kind_is_refused_before_anything_is_stored(folder: P
 def test_the_days_are_written_by_the_workflow(store):
     session = fresh(store)
     fill(session)
-    session.judge()
+    judge_whole_unit(session)
     today = datetime.now(UTC).date()
     days = unit_folder.read(session.folder).measured
     session.close()
@@ -148,14 +151,14 @@ def test_the_days_are_written_by_the_workflow(store):
 
 def test_notes_and_reasons_reach_the_certificate(store):
     session = fresh(store)
-    certify.make_keys(session.home, "Ann", "correct horse")
+    certify.Signing(session).make_keys("correct horse")
     fill(session)
-    session.remeasure("stroke", "gauge was loose")
+    session.entries.remeasure("stroke", "gauge was loose")
     take(session, "stroke", "stroke_um", 365.5)
-    session.note("flatness", "scratch on the shell", nonconformance=True)
-    result = session.judge()
-    report = certify.sign_unit(
-        session, "correct horse", "quality assurance is asked"
+    session.entries.note("flatness", "scratch on the shell", nonconformance=True)
+    result = judge_whole_unit(session)
+    report = certify.Signing(session).sign(
+        "correct horse", "quality assurance is asked"
     )  # judged again from its own attachments, notes included
     session.close()
     assert report.valid
@@ -165,15 +168,15 @@ def test_notes_and_reasons_reach_the_certificate(store):
 
 def test_a_note_after_the_signature_asks_for_a_new_one(store):
     session = fresh(store)
-    certify.make_keys(session.home, "Ann", "correct horse")
+    certify.Signing(session).make_keys("correct horse")
     fill(session)
-    session.judge()
-    certify.sign_unit(session, "correct horse")
-    session.note("stroke", "smells burnt", nonconformance=True)
+    judge_whole_unit(session)
+    certify.Signing(session).sign("correct horse")
+    session.entries.note("stroke", "smells burnt", nonconformance=True)
     assert session.attempt.verdict is None
     assert session.attempt.certificate is None
-    session.judge()
-    assert certify.sign_unit(session, "correct horse", "quality assurance is asked").valid
+    judge_whole_unit(session)
+    assert certify.Signing(session).sign("correct horse", "quality assurance is asked").valid
     session.close()
 
 
@@ -187,7 +190,7 @@ def test_what_is_no_note_is_refused(tmp_path: Path):
 def test_entries_of_a_program_before_fold_as_they_did(store):
     """Days, evidence and channels came later: a store that has none of them is read."""
     session = fresh(store)
-    event = session.take("stroke", session.step("stroke").check.inputs["stroke_um"], Measured(365.5))
+    event = session.entries.take("stroke", session.step("stroke").check.inputs["stroke_um"], Measured(365.5))
     assert not {"day", "evidence"} & set(event.data)
     run = fold_run("APA-02", store.events("APA-02"))
     assert run.attempt.step("stroke").day == event.time[:10]

@@ -13,6 +13,8 @@ from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.instruments.hardware import MOST_TRAFFIC, BenchInstruments, bounded
 from accept.workflow.instruments.port import BROKEN, Watch, look
 from accept.workflow.session import Session
+from accept.workflow.session.open_session import open_session
+from accept.workflow.worker.judging import judge_step
 from checks.declare import Measured
 from hw.errors import NoReply
 from hw.instruments import Traffic
@@ -26,7 +28,7 @@ TIMEOUT_S = 30.0  # for a thread on a crowded machine
 @pytest.fixture
 def session():
     with open_store() as store:
-        opened = Session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
+        opened = open_session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
         opened.begin({})
         yield opened
         opened.close()
@@ -71,7 +73,7 @@ def test_a_reading_of_another_kind_is_none():
 
 def test_a_taken_reading_is_stored_with_its_line(session: Session):
     declared = session.step("capacitance").check.inputs["sensor_uF"]
-    event = session.read("capacitance", declared, Fake([4.99e-6]))
+    event = session.entries.read("capacitance", declared, Fake([4.99e-6]))
     assert event.data["value"] == pytest.approx(4.99, rel=1e-12)
     assert event.data["source"] == "meter X1 SN-7"
     assert event.data["evidence"]["transcript"] == [[0.0, "read", "4.99"]]
@@ -85,7 +87,7 @@ def test_a_reading_that_fails_is_stored_as_one_and_is_no_value(session: Session,
     """4.99 F is no capacitance of a stack: expected uF."""
     declared = session.step("capacitance").check.inputs["sensor_uF"]
     with pytest.raises(error):
-        session.read("capacitance", declared, Fake([answer]))
+        session.entries.read("capacitance", declared, Fake([answer]))
     assert not session.state("capacitance").entries
     kept = list(session.store.events("APA-02", "reading_failed"))
     assert len(kept) == 1
@@ -94,7 +96,7 @@ def test_a_reading_that_fails_is_stored_as_one_and_is_no_value(session: Session,
 
 def test_recall_finds_units_that_the_workflow_measured(session: Session):
     declared = session.step("capacitance").check.inputs["sensor_uF"]
-    session.read("capacitance", declared, Fake([4.99e-6]))
+    session.entries.read("capacitance", declared, Fake([4.99e-6]))
     found = touched(session.store.events(), "SN-7", datetime.date(2000, 1, 1))
     assert [(t.unit, t.how) for t in found] == [("APA-02", "read capacitance sensor_uF")]
     assert not touched(session.store.events(), "SN-8", datetime.date(2000, 1, 1))
@@ -106,7 +108,7 @@ def test_every_byte_of_a_simulated_meter_is_kept(session: Session, tmp_path):
         instruments = BenchInstruments(load_bench(bench.bench_file))
         meter = instruments.serving("capacitance", "sensor_uF", None)
         declared = session.step("capacitance").check.inputs["sensor_uF"]
-        event = session.read("capacitance", declared, meter)
+        event = session.entries.read("capacitance", declared, meter)
         instruments.close()
     evidence = event.data["evidence"]
     assert (evidence["model"], evidence["serial"], evidence["calibration"]["certificate"]) == (
@@ -128,8 +130,8 @@ def test_a_long_look_does_not_swell_the_store():
 def test_repeats_from_an_instrument_add_their_scatter(session: Session):
     declared = session.step("capacitance").check.inputs["sensor_uF"]
     fake = Fake([4.9e-6, 5.1e-6])
-    session.read("capacitance", declared, fake)
-    session.read("capacitance", declared, fake, repeat=True)
-    session.take("capacitance", session.step("capacitance").check.inputs["actuator_uF"], Measured(9.85))
-    finding = session.judge_step("capacitance").findings[0]
+    session.entries.read("capacitance", declared, fake)
+    session.entries.read("capacitance", declared, fake, repeat=True)
+    session.entries.take("capacitance", session.step("capacitance").check.inputs["actuator_uF"], Measured(9.85))
+    finding = judge_step(session, "capacitance").findings[0]
     assert finding.value == pytest.approx(5.0, rel=1e-12)  # the mean of both

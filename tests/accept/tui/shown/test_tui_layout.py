@@ -12,9 +12,9 @@ from textual.widgets import Static
 
 from accept.capture.setup import CaptureResult
 from accept.tui.background import busy_screen
-from accept.tui.screens import step as step_screen
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.step_list import StepList
+from accept.workflow import open_bench
 from accept.workflow.instruments.port import NoInstruments
 from hw.records import own_record
 from tests.accept.tui.tui_help import at_rest, begin, loader, press, running, settled, shown, words
@@ -45,7 +45,7 @@ async def test_no_two_stored_records_read_the_same(size: tuple[int, int], tmp_pa
         session, names = pilot.app.session, [f"hammer_of_this_unit_{place}.mat" for place in HAMMER]
         for n, (place, name) in enumerate(zip(HAMMER, names, strict=True)):
             declared = session.step("spurious_modes").check.inputs[place]
-            session.link("spurious_modes", declared, hammer_record(tmp_path / name, n))
+            session.records.link("spurious_modes", declared, hammer_record(tmp_path / name, n))
         pilot.app.screen.query_one(StepList).stand_at("spurious_modes")
         await press(pilot, "enter")
         read = []
@@ -96,7 +96,7 @@ async def test_what_a_capture_says_is_still_there_after_the_clock_has_run(monkey
             pass
         return CaptureResult(notes=("x-bending: 10 of 10 hits good",))
 
-    monkeypatch.setattr(step_screen, "capture", capture)
+    monkeypatch.setattr(open_bench, "capture", capture)
     monkeypatch.setattr(busy_screen, "_CLOCK_AFTER_S", -1.0)
     async with running(lambda: replace(loader("apa")(), instruments=Recorder())) as pilot:
         await to_hammer(pilot)
@@ -120,7 +120,7 @@ async def test_a_long_reason_in_the_summary_is_read_to_its_end() -> None:
     async with running() as pilot:
         await begin(pilot)
         for n in range(12):
-            pilot.app.session.note("stroke", f"note number {n}")
+            pilot.app.session.entries.note("stroke", f"note number {n}")
         await press(pilot, "f9")
         assert "More" in seen(pilot)[-1]
         read = "\n".join(seen(pilot))

@@ -13,7 +13,7 @@ from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
 from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.step_list import StepList
-from accept.workflow.shift import NOT_TAKEN
+from accept.workflow.entry.shift import NOT_TAKEN
 from tests.accept.tui.tui_help import begin, fill_values, loader, press, running, settled, type_line, words
 
 PASSPHRASE = "correct-horse"

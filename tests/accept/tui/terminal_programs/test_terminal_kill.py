@@ -18,8 +18,8 @@ from accept.certificate.trust import keys
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from accept.workflow.state.unit_state import Attempt, fold_run
-from accept.workflow.status import open_steps
 from accept.workflow.steps.plan import steps_of
+from accept.workflow.steps.status import open_steps
 from tests.accept.batch.killing import gone, until
 from tests.accept.tui.terminal_programs.terminal import ACCEPT, FILES, Technician, Terminal, bench_for_seed
 from tests.soak import SOAK

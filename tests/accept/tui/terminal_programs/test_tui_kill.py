@@ -104,7 +104,7 @@ async def stands_at() -> str | None:
         await type_line(pilot, "APA-02")
         await press(pilot, *(["enter"] if type(pilot.app.screen).__name__ == "StartScreen" else []))
         table = pilot.app.screen.query_one(DataTable)
-        expected = pilot.app.session.next_step()
+        expected = pilot.app.session.judgements.next_step()
         here = pilot.app.session.steps[table.cursor_row].name
         assert expected is None or here == expected.name
         return here

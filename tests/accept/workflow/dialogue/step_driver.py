@@ -19,8 +19,11 @@ from accept.workflow.dialogue.step_effects import Do
 from accept.workflow.dialogue.step_state import StepDialogue, Turn
 from accept.workflow.effects.serve_step import StepService
 from accept.workflow.instruments.port import Instruments, NoInstruments
+from accept.workflow.open_bench import BenchServices
 from accept.workflow.session import Session
-from accept.workflow.unit_list import Queue
+from accept.workflow.session.open_session import open_session
+from accept.workflow.steps.unit_list import Queue
+from accept.workflow.worker.judging import judge_step
 from specs.errors import AcceptError
 
 
@@ -113,16 +116,16 @@ class Driver:
             case do.ReturnLater(place):
                 self.returns.append(place)
             case Do.JUDGE:
-                self.session.judge_step(self.name)
+                judge_step(self.session, self.name)
                 self.answer(dialogue.judged)
             case Do.UNDO:
                 try:
-                    event = self.session.undo(self.name)
+                    event = self.session.undo.entry(self.name)
                 except AcceptError as e:
                     self.said, self.role = str(e), "bad"
                 else:
                     assert event.what == EntryUndone.KIND
-                    self.answer(dialogue.changed, event.seq, self.session.words_of(event))
+                    self.answer(dialogue.changed, event.seq, self.session.undo.words_of(event))
             case Do.BELL | Do.SELECT:
                 pass
             case Do() | do.Leave() | do.GoToUnit() | do.NextUnit() | do.PickFile():
@@ -173,9 +176,14 @@ def at_step(
     with open_store() as store:
         loaded = load_spec(spec)
         bench = Workbench(
-            store, home(), {loaded.kind: loaded}, instruments or NoInstruments(), records or home() / "no records"
+            store,
+            home(),
+            {loaded.kind: loaded},
+            BenchServices(),
+            instruments or NoInstruments(),
+            records or home() / "no records",
         )
-        session = Session(store, home(), loaded, "Ann", serial)
+        session = open_session(store, home(), loaded, "Ann", serial)
         try:
             session.begin({})
             yield Driver(session, bench, step, **given)

@@ -14,12 +14,12 @@ from accept.tui.screens.step import StepScreen
 from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do
-from accept.workflow.record_folder import PickableFile
-from accept.workflow.shift import NOT_TAKEN
-from accept.workflow.status import Status
+from accept.workflow.entry.record_folder import PickableFile
+from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.steps.plan import needs_rig
-from accept.workflow.unit_list import RIG, Queue
-from accept.workflow.worker.process import STOPPED
+from accept.workflow.steps.status import Status
+from accept.workflow.steps.unit_list import RIG, Queue
+from accept.workflow.worker.not_done import STOPPED
 from checks.cause import Cause
 from hw.errors import NoReply
 from hw.records import write_csv, write_mat

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from accept.certificate.trust import encrypted_key, keys
 from accept.workflow.entry.parse_entry import EntryError, is_value
-from accept.workflow.shift import NOT_TAKEN
+from accept.workflow.entry.shift import NOT_TAKEN
 
 
 def may_be_passphrase(text: str) -> bool:

@@ -9,9 +9,9 @@ from accept.base.version import code_sha256
 from accept.store import Store
 from accept.store.payloads import AttemptStarted, RecordLinked, ValueTaken
 from accept.workflow.state.unit_state import Attempt, fold_run
-from accept.workflow.status import open_steps, state_of
 from accept.workflow.steps.plan import WorkflowStep, needs_rig, steps_of
 from accept.workflow.steps.section import value_words
+from accept.workflow.steps.status import open_steps, state_of
 from checks.verdict import UnitVerdict
 from specs.spec import Spec
 

@@ -33,7 +33,7 @@ def _section(session: Session, taken: UnitFolder, step: WorkflowStep, part: Unit
     day = taken.measured.get(step.check.reads)
     said = None if day is None else day.isoformat()
     problems: list[str] = []
-    given = session.ever_given()
+    given = session.entries.ever_given()
     for (name, index), entry in _single(part).items():
         if (step.name, name, index) in given:
             continue
@@ -41,7 +41,9 @@ def _section(session: Session, taken: UnitFolder, step: WorkflowStep, part: Unit
             problems += _link(session, taken, step, entry, said)
         else:
             text = str(taken.path)
-            session.take(step.name, step.check.inputs[name], entry, index=index, source=OF_FOLDER, text=text, day=said)
+            session.entries.take(
+                step.name, step.check.inputs[name], entry, index=index, source=OF_FOLDER, text=text, day=said
+            )
     return problems
 
 
@@ -58,7 +60,7 @@ def _single(part: UnitSection[Check]) -> dict[tuple[str, int | None], Measured |
 
 def _link(session: Session, taken: UnitFolder, step: WorkflowStep, entry: FileEntry, day: str | None) -> list[str]:
     try:
-        session.link(step.name, entry.declared, unit_folder.inside(taken.path, entry.name), day)
+        session.records.link(step.name, entry.declared, unit_folder.inside(taken.path, entry.name), day)
     except RecordError as e:
         return [f"{step.name}: {e}"]
     return []

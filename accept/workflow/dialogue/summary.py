@@ -1,0 +1,241 @@
+"""The dialogue at the summary of a unit: judged, signed, countersigned. What each key and each event changes, asks for
+and says. Passphrases are in effects only, for one turn, and no representation has them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+from accept.base.documents.results import unit_word
+from accept.store.payloads import CHOICES
+from accept.workflow.dialogue.summary_state import SIGNED, VALID, Report, SummaryDialogue, SummaryFacts, Turn
+from accept.workflow.dialogue.turn import FootWords
+from checks.verdict import UnitVerdict
+
+TECHNICIAN, QA = "technician", "qa"
+_FIRST_KEYS = (
+    "Choose your passphrase: 8 characters or more. The bench's authority and your key as technician are created now. A "
+    "forgotten passphrase cannot be recovered."
+)
+_OFF_THE_BENCH = (
+    "The passphrase of the bench's authority is in {}. Move that file and ca.key.pem beside it off the bench: a person "
+    "who has both can give keys to anybody. Quality assurance gets a key of its own with: "
+    "accept keys request --role qa --name NAME"
+)
+_WHY = "Why it is signed so (on the certificate)"
+_WHY_REPLACED = "Why its certificate is replaced (on the certificate)"
+_FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without a key, or at once: Ctrl+L."
+_OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
+
+# Effects without a parameter. RING: a new result can be heard.
+Do = Enum("Do", "JUDGE RING LOCK NEXT_UNIT STOP_OR_LEAVE ASK_REMEDY TELL_HIDDEN")
+
+
+class AskedLine(Enum):
+    """A line of a question: its label."""
+
+    WHY = _WHY
+    WHY_REPLACED = _WHY_REPLACED
+    PASSPHRASE = "Passphrase"
+    REPEATED = "Repeat passphrase"
+    DISPOSITION = "Disposition"
+    REASON = "Reason"
+    QA_PASSPHRASE = "QA passphrase"
+
+    @property
+    def is_secret(self) -> bool:
+        return "passphrase" in self.value.lower()
+
+
+@dataclass(frozen=True)
+class LookForKeys:
+    """Look for the keys of a role at this bench; `keys_found` follows. ahead: there is no result yet."""
+
+    role: str
+    ahead: bool = False
+
+
+@dataclass(frozen=True)
+class BenchKeys:
+    """problem: why the operator cannot sign in the role; exist: the bench has keys; replaces: certificate of another
+    result that a signature replaces; kept: the passphrase of the shift, None if it must be typed."""
+
+    problem: str = ""
+    exist: bool = True
+    replaces: str = ""
+    kept: str | None = field(default=None, repr=False)
+
+
+@dataclass(frozen=True)
+class Ask:
+    """Ask in front of the summary; `answered` follows. then: `ahead`, `sign`, `first keys` or `countersign`; states:
+    the question begins with what is signed."""
+
+    then: str
+    title: str
+    words: str
+    lines: tuple[AskedLine, ...]
+    states: bool = False
+    kept: str | None = field(default=None, repr=False)
+
+
+@dataclass(frozen=True)
+class KeepPassphrase:
+    """Keep the passphrase that opened the technician's key for this shift."""
+
+    passphrase: str = field(repr=False)
+
+
+@dataclass(frozen=True)
+class SignAsTechnician:
+    """Sign as technician; `signed` follows. makes_keys: make the keys instead, `keys_made` follows; first: words about
+    them that are read before."""
+
+    passphrase: str = field(repr=False)
+    reason: str = field(default="", repr=False)
+    makes_keys: bool = False
+    first: str = ""
+
+
+@dataclass(frozen=True)
+class Countersign:
+    """Sign as quality assurance; `signed` follows."""
+
+    passphrase: str = field(repr=False)
+    choice: str = field(default="", repr=False)
+    reason: str = field(default="", repr=False)
+
+
+def opening(facts: SummaryFacts) -> Turn:
+    """Show the result, which is judged first if its inputs have changed."""
+    d = SummaryDialogue(facts)
+    return Turn(d, (Do.JUDGE,)) if facts.result is None else _shown(d)
+
+
+def _say(d: SummaryDialogue, words: str, role: str = "quiet", *effects: object) -> Turn:
+    return Turn(d, effects, FootWords(words, role))
+
+
+def _shown(d: SummaryDialogue) -> Turn:
+    words = "Signed. F3: countersign, F4: next unit" if d.facts.certificate is not None else "F2: sign this result"
+    return _say(replace(d, row=d.worst, failed=False), words).then(_sign_then)
+
+
+def _sign_then(d: SummaryDialogue) -> Turn:
+    """Go on to sign, if F2 came before the result and no question is open."""
+    if not (d.signs and d.facts.in_front and d.facts.result is not None):
+        return Turn(d)
+    return _sign(replace(d, signs=False))
+
+
+def judged(d: SummaryDialogue) -> Turn:
+    """Show a new result; it can be heard too."""
+    return Turn(d, (Do.RING,)).then(_shown)
+
+
+def not_judged(d: SummaryDialogue) -> Turn:
+    """Show that there is no result; the foot has the reason."""
+    return Turn(replace(d, failed=True))
+
+
+def marked(d: SummaryDialogue, row: int) -> Turn:
+    """Tell about the finding under the cursor."""
+    return Turn(replace(d, row=row) if row >= 0 else d)
+
+
+def _sign(d: SummaryDialogue) -> Turn:
+    """Ask what is needed to sign; before the result, for the passphrase."""
+    if d.facts.result is None:  # something may have been stored since: what is signed is what is shown
+        judge = (Do.JUDGE,) if d.facts.idle else ()
+        words = "Evaluating; then you confirm what is signed"
+        return _say(replace(d, signs=True), words, "quiet", *judge, LookForKeys(TECHNICIAN, ahead=True))
+    if d.facts.certificate is not None:
+        return _say(d, "Already signed. F3: countersign", "bad")
+    return Turn(d, (LookForKeys(TECHNICIAN),))
+
+
+def _countersign(d: SummaryDialogue) -> Turn:
+    if d.facts.certificate is None:
+        return _say(d, "The technician must sign first: F2", "bad")
+    if len(d.facts.signatures) > 1:
+        return _say(d, "Already countersigned", "bad")
+    return Turn(d, (LookForKeys(QA),))
+
+
+def keys_found(d: SummaryDialogue, asked: LookForKeys, keys: BenchKeys) -> Turn:
+    """Ask who signs for what is needed with these keys, or say why they do not sign."""
+    title = f"Sign {d.facts.serial}"
+    if asked.ahead:
+        words = f"Nothing is signed yet: once the unit is evaluated you confirm what is signed.\n\n{_FOR_A_SHIFT}"
+        asks = keys.exist and not keys.problem and keys.kept is None
+        return Turn(d, (Ask("ahead", title, words, (AskedLine.PASSPHRASE,)),) if asks else ())
+    if keys.problem:
+        return _say(d, keys.problem, "bad")
+    if asked.role == QA:
+        return Turn(d, (_asked_of_qa(d),))
+    why = () if d.accepted and not keys.replaces else (AskedLine.WHY_REPLACED if keys.replaces else AskedLine.WHY,)
+    if keys.kept is not None:
+        return Turn(d, (Ask("sign", title, _OPEN_KEY.format(d.facts.operator), why, states=True, kept=keys.kept),))
+    if keys.exist:
+        return Turn(d, (Ask("sign", title, _FOR_A_SHIFT, (*why, AskedLine.PASSPHRASE), states=True),))
+    lines = (*why, AskedLine.PASSPHRASE, AskedLine.REPEATED)
+    return Turn(d, (Ask("first keys", f"{title}: choose a passphrase", _FIRST_KEYS, lines, states=True),))
+
+
+def _asked_of_qa(d: SummaryDialogue) -> Ask:
+    """Return the question for the passphrase, and for a unit that was not accepted what is to be done with it."""
+    words, lines = "As quality assurance, with the QA key's own passphrase.", [AskedLine.QA_PASSPHRASE]
+    if d.facts.verdict != UnitVerdict.ACCEPTED:
+        word = unit_word(d.facts.verdict, d.facts.nonconformances)
+        words = f"The unit is {word}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
+        lines = [AskedLine.DISPOSITION, AskedLine.REASON, AskedLine.QA_PASSPHRASE]
+    return Ask("countersign", f"Countersign {d.facts.serial}", words, tuple(lines))
+
+
+def answered(d: SummaryDialogue, asked: Ask, answer: Sequence[str] | None) -> Turn:
+    """Go on from a question. answer: None if it was left."""
+    if answer is None:
+        return Turn(replace(d, signs=False) if asked.then == "ahead" else d)
+    match asked.then, answer:
+        case "ahead", [passphrase]:
+            return Turn(d, (KeepPassphrase(passphrase),)).then(_sign_then)
+        case "sign", [*why] if asked.kept is not None:
+            return Turn(d, (SignAsTechnician(asked.kept, "".join(why)),))
+        case "sign", [*why, passphrase]:
+            return Turn(d, (SignAsTechnician(passphrase, "".join(why)),))
+        case "first keys", [*why, first, _]:
+            return Turn(d, (SignAsTechnician(first, "".join(why), makes_keys=True),))
+        case _, [*disposition, passphrase]:
+            return Turn(d, (Countersign(passphrase, *disposition),))
+    return Turn(d)
+
+
+def keys_made(d: SummaryDialogue, made: SignAsTechnician, where: str) -> Turn:
+    """Sign with new keys, once it was read where the authority's passphrase is; that of a training has no owner."""
+    words = "" if d.facts.training else _OFF_THE_BENCH.format(where)
+    return _say(d, "Keys were created", "good", replace(made, makes_keys=False, first=words))
+
+
+def signed(d: SummaryDialogue, report: Report) -> Turn:
+    """Show a certificate that was signed and verified."""
+    d, tells = replace(d, report=report), d.facts.training and not report.countersigned
+    hidden = (Do.TELL_HIDDEN,) if tells else ()
+    if report.outcome == VALID:
+        return _say(d, "Signed and verified. F4: next unit", "good", *hidden)
+    if report.outcome == SIGNED:
+        return _say(d, f"Signed, not fully verified: {report.reason}", "bad", *hidden)
+    return _say(d, f"The certificate does not verify: {report.reason}", "bad", *hidden)
+
+
+_ANSWERS: Mapping[str, Callable[[SummaryDialogue], Turn]] = {
+    "f2": _sign,
+    "f3": _countersign,
+    "f4": lambda d: Turn(d, (Do.NEXT_UNIT,)),
+    "ctrl+l": lambda d: Turn(d, (Do.LOCK,)),
+    "ctrl+r": lambda d: Turn(d, (Do.ASK_REMEDY,)),
+    "escape": lambda d: Turn(d, (Do.STOP_OR_LEAVE,)),
+}
+
+
+def press(d: SummaryDialogue, key: str) -> Turn:
+    """Answer a key."""
+    return _ANSWERS[key](d)

@@ -1,0 +1,155 @@
+"""State of the dialogue at the summary of a unit, and what is shown of it."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from accept.base.documents.results import UnitRecord
+from accept.judging.advice import ADVICE, advice, first_advice
+from accept.pictures.labels import label_of
+from accept.store.event import shown_name
+from accept.store.fold import Signature
+from accept.store.payloads import RecordRefused, without_hashes
+from accept.workflow.dialogue import turn
+from accept.workflow.steps.status import Status, of_findings
+from checks.acceptance import CHECKS
+from checks.cause import Cause
+from checks.verdict import RULES, Finding, UnitVerdict, Verdict
+
+VALID, SIGNED = "valid", "signed"  # outcomes of a verification
+_OUTCOMES = {VALID: "✓ verified", SIGNED: "◐ signed, not fully verified", "not valid": "✗ NOT VALID"}
+_OPEN = {
+    Status.FAIL: "failed",
+    Status.NO_RESULT: "no result",
+    Status.REFUSED: "record refused",
+    Status.NOT_DONE: "not measured",
+    Status.CONDITIONAL: "conditional",
+}
+
+
+class Report(Protocol):
+    """What verifying a certificate gave. outcome: `valid`, `signed` or `not valid`."""
+
+    @property
+    def outcome(self) -> str: ...
+
+    @property
+    def reason(self) -> str: ...
+
+    @property
+    def countersigned(self) -> bool: ...
+
+
+@dataclass(frozen=True)
+class SummaryFacts:
+    """The unit as it is in the store. result: of the last judgement, None if its inputs have changed since; refused:
+    quantity -> the record that it lacks; steps: name -> name in a list; own_notes: lines of the technicians; idle:
+    nothing is under way; in_front: no question stands in front of the summary."""
+
+    serial: str
+    operator: str
+    result: UnitRecord | None
+    refused: Mapping[str, RecordRefused] = field(default_factory=dict)
+    steps: Mapping[str, str] = field(default_factory=dict)
+    own_notes: Collection[str] = ()
+    nonconformances: Sequence[str] = ()
+    verdict: str = ""
+    certificate: str | None = None
+    void: str | None = None
+    signatures: Sequence[Signature] = ()
+    training: bool = False
+    idle: bool = True
+    in_front: bool = True
+
+
+@dataclass(frozen=True)
+class SummaryDialogue:
+    """row: the finding whose reason is shown; signs: F2 came before the result; report: of the certificate that was
+    signed here; failed: there is no result."""
+
+    facts: SummaryFacts
+    row: int = 0
+    signs: bool = False
+    report: Report | None = None
+    failed: bool = False
+
+    @property
+    def findings(self) -> Sequence[Finding]:
+        return () if self.facts.result is None else self.facts.result.findings
+
+    def status(self, f: Finding) -> Status:
+        """Return what became of a quantity, with what is told apart among those without a result."""
+        if f.verdict is Verdict.PASS and self.facts.result is not None and self.facts.result.nonconformances:
+            return Status.HELD
+        if f.quantity in self.facts.refused:
+            return Status.REFUSED
+        unmeasured = f.cause is not None and f.cause.cause is Cause.NOT_MEASURED and not f.cause.record
+        return Status.NOT_DONE if unmeasured else of_findings([f])
+
+    @property
+    def open_words(self) -> list[str]:
+        """Return what keeps the unit from being accepted: quantities by what became of them."""
+        found = [(self.status(f), label_of(f.quantity)) for f in self.findings]
+        groups = {word: [label for own, label in found if own is status] for status, word in _OPEN.items()}
+        return [f"{word}: {listed(labels)}" for word, labels in groups.items() if labels]
+
+    @property
+    def todo(self) -> list[str]:
+        """Return what to do first."""
+        files = {refused.file: refused for refused in self.facts.refused.values()}
+        first = first_advice(self.findings)
+        return [*(f"{file}: {refused.action}" for file, refused in files.items()), *([first] if first else [])]
+
+    @property
+    def worst(self) -> int:
+        """Return the first finding that is no pass."""
+        return next((n for n, f in enumerate(self.findings) if f.verdict is not Verdict.PASS), 0)
+
+    @property
+    def detail(self) -> str:
+        """Return why a finding is what it is and what to do about it unless it stands below the verdict, and what was
+        noted about the unit."""
+        if not 0 <= self.row < len(self.findings) or self.facts.result is None:
+            return ""
+        f, said = self.findings[self.row], "\n → ".join(self.todo)
+        refused = self.facts.refused.get(f.quantity)
+        why, todo = f.reason or f.note or f"passes if {RULES[str(f.rule)]}", advice(CHECKS[f.check], f)
+        if refused is not None:
+            why, todo = refused.line, [refused.action]
+        lines = [f"{label_of(f.quantity)}: {why}", *(f"→ {line}" for line in todo if line not in said)]
+        if self.facts.result.nonconformances:
+            hold = ADVICE[Cause.NONCONFORMANCE]
+            lines.append(f"→ {hold.removeprefix('sign; ') if self.facts.certificate is not None else hold}")
+        return "\n".join([*lines, *self._notes(self.facts.result)])
+
+    def _notes(self, result: UnitRecord) -> list[str]:
+        """Return the notes, those of the technicians first, each with its step as people read it."""
+        parts = (n.partition(": ") for n in sorted(result.notes, key=lambda note: note not in self.facts.own_notes))
+        return [without_hashes(f"{self.facts.steps.get(step, step)}{colon}{words}") for step, colon, words in parts]
+
+    @property
+    def certificate_words(self) -> str:
+        facts = self.facts
+        if facts.certificate is None and facts.void is not None:
+            lacks = " and lacks the nonconformance" if facts.nonconformances else ""
+            void = f"✗ {Path(facts.void).name} is void: it is older than the last change{lacks}"
+            return f"Certificate: not signed. {void}\n→ Do not hand it out. F2: sign again, which replaces it"
+        if facts.certificate is None:
+            return f"Certificate: not signed. Judged in the name of {shown_name(facts.operator, typed=True)}"
+        words = f"Certificate: {facts.certificate}"
+        if self.report is not None:  # it names who signed
+            return f"{_OUTCOMES[self.report.outcome]}: {self.report.reason}\n{words}"
+        return f"{words}\nSigned by: {', '.join(f'{s.who} ({s.role})' for s in facts.signatures)}"
+
+    @property
+    def accepted(self) -> bool:
+        return self.facts.result is not None and self.facts.result.verdict is UnitVerdict.ACCEPTED
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names in a sentence; where one holds a comma, others stand between them."""
+    return ("; " if any("," in name for name in names) else ", ").join(names)
+
+
+Turn = turn.Turn[SummaryDialogue]

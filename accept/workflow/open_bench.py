@@ -1,0 +1,73 @@
+"""Opening the workflow's bench: store, specs, instruments, and the services that screens ask for. Takes long to import:
+only in a thread."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from accept.base.home import home
+from accept.capture.operator_actions import Person
+from accept.judging.judge_unit import default_specs, load_spec
+from accept.store import open_store
+from accept.units import unit_folder
+from accept.units.unit_folder import UnitError
+from accept.workflow.bench import Workbench
+from accept.workflow.capture import capture
+from accept.workflow.certify import Signing
+from accept.workflow.entry.passphrase_guard import refuse_passphrases
+from accept.workflow.instruments.hardware import BenchInstruments
+from accept.workflow.instruments.port import Instruments, NoInstruments
+from accept.workflow.ports import Talk
+from accept.workflow.session import Session
+from accept.workflow.session.open_session import open_session
+from accept.workflow.worker.judging import Elsewhere
+from accept.workflow.worker.process import WorkerProcess
+from checks.picture import Panel
+from specs.bench import load_bench
+
+LOCK_WAIT_S = 5.0  # for another program's hold on the store: then the technician is told
+
+
+class BenchServices(WorkerProcess):
+    """Implements `accept.workflow.ports.Services`, with the process that judges."""
+
+    open_session = staticmethod(open_session)
+    refuse_passphrases = staticmethod(refuse_passphrases)
+    signing = staticmethod(Signing)
+
+    def computation(self, session: Session, say: Callable[[str], None] = lambda _: None) -> Elsewhere:
+        return Elsewhere(self, session, say)
+
+    @staticmethod
+    def draw(panels: Sequence[Panel], columns: int) -> bytes:
+        from accept.pictures.draw import picture  # matplotlib loads slowly: only when a picture is drawn
+
+        return picture(panels, "svg", columns=columns)
+
+    def measure(self, session: Session, step: str, instruments: Instruments, talk: Talk) -> Sequence[str]:
+        actions = instruments.staged or Person(talk.ask)
+        return capture(session, step, instruments.recording(step), actions, talk.say, stopped=talk.stopped).notes
+
+
+def open_bench(
+    spec: str | None = None, records: Path | None = None, bench_file: Path | None = None, folder: Path | None = None
+) -> Workbench:
+    """Return the bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises SpecError, StoreError, HomeError,
+    SettingsError, UnitError."""
+    taken = unit_folder.read(folder) if folder else None
+    specs = [load_spec(spec)] if spec else default_specs()
+    if taken is not None and taken.kind not in {one.kind for one in specs}:
+        problem = f"kind = '{taken.kind}', but spec {specs[0].name} judges '{specs[0].kind}'"
+        raise UnitError(taken.path / unit_folder.UNIT_FILE, [problem])
+    stated = load_bench(bench_file) if bench_file else None
+    instruments = BenchInstruments(stated) if stated else NoInstruments()
+    return Workbench(
+        open_store(timeout_s=LOCK_WAIT_S),
+        home(),
+        {one.kind: one for one in specs},
+        BenchServices(),
+        instruments,
+        records or (Path(stated.rig.folder) if stated and stated.rig else folder) or Path.cwd(),
+        stated=stated,
+        taken=taken,
+        closing=instruments.close,
+    )

@@ -1,0 +1,98 @@
+"""What screens and dialogues ask of the bench that takes long to import: judging, explaining, measuring, signing.
+
+`accept.workflow.open_bench` hands it over."""
+
+import threading
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Protocol
+
+from accept.base.documents.results import UnitRecord
+from accept.store import Event, Store
+from accept.store.payloads import StepJudged
+from accept.workflow.dialogue.summary import Ask, BenchKeys
+from accept.workflow.dialogue.summary_state import Report
+from accept.workflow.instruments.port import Instruments
+from accept.workflow.session import Session
+from checks.picture import Panel
+from specs.bench import BenchFile
+from specs.spec import Spec
+
+
+class Computation(Protocol):
+    """Judges and explains one unit in the other process, one thing at a time. Raises NotDone, StoreError, OSError."""
+
+    def judge_step(self, name: str) -> StepJudged:
+        """Judge one step by itself and store the judgement."""
+
+    def judge(self) -> UnitRecord:
+        """Judge the whole unit and store the result. Raises BenchStopped if the golden units were missed."""
+
+    def explain(self) -> Event:
+        """Run the gap workflow on the responses and store its answer. Raises EntryError without responses."""
+
+    def cancel(self) -> None:
+        """Stop what is under way, or what comes."""
+
+
+class Talk(Protocol):
+    """The person at a measurement. stopped: set when it is to end."""
+
+    @property
+    def stopped(self) -> threading.Event: ...
+
+    def ask(self, words: str) -> str:
+        """Return what the person types."""
+
+    def say(self, words: str) -> None:
+        """Tell the person."""
+
+
+class SigningPort(Protocol):
+    """Signs the certificate of one unit. Raises KeysError, SigningRefused, ContentError, OSError, StoreError."""
+
+    def keys(self, role: str) -> BenchKeys:
+        """Return what is known of the keys of a role at this bench."""
+
+    def problem(self, asked: Ask, place: int, given: Sequence[str]) -> str:
+        """Return why a line of a question cannot stay as it was typed, "" if it can."""
+
+    def make_keys(self, passphrase: str) -> Path:
+        """Make the bench's authority and the operator's key; return the file with the authority's passphrase."""
+
+    def sign(self, passphrase: str, reason: str = "") -> Report:
+        """Sign as technician, and verify what was written."""
+
+    def countersign(self, passphrase: str, choice: str = "", reason: str = "") -> Report:
+        """Verify, then sign as quality assurance."""
+
+
+class Services(Protocol):
+    """What the bench does for its screens."""
+
+    def warm(self) -> None:
+        """Let the other process start, without waiting for it. Raises OSError."""
+
+    def close(self) -> None:
+        """End the other process, with the work under way."""
+
+    def refuse_passphrases(self, home: Path, texts: Iterable[str]) -> None:
+        """Raise EntryError if one of the texts, which are about to be stored, is a passphrase of this bench."""
+
+    def open_session(
+        self, store: Store, home: Path, spec: Spec, operator: str, serial: str, stated: BenchFile | None
+    ) -> Session:
+        """Open a unit. Raises EntryError, UnitBusy, StoreError, OSError."""
+
+    def computation(self, session: Session, say: Callable[[str], None] = ...) -> Computation:
+        """Return a computation about a unit. say: is called, from the thread that waits, with its progress."""
+
+    def signing(self, session: Session) -> SigningPort:
+        """Return what signs the certificate of a unit."""
+
+    def draw(self, panels: Sequence[Panel], columns: int) -> bytes:
+        """Return panels as SVG at full resolution."""
+
+    def measure(self, session: Session, step: str, instruments: Instruments, talk: Talk) -> Sequence[str]:
+        """Measure a whole step by its recipe and store its values; return notes. Raises InstrumentError, EntryError,
+        RecordError, StoreError, OSError."""

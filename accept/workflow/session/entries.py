@@ -1,0 +1,118 @@
+"""Entries at a unit: values that are typed or read, notes, and steps that are measured anew."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from accept.store import Event
+from accept.store.payloads import (
+    NotedFile,
+    ReadingFailed,
+    RecordLinked,
+    StepNoted,
+    StepRemeasured,
+    ValueTaken,
+    payload_of,
+)
+from accept.units import attach
+from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words
+from accept.workflow.instruments.port import InstrumentPort, reading
+from accept.workflow.session import print_picture
+from accept.workflow.session.unit import OpenUnit
+from checks.declare import Input, Measured, Scalar
+from hw.errors import InstrumentError
+
+NOTES_FOLDER = "notes"  # in that of an attempt: photos and other files
+_FILE_BYTES = 200_000_000  # of one of them
+
+
+class Entries:
+    """Stores entries of one unit."""
+
+    def __init__(self, unit: OpenUnit) -> None:
+        self._unit = unit
+
+    def take(
+        self,
+        step: str,
+        declared: Input,
+        measured: Measured,
+        *,
+        index: int | None = None,
+        repeat: bool = False,
+        text: str = "",
+        source: str = "typed",
+        day: str | None = None,
+        evidence: Mapping[str, Any] | None = None,
+    ) -> Event:
+        """Store a value in the unit that its input declares. index: place in a vector. repeat: one more reading of the
+        same value, not a correction. source: `typed` or the instrument's name; text: what it was read from. day: of
+        measuring, if that is not today. evidence: of the instrument, its calibration and its line.
+
+        Raises EntryError if it is not plausible, StoreError."""
+        if isinstance(declared, Scalar):
+            check_plausible(measured.value, declared)
+        form = self._unit.step(step).form_with(declared.name).name
+        unit_name = getattr(declared, "unit", "1")
+        taken = ValueTaken(
+            step, form, declared.name, measured.value, measured.U, unit_name,
+            index=index, repeat=repeat, text=text, source=source, day=day, evidence=evidence or None,
+        )  # fmt: skip
+        return self._unit.append(taken)
+
+    def read(
+        self, step: str, declared: Input, instrument: InstrumentPort, *, index: int | None = None, repeat: bool = False
+    ) -> Event:
+        """Read an instrument and store its value with the traffic of its line; if it gives none, store that.
+
+        Raises InstrumentError, EntryError for a reading that cannot be, StoreError."""
+        unit_name = str(getattr(declared, "unit", "1"))
+        try:
+            measured = reading(instrument, unit_name)
+            if isinstance(declared, Scalar):
+                check_plausible(measured.value, declared)
+        except (InstrumentError, EntryError) as e:
+            self._unit.append(ReadingFailed(step, declared.name, str(e), instrument.name, instrument.evidence()))
+            raise
+        text = f"{measured.value:.9g} {unit_name}"
+        return self.take(
+            step, declared, measured,
+            index=index, repeat=repeat, text=text, source=instrument.name, evidence=instrument.evidence(),
+        )  # fmt: skip
+
+    def note(
+        self,
+        step: str,
+        text: str,
+        nonconformance: bool = False,
+        files: Sequence[Path] = (),
+        internal: bool = False,
+        printed: bool = False,
+    ) -> Event:
+        """Keep a note about a step, with copies of its photos or other files. internal: not on the certificate, where
+        every nonconformance is; printed: its photos are shown there, scaled. Raises EntryError if it is empty or a
+        passphrase, or if a file to print is no picture, OSError if a file cannot be read."""
+        words, folder = plain_words(text, "a note"), self._unit.folder / NOTES_FOLDER
+        self._unit.refuse([text])
+        kept = []
+        for path in files:
+            scaled = print_picture.scaled(path) if printed else b""  # a file that is no picture stops here
+            name, digest = attach.copy_in(path, folder, _FILE_BYTES)
+            shown = f"{NOTES_FOLDER}/{print_picture.keep(scaled, folder, name)}" if scaled else ""
+            kept.append(NotedFile(name, digest, str(path), shown))
+        return self._unit.append(StepNoted(step, words, nonconformance, tuple(kept), internal and not nonconformance))
+
+    def remeasure(self, step: str, reason: str) -> Event:
+        """Begin a step anew; its earlier entries stay in the store. Raises EntryError without a reason, and if it is a
+        passphrase."""
+        self._unit.refuse([reason])
+        return self._unit.append(StepRemeasured(step, plain_words(reason, "the reason")))
+
+    def ever_given(self) -> frozenset[tuple[str, str, int | None]]:
+        """Return (step, input, index) of every entry of the present attempt, undone or not."""
+        given = (payload_of(e, ValueTaken, RecordLinked) for e in self._unit.events if e.seq > self._unit.begun)
+        return frozenset(
+            (p.step, p.input, p.index if isinstance(p, ValueTaken) else None)
+            for p in given
+            if isinstance(p, ValueTaken | RecordLinked)
+        )

@@ -1,0 +1,131 @@
+"""A unit that is open at the bench: its events, the state folded from them, and the lock that keeps both in order."""
+
+import threading
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from accept.store import Event, Store
+from accept.store.errors import Overtaken
+from accept.store.payloads import AttemptStarted, Payload, RunOpened
+from accept.store.spelling import mistaken_for
+from accept.units import attach
+from accept.units.attempt_folder import attempt_folder
+from accept.workflow.entry.parse_entry import EntryError, serial_problem
+from accept.workflow.state.lock import UnitLock
+from accept.workflow.state.unit_state import Attempt, StepState, UnitRun, fold_run
+from accept.workflow.steps import section
+from accept.workflow.steps.plan import WorkflowStep, steps_of
+from accept.workflow.steps.status import state_of
+from specs.bench import NO_CHANNELS, BenchFile, Channels
+from specs.spec import Spec
+
+
+class OpenUnit:
+    """Holds the lock of its unit until `close`. refuse: raises EntryError if a text that is about to be stored is a
+    passphrase of this bench."""
+
+    def __init__(
+        self,
+        store: Store,
+        home: Path,
+        spec: Spec,
+        operator: str,
+        serial: str,
+        refuse: Callable[[Iterable[str]], None],
+        stated: BenchFile | None = None,
+        training: bool = False,
+        simulated: bool = False,
+    ) -> None:
+        """Open a unit, as `open_session` describes it. Raises EntryError, UnitBusy, StoreError, OSError."""
+        if problem := serial_problem(serial, spec):
+            raise EntryError(f"serial '{serial}': {problem}")
+        self.store, self.home, self.spec, self.operator, self.serial = store, home, spec, operator, serial
+        self.steps, self.stated, self.training, self.refuse = steps_of(spec), stated, training, refuse
+        self.simulates = training or simulated or (stated is not None and stated.simulated)
+        self.spec_name = f"{spec.name}@{spec.sha256}"
+        self.mutex = threading.RLock()
+        self._lock = UnitLock(home / "units" / serial)
+        try:
+            self.events = list(store.events(serial))
+            self.run = fold_run(serial, self.events)
+            if self.run.attempt is None and (known := store.other_spelling(serial)) is not None:
+                raise EntryError(mistaken_for(serial, known))
+        except BaseException:
+            self._lock.release()
+            raise
+
+    def close(self) -> None:
+        self._lock.release()
+
+    @property
+    def attempt(self) -> Attempt:
+        """Return the present attempt. Raises EntryError if none was begun."""
+        if self.run.attempt is None:
+            raise EntryError(f"{self.serial}: no attempt was started")
+        return self.run.attempt
+
+    @property
+    def folder(self) -> Path:
+        """Return the folder of the present attempt."""
+        return self.home / "units" / self.serial / attempt_folder(self.attempt.number)
+
+    def step(self, name: str) -> WorkflowStep:
+        return next(step for step in self.steps if step.name == name)
+
+    def state(self, step: str) -> StepState:
+        """Return the state of a step; of a derived one, that of the step whose data it reads."""
+        return state_of(self.attempt, self.step(step))
+
+    def begin(
+        self, parts: Mapping[str, str], reason: str = "", channels: Channels = NO_CHANNELS, simulated: bool = False
+    ) -> Event:
+        """Start the next attempt; earlier ones stay as they are. channels: their names in the lab's records.
+        simulated: no instrument measures the unit."""
+        written = {name: source.to_toml() for name, source in channels.items()}
+        simulated = simulated or self.simulates
+        while True:  # another program may begin an attempt at once: each gets a number of its own
+            number, known = len(self.run.attempts) + 1, self.run.seq
+            begun = AttemptStarted(number, self.spec.kind, dict(parts), reason, written, simulated)
+            with suppress(Overtaken):
+                return self.append(begun, after=known)
+            self.refresh()
+
+    def resume(self) -> Event:
+        """Note that the present attempt is taken up again. Raises EntryError if it is one of another kind, or if it is
+        measured and the instruments are simulated."""
+        if self.simulates and not (self.training or self.attempt.simulated):
+            raise EntryError(f"{self.serial} is being measured: simulated instruments need an attempt of their own")
+        if self.attempt.kind != self.spec.kind:
+            raise EntryError(
+                f"{self.serial} is of kind {self.attempt.kind}, spec {self.spec.name} judges kind {self.spec.kind}"
+            )
+        return self.append(RunOpened(self.attempt.number))
+
+    def append(self, payload: Payload, after: int | None = None) -> Event:
+        """Store an event about this unit. after: number of the last one that it follows from. Raises StoreError, and
+        then nothing is stored."""
+        with self.mutex:
+            event = self.store.write(payload, self.serial, who=self.operator, spec=self.spec_name, after=after)
+            self.refresh()
+            return event
+
+    def refresh(self) -> UnitRun:
+        """Fold in the events stored since, by this or another program."""
+        with self.mutex:
+            self.events += self.store.events(self.serial, after=self.run.seq)
+            self.run = fold_run(self.serial, self.events)
+            return self.run
+
+    @property
+    def begun(self) -> int:
+        """Return the number of the event that started the present attempt, 0 without one."""
+        return max((e.seq for e in self.events if e.what == AttemptStarted.KIND), default=0)
+
+    def written(self) -> Attempt:
+        """Return the present attempt, with `unit.toml` in its folder as the state has it."""
+        with self.mutex:
+            attempt = self.attempt
+            document = section.document(self.serial, attempt, self.steps, attempt.simulated or self.simulates)
+            attach.write_document(self.folder, document)
+            return attempt

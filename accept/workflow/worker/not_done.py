@@ -1,0 +1,10 @@
+"""A computation without an answer."""
+
+from specs.errors import AcceptError
+
+STOPPED = "stopped"  # the words of one that was cancelled
+
+
+class NotDone(AcceptError, RuntimeError):
+    """A computation without an answer; the text says why: stopped, killed by the system, or refused by the
+    computation."""
