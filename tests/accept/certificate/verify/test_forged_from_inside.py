@@ -31,7 +31,7 @@ from accept.judging import judge_unit
 from accept.store import open_store
 from accept.store.seal import own_key
 from accept.units import unit_folder
-from accept.workflow.certify import countersign_unit
+from accept.workflow.certify import Signing
 from specs.model import builtin_models
 from specs.spec import builtin
 from tests.accept.certificate.certificate_help import WHEN, bench_signed, certificate_contents, judged_again, stated
@@ -428,7 +428,7 @@ def test_the_workflow_countersigns_no_certificate_of_a_revoked_key(tmp_path: Pat
         refresh=lambda: SimpleNamespace(seq=0), store=SimpleNamespace(events=lambda *_: []),
     )  # fmt: skip
     with pytest.raises(SigningRefused, match="compromised"):
-        countersign_unit(session, "battery staple")
+        Signing(session).countersign("battery staple")
 
 
 # --- before this change ----------------------------------------------------------------------------------------------
