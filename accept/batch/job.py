@@ -14,9 +14,8 @@ from accept.certificate.contents.provenance import Provenance
 from accept.gap.start_model import StartModel, applies
 from accept.judging.calibration import Statement
 from accept.judging.judge_unit import judge_unit
-from accept.store.opening import BENCH_KEY
+from accept.store import BENCH_KEY, bench_of
 from accept.store.payloads import PlaceInBatch
-from accept.store.seal import bench_of
 from accept.units.loaded_unit import contents_of, loaded
 from accept.units.unit_folder import UnitError, UnitFolder
 from specs.spec import Spec

@@ -24,6 +24,7 @@ from typing import Any
 from accept.base.atomic_files import write_atomic
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.home import home
+from accept.base.spelling import mistaken_for
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.capture.reference_check import days_checked
@@ -46,11 +47,8 @@ from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations
 from accept.judging.superseded import Approval
 from accept.models.evidence import evidence_of, hashes, named_models
-from accept.store import Event, SignedHead, Store, UnitState, fold
-from accept.store.errors import Overtaken
-from accept.store.event import KeyHolder, shown_name
+from accept.store import Event, KeyHolder, Overtaken, SignedHead, Store, UnitState, fold, shown_name
 from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
-from accept.store.spelling import mistaken_for
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
 from specs.bench import BenchFile
 from specs.errors import AcceptError

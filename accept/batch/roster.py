@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from accept.base.documents.results import UnitRecord
-from accept.store.spelling import spelling_key
+from accept.base.spelling import spelling_key
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitFolder
 

@@ -12,8 +12,7 @@ from accept.certificate.contents.disposition import Disposition
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.provenance import signed_by_bench
 from accept.judging.decisions import Signer
-from accept.store import Event, Store
-from accept.store.errors import Overtaken
+from accept.store import Event, Overtaken, Store
 
 
 def drawn(contents: CertificateContent, home: Path) -> bytes:

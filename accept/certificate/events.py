@@ -8,8 +8,7 @@ from pathlib import Path
 from accept.certificate.contents.disposition import Disposition
 from accept.judging.decisions import Signer, sign_decision
 from accept.judging.nonconformance import DISPOSITION, content_of, decided
-from accept.store import Event, Store
-from accept.store.fold import TECHNICIAN
+from accept.store import TECHNICIAN, Event, Store
 from accept.store.payloads import CertificateSigned, Decision, Payload
 
 

@@ -23,11 +23,8 @@ from accept.base.atomic_files import writing_atomic
 from accept.base.documents import document, results
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.progress import busy
-from accept.store import Event, Store, payloads
-from accept.store.chain import START, StoreHead
-from accept.store.fold import TECHNICIAN
+from accept.store import START, TECHNICIAN, Event, Sealer, Store, StoreHead, payloads
 from accept.store.payloads import CertificateSigned, UnitJudged, payload_of
-from accept.store.seal import Sealer
 from checks import verdict
 from specs.spec import listed_name
 

@@ -18,8 +18,7 @@ from typing import Any
 from accept.judging.advice import concluded
 from accept.judging.decisions import Signer, problem_here, sign_decision
 from accept.judging.rules import withhold_copies
-from accept.store import Event, Store
-from accept.store.indexes import TABLE
+from accept.store import TABLE, Event, Store
 from accept.store.payloads import CopiesResolved, UnitJudged
 from accept.units.attempt_folder import attempt_number
 from accept.units.samples import is_typed

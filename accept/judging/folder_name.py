@@ -10,9 +10,9 @@ import re
 from collections.abc import Mapping
 
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME
+from accept.base.spelling import difference, spelling_key
 from accept.store import Store
 from accept.store.payloads import SerialConfirmed, UnitJudged
-from accept.store.spelling import difference, spelling_key
 from accept.units.attempt_folder import attempt_number
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
 

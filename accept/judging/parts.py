@@ -3,16 +3,16 @@
 For each part that a strut names the store is asked for its last verdict, and whether another strut's last judgement
 names it too. If either speaks against the part, the strut is conditional at best. A part that the store does not know,
 such as a joint that is not judged as a unit, raises no doubt. Serials that differ only in capitals are one part: the
-store holds no two units of such serials (`accept.store.spelling`).
+store holds no two units of such serials (`accept.base.spelling`).
 """
 
 from collections.abc import Mapping
 
 from accept.base.documents.results import UnitRecord
+from accept.base.spelling import difference, spelling_key
 from accept.judging.voids import voids
 from accept.store import Store
 from accept.store.payloads import UnitJudged
-from accept.store.spelling import difference, spelling_key
 from checks.verdict import UnitVerdict
 
 

@@ -8,8 +8,24 @@ from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event, func, select, text
-from sqlalchemy.exc import DBAPIError, OperationalError
+from sqlalchemy.exc import DBAPIError, OperationalError, SQLAlchemyError
 
+from accept.store.errors import StoreError
+from specs.distribution import install
+
+OTHER_PLACE = "make it writable, or set ACCEPT_HOME to a folder that is"
+
+_CAUSES = {
+    "SQLITE_FULL": "the disk is full; the event was not stored; free some space and run again",
+    "SQLITE_READONLY": f"cannot be written, the file or its folder is read-only; {OTHER_PLACE}",
+    "SQLITE_CANTOPEN": f"cannot be opened or made; {OTHER_PLACE}",
+    "SQLITE_PERM": f"access is denied; {OTHER_PLACE}",
+    "SQLITE_BUSY": "another program holds it locked; close that program and run again",
+    "SQLITE_LOCKED": "another program holds it locked; close that program and run again",
+    "SQLITE_NOTADB": "is not an SQLite database; move the file away, or set ACCEPT_HOME to another folder",
+    "SQLITE_CORRUPT": "is damaged: its SQLite file is malformed; restore it from a backup",
+    "SQLITE_IOERR": "the disk refuses to read or write it (failing, full or gone)",
+}
 _LOCK = 0x61636365  # PostgreSQL advisory lock of the appends; "acce"
 RECONNECT_S = 30.0  # how long a server may be away while a program works: a restart takes seconds
 SILENT_S = 15  # the server aborts a transaction that is silent for so long
@@ -129,3 +145,26 @@ def snapshot(engine: Engine) -> Iterator[Connection]:
         connection = plain.execution_options(**level)
         with connection.begin():
             yield connection
+
+
+@contextmanager
+def reported(where: str) -> Iterator[None]:
+    """Turn every error of the database or its file into a StoreError about `where`."""
+    try:
+        yield
+    except (SQLAlchemyError, sqlite3.Error, ImportError, OSError) as e:
+        raise StoreError(f"{where}: {_reason(e)}") from e
+
+
+def _reason(error: Exception) -> str:
+    cause = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
+    name = getattr(cause, "sqlite_errorname", None) or ""
+    if getattr(cause, "sqlstate", None) == "55P03":  # PostgreSQL: lock_timeout
+        return _CAUSES["SQLITE_LOCKED"]
+    for prefix, words in _CAUSES.items():
+        if name.startswith(prefix):
+            return words
+    if isinstance(cause, ImportError):
+        return f"its database driver is not installed ({cause}); for PostgreSQL: {install('postgres')}"
+    lines = str(cause).strip().splitlines() or [type(cause).__name__]
+    return lines[0]

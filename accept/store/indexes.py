@@ -13,10 +13,10 @@ from typing import Any
 
 from sqlalchemy import Connection, Table, delete, insert, select
 
+from accept.base.spelling import spelling_key
 from accept.store import tables
 from accept.store.chain import ChainBreak
 from accept.store.event import Event
-from accept.store.spelling import spelling_key
 
 JUDGED = "unit_judged"
 TABLE = "table"  # channel name of a table's numbers

@@ -17,9 +17,9 @@ from sqlalchemy import (
     literal_column,
 )
 
+from accept.base.spelling import LOOKS, UNSEEN
 from accept.store.chain import START
 from accept.store.engine import has_index
-from accept.store.spelling import LOOKS, UNSEEN
 
 SCHEMA = 2  # of the tables; a store of the one before is brought up to it when it is opened
 EARLIER = 1  # without the index of parts, which a program that writes such a store does not fill

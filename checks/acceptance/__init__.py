@@ -16,11 +16,10 @@ from itertools import chain
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
-from checks import door
 from checks.cause import Cause, NoResult
 from checks.declare import Check, Values
 from checks.quantity import Outcome, Quantity
-from specs import plugins
+from specs import door, plugins
 from specs.plugins import products
 from specs.spec import CheckSpec
 from specs.units import label_from_name

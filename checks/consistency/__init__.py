@@ -7,7 +7,7 @@ Measurements that contradict each other have no result."""
 
 from typing import TYPE_CHECKING
 
-from checks import door
+from specs import door
 
 if TYPE_CHECKING:
     from checks.consistency.contradictions import check_consistency

@@ -13,7 +13,7 @@ G is the root mean square of the residuals, each over its noise and the model's 
 
 from typing import TYPE_CHECKING
 
-from checks import door
+from specs import door
 
 if TYPE_CHECKING:
     from checks.fitting.calibrate import Calibration

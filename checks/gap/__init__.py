@@ -16,7 +16,7 @@ Records that cannot be compared with a model raise `GapRefused`."""
 
 from typing import TYPE_CHECKING
 
-from checks import door
+from specs import door
 
 if TYPE_CHECKING:
     from checks.gap.conditions.kinds import EXPERIMENT_KINDS, ExperimentKind

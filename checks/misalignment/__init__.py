@@ -13,7 +13,7 @@ A table of 41 x 41 places takes seconds: store it."""
 
 from typing import TYPE_CHECKING
 
-from checks import door
+from specs import door
 
 if TYPE_CHECKING:
     from checks.misalignment.estimate import RATIO_CHANNELS, SENSOR_CHANNELS, estimate_misalignment, with_payload

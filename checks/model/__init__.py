@@ -12,7 +12,7 @@
 
 from typing import TYPE_CHECKING
 
-from checks import door
+from specs import door
 
 if TYPE_CHECKING:
     from checks.model.build import build_model, file_nodes

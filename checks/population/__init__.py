@@ -10,7 +10,7 @@ Each unit is judged by the prediction of the others."""
 
 from typing import TYPE_CHECKING
 
-from checks import door
+from specs import door
 
 if TYPE_CHECKING:
     from checks.population.learn import FEWEST, BatchMember, NothingLearned, Population, learn_population

@@ -16,7 +16,7 @@ A record that cannot be used raises a `RecordError`, a signal that must not be p
 
 from typing import TYPE_CHECKING
 
-from checks import door
+from specs import door
 
 if TYPE_CHECKING:
     from checks.signals.disturbances import disturbance_notes

@@ -22,8 +22,7 @@ from accept.certificate.contents.statement import (
     SIGNED_AND_LOOKED_UP,
     Statement,
 )
-from accept.store.event import Event
-from accept.store.fold import VOIDED, UnitState
+from accept.store import VOIDED, Event, UnitState
 from accept.store.payloads import BenchStated, CertificateSigned
 from checks.verdict import UnitVerdict
 

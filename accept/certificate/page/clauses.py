@@ -7,7 +7,7 @@ from typing import Any
 from accept.certificate.contents.content import CertificateContent
 from accept.judging.inputs import input_words, stated_inputs
 from accept.pictures.labels import check_label
-from accept.store.event import shown_name
+from accept.store import shown_name
 from accept.units import folder_header
 from accept.units.unit_folder import UNIT_FILE
 from checks.acceptance import CHECKS

@@ -16,10 +16,7 @@ from accept.certificate.trust import authority, encrypted_key, keys, revocation,
 from accept.certificate.trust.keys import BENCH, CA, ROLES, KeysError
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import REASONS, RevocationList, Revoked
-from accept.store import open_store
-from accept.store.event import KeyHolder
-from accept.store.opening import BENCH_KEY
-from accept.store.seal import bench_of, own_key
+from accept.store import BENCH_KEY, KeyHolder, bench_of, open_store, own_key
 
 ISSUED = "issued"  # the certificates that the authority issued, one a file
 

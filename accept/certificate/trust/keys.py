@@ -24,9 +24,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from accept.base.atomic_files import write_new
 from accept.certificate.trust import authority, encrypted_key, revocation, revocation_record
 from accept.certificate.trust.names import same_person, scripts
-from accept.store.event import KeyHolder
-from accept.store.opening import BENCH_KEY
-from accept.store.seal import bench_of, own_key
+from accept.store import BENCH_KEY, KeyHolder, bench_of, own_key
 from specs.errors import AcceptError
 from specs.files import read_bounded
 

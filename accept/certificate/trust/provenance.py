@@ -15,10 +15,8 @@ from accept.certificate.contents.provenance import AT_THE_BENCH, Head, Provenanc
 from accept.certificate.trust import keys, revocation, revocation_record
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.spec_approval import approval_of
-from accept.store import Event, SignedHead, Store, UnitState
-from accept.store.opening import BENCH_KEY
+from accept.store import BENCH_KEY, Event, SignedHead, Store, UnitState, own_key
 from accept.store.payloads import BenchStated, CertificateSigned
-from accept.store.seal import own_key
 from checks.verdict import UnitVerdict
 from specs.spec import Spec
 

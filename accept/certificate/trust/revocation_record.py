@@ -14,8 +14,7 @@ from sqlalchemy import URL
 from accept.base.home import home
 from accept.certificate.trust import authority
 from accept.certificate.trust.revocation import RevocationError, RevocationList, parsed, read_list
-from accept.store import Store, open_store
-from accept.store.opening import DATABASE
+from accept.store import DATABASE, Store, open_store
 from accept.store.payloads import BenchStated, KeysRevoked
 
 REMEDY = (

@@ -13,6 +13,7 @@ from cryptography import x509
 
 from accept.base.documents.results import ALIKE, UnitRecord
 from accept.base.home import home
+from accept.base.spelling import difference
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
 from accept.certificate.contents.errors import InvalidCertificate
@@ -33,10 +34,7 @@ from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.superseded import Approval
 from accept.judging.voids import voids
-from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
-from accept.store.chain import START
-from accept.store.indexes import JUDGED
-from accept.store.opening import BENCH_KEY
+from accept.store import BENCH_KEY, START, Event, Store, StoreError, StoreHead, bench_of, fold, open_store
 from accept.store.payloads import (
     CHOICES,
     BenchStated,
@@ -44,9 +42,8 @@ from accept.store.payloads import (
     InstrumentChecked,
     KeysRevoked,
     NonconformanceDecided,
+    UnitJudged,
 )
-from accept.store.seal import bench_of
-from accept.store.spelling import difference
 from accept.units.attempt_folder import attempt_number
 from checks.verdict import Verdict
 from specs.spec import parse
@@ -112,7 +109,7 @@ def _history(
 ) -> list[Step]:
     result = canonical(contents.result)
     named = signature.data.get("judged")  # earlier programs do not name the judgement that was signed
-    before = [e for e in events if e.what == JUDGED and e.seq < signature.seq and named in (None, e.seq)]
+    before = [e for e in events if e.what == UnitJudged.KIND and e.seq < signature.seq and named in (None, e.seq)]
     own = next((e for e in reversed(before) if canonical(e.data["result"]) == result), None)
     if own is None:
         return [Step("this bench's store holds no judgement with this result", complete=False)]
@@ -139,7 +136,7 @@ def _history(
     right = f"operator, spec, code, {compared}: as in this bench's store"
     return [
         Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
-        *_later([e for e in events if e.what == JUDGED and e.seq > own.seq]),
+        *_later([e for e in events if e.what == UnitJudged.KIND and e.seq > own.seq]),
         *(Step(words, complete=False) for words in _made_up(store, contents, own, signature, by)),
     ]
 
@@ -202,13 +199,13 @@ def _is_of_attempt(own: Event, started: Event, counted: Sequence[Event]) -> bool
     number, and no other folder of the unit was judged in between. Else a folder of that name would hide an attempt."""
     if attempt_number(PurePath(str(own.data["path"])).name) != started.data["number"]:
         return False
-    return all(e.data["path"] == own.data["path"] for e in counted if e.what == JUDGED and e.seq > started.seq)
+    return all(e.data["path"] == own.data["path"] for e in counted if e.what == UnitJudged.KIND and e.seq > started.seq)
 
 
 def _later_than(events: Sequence[Event], when: datetime) -> list[Step]:
     """Return later judgements for a certificate whose signature this store does not hold, such as one of another bench:
     those after it was signed. If there are none here, its own bench may have some: nothing is known."""
-    later = [e for e in events if e.what == JUDGED and datetime.fromisoformat(e.time) > when + SAME_SECOND]
+    later = [e for e in events if e.what == UnitJudged.KIND and datetime.fromisoformat(e.time) > when + SAME_SECOND]
     return _later(later) if later else []
 
 

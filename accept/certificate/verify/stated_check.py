@@ -23,8 +23,8 @@ from accept.certificate.verify.statements import unlisted
 from accept.judging.copies import recording_party
 from accept.judging.decisions import decision_problem
 from accept.judging.nonconformance import DISPOSITION, signed_content
+from accept.store import head_problem
 from accept.store.payloads import CopiesResolved, NonconformanceDecided, SignedBy
-from accept.store.seal import head_problem
 from accept.units.folder_header import serial_problem
 from accept.units.samples import TYPED
 from checks.acceptance import CHECKS

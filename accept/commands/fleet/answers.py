@@ -18,7 +18,7 @@ from accept.fleet.measurements import GOLDEN, day, is_between
 from accept.fleet.yields import VOID
 from accept.judging.golden import not_counted
 from accept.pictures.labels import label_and_name, label_of
-from accept.store.event import shown_name
+from accept.store import shown_name
 
 WHOLE = ("serial", "time", "verdict", "unit_verdict")  # columns that are looked for by eye
 MOST_NAMED = 10  # void attempts in one line

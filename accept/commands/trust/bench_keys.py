@@ -15,7 +15,7 @@ from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.trust.revocation_record import fault_here
 from accept.judging.decisions import Signer
-from accept.store.opening import BENCH_KEY
+from accept.store import BENCH_KEY
 from specs.files import read_bounded
 
 QA_PASSPHRASE = "ACCEPT_QA_PASSPHRASE"

@@ -20,8 +20,7 @@ from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
 from accept.commands.trust.bench_keys import QA_PASSPHRASE, check_reason, passphrase_of, warn_of_home
 from accept.commands.trust.verify import VerifyOptions, verify_here
-from accept.store import StoreError, open_store
-from accept.store.opening import DATABASE
+from accept.store import DATABASE, StoreError, open_store
 
 
 @command

@@ -10,8 +10,7 @@ from accept.base.exit_codes import Exit
 from accept.commands.answer import PLAIN, Answer, File, Remark, command, table
 from accept.commands.options import JsonAnswer
 from accept.judging.golden import goldens, not_counted
-from accept.store import open_store
-from accept.store.instrument_recall import touched
+from accept.store import open_store, touched
 
 
 @command

@@ -27,10 +27,19 @@ from accept.commands.trust.bench_keys import decision_signer
 from accept.judging.copies import resolve
 from accept.judging.nonconformance import decide, open_nonconformances
 from accept.judging.voids import void
-from accept.store import Event, StoreError, StoreHead, check_lines, open_store
-from accept.store.backup import back_up, restore
-from accept.store.chain import START
-from accept.store.opening import BENCH_KEY
+from accept.store import (
+    BENCH_KEY,
+    START,
+    Event,
+    StoreError,
+    StoreHead,
+    back_up,
+    check_lines,
+    head_problem,
+    open_store,
+    own_key,
+    restore,
+)
 from accept.store.payloads import (
     CertificateSigned,
     CopiesResolved,
@@ -39,7 +48,6 @@ from accept.store.payloads import (
     UnitJudged,
     payload_of,
 )
-from accept.store.seal import head_problem, own_key
 from checks.verdict import UnitVerdict, Verdict
 from specs.spec import listed_name
 

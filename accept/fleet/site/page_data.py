@@ -28,8 +28,7 @@ from accept.judging.nonconformance import stated_words
 from accept.judging.voids import voids
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
-from accept.store import Store, fold
-from accept.store.event import shown_name
+from accept.store import Store, fold, shown_name
 from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged
 from checks.picture import Line, Panel
 from checks.rounding import rounded, rounded_U

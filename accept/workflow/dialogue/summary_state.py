@@ -8,8 +8,7 @@ from typing import Protocol
 from accept.base.documents.results import UnitRecord
 from accept.judging.advice import ADVICE, advice, first_advice
 from accept.pictures.labels import label_of
-from accept.store.event import shown_name
-from accept.store.fold import Signature
+from accept.store import Signature, shown_name
 from accept.store.payloads import RecordRefused, without_hashes
 from accept.workflow.dialogue import turn
 from accept.workflow.steps.status import Status, of_findings

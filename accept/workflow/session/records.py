@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from accept.judging.advice import ADVICE, record_advice
-from accept.store import Event
+from accept.store import Event, undone
 from accept.store.payloads import RecordLinked, RecordRefused, StepRemeasured, payload_of
-from accept.store.undone import undone
 from accept.units import attach
 from accept.workflow.entry import record_folder
 from accept.workflow.entry.record_folder import Proposals

@@ -5,10 +5,9 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from accept.store import Event, Store
-from accept.store.errors import Overtaken
+from accept.base.spelling import mistaken_for
+from accept.store import Event, Overtaken, Store
 from accept.store.payloads import AttemptStarted, Payload, RunOpened
-from accept.store.spelling import mistaken_for
 from accept.units import attach
 from accept.units.attempt_folder import attempt_folder
 from accept.workflow.entry.parse_entry import EntryError, serial_problem

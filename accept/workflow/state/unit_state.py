@@ -5,8 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from accept.store import Event, Signature, StoreError, UnitState
-from accept.store.fold import after
+from accept.store import Event, Signature, StoreError, UnitState, after, undone
 from accept.store.payloads import (
     AttemptStarted,
     CertificateSigned,
@@ -22,7 +21,6 @@ from accept.store.payloads import (
     ValueTaken,
     payload_of,
 )
-from accept.store.undone import undone
 from accept.units.attempt_folder import attempt_folder
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from accept.base.spelling import difference, look_alike
 from accept.commands.units import batch, report
 from accept.store import open_store
-from accept.store.spelling import difference, look_alike
 from accept.workflow.open_bench import open_bench
 from accept.workflow.steps.unit_list import known_units
 from accept.workflow.worker.process import WorkerProcess

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from accept.base.spelling import difference, look_alike, look_key
 from accept.judging.folder_name import confirm, unconfirmed
 from accept.store import Event, Store, open_store
 from accept.store.payloads import AttemptStarted, EntryUndone
-from accept.store.spelling import difference, look_alike, look_key
 
 
 def begin(store: Store, serial: str) -> Event:

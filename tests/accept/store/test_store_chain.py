@@ -12,7 +12,8 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from accept.store import ChainBreak, Event, NewEvent, StoreError, StoreHead, open_store
+from accept.store import Event, NewEvent, StoreError, StoreHead, open_store
+from accept.store.chain import ChainBreak
 from accept.store.event import digest
 
 N = 8

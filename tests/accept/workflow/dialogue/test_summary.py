@@ -10,7 +10,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from accept.base.documents.results import UnitRecord
 from accept.judging.advice import ADVICE
-from accept.store.fold import Signature
+from accept.store.folding import Signature
 from accept.store.payloads import CHOICES, RecordRefused
 from accept.workflow.dialogue import summary as dialogue
 from accept.workflow.dialogue.summary import (
