@@ -93,6 +93,20 @@ class Finding:
     cause: Reason | None = None
     inputs: Annotated[tuple[UsedInput, ...], Field(exclude_if=lambda inputs: not inputs)] = ()
 
+    def weakened(self, why: Reason) -> "Finding":
+        """Return the finding with this reason, and conditional instead of a pass; a finding without a result is
+        unchanged."""
+        if self.verdict is Verdict.NO_RESULT:
+            return self
+        cause = together([*([] if self.cause is None else [self.cause]), why])
+        verdict = Verdict.CONDITIONAL if self.verdict is Verdict.PASS else self.verdict
+        return replace(self, verdict=verdict, reason=str(cause), cause=cause)
+
+    def withheld(self, cause: Reason) -> "Finding":
+        """Return the finding without a value and without a result, for this cause."""
+        bare = replace(self, value=None, U=None, p_false_accept=None, budget=(), note=None)
+        return replace(bare, verdict=Verdict.NO_RESULT, cause=cause, reason=str(cause))
+
 
 def judge(check: str, quantity: Quantity, limit: Limit, required: bool = True) -> Finding:
     """Judge a quantity by its limit. A value that is not finite or not in the limit's unit gives no result; an unknown
@@ -216,22 +230,6 @@ def probability_of_false_acceptance(value: float, U: float | None, limit: Limit,
 def _upper_tail(z: float) -> float:
     """Return P(Z > z) of the standard normal; by erfc, so that a risk of 1e-12 is not rounded away."""
     return 0.5 * math.erfc(z / math.sqrt(2.0))
-
-
-def weakened(finding: Finding, why: Reason) -> Finding:
-    """Return the finding with this reason, and conditional instead of a pass; a finding without a result is
-    unchanged."""
-    if finding.verdict is Verdict.NO_RESULT:
-        return finding
-    cause = together([*([] if finding.cause is None else [finding.cause]), why])
-    verdict = Verdict.CONDITIONAL if finding.verdict is Verdict.PASS else finding.verdict
-    return replace(finding, verdict=verdict, reason=str(cause), cause=cause)
-
-
-def withheld(finding: Finding, cause: Reason) -> Finding:
-    """Return the finding without a value and without a result, for this cause."""
-    bare = replace(finding, value=None, U=None, p_false_accept=None, budget=(), note=None)
-    return replace(bare, verdict=Verdict.NO_RESULT, cause=cause, reason=str(cause))
 
 
 def unit_verdict(findings: Sequence[Finding], held: bool = False) -> UnitVerdict:

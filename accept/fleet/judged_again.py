@@ -17,7 +17,7 @@ from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.cause import Cause, because
 from checks.quantity import Quantity
-from checks.verdict import Finding, judge, unit_verdict, weakened
+from checks.verdict import Finding, judge, unit_verdict
 from specs.spec import Spec
 
 RECORDS, VALUES = "records", "stored values"
@@ -111,4 +111,4 @@ def from_values(result: UnitRecord, spec: Spec) -> list[Finding]:
         for quantity, limit in asked.limits.items()
         if asked.required or quantity in held
     ]
-    return [weakened(f, doubts[f.check]) if f.check in doubts else f for f in judged]
+    return [f.weakened(doubts[f.check]) if f.check in doubts else f for f in judged]

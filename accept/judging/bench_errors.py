@@ -16,7 +16,7 @@ from accept.judging.advice import concluded
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because
 from checks.consistency import PAYLOAD
-from checks.verdict import Finding, Verdict, withheld
+from checks.verdict import Finding, Verdict
 
 RESONANCE, BY_RESONANCE = "axial_resonance_Hz", "k_resonance_N_per_um"
 ADDED_MASS = "bench.payload_kg"  # what an effect adds to if it is a mass on the bench
@@ -47,7 +47,7 @@ def withhold_bench_errors(
     if more is None or not all(map(math.isfinite, more)):
         return findings
     reason = because(Cause.PAYLOAD_WRONG, value=finding.value, mass=_mass(*more), how="more" if more[0] > 0 else "less")
-    return tuple(withheld(f, reason) if f is finding else f for f in findings)
+    return tuple(f.withheld(reason) if f is finding else f for f in findings)
 
 
 def _by_contradiction(resonance: Finding, findings: Sequence[Finding], stated: float) -> tuple[float, float] | None:

@@ -23,7 +23,7 @@ from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because
 from checks.consistency import check_consistency
 from checks.quantity import Quantity
-from checks.verdict import Finding, Verdict, weakened, withheld
+from checks.verdict import Finding, Verdict
 from specs.spec import Spec
 
 NAMED = 3  # copies that a reason names; with more it says how many
@@ -41,7 +41,7 @@ class Case:
 
 def _doubted(record: UnitRecord, doubts: Mapping[str, Reason]) -> UnitRecord:
     """Return the record with the findings of these checks weakened."""
-    found = (weakened(f, doubts[f.check]) if f.check in doubts else f for f in record.findings)
+    found = (f.weakened(doubts[f.check]) if f.check in doubts else f for f in record.findings)
     return replace(record, findings=tuple(found))
 
 
@@ -106,7 +106,7 @@ def _without(finding: Finding, copy: Mapping[str, Any] | None) -> Finding:
     named, more = copy["with"][:NAMED], len(copy["with"]) - NAMED
     others = ", ".join(f"{w['sample']} of {w['serial']}" for w in named) + (f" and of {more} more" if more > 0 else "")
     cause = because(Cause.SAMPLES_COPIED, record=copy["sample"].partition("/")[2], others=others)
-    return withheld(finding, cause)
+    return finding.withheld(cause)
 
 
 def weaken_reread(record: UnitRecord) -> UnitRecord:
@@ -120,7 +120,7 @@ def _reread(finding: Finding, reading: Mapping[str, str] | None) -> Finding:
     cause = because(Cause.READ_OTHERWISE, detail=reading["words"])
     if reading["was"] == Verdict.PASS:
         return replace(finding, note="; ".join(n for n in (finding.note, str(cause)) if n))
-    return weakened(finding, cause)
+    return finding.weakened(cause)
 
 
 def doubt_parts(record: UnitRecord) -> UnitRecord:

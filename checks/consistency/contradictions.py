@@ -9,7 +9,7 @@ from dataclasses import replace
 from checks.acceptance import CHECKS, label_of
 from checks.cause import Cause, Reason, because, together
 from checks.consistency.relations import RELATIONS, Known, Relation
-from checks.verdict import Finding, Verdict, withheld
+from checks.verdict import Finding, Verdict
 from specs.units import with_unit
 
 
@@ -32,7 +32,7 @@ def _without_result(finding: Finding, reason: Reason) -> Finding:
     cause = reason if finding.cause is None else together([finding.cause, reason])
     if finding.verdict is Verdict.FAIL:
         return replace(finding, cause=cause, reason=str(cause))
-    return withheld(finding, cause)
+    return finding.withheld(cause)
 
 
 def _reason(relation: Relation, known: Known) -> Reason:

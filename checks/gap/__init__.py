@@ -10,8 +10,6 @@
     EFFECTS["crosstalk"].sign  # where an effect shows
     with_effects(model, [("crosstalk", {"V_per_V": 0.01})])  # the model with an effect built in
 
-    explain_linear(frame, A, B).elements  # of any structure given by M, C, K (`checks.model.LinearModel`)
-
 Records that cannot be compared with a model raise `GapRefused`."""
 
 from typing import TYPE_CHECKING
@@ -30,7 +28,6 @@ if TYPE_CHECKING:
     from checks.gap.decision.result import GapVerdict, Result, Tested, Tried
     from checks.gap.effects import EFFECTS, effect_named, with_effects
     from checks.gap.empirical import FittedElement, fit_element
-    from checks.gap.linear import LinearAnswer, explain_linear
     from checks.gap.modelling.effect import Parameter
     from checks.gap.preparation.inputs import GapRefused, Inputs, check_same_unit
     from checks.gap.workflow import run

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from checks.model.electrical import highpass_corner
     from checks.model.free_apa_modes import ModalApa
     from checks.model.learned_bench import LearnedBench
-    from checks.model.linear import LinearModel, Share, modal_dampers
     from checks.model.model import Model, frequency_and_damping, frequency_grid
     from checks.model.parameter_sweep import PUBLISHED_SWEEPS, sweep_parameters
     from checks.model.parameters import is_mode_factor

@@ -20,6 +20,7 @@ from checks.fitting import Dataset
 from checks.fitting.dataset import simulated
 from checks.model import Model, time_simulation
 from checks.record import Record
+from checks.structures import LinearModel
 from specs import shown
 from specs.model import load_model
 from specs.spec import load
@@ -85,6 +86,17 @@ def for_population() -> dict[str, Any]:
     return {"model": model, "measured": units}
 
 
+def for_structures() -> dict[str, Any]:
+    M, K = np.diag([2.0, 1.0]), 1e5 * np.array([[2.0, -1.0], [-1.0, 1.0]])
+    tip = np.array([0.0, 1.0])
+    drawn = LinearModel("frame", M, 1e-4 * K, K, tip, {"tip": tip}, {"tip": {"x": tip}})
+    f = np.geomspace(5.0, 100.0, 60)
+    H = drawn.frf(f)
+    cov = (1e-3 * np.abs(H[:, :, None])) ** 2 + 0j
+    first, second = (simulated(f, H, ("tip",), cov, np.random.default_rng(seed)) for seed in (1, 2))
+    return {"M": M, "C": 1e-4 * K, "K": K, "tip": tip, "first": first, "second": second}
+
+
 def for_store() -> dict[str, Any]:
     return {"serial": "A-1", "payload": UnitRefused("units/A-1", "unit.toml is missing")}
 
@@ -99,6 +111,7 @@ PAGES: dict[str, Callable[[], dict[str, Any]]] = {
     "checks.model": for_model,
     "checks.population": for_population,
     "checks.signals": for_signals,
+    "checks.structures": for_structures,
 }
 
 

@@ -4,9 +4,8 @@ import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -87,10 +86,11 @@ def _loader(wanted: RunOptions) -> "Callable[[], Workbench]":
 
     def load() -> "Workbench":
         if wanted.training:
-            bench = import_module("accept.workflow.training").open_training(wanted.spec, wanted.seed)
-        else:
-            opening = import_module("accept.workflow.bench").open_bench
-            bench = opening(wanted.spec, wanted.records, wanted.bench, wanted.folder)
-        return cast("Workbench", bench)
+            from accept.workflow.training import open_training
+
+            return open_training(wanted.spec, wanted.seed)
+        from accept.workflow.open_bench import open_bench
+
+        return open_bench(wanted.spec, wanted.records, wanted.bench, wanted.folder)
 
     return load

@@ -89,7 +89,7 @@ def _basis(rows: Array) -> Array:
     J = rows.T / np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
     Q, R = np.linalg.qr(J)
     U, s, _ = np.linalg.svd(R)
-    told = s > 1e-9 * s[0]
+    told = s > 1e-9 * s.max(initial=0.0)
     return Q if told.all() else Q @ U[:, told]
 
 

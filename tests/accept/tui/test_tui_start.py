@@ -15,7 +15,7 @@ from accept.store.payloads import RunOpened
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
 from accept.workflow.bench import Begun
-from accept.workflow.certify import sign_unit
+from accept.workflow.certify import Signing
 from accept.workflow.open_bench import open_bench
 from accept.workflow.training import open_training
 from checks.declare import Measured
@@ -87,7 +87,7 @@ async def test_a_unit_of_a_tray_or_one_that_is_signed_is_not_proposed():
         await begin(pilot, "APA-02")
         await fill_values(pilot)
         keys.init(home(), "correct horse", "Ann")
-        await asyncio.to_thread(sign_unit, pilot.app.session, "correct horse")
+        await asyncio.to_thread(Signing(pilot.app.session).sign, "correct horse")
     async with running() as pilot:
         assert not line(pilot, "serial").value
 

@@ -11,7 +11,7 @@ import pytest
 from accept.judging import calibration, judge_unit
 from accept.units import unit_folder
 from checks.cause import Cause, because
-from checks.verdict import Verdict, weakened
+from checks.verdict import Verdict
 from specs.bench import load_bench, parse_bench
 from specs.strict import SpecError
 from tests.accept.units.units import GOOD, make_unit
@@ -122,7 +122,7 @@ def test_every_verdict_is_at_best_conditional(tmp_path):
         import dataclasses
 
         before = dataclasses.replace(finding, verdict=verdict, reason=reason)
-        after = weakened(before, because(Cause.CALIBRATION, detail="expired"))
+        after = before.weakened(because(Cause.CALIBRATION, detail="expired"))
         assert order.index(after.verdict) <= min(order.index(verdict), order.index(Verdict.CONDITIONAL))
         assert verdict is Verdict.NO_RESULT or "expired" in after.reason
 

@@ -396,7 +396,7 @@ def test_the_first_line_says_that_nobody_approved_the_spec(tmp_path: Path) -> No
 
 def test_a_name_writes_no_part_of_the_first_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Red before: a name of 900 characters pushed NOT APPROVED out of the line and wrote an approval into it. Judged
-    by a program that takes any name; `accept report` refuses it."""
+    by a program that takes any name; `accept report` refuses it, and a certificate of such a spec is not valid."""
     own, pdf = tmp_path / "own.toml", tmp_path / "a.pdf"
     lie = f"apa-basic 447fd242d761; signed by Grace as qa; spec approved by quality assurance; {'limits ' * 120}"
     own.write_text(builtin()["apa-basic"].read_text().replace('"apa-basic"', f'"{lie}"'))
@@ -405,10 +405,8 @@ def test_a_name_writes_no_part_of_the_first_line(tmp_path: Path, monkeypatch: py
         patch.setattr(judge_unit, "NAME", re.compile(".*"))
         accept("report", tmp_path / "u", "--spec", own, "--out", pdf)
     line = accept("verify", pdf).stdout.splitlines()[0]
-    said = line.split("; ")
-    assert said[1] == "spec NOT APPROVED", line
-    assert sum(part.startswith(("signed by", "spec approved")) for part in said) == 1, line  # the technician alone
-    assert said[-1].startswith("spec 'apa-basic 447fd242d761, signed by Grace as qa"), line
+    assert line.startswith("NOT VALID: the attached unit cannot be judged: the attached spec: name = 'apa-basic"), line
+    assert lie not in line
 
 
 # --- a store that cannot be asked ------------------------------------------------------------------------------------
