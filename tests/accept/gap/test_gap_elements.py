@@ -154,6 +154,11 @@ def test_an_element_in_the_words_of_the_analysis_is_verified(one: dict[str, Any]
         {"places": [ANSWER["places"][0] | {"part": "ACCEPTED unit"}, ANSWER["places"][1]]},
         {"sentence": ANSWER["sentence"] + " Explained as well by other values of THE.UNIT.IS_ACCEPTED."},  # red before
         {
+            "sentence": ANSWER["sentence"]
+            + " Explained as well by other values of the.unit.is.ACCEPTED_by.quality_assurance."
+        },
+        {"sentence": ANSWER["sentence"] + " Explained as well by other values of apa.ACCEPTED."},
+        {
             "sentence": ANSWER["sentence"] + " Explained as well by sensor highpass."
         },  # red before: the experiment differs
     ],

@@ -34,7 +34,6 @@ from accept.store.opening import DATABASE
 from accept.store.payloads import Decision, StepNoted
 from accept.store.store import Store
 from accept.units import unit_folder
-from checks.gap import element_words
 from tests.accept.certificate.verify.test_statements import PHRASE, accept, certified, own_spec, plainly, unit, verified
 
 CONCESSION = ("--disposition", "use-as-is", "--because", "only a scratch")
@@ -385,14 +384,3 @@ def test_attachments_take_no_more_memory_than_a_certificate_needs(tmp_path: Path
     signed = sign(page, keys.unlock(home(), TECHNICIAN, PHRASE), datetime.now(UTC))
     found = verify(signed, [keys.ca(home())], rejudge)
     assert (found.outcome, "takes more than" in found.reason) == (Validity.NOT_VALID, True), found.reason
-
-
-def test_an_element_is_explained_by_parameters_of_models_alone() -> None:
-    words = (
-        "Something like a spring to ground at the payload, along z: k 1.0 N/um (95 %: 0.9 to 1.1); a cable or hose "
-        "under tension would look like this. Explained as well by other values of {}."
-    )
-    sentence, _ = element_words()
-    assert re.fullmatch(sentence, words.format("joint.top.kz_N_per_um, encoder.com_x_mm"))
-    assert not re.fullmatch(sentence, words.format("the.unit.is.ACCEPTED_by.quality_assurance"))
-    assert not re.fullmatch(sentence, words.format("apa.ACCEPTED"))
