@@ -47,6 +47,7 @@ class Elsewhere:
     def __init__(self, worker: WorkerProcess, session: Session, say: Say = lambda _: None) -> None:
         self._worker, self._session, self._say = worker, session, say
         self._work: Work[Any] | None = None
+        self._stopped = False
 
     def judge_step(self, name: str) -> StepJudged:
         return judge_step(self._session, name, partial(self._run, _judge))
@@ -58,12 +59,15 @@ class Elsewhere:
         return self._session.gap.explain(partial(self._run, _explain))
 
     def cancel(self) -> None:
+        self._stopped = True  # before there is work too: the folder is written first, and others may have their turn
         if self._work is not None:
             self._worker.cancel(self._work)
 
     def _run(self, work: Callable[..., T], *given: Any) -> T:
         """Return what a function of this module gives there. Raises NotDone."""
         self._work = Work(work, *given, expected=EXPECTED)
+        if self._stopped:
+            self.cancel()
         return cast(T, self._worker.run(self._work, self._say))
 
 

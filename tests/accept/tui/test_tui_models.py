@@ -200,8 +200,8 @@ def test_pictures_that_are_damaged_are_as_good_as_none(tmp_path: Path):
 
 @pytest.mark.soak
 def test_the_hidden_misalignment_is_named(begun):
-    begun.gap.explain(Elsewhere(APART).explain)
-    assert [n["effect"] for n in begun.gap["named"]] == ["misalignment"]
+    Elsewhere(APART, begun).explain()
+    assert [n["effect"] for n in begun.gap.found["named"]] == ["misalignment"]
     assert (begun.folder / "gap" / "gap.pdf").is_file()
 
 

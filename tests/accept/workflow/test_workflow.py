@@ -26,7 +26,9 @@ from accept.workflow.session.open_session import open_session
 from accept.workflow.state.lock import UnitBusy
 from accept.workflow.state.unit_state import fold_run
 from accept.workflow.steps.status import Status
-from accept.workflow.worker.judging import judge_here, judge_step, judge_whole_unit
+from accept.workflow.worker.judging import Elsewhere, judge_here, judge_step, judge_whole_unit
+from accept.workflow.worker.not_done import NotDone
+from accept.workflow.worker.process import WorkerProcess
 from checks.declare import Measured
 from hw.records import write_csv
 
@@ -426,6 +428,17 @@ def test_a_step_judged_while_the_unit_is_does_not_take_the_result_away(session: 
         return judge_here(folder, spec, stated)
 
     assert judge_whole_unit(session, slowly) is session.judgements.result
+
+
+def test_a_computation_that_is_stopped_before_its_work_begins_does_not_begin(session: Session, monkeypatch):
+    fill(session)
+    worker = WorkerProcess()
+    monkeypatch.setattr(worker, "_started", None)  # no process is asked for
+    computation = Elsewhere(worker, session)
+    computation.cancel()  # Escape, while the folder is written or another computation has its turn
+    with pytest.raises(NotDone, match="stopped"):
+        computation.judge()
+    assert session.judgements.result is None
 
 
 def test_an_entry_made_while_the_unit_is_judged_asks_for_another_judgement(session: Session):
