@@ -44,7 +44,7 @@ class Steps(Scanning[bool]):
         Binding("ctrl+z", "undo", "Undo"),  # no letter: a serial that is scanned here must not undo anything
         Binding("f9", "summary", "Summary", priority=True),
         Binding("ctrl+r", "put_right", "Put right"),
-        Binding("escape", "leave", "Other unit"),
+        Binding("escape", "leave", "Other unit", priority=True),
     ]
 
     def __init__(self, bench: Workbench, session: Session, words: str = "") -> None:
@@ -267,7 +267,8 @@ class Steps(Scanning[bool]):
         self.query_one(StepList).stand_at(step)
         self.say("New records are there. Enter: measure the step again", "saved")
 
-    def action_leave(self) -> None:
+    async def action_leave(self) -> None:
+        await self.saved()
         self.leave(False)
 
     def help_text(self) -> str:

@@ -46,12 +46,12 @@ class Summary(Scanning[bool]):
         Binding("enter", "take_scan", show=False, priority=True),
         Binding("f2", "press('f2')", "Sign", priority=True),
         Binding("f3", "press('f3')", "QA countersigns"),
-        Binding("f4", "press('f4')", "Next unit"),
+        Binding("f4", "press('f4')", "Next unit", priority=True),
         Binding("ctrl+r", "press('ctrl+r')", "Put right"),
         Binding("ctrl+l", "press('ctrl+l')", "Forget passphrase", show=False),
         Binding("pagedown", "page(1)", "More", priority=True),
         Binding("pageup", "page(-1)", show=False, priority=True),
-        Binding("escape", "press('escape')", "Back"),
+        Binding("escape", "press('escape')", "Back", priority=True),
     ]
 
     def __init__(self, bench: Workbench, session: Session) -> None:
@@ -115,8 +115,10 @@ class Summary(Scanning[bool]):
             case Do.LOCK:
                 self.say("The passphrase is forgotten" if shift.lock() else "No passphrase is kept")
             case Do.NEXT_UNIT:
+                await self.saved()
                 self.leave(True)
             case Do.STOP_OR_LEAVE:
+                await self.saved()
                 self.stop_or(lambda: self.leave(False))
             case Do.ASK_REMEDY:
                 ask_remedy(self, self.bench, self.session, lambda _: self.leave(False))

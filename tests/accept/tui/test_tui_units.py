@@ -10,7 +10,9 @@ from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.judging.judge_unit import default_spec, load_spec
 from accept.store import open_store
+from accept.tui.screens.summary import Summary
 from accept.tui.widgets.step_list import StepList
+from accept.workflow.certify import Signing
 from accept.workflow.open_bench import open_bench
 from accept.workflow.steps.plan import steps_of
 from accept.workflow.steps.unit_list import KnownUnit, known_units, queues
@@ -195,6 +197,34 @@ async def test_a_passphrase_typed_while_the_unit_is_evaluated_is_not_lost_nor_sh
             assert not list(store.events(what="certificate_signed"))
         await press(pilot, "enter")
         assert "✓ verified" in words(pilot, "#certificate")
+
+
+@pytest.mark.parametrize("key", ["f4", "escape"])
+async def test_the_summary_is_left_when_the_certificate_is_signed_and_shown(key: str, monkeypatch: pytest.MonkeyPatch):
+    keys.init(home(), "correct horse", "Ann")
+    go_on, sign, leave, left = threading.Event(), Signing.sign, Summary.leave, []
+
+    def slowly(self, *given):
+        go_on.wait(SETTLED_WITHIN_S)
+        return sign(self, *given)
+
+    def leaves(self, result=None):
+        left.append(self.session.attempt.certificate)
+        leave(self, result)
+
+    monkeypatch.setattr(Signing, "sign", slowly)
+    monkeypatch.setattr(Summary, "leave", leaves)
+    async with running() as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        await press(pilot, "f9", "f2")
+        await pilot.press(*"correct", "space", *"horse", "enter", key)  # while the certificate is drawn
+        go_on.set()
+        await settled(pilot)
+        assert len(left) == 1
+        assert left[0]
+        assert screen(pilot) == ("StartScreen" if key == "f4" else "Steps")
+        assert pilot.app.shift.passphrase("Ann") == "correct horse"
 
 
 async def test_a_tray_of_another_kind_than_the_first_screen_s():
