@@ -85,6 +85,9 @@ def explain_linear(
 ) -> LinearAnswer:
     """Return what a model of any structure lacks. A: responses to fit; B: of another realisation, to judge with, the
     same channels; most: elements or filters that are added one after the other. Raises ModelError."""
+    if A.channels != B.channels or not {*A.channels} <= {*model.channels}:
+        first, second, has = (", ".join(each) for each in (A.channels, B.channels, model.channels))
+        raise ModelError(f"{model.name}: responses of {first} and of {second}; expected the same ones of {has}")
     A, B = (_with_tolerance(d, model.tolerance) for d in (A, B))
     as_of_strut = cast(Model, model)  # it has all that a search asks of one
     problem = Problem(Inputs(as_of_strut, A, B, fs=0.0), A, B, (), None, {}, table)

@@ -40,6 +40,11 @@ class Share:
     C: Array | None = None
     K: Array | None = None
 
+    def __post_init__(self) -> None:
+        """Raise ModelError for a share of nothing."""
+        if not self._powers:
+            raise ModelError("a share has none of M, C and K")
+
     @property
     def _powers(self) -> list[tuple[int, Array]]:
         return [(k, A) for k, A in enumerate((self.K, self.C, self.M)) if A is not None]
@@ -79,7 +84,7 @@ class LinearModel:
     scatters = False
 
     def __post_init__(self) -> None:
-        """Raise ModelError for matrices or rows of another size, or a name with a dot."""
+        """Raise ModelError for matrices or rows of another size, a name with a dot, an unknown direction or share."""
         n = self.drive.size
         rows = {**self.sensors, **{f"{p} {d}": r for p, by in self.points.items() for d, r in by.items()}}
         shares = {f"{k} {a}": A for k, v in self.shares.items() for a in "MCK" if (A := getattr(v, a)) is not None}
@@ -89,6 +94,9 @@ class LinearModel:
             raise ModelError(f"{self.name}: {wrong[0]} has another size than the drive's {n} coordinates")
         if dotted := [name for name in (*self.sensors, *self.points, *self.shares) if "." in name]:
             raise ModelError(f"{self.name}: '{dotted[0]}' has a dot, which separates the parts of a parameter's name")
+        if strange := [d for by in self.points.values() for d in by if d not in DIRECTIONS]:
+            raise ModelError(f"{self.name}: no direction '{strange[0]}' (has: {', '.join(DIRECTIONS)})")
+        known((f"share.{s}" for of in self.families.values() for s in of), self.values)
 
     @cached_property
     def channels(self) -> tuple[str, ...]:

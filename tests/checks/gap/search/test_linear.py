@@ -105,11 +105,25 @@ def test_a_late_channel_is_a_filter_in_its_path() -> None:
     assert a.elements[0].parameters["tau_us"].value == pytest.approx(2000.0, rel=0.1)
 
 
-def test_matrices_and_rows_of_another_size_are_refused() -> None:
+def test_a_model_that_contradicts_itself_is_refused() -> None:
     with pytest.raises(ModelError, match="C has another size"):
         replace(built(), C=np.eye(2))
     with pytest.raises(ModelError, match="has a dot"):
         replace(built(), shares={"legs 1.5": Share(0.01, K=np.eye(3))})
+    with pytest.raises(ModelError, match="none of M, C and K"):
+        Share(0.01)
+    with pytest.raises(ModelError, match=r"no parameter 'share\.legs 4'"):
+        replace(built(), families={"legs": ("legs 1", "legs 4")})
+    with pytest.raises(ModelError, match=r"no direction 'east' \(has: x, y, z"):
+        replace(built(), points={"tip": {"east": np.zeros(3)}})
+
+
+def test_responses_of_other_channels_than_the_model_s_or_each_other_s_are_refused() -> None:
+    A, B = measured(built())
+    with pytest.raises(ModelError, match="responses of floor 1, floor 2, floor 3 and of floor 1; expected the same"):
+        explain_linear(built(), A, B.select(("floor 1",)))
+    with pytest.raises(ModelError, match="expected the same ones of floor 1$"):
+        explain_linear(replace(built(), sensors={"floor 1": AT["floor 1"]}), A, B)
 
 
 needs_data = pytest.mark.skipif(
