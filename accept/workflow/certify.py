@@ -124,7 +124,7 @@ class Signing:
         secrets = [text for line, text in zip(asked.lines, given, strict=True) if line.is_secret]
         match asked.lines[place]:
             case AskedLine.WHY | AskedLine.WHY_REPLACED:
-                return self.reason_problem(given[place], [asked.kept or "", *secrets])
+                return self.reason_problem(given[place], secrets)
             case AskedLine.DISPOSITION:
                 return self.disposition_problem(given[place], "-", secrets)
             case AskedLine.REASON:
@@ -172,7 +172,7 @@ class Signing:
 
     def reason_problem(self, reason: str, secrets: Iterable[str]) -> str:
         """Return why a technician's reason to sign the present result cannot stand on the certificate, "" if it can.
-        secrets: passphrases that were typed or kept."""
+        secrets: passphrases that were typed."""
         result, amends = self._session.judgements.result, self._replaces
         if result is None or (result.verdict is UnitVerdict.ACCEPTED and not amends):
             return ""

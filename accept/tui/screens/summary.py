@@ -129,7 +129,7 @@ class Summary(Scanning[bool]):
                 for n in range(1 if self.dialogue.accepted else 3):
                     self.set_timer(n * _BETWEEN_BELLS_S + 0.01, self.app.bell)
             case dialogue.LookForKeys(role):
-                keys = replace(self.signing.keys(role), kept=shift.passphrase(operator))
+                keys = replace(self.signing.keys(role), kept=shift.passphrase(operator) is not None)
                 await self.answer(dialogue.keys_found, effect, keys)
             case dialogue.Ask():
                 await self._ask(effect)
@@ -144,7 +144,11 @@ class Summary(Scanning[bool]):
             case dialogue.SignAsTechnician(first=first) if first:
                 told = Help("Keys were created", first)
                 self.app.push_screen(told, lambda _: self.call_next(self._execute, replace(effect, first="")))
-            case dialogue.SignAsTechnician(passphrase, reason):
+            case dialogue.SignAsTechnician(typed, reason):
+                passphrase = typed or shift.passphrase(operator)
+                if passphrase is None:  # the bench was left while the question stood
+                    await self.answer(dialogue.press, "f2")
+                    return
                 self.send(
                     lambda: self.signing.sign(passphrase, reason),
                     partial(self._signed, passphrase),

@@ -57,25 +57,25 @@ class LookForKeys:
 @dataclass(frozen=True)
 class BenchKeys:
     """problem: why the operator cannot sign in the role; exist: the bench has keys; replaces: certificate of another
-    result that a signature replaces; kept: the passphrase of the shift, None if it must be typed."""
+    result that a signature replaces; kept: the passphrase of the shift opens the key."""
 
     problem: str = ""
     exist: bool = True
     replaces: str = ""
-    kept: str | None = field(default=None, repr=False)
+    kept: bool = False
 
 
 @dataclass(frozen=True)
 class Ask:
     """Ask in front of the summary; `answered` follows. then: `ahead`, `sign`, `first keys` or `countersign`; states:
-    the question begins with what is signed."""
+    the question begins with what is signed; kept: the passphrase of the shift signs."""
 
     then: str
     title: str
     words: str
     lines: tuple[AskedLine, ...]
     states: bool = False
-    kept: str | None = field(default=None, repr=False)
+    kept: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,10 +87,10 @@ class KeepPassphrase:
 
 @dataclass(frozen=True)
 class SignAsTechnician:
-    """Sign as technician; `signed` follows. makes_keys: make the keys instead, `keys_made` follows; first: words about
-    them that are read before."""
+    """Sign as technician; `signed` follows. passphrase: "" for that of the shift, or F2 once more if it was forgotten
+    meanwhile. makes_keys: make the keys instead, `keys_made` follows; first: words about them that are read before."""
 
-    passphrase: str = field(repr=False)
+    passphrase: str = field(default="", repr=False)
     reason: str = field(default="", repr=False)
     makes_keys: bool = False
     first: str = ""
@@ -166,15 +166,15 @@ def keys_found(d: SummaryDialogue, asked: LookForKeys, keys: BenchKeys) -> Turn:
     title = f"Sign {d.facts.serial}"
     if asked.ahead:
         words = f"Nothing is signed yet: once the unit is evaluated you confirm what is signed.\n\n{_FOR_A_SHIFT}"
-        asks = keys.exist and not keys.problem and keys.kept is None
+        asks = keys.exist and not keys.problem and not keys.kept
         return Turn(d, (Ask("ahead", title, words, (AskedLine.PASSPHRASE,)),) if asks else ())
     if keys.problem:
         return _say(d, keys.problem, "bad")
     if asked.role == QA:
         return Turn(d, (_asked_of_qa(d),))
     why = () if d.accepted and not keys.replaces else (AskedLine.WHY_REPLACED if keys.replaces else AskedLine.WHY,)
-    if keys.kept is not None:
-        return Turn(d, (Ask("sign", title, _OPEN_KEY.format(d.facts.operator), why, states=True, kept=keys.kept),))
+    if keys.kept:
+        return Turn(d, (Ask("sign", title, _OPEN_KEY.format(d.facts.operator), why, states=True, kept=True),))
     if keys.exist:
         return Turn(d, (Ask("sign", title, _FOR_A_SHIFT, (*why, AskedLine.PASSPHRASE), states=True),))
     lines = (*why, AskedLine.PASSPHRASE, AskedLine.REPEATED)
@@ -198,8 +198,8 @@ def answered(d: SummaryDialogue, asked: Ask, answer: Sequence[str] | None) -> Tu
     match asked.then, answer:
         case "ahead", [passphrase]:
             return Turn(d, (KeepPassphrase(passphrase),)).then(_sign_then)
-        case "sign", [*why] if asked.kept is not None:
-            return Turn(d, (SignAsTechnician(asked.kept, "".join(why)),))
+        case "sign", [*why] if asked.kept:
+            return Turn(d, (SignAsTechnician(reason="".join(why)),))
         case "sign", [*why, passphrase]:
             return Turn(d, (SignAsTechnician(passphrase, "".join(why)),))
         case "first keys", [*why, first, _]:

@@ -227,6 +227,21 @@ async def test_the_summary_is_left_when_the_certificate_is_signed_and_shown(key:
         assert pilot.app.shift.passphrase("Ann") == "correct horse"
 
 
+async def test_a_key_that_was_open_when_the_bench_was_left_signs_nothing_afterwards():
+    keys.init(home(), "correct horse", "Ann")
+    async with running() as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        pilot.app.shift.keep("Ann", "correct horse")
+        await press(pilot, "f9", "f2")
+        assert "The key of Ann is open. Enter: sign" in words(pilot, ".words")
+        pilot.app.shift._touched -= 16 * 60.0
+        await press(pilot, "enter")  # somebody else's
+        assert "It opens your key for this shift" in words(pilot, ".words")
+        await type_line(pilot, "correct horse")
+        assert "✓ verified" in words(pilot, "#certificate")
+
+
 async def test_a_tray_of_another_kind_than_the_first_screen_s():
     async with running(loader("")) as pilot:  # of all installed products
         await press(pilot, "f2", "f6")

@@ -182,11 +182,11 @@ class TestSigning:
         assert dialogue.answered(SummaryDialogue(facts), ask, [WHY, SECRET]).effects == (SignAsTechnician(SECRET, WHY),)
 
     def test_the_key_of_the_shift_asks_for_no_passphrase(self):
-        ask = asked(REJECTED, BenchKeys(kept=SECRET))
+        ask = asked(REJECTED, BenchKeys(kept=True))
         assert ask.lines == (AskedLine.WHY,)
         assert "The key of Ann is open" in ask.words
-        assert dialogue.answered(SummaryDialogue(REJECTED), ask, [WHY]).effects == (SignAsTechnician(SECRET, WHY),)
-        assert asked(ACCEPTED, BenchKeys(kept=SECRET)).lines == ()
+        assert dialogue.answered(SummaryDialogue(REJECTED), ask, [WHY]).effects == (SignAsTechnician(reason=WHY),)
+        assert asked(ACCEPTED, BenchKeys(kept=True)).lines == ()
 
     def test_first_keys_are_made_and_where_the_authority_s_passphrase_is_is_read_before_signing(self):
         ask = asked(REJECTED, BenchKeys(exist=False))
@@ -241,7 +241,7 @@ class TestAhead:
     def test_what_was_stored_since_is_judged_before_it_is_signed(self):
         assert press(OPEN, "f2").effects[0] is Do.JUDGE
 
-    @pytest.mark.parametrize("keys", [BenchKeys(exist=False), BenchKeys("another's key"), BenchKeys(kept=SECRET)])
+    @pytest.mark.parametrize("keys", [BenchKeys(exist=False), BenchKeys("another's key"), BenchKeys(kept=True)])
     def test_nothing_is_asked_ahead_that_is_not_needed_or_cannot_be_told_yet(self, keys: BenchKeys):
         turn = dialogue.keys_found(SummaryDialogue(OPEN), LookForKeys(TECHNICIAN, ahead=True), keys)
         assert (turn.effects, turn.words) == ((), None)
@@ -306,23 +306,24 @@ class SummaryMachine(RuleBasedStateMachine):
                 assert not self.judging, "judged twice at once"
                 self.judging = True
             case LookForKeys(role):
-                kept = self.keys.kept if role == TECHNICIAN else None
+                kept = role == TECHNICIAN and self.keys.kept
                 self.answer(dialogue.keys_found, effect, replace(self.keys, kept=kept))
             case Ask():
                 assert not self.questions, "a question over another one"
                 self.questions.append(effect)
             case KeepPassphrase(passphrase):
-                self.keys = replace(self.keys, kept=passphrase)
+                assert passphrase == SECRET
+                self.keys = replace(self.keys, kept=True)
             case SignAsTechnician(makes_keys=True):
                 self.keys = replace(self.keys, exist=True)
                 self.answer(dialogue.keys_made, effect, "authority.txt")
             case SignAsTechnician(passphrase, reason):
                 assert self.facts.result is not None, "signed before there was a result"
                 assert bool(reason) == (self.facts.verdict != "accepted" or bool(self.keys.replaces))
-                assert passphrase == SECRET
+                assert passphrase == SECRET or (self.keys.kept and not passphrase)
                 self.signed.append(effect)
                 self.facts = replace(self.facts, certificate=PATH, signatures=(ANN,))
-                self.keys = replace(self.keys, kept=passphrase)
+                self.keys = replace(self.keys, kept=True)
                 self.answer(dialogue.signed, Report())
             case Countersign(choice=choice):
                 assert self.facts.certificate is not None
