@@ -32,6 +32,17 @@ def load_module(name: str) -> ModuleType:
         return import_module(name)
 
 
+def after(first: Callable[[], None], go_on: Then | None) -> Then:
+    """Return a function that does the first and goes on."""
+
+    def both(what: Any) -> None:
+        first()
+        if go_on is not None:
+            go_on(what)
+
+    return both
+
+
 # Keys that move in a table, before Enter, however fast they come.
 MOVES: list[BindingType] = [
     Binding(key, f"move({rows})", show=False, priority=True)
@@ -76,16 +87,7 @@ class Working(Screen[T]):
     def hold(self, action: Callable[[], Any], then: Then, doing: str, failed: Then | None = None) -> None:
         """Run `action` as `send` does; the keys that follow wait for its end: they belong to what it opens."""
         self.ready.clear()
-
-        def ended(go_on: Then | None) -> Then:
-            def end(what: Any) -> None:
-                self.ready.set()
-                if go_on is not None:
-                    go_on(what)
-
-            return end
-
-        self.send(action, ended(then), doing, ended(failed))
+        self.send(action, after(self.ready.set, then), doing, after(self.ready.set, failed))
 
     def aside(self, action: Callable[[], Any], then: Then, group: str, failed: Then | None = None) -> None:
         """Run `action` in a thread beside the others; a newer one of the same group takes its place."""

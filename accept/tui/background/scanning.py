@@ -1,13 +1,18 @@
-"""A screen without a line to type into, on which a scanned serial goes to its unit."""
+"""A screen of one unit without a line to type into, on which a scanned serial goes to its unit."""
 
 import time
-from typing import Protocol, TypeVar, cast
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Protocol, TypeVar, cast
 
 from textual.events import Key
 
-from accept.tui.background.busy_screen import Working
+from accept.tui.background.busy_screen import Then, Working, after
+from accept.workflow.bench import Workbench
 from accept.workflow.entry.parse_entry import is_value
 from accept.workflow.entry.shift import NOT_TAKEN, SigningShift
+from accept.workflow.ports import Computation
+from accept.workflow.session import Session
 from accept.workflow.steps.unit_list import Queue
 
 T = TypeVar("T")
@@ -47,6 +52,16 @@ class Scanning(Working[T]):
     _unknown = ""  # what was typed last and no unit has as its serial: the same again is a new unit
     asks_passphrase = False  # a passphrase is what is typed here, and no value
     where_signed = "A passphrase: in the summary, after F2"
+
+    def __init__(self, bench: Workbench, session: Session) -> None:
+        super().__init__()
+        self.bench, self.session = bench, session
+
+    def compute(self, work: Callable[[Computation], Any], then: Then, doing: str, failed: Then) -> None:
+        """Send work on the unit to the other process as `send` does; until it has ended, `stop` stops it."""
+        computation = self.bench.services.computation(self.session, lambda words: setattr(self, "progress", words))
+        self.stop, ended = computation.cancel, partial(setattr, self, "stop", None)
+        self.send(partial(work, computation), after(ended, then), doing, after(ended, failed))
 
     @property
     def bench_app(self) -> OpensUnits:

@@ -13,7 +13,6 @@ from accept.gap.text import REFUSED, gap_number, headline_of_document
 from accept.pictures import signs
 from accept.pictures.blocks import Role
 from accept.store import Event
-from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.page import Page
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.pictures import Pictures
@@ -84,7 +83,7 @@ class Explain(Page):
             self.say("Load the frequency responses first", "bad")
             return
         self.query_one("#answer", Hanging).hang(Text("Analysing … (Esc: stop)", "dim"))
-        send_to_worker(self, self.bench, self.session, lambda c: c.explain(), self._found, "searching", self._not_found)
+        self.compute(lambda c: c.explain(), self._found, "searching", self._not_found)
 
     def _found(self, _: Event) -> None:
         self._show()

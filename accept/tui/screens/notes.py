@@ -6,11 +6,10 @@ from pathlib import Path
 from textual.widget import AwaitMount
 
 from accept.store import Event
-from accept.tui.background.busy_screen import Working
+from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.workflow.entry.parse_entry import parse_path
 from accept.workflow.entry.record_folder import new_photo
-from accept.workflow.session import Session
 from accept.workflow.state.unit_state import Note
 from accept.workflow.steps.plan import WorkflowStep
 
@@ -25,12 +24,10 @@ def note_saved(event: Event) -> str:
     return f"Note saved ({event.seq})"
 
 
-def ask_note(
-    screen: Working[bool], session: Session, step: WorkflowStep, records: Path, then: Callable[[Event], None]
-) -> AwaitMount:
+def ask_note(screen: Scanning[bool], step: WorkflowStep, then: Callable[[Event], None]) -> AwaitMount:
     """Ask for a note on a step and keep it; awaited, keys that follow wait for the question. A nonconformance is what
-    was found wrong with the part. records: folder in which a photo that was just taken is proposed, and which relative
-    paths are of."""
+    was found wrong with the part. A photo that was just taken is proposed."""
+    session, records = screen.session, screen.bench.records
     noted = {
         Path(file).name for each in session.steps for note in session.state(each.name).notes for file in note.files
     }

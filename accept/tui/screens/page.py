@@ -27,8 +27,8 @@ class Page(Scanning[bool]):
     ]
 
     def __init__(self, bench: Workbench, session: Session, words: str, row: str) -> None:
-        super().__init__()
-        self.bench, self.session, self._words, self._row = bench, session, words, row
+        super().__init__(bench, session)
+        self._words, self._row = words, row
 
     def compose(self) -> ComposeResult:
         yield UnitBar(self.session)

@@ -2,17 +2,15 @@
 
 from collections.abc import Callable
 
-from accept.tui.background.busy_screen import Working
+from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Choice
-from accept.workflow.bench import Workbench
-from accept.workflow.session import Session
 
 _WORDS = "What do you do at the bench? The simulated rig then records that step again."
 
 
-def ask_remedy(screen: Working[bool], bench: Workbench, session: Session, then: Callable[[str], None]) -> None:
+def ask_remedy(screen: Scanning[bool], then: Callable[[str], None]) -> None:
     """Ask what is put right and do it; then is called with the name of the step that is measured again."""
-    unit = bench.training
+    unit, session = screen.bench.training, screen.session
     if unit is None:
         return
     remedies = unit.remedies(session)

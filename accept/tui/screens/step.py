@@ -17,7 +17,6 @@ from textual.worker import WorkerCancelled, WorkerFailed
 from accept.pictures.labels import label_of
 from accept.store import Event
 from accept.store.payloads import EntryUndone
-from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.ask import Question, QuestionLine, required
 from accept.tui.screens.capture_dialogue import CaptureDialogue
 from accept.tui.screens.notes import ask_note, note_saved
@@ -157,9 +156,9 @@ class StepScreen(Page):
                 question = Question("Measure this step again", words, lines, required("Type the reason"))
                 self.app.push_screen(question, self._measure_again)
             case Do.ASK_NOTE:
-                await ask_note(self, self.session, self.step, self.bench.records, self._noted)
+                await ask_note(self, self.step, self._noted)
             case Do.ASK_REMEDY:
-                ask_remedy(self, self.bench, self.session, partial(self._later, dialogue.mended))
+                ask_remedy(self, partial(self._later, dialogue.mended))
             case do.LookForRecords():
                 await self._look(effect)
             case do.Recognize():
@@ -234,15 +233,7 @@ class StepScreen(Page):
             judge = self.bench.services.computation(self.session).judge_step
             self.aside(partial(judge, name), done, "judge", failed)
         else:
-            send_to_worker(
-                self,
-                self.bench,
-                self.session,
-                lambda computation: computation.judge_step(name),
-                done,
-                "comparing",
-                failed,
-            )
+            self.compute(lambda computation: computation.judge_step(name), done, "comparing", failed)
 
     def _measure(self) -> None:
         """Measure the whole step by its recipe: the bench is set up as it asks, Escape stops it."""
@@ -277,10 +268,8 @@ class StepScreen(Page):
 
     async def _pick(self, effect: do.PickFile) -> None:
         declared, records, session = effect.declared, self.bench.records, self.session
-        fits, score = (
-            partial(session.records.may_fit, declared),
-            partial(session.records.name_score, self.step, declared),
-        )
+        fits = partial(session.records.may_fit, declared)
+        score = partial(session.records.name_score, self.step, declared)
 
         def picked(path: Any) -> None:
             if path is not None:

@@ -49,8 +49,8 @@ class Steps(Scanning[bool]):
 
     def __init__(self, bench: Workbench, session: Session, words: str = "") -> None:
         """Make the list. words: what the start has to say, such as a record that could not be taken."""
-        super().__init__()
-        self.bench, self.session, self._words = bench, session, words
+        super().__init__(bench, session)
+        self._words = words
         self._judged_here: set[tuple[str, int]] = set()  # steps with their last entry
         self._judging: tuple[tuple[str, int], Computation] | None = None  # one of them, while it is judged by itself
 
@@ -225,7 +225,7 @@ class Steps(Scanning[bool]):
 
     async def action_note(self) -> None:
         step = self._step_here() or self.session.step("frf")
-        await ask_note(self, self.session, step, self.bench.records, self._noted)
+        await ask_note(self, step, self._noted)
 
     def _noted(self, event: Event) -> None:
         self._show()
@@ -260,7 +260,7 @@ class Steps(Scanning[bool]):
         return action != "put_right" or self.bench.training is not None
 
     def action_put_right(self) -> None:
-        ask_remedy(self, self.bench, self.session, self._mended)
+        ask_remedy(self, self._mended)
 
     def _mended(self, step: str) -> None:
         self._show()
@@ -281,9 +281,7 @@ def card(session: Session, step: WorkflowStep) -> Text:
     judgements, stands = session.judgements, standing(session, step)
     judgement = judgements.of_step(step.name)
     if judgement is not None and not stands:
-        text = findings_text(
-            step.check, judgement, session.judgements.usual, session.judgements.action_at_source(step) or ""
-        )
+        text = findings_text(step.check, judgement, judgements.usual, judgements.action_at_source(step) or "")
     else:
         text = Text().append(f"{stands}\n\n" if stands else "", "bold yellow")
         text.append(f"{step.guide.words}\n\n").append_text(setup(step))

@@ -15,7 +15,6 @@ from textual.widgets import DataTable, Label, Static
 from accept.base.documents.results import UnitRecord
 from accept.pictures import signs
 from accept.pictures.labels import label_of
-from accept.tui.background.process_work import send_to_worker
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
@@ -55,8 +54,8 @@ class Summary(Scanning[bool]):
     ]
 
     def __init__(self, bench: Workbench, session: Session) -> None:
-        super().__init__()
-        self.bench, self.session, self.signing = bench, session, bench.services.signing(session)
+        super().__init__(bench, session)
+        self.signing = bench.services.signing(session)
         self.dialogue = SummaryDialogue(facts(session))
         self._shown: object = None  # the result that the table shows
         self._told: object = None  # the finding that the lines below it are about, and these
@@ -107,10 +106,9 @@ class Summary(Scanning[bool]):
         operator, shift = self.session.operator, self.bench_app.shift
         match effect:
             case Do.JUDGE:
-                send_to_worker(
-                    self, self.bench, self.session, lambda c: c.judge(),
-                    lambda _: self._later(dialogue.judged), "judging the unit",
-                    lambda _: self._later(dialogue.not_judged),
+                self.compute(
+                    lambda c: c.judge(), lambda _: self._later(dialogue.judged),
+                    "judging the unit", lambda _: self._later(dialogue.not_judged),
                 )  # fmt: skip
             case Do.LOCK:
                 self.say("The passphrase is forgotten" if shift.lock() else "No passphrase is kept")
@@ -121,7 +119,7 @@ class Summary(Scanning[bool]):
                 await self.saved()
                 self.stop_or(lambda: self.leave(False))
             case Do.ASK_REMEDY:
-                ask_remedy(self, self.bench, self.session, lambda _: self.leave(False))
+                ask_remedy(self, lambda _: self.leave(False))
             case Do.TELL_HIDDEN if self.bench.training is not None:
                 told = Help("Training: what this unit had", self.bench.training.hidden, "next unit")
                 self.app.push_screen(told, lambda further: self.leave(True) if further else None)
@@ -145,13 +143,13 @@ class Summary(Scanning[bool]):
                 told = Help("Keys were created", first)
                 self.app.push_screen(told, lambda _: self.call_next(self._execute, replace(effect, first="")))
             case dialogue.SignAsTechnician(typed, reason):
-                passphrase = typed or shift.passphrase(operator)
-                if passphrase is None:  # the bench was left while the question stood
+                opens = typed or shift.passphrase(operator)
+                if opens is None:  # the bench was left while the question stood
                     await self.answer(dialogue.press, "f2")
                     return
                 self.send(
-                    lambda: self.signing.sign(passphrase, reason),
-                    partial(self._signed, passphrase),
+                    lambda: self.signing.sign(opens, reason),
+                    partial(self._signed, opens),
                     "signing and verifying",
                 )
             case dialogue.Countersign(passphrase, choice, reason):
