@@ -92,10 +92,7 @@ def unit(effect: str, parameter: str) -> str:
 
 def _parameter(effect: str, parameter: str) -> "Parameter":
     """Return the parameter as its effect declares it; for an effect that is not installed here, by its name."""
-    from checks.gap import (
-        EFFECTS,  # loads slowly: only when an effect is named
-        Parameter,  # loads slowly: only when an effect is named
-    )
+    from checks.gap import EFFECTS, Parameter  # loads slowly: only when an effect is named
 
     parameters = {p.name: p for p in EFFECTS[effect].parameters} if effect in EFFECTS else {}
     return parameters.get(parameter) or Parameter(parameter, lo=0.0, hi=0.0, off=0.0, start=0.0, scale=0.0)

@@ -36,14 +36,12 @@ from specs.errors import AcceptError
 
 
 class Signing:
-    """Signs the certificate of one unit."""
+    """Implements `accept.workflow.ports.SigningPort`."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
 
     def make_keys(self, passphrase: str) -> Path:
-        """Make the bench's authority and the operator's key; return the file with the authority's passphrase, which
-        belongs off the bench. Raises KeysError, also if keys exist already."""
         return keys.init(self._session.home, passphrase, self._session.operator) / keys.AUTHORITY_PASSPHRASE
 
     def sign(self, passphrase: str, reason: str = "") -> Verification:
@@ -110,7 +108,6 @@ class Signing:
         return self._verified(path, credential)
 
     def keys(self, role: str) -> BenchKeys:
-        """Return what is known of the keys of a role: why the operator cannot sign in it, whether there are any."""
         return BenchKeys(
             key_problem(self._session.home, role, self._session.operator),
             keys.exist(self._session.home),
@@ -118,8 +115,6 @@ class Signing:
         )
 
     def problem(self, asked: Ask, place: int, given: Sequence[str]) -> str:
-        """Return why a line of a question cannot stay as it was typed, "" if it can. A passphrase is compared with what
-        was typed beside it, and tried."""
         said = [text for line, text in zip(asked.lines, given, strict=True) if not line.is_secret]
         secrets = [text for line, text in zip(asked.lines, given, strict=True) if line.is_secret]
         match asked.lines[place]:

@@ -55,10 +55,12 @@ class SigningPort(Protocol):
         """Return what is known of the keys of a role at this bench."""
 
     def problem(self, asked: Ask, place: int, given: Sequence[str]) -> str:
-        """Return why a line of a question cannot stay as it was typed, "" if it can."""
+        """Return why a line of a question cannot stay as it was typed, "" if it can. A passphrase is compared with what
+        was typed beside it, and tried."""
 
     def make_keys(self, passphrase: str) -> Path:
-        """Make the bench's authority and the operator's key; return the file with the authority's passphrase."""
+        """Make the bench's authority and the operator's key; return the file with the authority's passphrase, which
+        belongs off the bench. Raises KeysError, also if keys exist already."""
 
     def sign(self, passphrase: str, reason: str = "") -> Report:
         """Sign as technician, and verify what was written."""

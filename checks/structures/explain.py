@@ -18,16 +18,7 @@ from checks.gap.decision.build_result import fit_all_bins
 from checks.gap.decision.elements import Unnamed, found_element
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, FoundElement, GapVerdict
 from checks.gap.modelling.augmented import Augmented, Member
-from checks.gap.modelling.element import (
-    HOLDER,
-    PARTS,
-    RESONATOR,
-    GenericElement,
-    element,
-    family,
-    is_across,
-    kinds_at,
-)
+from checks.gap.modelling.element import HOLDER, PARTS, RESONATOR, GenericElement, element, family, is_across, kinds_at
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.modelling.unmodelled_modes import filters
 from checks.gap.preparation.inputs import Inputs, Problem

@@ -61,10 +61,7 @@ def own_words(contents: CertificateContent) -> list[str]:
     if gap["verdict"] == REFUSED:
         return [f"gap.{field}" for field in (*found, "reason")]
     if gap["ambiguous"]:
-        from checks.gap import (
-            EFFECTS,
-            every_experiment,  # loads the library, as above
-        )
+        from checks.gap import EFFECTS, every_experiment  # loads the library, as above
 
         known = every_experiment()
         if any(a["experiment"] not in known or not set(a["effects"]) <= EFFECTS.keys() for a in gap["ambiguous"]):

@@ -7,7 +7,7 @@ from typing import Any, Protocol, TypeVar, cast
 
 from textual.events import Key
 
-from accept.tui.background.busy_screen import Then, Working, after
+from accept.tui.background.busy_screen import KnowsPassphrases, Then, Working, after
 from accept.workflow.bench import Workbench
 from accept.workflow.entry.parse_entry import is_value
 from accept.workflow.entry.shift import NOT_TAKEN, SigningShift
@@ -20,7 +20,7 @@ SHORTEST = 3  # letters of a serial that begins a unit from another screen: a st
 _FORGOTTEN_S = 5.0  # after a letter: it was no scan
 
 
-class OpensUnits(Protocol):
+class OpensUnits(KnowsPassphrases, Protocol):
     """What a screen of one unit asks the application for: other units. queue: what is done at one after the other."""
 
     queue: Queue | None
@@ -38,9 +38,6 @@ class OpensUnits(Protocol):
 
     def may_be_secret(self, text: str) -> bool:
         """Return whether text is long enough for a passphrase and reads as no value."""
-
-    def is_secret(self, text: str) -> bool:
-        """Return whether text is a passphrase of this bench; in a thread."""
 
 
 class Scanning(Working[T]):

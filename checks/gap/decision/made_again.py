@@ -4,14 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import permutations
 from typing import Any
 
-from checks.gap.decision.elements import (
-    NAMES,
-    PLACE_OF,
-    alike_in,
-    causes_of,
-    element_experiment,
-    element_sentence,
-)
+from checks.gap.decision.elements import NAMES, PLACE_OF, alike_in, causes_of, element_experiment, element_sentence
 from checks.gap.decision.panels import magnitude_panel, residual_panel
 from checks.gap.decision.result import FoundPlace, NamedValue
 from checks.gap.effects import EFFECTS
