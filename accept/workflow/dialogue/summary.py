@@ -210,9 +210,11 @@ def answered(d: SummaryDialogue, asked: Ask, answer: Sequence[str] | None) -> Tu
 
 
 def keys_made(d: SummaryDialogue, made: SignAsTechnician, where: str) -> Turn:
-    """Sign with new keys, once it was read where the authority's passphrase is; that of a training has no owner."""
+    """Sign with new keys, once it was read where the authority's passphrase is; that of a training has no owner. While
+    it is read the shift holds the technician's."""
     words = "" if d.facts.training else _OFF_THE_BENCH.format(where)
-    return _say(d, "Keys were created", "good", replace(made, makes_keys=False, first=words))
+    sign = SignAsTechnician(reason=made.reason, first=words)
+    return _say(d, "Keys were created", "good", KeepPassphrase(made.passphrase), sign)
 
 
 def signed(d: SummaryDialogue, report: Report) -> Turn:
