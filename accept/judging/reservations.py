@@ -79,8 +79,7 @@ class Reservations:
     def stated(cls, entry: UnitRecord) -> "Reservations":
         """Return the reservations that an entry of results.json states."""
         causes = [one.cause for f in entry.findings if f.cause is not None for one in f.cause.all()]
-        stated = {field.name: getattr(entry, field.name) for field in fields(cls) if field.name != "of_findings"}
-        return cls(**stated, of_findings=Cause.NONCONFORMANCE in causes)
+        return cls(**{name: getattr(entry, name) for name in STATED}, of_findings=Cause.NONCONFORMANCE in causes)
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
         """Return these and the nonconformances among the notes of the unit's folder, but for those that the last
@@ -101,5 +100,7 @@ class Reservations:
         object if there are no reservations."""
         if not self:
             return record
-        stated = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "of_findings"}
-        return reserved(replace(record, **stated), self.of_findings)
+        return reserved(replace(record, **{name: getattr(self, name) for name in STATED}), self.of_findings)
+
+
+STATED = tuple(field.name for field in fields(Reservations) if field.name != "of_findings")  # in a record too
