@@ -120,9 +120,9 @@ def test_a_model_that_contradicts_itself_is_refused() -> None:
 
 def test_responses_of_other_channels_than_the_model_s_or_each_other_s_are_refused() -> None:
     A, B = measured(built())
-    with pytest.raises(ModelError, match="responses of floor 1, floor 2, floor 3 and of floor 1; expected the same"):
+    with pytest.raises(ModelError, match=r"responses of floor 1, floor 2, floor 3 and of floor 1; expected the same"):
         explain_linear(built(), A, B.select(("floor 1",)))
-    with pytest.raises(ModelError, match="expected the same ones of floor 1$"):
+    with pytest.raises(ModelError, match=r"expected the same ones of floor 1$"):
         explain_linear(replace(built(), sensors={"floor 1": AT["floor 1"]}), A, B)
 
 
