@@ -357,8 +357,7 @@ class Pipeline:
         if self._head is None:
             self._head = self.store.signed_head()
         taken = numbers_of(self.events(serial))
-        today = datetime.now(UTC).date().isoformat()
-        judged = due.time if due is not None and due.time[:10] != today else ""
+        judged = "" if due is None else due.time
         return provenance(
             self.store, self.operator, spec, serial, before, self._head, self.home, self.credential, taken,
             Provenance(
