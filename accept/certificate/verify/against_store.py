@@ -145,8 +145,7 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
     """Yield what a program left out or made up that did not ask the store: a similar serial of before, a stop by golden
     units, comparisons with a reference, and that the key was revoked before it signed, at whatever time."""
     serial, entry = contents.serial, contents.record
-    others = [*unconfirmed(store, serial), *set(store.earlier(serial)) - set(store.look_alikes(serial))]
-    if others and ALIKE not in entry.folder:
+    if (others := unconfirmed(store, serial)) and ALIKE not in entry.folder:
         yield f"nobody told its serial apart: {difference(serial, others[0])}"
     try:
         check_may_judge(store, serial, contents.stated.head_bench or "", own.seq)
