@@ -18,7 +18,7 @@ from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 from typing import NamedTuple
 
-from accept.base.documents.results import Information, UnitRecord
+from accept.base.documents.results import UnitRecord
 from accept.base.plain_text import listed
 from accept.judging.copies import Channels, same_recording
 from accept.store import Event
@@ -37,8 +37,7 @@ SAME = 1e-9  # relative: the same data judged twice, on whatever processor; two 
 
 def measured_values(entry: UnitRecord, check: str = "") -> dict[str, float]:
     """Return the value of each quantity of a result that has one, of one check or of all."""
-    rows: list[Information | Finding] = [*entry.information, *entry.findings]
-    return {row.quantity: row.value for row in rows if row.value is not None and check in ("", row.check)}
+    return {row.quantity: row.value for row in entry.rows if row.value is not None and check in ("", row.check)}
 
 
 def are_same(values: Mapping[str, float], others: Mapping[str, float]) -> bool:

@@ -134,6 +134,11 @@ class UnitRecord(UnitHeader):
     panels: Annotated[Mapping[str, Any], *unwritten({})] = field(default_factory=dict, compare=False)
 
     @property
+    def rows(self) -> tuple[Information | Finding, ...]:
+        """What was measured: quantities without a limit, then the findings."""
+        return *self.information, *self.findings
+
+    @property
     def word(self) -> str:
         """The verdict as people read it."""
         return unit_word(self.verdict, self.nonconformances, self.dispositions)
