@@ -94,8 +94,8 @@ def withhold_bench_errors(record: UnitRecord, _: Case) -> UnitRecord:
 def withhold_copies(record: UnitRecord) -> UnitRecord:
     """Withhold what recordings give that are filed elsewhere too."""
     of_section = {copy["sample"].partition("/")[0]: copy for copy in reversed(record.copies) if copy["withheld"]}
-    information = tuple(i for i in record.information if CHECKS[i.check].reads not in of_section)
-    findings = (_without(f, of_section.get(CHECKS[f.check].reads)) for f in record.findings)
+    information = tuple(i for i in record.information if CHECKS.section(i.check) not in of_section)
+    findings = (_without(f, of_section.get(CHECKS.section(f.check))) for f in record.findings)
     return replace(record, findings=tuple(findings), information=information)
 
 

@@ -138,7 +138,7 @@ def _is_doubted(finding: Finding, result: UnitRecord, entry: UnitRecord) -> bool
         return False
     causes = set() if finding.cause is None else {one.cause for one in finding.cause.all()}
     of_store = _OF_STORE | ({Cause.PART_DOUBTED} if result.parts == entry.parts else set())
-    if _section(finding.check) in {copy["sample"].partition("/")[0] for copy in entry.copies}:
+    if CHECKS.section(finding.check) in {copy["sample"].partition("/")[0] for copy in entry.copies}:
         of_store |= {Cause.SAMPLES_COPIED}
     return not causes or not causes <= of_store
 
@@ -217,14 +217,9 @@ def _has_same_data(entry: UnitRecord, result: UnitRecord) -> bool:
     return dict(entry.inputs) == dict(result.inputs) and _bench(entry) == _bench(result)
 
 
-def _section(check: str) -> str:
-    """Return the section that a check reads; one of a package that is not installed any more reads its own."""
-    return CHECKS[check].reads if check in CHECKS else check
-
-
 def _records(entry: UnitRecord, check: str) -> list[Channels]:
     """Return the recordings that a check reads."""
-    section = _section(check)
+    section = CHECKS.section(check)
     return [c for name, c in entry.samples.items() if name.partition("/")[0] == section and not is_typed(name)]
 
 

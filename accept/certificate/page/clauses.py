@@ -55,10 +55,10 @@ def entered_words(contents: CertificateContent) -> str:
     read: dict[str, str] = {}
     read_with = folder_header.by_check(sections, "read_with", [])
     for check in dict.fromkeys(f["check"] for f in contents.result["findings"] if f["value"] is not None):
-        section = sections.get(CHECKS[check].reads if check in CHECKS else check, {})
+        section = sections.get(CHECKS.section(check), {})
         texts = [text for value in section.values() for text in (value if isinstance(value, list) else [value])]
         if section and not any(text in contents.inputs for text in texts if isinstance(text, str)):
-            sources = read_with.get(CHECKS[check].reads if check in CHECKS else check)
+            sources = read_with.get(CHECKS.section(check))
             if sources is None:
                 entered[check] = check_label(check)
             else:
