@@ -79,8 +79,7 @@ class Reservations:
     def stated(cls, entry: UnitRecord) -> "Reservations":
         """Return the reservations that an entry of results.json states."""
         causes = [one.cause for f in entry.findings if f.cause is not None for one in f.cause.all()]
-        stated = {field.name: getattr(entry, field.name) for field in fields(cls) if field.name != "of_findings"}
-        return cls(**stated, of_findings=Cause.NONCONFORMANCE in causes)
+        return cls(**{name: getattr(entry, name) for name in _STATED}, of_findings=Cause.NONCONFORMANCE in causes)
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
         """Return these and the nonconformances among the notes of the unit's folder, but for those that the last
@@ -90,16 +89,14 @@ class Reservations:
         return replace(self, nonconformances=(*here, *(n for n in self.nonconformances if n not in here)))
 
     def __bool__(self) -> bool:
-        return any(
-            (
-                self.copies, self.part_doubts, self.nonconformances, self.dispositions, self.folder, self.rereadings,
-            )
-        )  # fmt: skip
+        return any(getattr(self, name) for name in _STATED)
 
     def apply(self, record: UnitRecord) -> UnitRecord:
         """Return the record with its reservations stated, and its findings and verdict as they leave them; the same
         object if there are no reservations."""
         if not self:
             return record
-        stated = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "of_findings"}
-        return reserved(replace(record, **stated), self.of_findings)
+        return reserved(replace(record, **{name: getattr(self, name) for name in _STATED}), self.of_findings)
+
+
+_STATED = tuple(each.name for each in fields(Reservations) if each.name != "of_findings")  # as `UnitRecord` has them
