@@ -7,7 +7,6 @@
     from checks.fitting import fit_model  # parameters from responses
     from checks.misalignment import estimate_misalignment
     from checks.gap import run  # what the model lacks
-    from checks.structures import explain_linear  # the same of any structure given by M, C, K
     from checks.population import learn_population  # what the units of a batch have in common
 
 Small modules beside the rooms are doors of their own: `declare`, `verdict`, `cause`, `quantity`, `record`, `picture`,

@@ -79,7 +79,7 @@ class Reservations:
     def stated(cls, entry: UnitRecord) -> "Reservations":
         """Return the reservations that an entry of results.json states."""
         causes = [one.cause for f in entry.findings if f.cause is not None for one in f.cause.all()]
-        return cls(**{name: getattr(entry, name) for name in _STATED}, of_findings=Cause.NONCONFORMANCE in causes)
+        return cls(**{name: getattr(entry, name) for name in STATED}, of_findings=Cause.NONCONFORMANCE in causes)
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
         """Return these and the nonconformances among the notes of the unit's folder, but for those that the last
@@ -89,14 +89,14 @@ class Reservations:
         return replace(self, nonconformances=(*here, *(n for n in self.nonconformances if n not in here)))
 
     def __bool__(self) -> bool:
-        return any(getattr(self, name) for name in _STATED)
+        return any(getattr(self, name) for name in STATED)
 
     def apply(self, record: UnitRecord) -> UnitRecord:
         """Return the record with its reservations stated, and its findings and verdict as they leave them; the same
         object if there are no reservations."""
         if not self:
             return record
-        return reserved(replace(record, **{name: getattr(self, name) for name in _STATED}), self.of_findings)
+        return reserved(replace(record, **{name: getattr(self, name) for name in STATED}), self.of_findings)
 
 
-_STATED = tuple(each.name for each in fields(Reservations) if each.name != "of_findings")  # as `UnitRecord` has them
+STATED = tuple(field.name for field in fields(Reservations) if field.name != "of_findings")  # in a record too

@@ -18,9 +18,9 @@ from accept.store.payloads import UnitRefused
 from checks.declare import Measured
 from checks.fitting import Dataset
 from checks.fitting.dataset import simulated
+from checks.gap.structures import LinearModel
 from checks.model import Model, time_simulation
 from checks.record import Record
-from checks.structures import LinearModel
 from specs import shown
 from specs.model import load_model
 from specs.spec import load
@@ -111,7 +111,7 @@ PAGES: dict[str, Callable[[], dict[str, Any]]] = {
     "checks.model": for_model,
     "checks.population": for_population,
     "checks.signals": for_signals,
-    "checks.structures": for_structures,
+    "checks.gap.structures": for_structures,
 }
 
 

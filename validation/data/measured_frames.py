@@ -12,7 +12,7 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.fitting import Dataset
-from checks.structures import LinearModel, Share, modal_dampers
+from checks.gap.structures import LinearModel, Share, modal_dampers
 
 MEASURED = Path(__file__).parents[3] / "shared" / "data" / "measured"
 FLOORS = ("floor 1", "floor 2", "floor 3")

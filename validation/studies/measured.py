@@ -18,7 +18,7 @@ import numpy as np
 
 from checks.arrays import Complex
 from checks.fitting import Dataset
-from checks.structures import LinearAnswer, explain_linear
+from checks.gap.structures import LinearAnswer, explain_linear
 from validation.data.measured_frames import FLOORS, Z, exchanged, frame, southampton, swansea, with_element, with_filter
 from validation.scoring.scores import wilson
 from validation.scoring.scores_laboratory import upper_limit

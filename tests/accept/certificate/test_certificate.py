@@ -345,7 +345,9 @@ def test_two_estimates_of_one_quantity_are_not_left_without_a_word(tmp_path: Pat
     limit = Limit(lower=-100.0, upper=100.0, unit="um", rule="guarded", source="test")
     dy = judge("misalignment", Quantity("dy_um", -128.5, 7.2), limit)
     parameters = {"dy_um": {"value": other, "ci95": [other - 6.0, other + 6.0]}}
-    named = [{"effect": "misalignment", "parameters": parameters, "sentence": "The APA sits beside the axis."}]
+    evidence = {"delta_lnL": 60.0, "p": 1e-12}
+    sentence_named = "The APA sits beside the axis."
+    named = [{"effect": "misalignment", "parameters": parameters, "sentence": sentence_named, "evidence": evidence}]
     gap = {"channels": {"de": 5.0}}
     found = {"verdict": "explained", "model": "strut", "start": "strut", "named": named, "ambiguous": [], "unnamed": []}
     unit = replace(result(), findings=(*result().findings, dy), gap=found | {"gap_before": gap, "gap_after": gap})

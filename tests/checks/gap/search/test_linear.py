@@ -8,7 +8,7 @@ import pytest
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset, simulated
-from checks.structures import LinearAnswer, LinearModel, Share, explain_linear, modal_dampers
+from checks.gap.structures import LinearAnswer, LinearModel, Share, explain_linear, modal_dampers
 from validation.data import measured_frames as frames
 from validation.studies.measured import SOFTER, UNKNOWN_REFERENCE, draw_case, judged
 from validation.studies.moved_masses import locate

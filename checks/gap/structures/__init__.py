@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from specs import door
 
 if TYPE_CHECKING:
-    from checks.structures.explain import LinearAnswer, explain_linear
-    from checks.structures.linear_model import LinearModel, Share, modal_dampers
+    from checks.gap.structures.explain import LinearAnswer, explain_linear
+    from checks.gap.structures.linear_model import LinearModel, Share, modal_dampers
 else:
     __getattr__ = door(__name__)

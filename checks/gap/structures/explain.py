@@ -36,8 +36,8 @@ from checks.gap.search.candidates import Search, best_of_each
 from checks.gap.search.places import Places
 from checks.gap.search.screen import screen
 from checks.gap.statistics.projected_residual import project
+from checks.gap.structures.linear_model import LinearModel
 from checks.model.model import Model
-from checks.structures.linear_model import LinearModel
 
 # A filter is one explanation among others here and no stand-in for a name that the library may have.
 LINEAR = replace(THRESHOLDS, parsimony=0.0)
