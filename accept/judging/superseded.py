@@ -23,9 +23,8 @@ from accept.base.plain_text import listed
 from accept.judging.copies import Channels, same_recording
 from accept.store import Event
 from accept.store.payloads import UnitJudged
-from accept.units.samples import is_typed
+from accept.units.samples import is_typed, section_read_by
 from accept.units.unit_folder import UNIT_FILE
-from checks.acceptance import CHECKS
 from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
 
@@ -138,7 +137,7 @@ def _is_doubted(finding: Finding, result: UnitRecord, entry: UnitRecord) -> bool
         return False
     causes = set() if finding.cause is None else {one.cause for one in finding.cause.all()}
     of_store = _OF_STORE | ({Cause.PART_DOUBTED} if result.parts == entry.parts else set())
-    if CHECKS.section(finding.check) in {copy["sample"].partition("/")[0] for copy in entry.copies}:
+    if section_read_by(finding.check) in {copy["sample"].partition("/")[0] for copy in entry.copies}:
         of_store |= {Cause.SAMPLES_COPIED}
     return not causes or not causes <= of_store
 
@@ -219,7 +218,7 @@ def _has_same_data(entry: UnitRecord, result: UnitRecord) -> bool:
 
 def _records(entry: UnitRecord, check: str) -> list[Channels]:
     """Return the recordings that a check reads."""
-    section = CHECKS.section(check)
+    section = section_read_by(check)
     return [c for name, c in entry.samples.items() if name.partition("/")[0] == section and not is_typed(name)]
 
 

@@ -86,10 +86,6 @@ class Checks(Mapping[str, Check]):
         """Return whether the check is the program's own, and not another package's."""
         return name in _OWN
 
-    def section(self, name: str) -> str:
-        """Return the section that a check reads; one of a package that is not installed any more reads its own."""
-        return self[name].reads if name in self else name
-
     @property
     def loaded(self) -> tuple[Check, ...]:
         """Return the checks that are loaded already, and those of other packages."""
