@@ -22,17 +22,12 @@ JUNIT_HEAD = b"<?xml version='1.0' encoding='utf-8'?>\n<testsuites name=\"accept
 JUNIT_END = b"</testsuites>\n"
 
 
-def results_json(specs: list[dict[str, str]], units: list[ListedUnit], refused: list[dict[str, str]]) -> bytes:
-    """Return the document scripts rely on. `spec` is the first spec used; with units of both kinds, `specs` has all."""
-    spec = specs[0] if specs else None
-    document = {
-        "accept_version": version(),
-        "spec": spec,
-        "specs": specs,
-        "units": [unit.to_json() for unit in units],
-        "refused": refused,
-    }
+def results_json(specs: list[dict[str, str]], refused: list[dict[str, str]], **found: Any) -> bytes:
+    """Return the document scripts rely on. `spec` is the first spec used; with units of both kinds, `specs` has all.
+    found: units; of more than it lists how many have which verdict, and the data sets."""
+    head = {"accept_version": version(), "spec": specs[0] if specs else None, "specs": specs}
     # sorted: a record taken from the store and one just judged are then the same bytes
+    document = head | {"refused": refused} | found
     return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
@@ -42,15 +37,6 @@ def findings(unit: ListedUnit, judgement: Mapping[str, Any]) -> list[dict[str, A
     of_unit = {**vars(unit), **judgement, "unit_verdict": unit.verdict, "gap": gap}
     rows = (of_unit | vars(finding) for finding in unit.findings)
     return [{name: row[name] for name in COLUMNS} for row in rows]
-
-
-def counts_json(
-    specs: list[dict[str, str]], verdicts: dict[str, int], refused: list[dict[str, str]], datasets: dict[str, str]
-) -> bytes:
-    """Return results.json for more units than it lists: how many have which verdict, and the data sets."""
-    head = {"accept_version": version(), "spec": specs[0] if specs else None, "specs": specs}
-    document = head | {"verdicts": verdicts, "datasets": datasets, "refused": refused}
-    return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
 def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool = False) -> bytes:

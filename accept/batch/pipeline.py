@@ -222,10 +222,11 @@ class Pipeline:
         if job.uncertified is not None and due is None:  # it was judged as of that day
             job = replace(job, uncertified=None, stated=self.statement(job.unit))
             return self._settle(job, job.judge())
-        before = last if due is None else self._before(due)
-        reason, because = (self._reason_for(before) if job.reason is None else job.reason), ""
+        before, reason, because = last, job.reason, ""
         if due is not None:
-            reason = due.judged.reason
+            before, reason = fold(e for e in past if e.seq < due.seq), due.judged.reason
+        elif reason is None:
+            reason = self._reason_for(before)
         signs = job.certificate is not None and self.credential is not None
         if amends := amended(result.serial, before, result) if signs else "":
             given = reason or self._reason_to_amend(result, amends, before)
@@ -357,8 +358,7 @@ class Pipeline:
         if self._head is None:
             self._head = self.store.signed_head()
         taken = numbers_of(self.events(serial))
-        today = datetime.now(UTC).date().isoformat()
-        judged = due.time if due is not None and due.time[:10] != today else ""
+        judged = "" if due is None else due.time
         return provenance(
             self.store, self.operator, spec, serial, before, self._head, self.home, self.credential, taken,
             Provenance(
@@ -366,13 +366,10 @@ class Pipeline:
             ),
         )  # fmt: skip
 
-    def _lacks_only_certificate(self, unit: UnitFolder, before: UnitState | None) -> bool:
-        """Return whether the last judgement was made by the same person of the same inputs, spec and code, and has no
-        certificate, which could be signed now."""
-        if self.credential is None or before is None:
-            return False
-        stated = before.result.calibration
-        return self._unchanged(unit, before) and calibration.same(stated, self._statement_of(unit, before))
+    def _lacks_only_certificate(self, unit: UnitFolder, last: UnitState) -> bool:
+        """Return whether the last judgement is `_unchanged`, its calibrations too, and could be signed now."""
+        same = self.credential is not None and self._unchanged(unit, last)
+        return same and calibration.same(last.result.calibration, self._statement_of(unit, last))
 
     def _unchanged(self, unit: UnitFolder, last: UnitState) -> bool:
         """Return whether the last judgement has no certificate and was made by the same person of the same inputs, spec
@@ -385,12 +382,6 @@ class Pipeline:
         """Return the calibration as it stood on the day of a judgement."""
         given = judged.result.calibration
         return self.statement(unit, None if given is None else date.fromisoformat(str(given["on"])))
-
-    def _before(self, last: UnitState | None) -> UnitState | None:
-        """Return the state of a unit before its last judgement."""
-        if last is None:
-            return None
-        return fold(e for e in self.events(last.serial) if e.seq < last.seq)
 
     def _is_stored(self, seq: int, result: UnitRecord) -> bool:
         """Return whether a result is that of an event, so that one certificate states both."""

@@ -93,11 +93,10 @@ class Results:
         self._junit.write(outputs.junit_refused(refused) + outputs.JUNIT_END)
         self._open.close()
         self._replace_datasets()
-        if self._whole:
-            document = outputs.results_json(specs, self.units, refused)
-        else:
-            document = outputs.counts_json(specs, dict(verdicts), refused, {"findings": FINDINGS, "units": UNITS})
-        write_atomic(self._out / "results.json", document)
+        found: dict[str, Any] = {"units": [unit.to_json() for unit in self.units]}
+        if not self._whole:
+            found = {"verdicts": dict(verdicts), "datasets": {"findings": FINDINGS, "units": UNITS}}
+        write_atomic(self._out / "results.json", outputs.results_json(specs, refused, **found))
 
     def _put(self) -> None:
         self._write_part(FINDINGS, _findings(self._rows))

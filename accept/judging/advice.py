@@ -137,7 +137,8 @@ def action(findings: Iterable[Finding]) -> str | None:
     found = list(findings)
     if any(f.verdict is Verdict.FAIL for f in found):
         return None
-    wrong = [lines(CHECKS[f.check], f.cause) for f in found if f.verdict is Verdict.NO_RESULT and f.cause is not None]
+    without = [f for f in found if f.verdict is Verdict.NO_RESULT and f.check in CHECKS]
+    wrong = [lines(CHECKS[f.check], f.cause) for f in without if f.cause is not None]
     # a contradiction names two suspects and a misfit none; what names one comes first, and is enough
     named = [line for advised in wrong for line in advised[:1] if line not in (ADVICE[Cause.CONTRADICTION], _GAP)]
     return "; ".join(dict.fromkeys(named or [advised[0] for advised in wrong if advised])) or None

@@ -102,8 +102,7 @@ def reference_of(judged: "list[UnitJudged]") -> dict[str, Reference]:
 
 def values_of(judged: UnitJudged) -> dict[str, Information | Finding]:
     """Return the rows of a judgement, findings and information, by quantity."""
-    rows: list[Information | Finding] = [*judged.result.information, *judged.result.findings]
-    return {row.quantity: row for row in rows}
+    return {row.quantity: row for row in judged.result.rows}
 
 
 def retire(store: Store, serial: str, reason: str, signer: Signer) -> None:
@@ -118,11 +117,11 @@ def retire(store: Store, serial: str, reason: str, signer: Signer) -> None:
     store.write(replace(said, signed=signed), serial, who=signer.person)
 
 
-def goldens(store: Store) -> dict[str, Golden]:
-    """Return every golden unit by serial. If an earlier program named it, its reference is the values of its last
-    judgement before that. A change without a valid signature counts only if an earlier program made it."""
+def goldens(store: Store, until: float = math.inf) -> dict[str, Golden]:
+    """Return every golden unit by serial, before an event. If an earlier program named it, its reference is the values
+    of its last judgement before that. A change without a valid signature counts only if an earlier program made it."""
     found: dict[str, Golden] = {}
-    for event in _counted(store):
+    for event in (each for each in _counted(store) if each.seq < until):
         if event.what == GoldenRetired.KIND:
             found.pop(event.subject, None)
             continue
@@ -194,7 +193,7 @@ def missed(store: Store) -> Mapping[str, list[str]] | None:
 def check_may_judge(store: Store, serial: str, bench: str = "", until: float = math.inf) -> None:
     """Raise BenchStopped if a bench, by default this one, missed its golden units before an event; they are judged."""
     stops = _stops(store, bench, until)
-    known = goldens(store).get(serial) if stops else None
+    known = goldens(store, until).get(serial) if stops else None
     if not stops or (known is not None and known.since < stops[0].seq):
         return  # named while the bench was trusted, not to get past the stop
     problems = GoldenMissed.of(stops[-1]).reasons

@@ -59,11 +59,9 @@ class Standing:
     superseded: Mapping[str, str] = field(default_factory=dict)
 
 
-def open_nonconformances(
-    store: Store, serial: str, notes: Mapping[str, Sequence[str]], entry: UnitRecord | None = None
-) -> tuple[str, ...]:
+def open_nonconformances(store: Store, serial: str, notes: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
     """Return the nonconformances that hold a unit, as `standing`."""
-    return standing(store, serial, notes, entry).open
+    return standing(store, serial, notes).open
 
 
 def standing(

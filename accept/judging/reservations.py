@@ -89,11 +89,7 @@ class Reservations:
         return replace(self, nonconformances=(*here, *(n for n in self.nonconformances if n not in here)))
 
     def __bool__(self) -> bool:
-        return any(
-            (
-                self.copies, self.part_doubts, self.nonconformances, self.dispositions, self.folder, self.rereadings,
-            )
-        )  # fmt: skip
+        return any(getattr(self, name) for name in STATED)
 
     def apply(self, record: UnitRecord) -> UnitRecord:
         """Return the record with its reservations stated, and its findings and verdict as they leave them; the same

@@ -19,6 +19,7 @@ from accept.judging.inputs import input_doubts, inputs_of
 from accept.judging.learned_bench import learned_bench_doubts
 from accept.models.evidence import Models
 from accept.units.loaded_unit import LoadedUnit
+from accept.units.samples import section_read_by
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because
 from checks.consistency import check_consistency
@@ -94,8 +95,8 @@ def withhold_bench_errors(record: UnitRecord, _: Case) -> UnitRecord:
 def withhold_copies(record: UnitRecord) -> UnitRecord:
     """Withhold what recordings give that are filed elsewhere too."""
     of_section = {copy["sample"].partition("/")[0]: copy for copy in reversed(record.copies) if copy["withheld"]}
-    information = tuple(i for i in record.information if CHECKS[i.check].reads not in of_section)
-    findings = (_without(f, of_section.get(CHECKS[f.check].reads)) for f in record.findings)
+    information = tuple(i for i in record.information if section_read_by(i.check) not in of_section)
+    findings = (_without(f, of_section.get(section_read_by(f.check))) for f in record.findings)
     return replace(record, findings=tuple(findings), information=information)
 
 

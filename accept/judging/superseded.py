@@ -18,14 +18,13 @@ from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 from typing import NamedTuple
 
-from accept.base.documents.results import Information, UnitRecord
+from accept.base.documents.results import UnitRecord
 from accept.base.plain_text import listed
 from accept.judging.copies import Channels, same_recording
 from accept.store import Event
 from accept.store.payloads import UnitJudged
-from accept.units.samples import is_typed
+from accept.units.samples import is_typed, section_read_by
 from accept.units.unit_folder import UNIT_FILE
-from checks.acceptance import CHECKS
 from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
 
@@ -37,8 +36,7 @@ SAME = 1e-9  # relative: the same data judged twice, on whatever processor; two 
 
 def measured_values(entry: UnitRecord, check: str = "") -> dict[str, float]:
     """Return the value of each quantity of a result that has one, of one check or of all."""
-    rows: list[Information | Finding] = [*entry.information, *entry.findings]
-    return {row.quantity: row.value for row in rows if row.value is not None and check in ("", row.check)}
+    return {row.quantity: row.value for row in entry.rows if row.value is not None and check in ("", row.check)}
 
 
 def are_same(values: Mapping[str, float], others: Mapping[str, float]) -> bool:
@@ -139,7 +137,7 @@ def _is_doubted(finding: Finding, result: UnitRecord, entry: UnitRecord) -> bool
         return False
     causes = set() if finding.cause is None else {one.cause for one in finding.cause.all()}
     of_store = _OF_STORE | ({Cause.PART_DOUBTED} if result.parts == entry.parts else set())
-    if _section(finding.check) in {copy["sample"].partition("/")[0] for copy in entry.copies}:
+    if section_read_by(finding.check) in {copy["sample"].partition("/")[0] for copy in entry.copies}:
         of_store |= {Cause.SAMPLES_COPIED}
     return not causes or not causes <= of_store
 
@@ -218,14 +216,9 @@ def _has_same_data(entry: UnitRecord, result: UnitRecord) -> bool:
     return dict(entry.inputs) == dict(result.inputs) and _bench(entry) == _bench(result)
 
 
-def _section(check: str) -> str:
-    """Return the section that a check reads; one of a package that is not installed any more reads its own."""
-    return CHECKS[check].reads if check in CHECKS else check
-
-
 def _records(entry: UnitRecord, check: str) -> list[Channels]:
     """Return the recordings that a check reads."""
-    section = _section(check)
+    section = section_read_by(check)
     return [c for name, c in entry.samples.items() if name.partition("/")[0] == section and not is_typed(name)]
 
 

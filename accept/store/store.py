@@ -283,14 +283,12 @@ class Store:
         return None if serial in known else min(same, default=None)
 
     def look_alikes(self, serial: str) -> list[str]:
-        """Return the serials of `earlier` that differ from this one by more than capitals. Raises StoreError."""
-        return [each for each in self.earlier(serial) if spelling_key(each) != spelling_key(serial)]
-
-    def earlier(self, serial: str) -> list[str]:
-        """Return the serials that were in the store before this one, or are while it is not, and differ from it only by
-        capitals, or by letters and digits that look alike. Raises StoreError."""
+        """Return the serials from which this one has to be told apart: those that were in the store before it, or are
+        while it is not, and look like it. None if `other_spelling` refuses it. Raises StoreError."""
         known = self._alike(serial)
-        return known[: known.index(serial)] if serial in known else known
+        if serial in known:
+            return known[: known.index(serial)]
+        return [] if any(spelling_key(each) == spelling_key(serial) for each in known) else known
 
     def _alike(self, serial: str) -> list[str]:
         """Return the known serials that look like this one, itself included, in order of their first event."""

@@ -10,6 +10,7 @@ import numpy as np
 from accept.units.loaded_unit import LoadedUnit
 from accept.units.unit_entry import FileEntry, UnitSection
 from accept.units.unit_folder import UnitFolder
+from checks.acceptance import CHECKS
 from checks.declare import Check, Measured
 from checks.errors import RecordError
 from checks.record import Record
@@ -38,6 +39,11 @@ def samples_of(held: LoadedUnit, sections: Iterable[str]) -> dict[str, dict[str,
             if told:
                 found[f"{section}/{name}"] = told
     return found | _typed(held.folder, sections)
+
+
+def section_read_by(check: str) -> str:
+    """Return the section that a check reads; one of a package that is not installed any more reads its own."""
+    return CHECKS[check].reads if check in CHECKS else check
 
 
 def is_typed(sample: str) -> bool:

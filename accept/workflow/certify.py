@@ -67,16 +67,18 @@ class Signing:
         stated = provenance(
             session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
             session.home, credential, numbers_of(past),
-            Provenance(number, reason=UnitJudged.of(judged).reason, earlier=earlier, amends=amends, signed_because=why),
+            Provenance(
+                number, reason=UnitJudged.of(judged).reason, earlier=earlier, amends=amends, judged=judged.time,
+                signed_because=why,
+            ),
         )  # fmt: skip
         contents = content_of(result, session.spec, session.folder, credential.person, provenance=stated)
         page = drawn(contents, session.home)
         path = session.home / "certificates" / certificate_name(session.serial, number)
         set_aside(path)
-        own = stated.number
         sign_into(
             path, page, credential, session.store, session.serial, credential.person, result.spec,
-            number=own, simulated=result.simulated, reason=why, judged=judged.seq,
+            number=stated.number, simulated=result.simulated, reason=why, judged=judged.seq,
         )  # fmt: skip
         return self._verified(path, credential)
 

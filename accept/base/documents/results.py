@@ -134,6 +134,11 @@ class UnitRecord(UnitHeader):
     panels: Annotated[Mapping[str, Any], *unwritten({})] = field(default_factory=dict, compare=False)
 
     @property
+    def rows(self) -> tuple[Information | Finding, ...]:
+        """What was measured: quantities without a limit, then the findings."""
+        return *self.information, *self.findings
+
+    @property
     def word(self) -> str:
         """The verdict as people read it."""
         return unit_word(self.verdict, self.nonconformances, self.dispositions)
@@ -145,8 +150,8 @@ class UnitRecord(UnitHeader):
 
     def __repr__(self) -> str:
         """Return a line for the unit and one for each finding: what a notebook shows."""
-        by_spec = marked(f"{self.word} by spec {self.spec.partition('@')[0]}", self.simulated)
-        lines = [f"{self.serial} ({self.kind}): {by_spec}"]
+        by_spec = f" by spec {self.spec.partition('@')[0]}" if self.spec else ""  # the store has it beside the record
+        lines = [f"{self.serial} ({self.kind}): {marked(self.word + by_spec, self.simulated)}"]
         for f in self.findings:
             value = "" if f.value is None else f" {with_U(f.value, f.U) if f.U else rounded(f.value, None)}"
             why = "" if f.reason is None else f", {f.reason}"

@@ -9,8 +9,8 @@ from accept.judging.inputs import input_words, stated_inputs
 from accept.pictures.labels import check_label
 from accept.store import shown_name
 from accept.units import folder_header
+from accept.units.samples import section_read_by
 from accept.units.unit_folder import UNIT_FILE
-from checks.acceptance import CHECKS
 from checks.verdict import RULES
 
 COVERAGE = "U is the expanded uncertainty with k = 2, a coverage of about 95 % for a normal distribution."
@@ -55,10 +55,10 @@ def entered_words(contents: CertificateContent) -> str:
     read: dict[str, str] = {}
     read_with = folder_header.by_check(sections, "read_with", [])
     for check in dict.fromkeys(f["check"] for f in contents.result["findings"] if f["value"] is not None):
-        section = sections.get(CHECKS[check].reads if check in CHECKS else check, {})
+        section = sections.get(section_read_by(check), {})
         texts = [text for value in section.values() for text in (value if isinstance(value, list) else [value])]
         if section and not any(text in contents.inputs for text in texts if isinstance(text, str)):
-            sources = read_with.get(CHECKS[check].reads if check in CHECKS else check)
+            sources = read_with.get(section_read_by(check))
             if sources is None:
                 entered[check] = check_label(check)
             else:

@@ -38,7 +38,8 @@ def provenance(
 
     who: the operator, for the store; before: what the store knows of the unit's last judgement; head: of the store when
     the unit was judged; taken: numbers that other certificates of the unit have; decided: the statements of the caller,
-    such as reasons, and the attempt if it is not one more than the last.
+    such as reasons, the attempt if it is not one more than the last, and when the judgement was stored, which is stated
+    if that was on another day.
     Raises RevocationError, KeysError, SpecError, StoreError."""
     list_file = keys.folder(home) / revocation.FILE
     laboratory, listed, here = laboratory_of(home), revocation.kept(list_file), keys.authority_here(home)
@@ -54,15 +55,16 @@ def provenance(
         if [new.to_json()] != [each.to_json() for each in last]:
             store.write(new, who=who)
     number = decided.attempt or (before.attempts + 1 if before else 1)
-    scheme = laboratory.certificate_number if laboratory else None
+    scheme, now = laboratory.certificate_number if laboratory else None, datetime.now(UTC)
     bench = None if ca is None or demo else keys.bench_certificate(home, ca)
     return replace(
         decided,
         attempt=number,
+        judged="" if decided.judged[:10] == now.date().isoformat() else decided.judged,
         replaces=Replaced.of(before),
         before=values_before(before),
         laboratory=statement_of(laboratory, spec.checks) if laboratory else None,
-        number=number_of(scheme, serial, number, datetime.now(UTC).year, taken) if scheme else "",
+        number=number_of(scheme, serial, number, now.year, taken) if scheme else "",
         approval=approval_of(spec, home, ca, [] if held is None else held.entries),
         head=Head(**head.to_json()) if head else None,
         bench=bench.public_bytes(Encoding.PEM).decode("ascii") if bench else "",

@@ -37,6 +37,7 @@ from accept.judging.voids import voids
 from accept.store import BENCH_KEY, START, Event, Store, StoreError, StoreHead, bench_of, fold, open_store
 from accept.store.payloads import (
     CHOICES,
+    AttemptStarted,
     BenchStated,
     CertificateSigned,
     InstrumentChecked,
@@ -47,8 +48,6 @@ from accept.store.payloads import (
 from accept.units.attempt_folder import attempt_number
 from checks.verdict import Verdict
 from specs.spec import parse
-
-_STARTED, SIGNED = "attempt_started", CertificateSigned.KIND
 
 
 def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: UnitRecord | None) -> list[Step]:
@@ -72,7 +71,9 @@ def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: 
         with open_store() as store:
             events = list(store.events(contents.serial))
             digest = hashlib.sha256(signed).hexdigest()
-            signature = next((e for e in events if e.what == SIGNED and e.data["sha256"] == digest), None)
+            signature = next(
+                (e for e in events if e.what == CertificateSigned.KIND and e.data["sha256"] == digest), None
+            )
             held = _held(store, contents, signature)
             history = _history(store, events, signature, contents, by) if signature else _later_than(events, by.when)
             compared = [_copied(store, contents, again), reread(store, contents, signature), _built(store, contents)]
@@ -145,8 +146,7 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
     """Yield what a program left out or made up that did not ask the store: a similar serial of before, a stop by golden
     units, comparisons with a reference, and that the key was revoked before it signed, at whatever time."""
     serial, entry = contents.serial, contents.record
-    others = [*unconfirmed(store, serial), *set(store.earlier(serial)) - set(store.look_alikes(serial))]
-    if others and ALIKE not in entry.folder:
+    if (others := unconfirmed(store, serial)) and ALIKE not in entry.folder:
         yield f"nobody told its serial apart: {difference(serial, others[0])}"
     try:
         check_may_judge(store, serial, contents.stated.head_bench or "", own.seq)
@@ -167,7 +167,7 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
     counted = [e for e in events if e.seq < own.seq]
-    started = [e for e in counted if e.what == _STARTED]
+    started = [e for e in counted if e.what == AttemptStarted.KIND]
     before = fold(counted)
     numbers, replaced = {1 if before is None else before.attempts + 1}, [before]
     if started and _is_of_attempt(own, started[-1], counted):
@@ -222,11 +222,12 @@ def _later(judged: Sequence[Event]) -> list[Step]:
 def _copied(store: Store, contents: CertificateContent, again: UnitRecord | None) -> Step:
     """Check the recordings. Not complete if the store has a judgement of another unit by the same samples, without a
     signed decision on where they belong. The samples are those of the attached records, whatever the result states."""
-    samples = {**(contents.result.get("samples") or {}), **(again.samples if again is not None else {})}
+    entry = contents.record
+    samples = {**entry.samples, **(again.samples if again is not None else {})}
     if not samples:
         return Step("")
     found = copies_of(store, contents.serial, None, samples)
-    stated = {copy["sample"] for copy in contents.result.get("copies", []) if copy["withheld"]}
+    stated = {copy["sample"] for copy in entry.copies if copy["withheld"]}
     counted = [copy for copy in found if copy["withheld"] and copy["sample"] not in stated]
     if not counted:
         return Step("the bench's store holds its recordings for no other unit")
@@ -250,8 +251,8 @@ def reread(store: Store, contents: CertificateContent, signature: Event | None =
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
-    found = part_doubts(store, contents.serial, contents.result.get("parts") or {})
-    new = [words for words in found if words not in contents.result.get("part_doubts", ())]
+    found = part_doubts(store, contents.serial, contents.record.parts)
+    new = [words for words in found if words not in contents.record.part_doubts]
     return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
 
 
@@ -259,11 +260,11 @@ def _sound(store: Store, contents: CertificateContent, signature: Event | None) 
     """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state, open
     or released, or has not a decision that it states; what was decided about one that it states as open is said beside
     its verdict. What was judged after the store had the signature is a later attempt."""
-    stated, dispositions = (contents.result.get(key, ()) for key in ("nonconformances", "dispositions"))
+    entry = contents.record
+    stated, dispositions = entry.nonconformances, entry.dispositions
     known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
     approved = (contents.stated.approval or {}).get("time")
     approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
-    entry = contents.record
     now = standing(store, contents.serial, {}, entry, None if signature is None else signature.seq, approval=approval)
     unknown = [g for g in map(NonconformanceDecided.from_json, dispositions) if signature and g not in now.decided]
     if unknown:

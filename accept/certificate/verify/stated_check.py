@@ -94,8 +94,7 @@ def check_dispositions(
     contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked]
 ) -> list[Step]:
     """Check what quality assurance is said to have decided about nonconformances: that she signed it."""
-    since = {entry.serial_number: entry.since for entry in revoked}
-    lost = {entry.serial_number for entry in revoked if entry.compromised}
+    since, lost = _revoked(revoked)
     steps = []
     for stated in contents.result.get("dispositions") or ():
         given = NonconformanceDecided.from_json(stated)
@@ -120,14 +119,13 @@ def _copy_problem(copy: Mapping[str, Any], contents: CertificateContent) -> str 
 def _decision_problem(
     copy: Mapping[str, Any], contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked]
 ) -> str | None:
-    since = {entry.serial_number: entry.since for entry in revoked}
     weakens = bool(copy["withheld"])  # then it stands also if the key was lost later
-    lost = {entry.serial_number for entry in revoked if entry.compromised and not weakens}
+    since, lost = _revoked(revoked)
     samples = contents.result.get("samples") or {}
     told = copy.get("resolved") or {}
     signed = SignedBy.from_json(told["signed"]) if told.get("signed") else None
     content = {key: told.get(key) for key in ("parties", "measured", "reason")}
-    if problem := decision_problem(CopiesResolved.KIND, content, signed, roots, since, lost):
+    if problem := decision_problem(CopiesResolved.KIND, content, signed, roots, since, () if weakens else lost):
         return problem
     measured = [contents.serial, copy["sample"]] in (told.get("measured") or [])
     if measured is weakens:
@@ -143,6 +141,12 @@ def _decision_problem(
     ):
         return f"it is dated {str(told['time'])[:19]}, but was signed at {signed.time[:19]}"
     return None
+
+
+def _revoked(revoked: Sequence[Revoked]) -> tuple[dict[int, datetime], set[int]]:
+    """Return when each key was revoked, by number, and the numbers of those that were compromised."""
+    lost = {entry.serial_number for entry in revoked if entry.compromised}
+    return {entry.serial_number: entry.since for entry in revoked}, lost
 
 
 def _check_folder(contents: CertificateContent) -> list[Step]:

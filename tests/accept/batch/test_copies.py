@@ -9,14 +9,20 @@ import numpy as np
 import pytest
 from typer.testing import Result
 
+from accept.base.documents.results import Information, UnitRecord
 from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.stated_check import check_copies
 from accept.judging.copies import recording_party
+from accept.judging.rules import reserved
 from accept.store import fold, open_store
 from accept.store.payloads import CopiesResolved, UnitJudged
+from checks.cause import Cause
+from checks.quantity import Quantity
+from checks.verdict import UnitVerdict, judge
 from hw.records import csv_bytes
+from specs.spec import Limit
 from tests.accept.units.units import DRIVE, GOOD, LOOPS, save_mat
 from tests.checks.acceptance.play_model import Plays
 from tests.shared.command_line import accept
@@ -317,3 +323,19 @@ def test_a_run_makes_one_attempt_of_each_unit(tmp_path: Path, spec: Path, more: 
     for serial in ("A-1", "X-1") if not more else ():
         done = accept("verify", tmp_path / "out" / "certificates" / f"{serial}.pdf", "--require", "current")
         assert done.exit_code == 0, done.output
+
+
+def test_a_copy_of_a_record_whose_check_is_not_installed_any_more() -> None:
+    """Its package is gone; what the store has of it is withheld like all else."""
+    limit = Limit(lower=1.0, unit="N", rule="simple", source="drawing")
+    found = judge("torque", Quantity("torque_N", 2.0, 0.1), limit)
+    none = judge("torque", Quantity.missing("pull_N", Cause.NOT_IN_DATA), limit)
+    measured = Information("torque", "play_N", 0.1, "N", None)
+    copy = {"sample": "torque/record", "with": [{"serial": "B-2", "sample": "torque/record"}], "withheld": True}
+    kept = Information("friction", "friction_N", 0.1, "N", None)
+    record = UnitRecord(
+        serial="B-1", kind="apa", verdict=UnitVerdict.ACCEPTED, findings=(found, none), information=(measured, kept)
+    )
+    held = reserved(replace(record, copies=(copy,)))
+    assert (held.verdict, held.information) == ("incomplete", (kept,))
+    assert [f.value for f in held.findings] == [None, None]

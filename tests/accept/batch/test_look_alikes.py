@@ -7,7 +7,7 @@ import pytest
 
 from accept.base.spelling import difference, look_alike
 from accept.commands.units import batch, report
-from accept.store import open_store
+from accept.store import Store, open_store
 from accept.workflow.open_bench import open_bench
 from accept.workflow.steps.unit_list import known_units
 from accept.workflow.worker.process import WorkerProcess
@@ -55,6 +55,20 @@ def test_two_in_one_batch_are_not_both_accepted(tmp_path: Path) -> None:
     assert accept("batch", tmp_path / "u", "--out", tmp_path / "o", "--spec", "apa-basic").exit_code == 4
     verdicts = {serial: found["verdict"] for serial, found in judged(tmp_path / "o").items()}
     assert sorted(verdicts.values()) == ["accepted", "conditional"]
+
+
+def test_capitals_that_an_earlier_program_let_in_are_asked_about(
+    tmp_path: Path, known: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, pdf = unit(tmp_path / "more" / "apa-10", "apa-10"), tmp_path / "c.pdf"
+    with monkeypatch.context() as earlier:
+        earlier.setattr(Store, "other_spelling", lambda *_: None)
+        accept("report", folder, "--spec", "apa-basic", "--out", pdf)
+    monkeypatch.setattr(report, "confirm", lambda _: True)
+    unit(folder, "apa-10", 1.7)
+    assert accept("report", folder, "--spec", "apa-basic", "--out", pdf, "--reason", "anew").exit_code == 0
+    done = accept("verify", pdf)
+    assert done.exit_code == 0, done.output
 
 
 @pytest.mark.parametrize("serial", ["APA-010", "APA_10", "APA10", "apa.0010"])

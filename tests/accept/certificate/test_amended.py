@@ -24,6 +24,7 @@ from accept.store.errors import Overtaken
 from accept.store.payloads import AttemptStarted, UnitJudged
 from accept.units import unit_folder
 from accept.workflow import certify
+from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
 from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
@@ -212,16 +213,21 @@ def test_two_programs_at_once_have_an_attempt_each(tmp_path: Path) -> None:
     assert (done[1].exit_code, "a later attempt" in done[1].stdout) == (4, True), done[1].output
 
 
+def take(session: Session) -> None:
+    """Type the values of a good unit."""
+    for step, inputs in GIVEN.items():
+        for name, values in inputs.items():
+            for index, value in enumerate(values):
+                at = index if len(values) > 1 else None
+                session.entries.take(step, session.step(step).check.inputs[name], Measured(float(value)), index=at)
+
+
 def test_in_the_workflow_another_certificate_of_the_attempt_needs_its_reason() -> None:
     """A value is corrected after it was signed. A new attempt has the reason that it was begun for."""
     with open_store() as store:
         session = open_session(store, home(), load_spec("apa-basic"), "Test Technician", "APA-02")
         session.begin({})
-        for step, inputs in GIVEN.items():
-            for name, values in inputs.items():
-                for index, value in enumerate(values):
-                    at = index if len(values) > 1 else None
-                    session.entries.take(step, session.step(step).check.inputs[name], Measured(float(value)), index=at)
+        take(session)
         certify.Signing(session).sign("correct horse")
         assert certify.Signing(session).reason_problem("", ()) == ""  # nothing is replaced
         session.entries.take("stroke", session.step("stroke").check.inputs["stroke_um"], Measured(366.5))
@@ -233,6 +239,26 @@ def test_in_the_workflow_another_certificate_of_the_attempt_needs_its_reason() -
         pdf = Path(str(session.attempt.certificate))
         assert statements(read(pdf.read_bytes()))["Amended"] == f"replaces certificate APA-02/1: {WHY}"
         session.close()
+
+
+def test_a_session_that_was_left_open_signs_as_of_the_day_of_judging(tmp_path: Path) -> None:
+    (tmp_path / "bench.toml").write_text(BENCH.replace("2026-10-01", "2126-10-01"))
+    ago = datetime.now(UTC) - timedelta(days=9)
+    with open_store() as store:
+        stated = load_bench(tmp_path / "bench.toml")
+        session = open_session(store, home(), load_spec("apa-basic"), "Test Technician", "APA-02", stated)
+        with pytest.MonkeyPatch.context() as earlier:
+            clock = type("Clock", (datetime,), {"now": classmethod(lambda *_: ago)})
+            earlier.setattr("accept.batch.pipeline.datetime", clock)
+            earlier.setattr(store_module, "datetime", clock)
+            session.begin({})
+            take(session)
+            judge_whole_unit(session)
+        found = certify.Signing(session).sign("correct horse")
+        pdf = Path(str(session.attempt.certificate))
+        session.close()
+    assert found.valid, found.reason
+    assert statements(read(pdf.read_bytes()))["Attempt"] == f"1, judged on {ago:%Y-%m-%d}"
 
 
 def test_nothing_is_stored_after_an_event_that_was_not_read() -> None:

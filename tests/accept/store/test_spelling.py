@@ -39,7 +39,7 @@ def test_the_key_of_the_index_is_that_of_the_program() -> None:
         for serial in serials:
             begin(store, serial)
         for serial in serials:
-            due = {s for s in serials if look_alike(s, serial) and s != serial and s.lower() != serial.lower()}
+            due = {s for s in serials if look_alike(s, serial) and s != serial}
             before = set(serials[: serials.index(serial)])
             assert set(store.look_alikes(serial)) == due & before, serial
     assert look_key("SOB-Il") == "5811"  # without zeros and separators, which may differ

@@ -24,6 +24,7 @@ from accept.certificate.trust.keys import QA, TECHNICIAN
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.rejudge import rejudge
 from accept.certificate.verify.verification import Validity, verify
+from accept.judging import golden
 from accept.judging.decisions import DecisionError, Signer
 from accept.judging.nonconformance import decide, open_nonconformances
 from accept.judging.reservations import Reservations
@@ -125,6 +126,17 @@ def test_a_bench_that_its_golden_unit_stopped(tmp_path: Path) -> None:
         pdf = certified(tmp_path, "A-2", serial="A-2", stroke=367.0, sensor=4.8)
     doubted(verified(pdf), "its bench was stopped when it judged it: A-2: not judged, because the bench missed")
     assert plainly(verified(first))  # judged before
+
+
+def test_a_golden_unit_that_was_judged_in_the_stop_and_retired_since(tmp_path: Path) -> None:
+    certified(tmp_path, "G-1", serial="G-1")
+    assert accept("golden", "name", "G-1", "--expect", "accepted").exit_code == 0
+    certified(tmp_path, "G-1", serial="G-1", stroke=350.0)
+    assert accept("golden", "check").exit_code == 3
+    pdf = certified(tmp_path, "G-1", serial="G-1")
+    with open_store() as store:
+        golden.retire(store, "G-1", "worn", grace())
+    assert plainly(verified(pdf))
 
 
 def test_a_serial_that_the_spec_does_not_allow(tmp_path: Path) -> None:
