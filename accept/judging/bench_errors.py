@@ -13,7 +13,7 @@ from typing import Any
 
 from accept.base.documents.results import UnitRecord
 from accept.judging.advice import concluded
-from checks.acceptance import CHECKS
+from accept.units.samples import section_read_by
 from checks.cause import Cause, Reason, because
 from checks.consistency import PAYLOAD
 from checks.verdict import Finding, Verdict
@@ -28,13 +28,13 @@ def without_bench_errors(result: UnitRecord) -> UnitRecord:
     if there is no clear evidence of a bench error."""
     stiffness = next((i.value for i in result.information if i.quantity == BY_RESONANCE), None)
     stiffness = math.nan if stiffness is None else stiffness
-    findings = withhold_bench_errors(result.findings, stiffness, result.gap)
+    findings = withhold_resonance(result.findings, stiffness, result.gap)
     if findings is result.findings:
         return result
     return concluded(replace(result, findings=tuple(findings)))
 
 
-def withhold_bench_errors(
+def withhold_resonance(
     findings: Sequence[Finding], stiffness: float, gap: Mapping[str, Any] | None
 ) -> Sequence[Finding]:
     """Return the findings with a resonance that a wrong payload moved out of its limits set to no result; the same
@@ -57,7 +57,7 @@ def _by_contradiction(resonance: Finding, findings: Sequence[Finding], stated: f
     if [r.parameters["title"] for r in contradictions] != [PAYLOAD.title]:
         return None
     (found,) = contradictions
-    by_mass = [f for f in findings if CHECKS[f.check].reads == "stiffness"]
+    by_mass = [f for f in findings if section_read_by(f.check) == "stiffness"]
     if any({r.cause for r in _causes(f)} != {Cause.CONTRADICTION} or f.verdict is Verdict.FAIL for f in by_mass):
         return None
     ratio, lo, hi = (float(found.parameters[name]) for name in ("ratio", "lo", "hi"))

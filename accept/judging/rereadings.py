@@ -14,7 +14,7 @@ from accept.judging.inputs import CHANNELS, input_words
 from accept.judging.voids import voids
 from accept.store import Event, Store
 from accept.store.payloads import UnitJudged
-from accept.units.samples import is_typed
+from accept.units.samples import is_typed, section_read_by
 from checks.acceptance import CHECKS
 from checks.cause import Cause
 from checks.verdict import Finding, UsedInput, Verdict
@@ -53,7 +53,7 @@ def _differences(
     then = {f.quantity: f for f in result.findings if f.inputs}
     for now in findings:
         before = then.get(now.quantity)
-        shared = [(a, b) for a, b in pairs if a.partition("/")[0] == CHECKS[now.check].reads]
+        shared = [(a, b) for a, b in pairs if a.partition("/")[0] == section_read_by(now.check)]
         if before is None or not shared or not now.inputs:
             continue
         changes = [*_changes(now.check, now.inputs, before.inputs), *(f"{a}, before {b}" for a, b in shared if a != b)]

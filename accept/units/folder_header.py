@@ -35,7 +35,7 @@ def header_of(data: Data, problems: Problems) -> UnitHeader:
 
 
 def _text(data: Data, key: str, problems: Problems) -> str:
-    """Return a text; one whose field has no default is required."""
+    """Return a text; it is required if its field has no default."""
     if key not in data:
         if UnitHeader.__dataclass_fields__[key].default is MISSING:
             problems.append(f"{key} is missing")

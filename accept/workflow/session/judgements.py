@@ -7,7 +7,7 @@ from dataclasses import replace
 from accept.base.documents.results import UnitRecord
 from accept.base.version import code_sha256
 from accept.judging.advice import action
-from accept.judging.bench_errors import BY_RESONANCE, withhold_bench_errors
+from accept.judging.bench_errors import BY_RESONANCE, withhold_resonance
 from accept.store.payloads import ReadingFailed, RecordLinked, RecordRefused, StepJudged, ValueTaken
 from accept.workflow.session import panel_cache
 from accept.workflow.session.gap import UnitGap
@@ -83,7 +83,7 @@ class Judgements:
             known = {i.quantity: i.measured() for each in own for i in each.information}
             known |= {f.quantity: Quantity(f.quantity, f.value, f.U) for f in findings if f.value is not None}
             stiffness = known[BY_RESONANCE].value if BY_RESONANCE in known else math.nan
-            compared = withhold_bench_errors(check_consistency(findings, known), stiffness, self._gap.found)
+            compared = withhold_resonance(check_consistency(findings, known), stiffness, self._gap.found)
             self._compared = self._unit.run.seq, compared
         return self._compared[1]
 

@@ -99,7 +99,7 @@ def residual_panel(
     where: Sequence[tuple[float, float]],
     poles_Hz: Sequence[float],
 ) -> Panel:
-    """Return what is left of a channel. where: bands [Hz] in which it disagrees, the worst first."""
+    """Return the panel of a channel's residual. where: bands [Hz] in which the channel disagrees, the worst first."""
     f, most = allowed
     items: list[Item] = [
         Span(lo, max(hi, 1.01 * lo), label="" if k else "disagrees, before", role="quiet")

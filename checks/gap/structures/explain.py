@@ -157,8 +157,8 @@ def _is_of_its_kind(member: Member, c: Candidate) -> bool:
 
 
 def _of_simple_kinds(search: Search, c: Candidate) -> Iterator[Candidate]:
-    """Yield a candidate with a spring, a mass or a damper in the place of an element with more values: one of these is
-    what is left if the others are none that there can be."""
+    """Yield a candidate with a spring, a mass or a damper in the place of an element with more values: if the values of
+    the others are not physical, one of these explains the data."""
     for m in c.response.members:
         if isinstance(m, GenericElement) and m.kind in (HOLDER, RESONATOR):
             less, own = c.response.without(m.name), c.response.of(c.at, m.name)

@@ -258,16 +258,19 @@ def test_an_attempt_in_which_nothing_was_recorded_speaks_against_older_evidence(
     assert findings()["hysteresis"] == "conditional"
 
 
+def measured_twice(typed: bool, place: Path) -> tuple[Path | str, Path, Path]:
+    """Return a spec and two measurements of one unit, of values that were typed or of recordings."""
+    if typed:
+        return "apa-basic", make_unit(place / "u", "A-1"), make_unit(place / "v", "A-1", GOOD.replace("5.10", "5.12"))
+    spec = place / "loops.toml"
+    spec.write_text(LOOPS)
+    return spec, recorded(place / "u" / "A-1", 1), recorded(place / "v" / "A-1", 2, sensor=4.97)
+
+
 @pytest.mark.parametrize("typed", [False, True])
 def test_what_was_simulated_does_not_become_measured(typed: bool, tmp_path: Path) -> None:
     """The line is deleted from unit.toml after the unit was judged. A measurement of its own counts."""
-    spec: Path | str = "apa-basic"
-    if typed:
-        folder, later = make_unit(tmp_path / "u", "A-1"), make_unit(tmp_path / "v", "A-1", GOOD.replace("5.10", "5.12"))
-    else:
-        spec = tmp_path / "loops.toml"
-        spec.write_text(LOOPS)
-        folder, later = recorded(tmp_path / "u" / "A-1", 1), recorded(tmp_path / "v" / "A-1", 2, sensor=4.97)
+    spec, folder, later = measured_twice(typed, tmp_path)
     text = (folder / "unit.toml").read_text()
     (folder / "unit.toml").write_text("simulated = true\n" + text)
     assert judged(folder, spec) == "accepted"
@@ -289,13 +292,7 @@ def test_what_was_measured_with_another_part_is_not_of_the_unit_as_it_is(
     typed: bool, now: str | None, tmp_path: Path
 ) -> None:
     """A part is exchanged, or left out, in unit.toml alone. To name one where none was is no exchange."""
-    spec: Path | str = "apa-basic"
-    if typed:
-        folder, later = make_unit(tmp_path / "u", "A-1"), make_unit(tmp_path / "v", "A-1", GOOD.replace("5.10", "5.12"))
-    else:
-        spec = tmp_path / "loops.toml"
-        spec.write_text(LOOPS)
-        folder, later = recorded(tmp_path / "u" / "A-1", 1), recorded(tmp_path / "v" / "A-1", 2, sensor=4.97)
+    spec, folder, later = measured_twice(typed, tmp_path)
     text = (folder / "unit.toml").read_text()
     assert judged(folder, spec) == "accepted"
     (folder / "unit.toml").write_text(f'{text}[parts]\napa = "P-3"\n')
