@@ -110,14 +110,14 @@ class StepScreen(Page):
 
     def _at_present(self) -> StepDialogue:
         """Return the dialogue with what is typed and stored at this moment."""
-        return replace(self._edited(), facts=self.service.facts(self.bench_app.queue))
+        return replace(self._edited().state, facts=self.service.facts(self.bench_app.queue))
 
-    def _edited(self) -> StepDialogue:
+    def _edited(self) -> Turn:
         if len(self._fields) != len(self.dialogue.lines):  # they are being laid out
-            return self.dialogue
+            return Turn(self.dialogue)
         lines = [field.input for field in self._fields]
         cursor = next((n for n, line in enumerate(lines) if line is self.focused), None)
-        return self.dialogue.typed(tuple(line.value for line in lines), cursor)
+        return dialogue.edited(self.dialogue, tuple(line.value for line in lines), cursor)
 
     async def _follow(self, turn: Turn) -> None:
         self.dialogue = turn.state
@@ -337,7 +337,10 @@ class StepScreen(Page):
 
     def on_input_changed(self) -> None:
         """Show a line that is typed into."""
-        self.dialogue = self._edited()
+        turn = self._edited()
+        self.dialogue = turn.state
+        if turn.words is not None:
+            super().say(turn.words.text, turn.words.role)
         if len(self._fields) == len(self.dialogue.lines):
             self._show_fields()
 

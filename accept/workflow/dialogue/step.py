@@ -88,6 +88,13 @@ def recognized(d: StepDialogue, asked: do.Recognize, kind: str) -> Turn:
     return _say(d, NOT_TAKEN, "bad", Do.BELL)
 
 
+def edited(d: StepDialogue, texts: tuple[str, ...], cursor: int | None) -> Turn:
+    """Take what was typed meanwhile. A question at the foot goes with the value that it is about."""
+    asked = None if d.asked is None else d.lines[d.asked].doubted
+    d = d.typed(texts, cursor)
+    return Turn(d) if asked is None or d.in_question else _hint(replace(d, asked=None))
+
+
 def take_value(d: StepDialogue, text: str) -> Turn:
     """Give a value that was typed elsewhere to the line with the cursor, if it takes one."""
     if d.here is None or d.cursor is None:
@@ -125,7 +132,7 @@ def _save(d: StepDialogue, n: int, entry: StoreEntry) -> Turn:
 def _take(d: StepDialogue, n: int, measured: Measured, repeat: bool, text: str, sure: bool) -> Turn:
     place = d.lines[n].place
     if not sure and (question := _doubt(d, n, measured.value)):
-        asked = _ask(d, n, text, question)
+        asked = _ask(d.with_line(n, repeats=repeat), n, text, question)
         return replace(asked, effects=(Do.BELL, do.ReturnLater(place.key)))
     return _save(d, n, StoreEntry(place.key, place.declared, text, measured, repeat))
 
@@ -165,17 +172,18 @@ def _keep(d: StepDialogue) -> Turn:
     doubted = [n for n, line in enumerate(d.lines) if line.doubted is not None]
     n = next((n for n in (d.cursor, d.asked, *doubted) if n in doubted), None)
     if n is None:
-        typed = next((line for line in d.lines if line.text.strip()), None)
+        typed = next((k for k, line in enumerate(d.lines) if line.text.strip()), None)
         if typed is None:
             return Turn(d, (do.Settle("summary"),))
-        return _say(d, f"{typed.place.name} is not saved. Enter: save it", "bad")
+        what = "is saved, what was typed over it is not" if d.has(typed) else "is not saved"
+        return _say(d, f"{d.lines[typed].place.name} {what}. Enter: save it", "bad")
     line = d.lines[n]
     if n != d.asked:
         asked = _ask(d, n, line.doubted or "", line.question)
         return replace(asked, state=replace(asked.state, cursor=n))
     if line.text != line.doubted:  # it was typed again meanwhile: that is another entry
         return _say(d, "The entry was changed. Enter: save it", "bad")
-    return _give(replace(d, asked=None), n, line.doubted, sure=True)
+    return _give(replace(d, asked=None), n, line.doubted, line.repeats, sure=True)
 
 
 def _go_on(d: StepDialogue, after: int | None) -> Turn:
@@ -197,8 +205,7 @@ def _move(d: StepDialogue, way: int) -> Turn:
     between = (d.given if d.given is not None else -1) + (way < 0)  # the line that was given last and the next
     now = d.cursor if d.cursor is not None else between
     d = replace(d, again=None, cursor=(now + way) % len(d.lines))
-    in_question = d.asked is not None and d.lines[d.asked].doubted is not None
-    return Turn(d) if in_question else _hint(d)
+    return Turn(d) if d.in_question else _hint(d)
 
 
 def returned(d: StepDialogue, place: Place) -> Turn:

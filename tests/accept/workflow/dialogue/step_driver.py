@@ -63,7 +63,7 @@ class Driver:
         assert self.d.cursor is not None, "no line has the cursor"
         texts = [line.text for line in self.d.lines]
         texts[self.d.cursor] = text
-        self.d = self.d.typed(tuple(texts), self.d.cursor)
+        self.follow(dialogue.edited(self.d, tuple(texts), self.d.cursor))
 
     def stands_at(self, name: str, index: int | None = None) -> None:
         """Move the cursor as a mouse does."""
