@@ -15,6 +15,8 @@ from textual.timer import Timer
 from textual.widgets import Label
 from textual.worker import Worker, WorkerState
 
+from accept.workflow.dialogue.turn import Turn
+
 Then = Callable[[Any], Any]  # what it returns is awaited if it can be
 T = TypeVar("T")
 _LOOK_S = 0.2  # between two looks whether the screen is still there
@@ -66,6 +68,7 @@ class Working(Screen[T]):
         self._doing: tuple[str, float] | None = None
         self._ended = asyncio.Event()  # of what was sent
         self._clock: Timer | None = None
+        self.dialogue: Any = None  # its state
         self.progress = ""  # progress of a slow step, set from its thread
         self.stop: Callable[[], None] | None = None  # ends a computation that is under way
         self.ready = asyncio.Event()  # not set: it opens another screen or unit, and the keys that follow belong there
@@ -88,6 +91,34 @@ class Working(Screen[T]):
             self._afterwards.pop(worker)
         worker = self.run_worker(action, group=group, thread=True, exit_on_error=False)
         self._afterwards[worker] = (then, failed)
+
+    async def answer(self, event: Callable[..., Turn[Any]], *data: Any) -> None:
+        """Let the dialogue of this screen answer an event, with what is typed and stored at this moment, and do what
+        follows."""
+        if self.alive:
+            await self.follow(self.at_present().then(event, *data))
+
+    def later(self, event: Callable[..., Turn[Any]], *data: Any) -> None:
+        self.call_next(self.answer, event, *data)
+
+    async def follow(self, turn: Turn[Any]) -> None:
+        """Show what follows from an event, and execute its effects."""
+        if turn.words is not None:
+            self.say(turn.words.text, turn.words.role)
+        self.dialogue = turn.state
+        await self.draw()
+        for effect in turn.effects:
+            await self.execute(effect)
+
+    def at_present(self) -> Turn[Any]:
+        """Return the dialogue with what is typed and stored at this moment."""
+        raise NotImplementedError
+
+    async def draw(self) -> None:
+        """Show the dialogue as it is now."""
+
+    async def execute(self, effect: Any) -> None:
+        """Do what a dialogue asks for."""
 
     @property
     def idle(self) -> bool:

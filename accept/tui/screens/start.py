@@ -21,7 +21,7 @@ from accept.tui.screens.ask import Question, QuestionLine, required, which_unit
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.dialogue import start as dialogue
-from accept.workflow.dialogue.begin import AskSerial, Begun, LookForPassphrase, LookUp
+from accept.workflow.dialogue.begin import Begun, LookForPassphrase, LookUp
 from accept.workflow.dialogue.start import Do, Turn, labels, parts
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ class StartScreen(Working[Begin | None]):
         super().__init__()
         self._load, self._bench = load, bench
         self._opening = dialogue.opening(asdict(given), problem, bench is not None)
-        self.dialogue = self._opening.state
+        self.dialogue: dialogue.StartDialogue = self._opening.state
         self._settled = asyncio.Event()  # the bench is open, and it is known whether the serial is
 
     def compose(self) -> ComposeResult:
@@ -97,7 +97,7 @@ class StartScreen(Working[Begin | None]):
     async def on_mount(self) -> None:
         if not self.alive:
             return
-        await self._follow(self._opening)
+        await self.follow(self._opening)
         if self._bench is not None:
             proposed = dialogue.Proposed(serial=self._bench.next_serial())
             await self.answer(dialogue.opened, self.service.kinds, proposed)
@@ -110,23 +110,11 @@ class StartScreen(Working[Begin | None]):
         assert self._bench is not None  # noqa: S101 - nothing is asked of it before
         return BeginService(self._bench)
 
-    async def answer(self, event: Callable[..., Turn], *data: Any) -> None:
-        """Let the dialogue answer an event, with what is typed at this moment, and do what follows."""
-        if self.alive:
-            texts = {name: self._line(name).value for name in self.dialogue.texts}
-            cursor = self.focused.id if isinstance(self.focused, Input) else None
-            await self._follow(dialogue.edited(self.dialogue, texts, cursor).then(event, *data))
+    def at_present(self) -> Turn:
+        texts = {name: self._line(name).value for name in self.dialogue.texts}
+        return dialogue.edited(self.dialogue, texts, self.focused.id if isinstance(self.focused, Input) else None)
 
-    async def _follow(self, turn: Turn) -> None:
-        self.dialogue = turn.state
-        if turn.words is not None:
-            self.say(turn.words.text, turn.words.role)
-        self._draw()
-        for effect in turn.effects:
-            await self._execute(effect)
-
-    def _draw(self) -> None:
-        """Show the dialogue as it is now."""
+    async def draw(self) -> None:
         d = self.dialogue
         for name, text in d.texts.items():
             self.query_one(f"#line-{name}").display = name in d.shown
@@ -140,7 +128,7 @@ class StartScreen(Working[Begin | None]):
     def _line(self, name: str) -> Input:
         return self.query_one(f"#{name}", Input)
 
-    async def _execute(self, effect: object) -> None:
+    async def execute(self, effect: object) -> None:
         match effect:
             case Do.BELL:
                 self.app.bell()
@@ -150,7 +138,7 @@ class StartScreen(Working[Begin | None]):
             case Do.LEAVE:
                 self.leave(None)
             case dialogue.OpenBench(operator, holds):
-                failed = partial(self.answer, lambda d, _: dialogue.not_opened(d))
+                failed = partial(self.answer, dialogue.nothing_came)
                 send = partial(self.hold, doing="opening the bench") if holds else self.send
                 send(partial(self._open_bench, operator), self._bench_is_open, failed=failed)
             case dialogue.Settle(key):
@@ -163,15 +151,12 @@ class StartScreen(Working[Begin | None]):
                     partial(self.service.look_up, effect),
                     lambda seen: self.answer(dialogue.looked, effect, *seen),
                     "look",
-                    lambda _: self.answer(dialogue.not_looked),
+                    partial(self.answer, dialogue.nothing_came),
                 )
             case dialogue.AskReason(words):
                 lines = [QuestionLine("Reason for the new attempt")]
                 question = Question("A new attempt", words, lines, required("Type the reason"))
                 self.app.push_screen(question, lambda given: self.answer(dialogue.reasoned, given and given[0]))
-            case AskSerial(doubt=doubt):
-                asked, confirmed = which_unit(doubt), partial(self.answer, dialogue.confirmed, effect)
-                self.app.push_screen(asked, lambda given: confirmed(given and given[0]))
             case dialogue.Open(begun):
                 service = self.service
                 self.hold(
@@ -209,7 +194,8 @@ class StartScreen(Working[Begin | None]):
 
     async def _unit_is_open(self, asked: dialogue.Open, opened: "str | tuple[Workbench, Session, list[str]]") -> None:
         if isinstance(opened, str):
-            await self.answer(dialogue.doubted, asked, opened)
+            confirmed = partial(self.answer, dialogue.confirmed, asked.begun)
+            self.app.push_screen(which_unit(opened), lambda given: confirmed(given and given[0]))
         else:
             self.leave(Begin(*opened, asked.queue))
 

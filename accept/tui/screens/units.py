@@ -1,7 +1,7 @@
 """The units of this bench: renders its dialogue, passes on keys and executes effects; what they mean is decided
 there."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from functools import partial
 from typing import Any, ClassVar
@@ -18,7 +18,7 @@ from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import HELD
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.dialogue import units as dialogue
-from accept.workflow.dialogue.begin import AskSerial, LookForPassphrase, LookUp
+from accept.workflow.dialogue.begin import Begun, LookForPassphrase, LookUp
 from accept.workflow.dialogue.units import Do, Turn
 from accept.workflow.effects.serve_begin import BeginService
 from accept.workflow.steps.unit_list import KnownUnit, Queue
@@ -45,7 +45,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         super().__init__()
         self.service = service
         self._opening = dialogue.opening(service.kinds, operator, kind)
-        self.dialogue = self._opening.state
+        self.dialogue: dialogue.UnitsDialogue = self._opening.state
         self._drawn: tuple[Sequence[Queue], Sequence[KnownUnit]] = (), ()
 
     def compose(self) -> ComposeResult:
@@ -68,7 +68,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         for title, width in self._widths.items():
             self._table.add_column(title, key=title, width=width)
         self.set_focus(self._entry)
-        await self._follow(self._opening)
+        await self.follow(self._opening)
 
     @property
     def _rail(self) -> DataTable[Any]:
@@ -88,22 +88,10 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         widths[_GROWS] += min(max(0, self.app.size.width - 80), _GROWS_BY)
         return widths
 
-    async def answer(self, event: Callable[..., Turn], *data: Any) -> None:
-        """Let the dialogue answer an event, with what is typed at this moment, and do what follows."""
-        if self.alive:
-            here = dialogue.edited(self.dialogue, self._entry.value, self._table.cursor_row)
-            await self._follow(here.then(event, *data))
+    def at_present(self) -> Turn:
+        return dialogue.edited(self.dialogue, self._entry.value, self._table.cursor_row)
 
-    async def _follow(self, turn: Turn) -> None:
-        self.dialogue = turn.state
-        if turn.words is not None:
-            self.say(turn.words.text, turn.words.role)
-        self._draw()
-        for effect in turn.effects:
-            await self._execute(effect)
-
-    def _draw(self) -> None:
-        """Show the dialogue as it is now."""
+    async def draw(self) -> None:
         d = self.dialogue
         if self._entry.value != d.text:
             self._entry.value = d.text
@@ -135,7 +123,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         self._fill()
         self._table.move_cursor(row=self.dialogue.row)
 
-    async def _execute(self, effect: object) -> None:
+    async def execute(self, effect: object) -> None:
         service = self.service
         match effect:
             case Do.BELL:
@@ -150,11 +138,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
                 look = partial(service.bench.known_one, serial)
                 self.hold(look, partial(self.answer, dialogue.found, effect), f"looking for {serial}")
             case dialogue.Add(begun):
-                added = partial(self.answer, dialogue.added, effect)
-                self.hold(partial(service.add, begun), lambda seen: added(*seen), f"adding {begun.serial}")
-            case AskSerial(doubt=doubt):
-                confirmed = partial(self.answer, dialogue.confirmed, effect)
-                self.app.push_screen(which_unit(doubt), lambda given: confirmed(given and given[0]))
+                self.hold(partial(service.add, begun), partial(self._is_added, begun), f"adding {begun.serial}")
             case dialogue.TakeOff(unit, operator):
                 self.hold(
                     partial(service.bench.take_off, unit.serial, unit.kind, operator),
@@ -163,6 +147,13 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
                 )
             case dialogue.Leave(unit, queue):
                 self.leave(None if unit is None else (unit, queue))
+
+    async def _is_added(self, begun: Begun, answer: bool | str) -> None:
+        if isinstance(answer, str):
+            confirmed = partial(self.answer, dialogue.confirmed, begun)
+            self.app.push_screen(which_unit(answer), lambda given: confirmed(given and given[0]))
+        else:
+            await self.answer(dialogue.added, begun.serial, answer)
 
     async def on_input_changed(self) -> None:
         await self.answer(Turn)

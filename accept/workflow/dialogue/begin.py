@@ -41,11 +41,3 @@ class LookUp:
 
     serial: str = field(repr=False)
     operator: str = ""
-
-
-@dataclass(frozen=True)
-class AskSerial:
-    """Ask for the serial once more; `confirmed` follows. doubt: why."""
-
-    begun: Begun
-    doubt: str

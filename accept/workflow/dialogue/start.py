@@ -7,7 +7,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from accept.workflow.dialogue import turn
-from accept.workflow.dialogue.begin import AskSerial, Begun, BenchKinds, LookForPassphrase, LookUp
+from accept.workflow.dialogue.begin import Begun, BenchKinds, LookForPassphrase, LookUp
 from accept.workflow.dialogue.turn import FootWords
 from accept.workflow.entry.shift import NOT_TAKEN
 from specs.plugins import products
@@ -44,7 +44,7 @@ def parts_of(kind: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class OpenBench:
-    """Open the bench; `opened` follows, or `not_opened`. holds: keys wait for it."""
+    """Open the bench; `opened` follows, or `nothing_came`. holds: keys wait for it."""
 
     operator: str
     holds: bool
@@ -66,8 +66,8 @@ class AskReason:
 
 @dataclass(frozen=True)
 class Open:
-    """Open a unit; `doubted` follows if its serial looks like a known one. queue: what is done at it and then at
-    others, None without."""
+    """Open a unit. If its serial looks like a known one it is asked for once more; `confirmed` follows. queue: what is
+    done at it and then at others, None without."""
 
     begun: Begun
     queue: "Queue | None" = None
@@ -180,9 +180,9 @@ def opened(d: StartDialogue, bench: BenchKinds, proposed: Proposed) -> Turn:
     return _say(d, d.problem or _GO_ON, "bad" if d.problem else "quiet", *select).then(_look)
 
 
-def not_opened(d: StartDialogue) -> Turn:
-    """Answer what waited for the bench; the foot has the reason."""
-    return Turn(replace(d, opens=False))
+def nothing_came(d: StartDialogue, _: str) -> Turn:
+    """Answer what waited for the bench or for a look; the foot has the reason."""
+    return Turn(replace(d, opens=False, looks=False))
 
 
 def edited(d: StartDialogue, texts: Mapping[str, str], cursor: str | None) -> Turn:
@@ -226,11 +226,6 @@ def looked(d: StartDialogue, asked: LookUp, known: "KnownUnit | None", key_probl
     elif d.bench is not None and d.value("kind") in d.bench.kinds:  # Enter says what is wrong with another kind
         words = f"new unit {asked.serial}"
     return Turn(replace(d, looks=False, known=known, about="\n".join(filter(None, (words, key_problem)))))
-
-
-def not_looked(d: StartDialogue) -> Turn:
-    """Answer what waited for the look; the foot has the reason."""
-    return Turn(replace(d, looks=False))
 
 
 def _enter(d: StartDialogue) -> Turn:
@@ -306,17 +301,12 @@ def _begin(d: StartDialogue, reason: str | None = None) -> Turn:
     return _say(d, f"Opening {serial} …", "quiet", Open(begun, queue))
 
 
-def doubted(d: StartDialogue, asked: Open, doubt: str) -> Turn:
-    """Ask which unit it is. doubt: why."""
-    return Turn(d, (AskSerial(asked.begun, doubt),))
-
-
-def confirmed(d: StartDialogue, asked: AskSerial, answer: str | None) -> Turn:
+def confirmed(d: StartDialogue, begun: Begun, answer: str | None) -> Turn:
     """Go on if the serial that was asked about was typed once more."""
-    serial = asked.begun.serial
+    serial = begun.serial
     if answer is None or answer.strip() != serial:
         return _say(d, f"{serial} was not confirmed: enter the serial number of the unit on the bench", "bad")
-    return _begin(replace(d, confirmed=d.confirmed | {serial}), asked.begun.reason)
+    return _begin(replace(d, confirmed=d.confirmed | {serial}), begun.reason)
 
 
 def reasoned(d: StartDialogue, reason: str | None) -> Turn:

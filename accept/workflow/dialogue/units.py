@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from accept.workflow.dialogue import turn
-from accept.workflow.dialogue.begin import AskSerial, Begun, BenchKinds, LookForPassphrase, LookUp
+from accept.workflow.dialogue.begin import Begun, BenchKinds, LookForPassphrase, LookUp
 from accept.workflow.dialogue.turn import FootWords
 from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.steps.unit_list import ALL, KnownUnit, Queue
@@ -18,7 +18,8 @@ Do = Enum("Do", "BELL SELECT LOOK")
 
 @dataclass(frozen=True)
 class Add:
-    """Begin a unit of the tray; `added` follows."""
+    """Begin a unit of the tray; `added` follows, or `confirmed` if its serial looks like a known one and is asked for
+    once more."""
 
     begun: Begun
 
@@ -216,23 +217,19 @@ def _add(d: UnitsDialogue) -> Turn:
     return Turn(replace(d, text="", row=0), (Add(Begun(d.serial, d.kind, d.operator)),))
 
 
-def added(d: UnitsDialogue, asked: Add, is_known: bool, doubt: str | None) -> Turn:
-    """Show a unit that was begun. is_known: scanned twice it is one unit; doubt: why a serial that looks like a known
-    one is asked about first."""
-    serial = asked.begun.serial
-    if doubt is not None:
-        return Turn(d, (AskSerial(asked.begun, doubt),))
-    if is_known:
+def added(d: UnitsDialogue, serial: str, is_new: bool) -> Turn:
+    """Show a unit that was begun; scanned twice it is one unit."""
+    if not is_new:
         return _say(d, f"{serial} is here already. {d.scan_words}", "doubt", Do.LOOK)
     d = replace(d, added=d.added | {serial})
     return _say(d, f"{serial} added ({len(d.added)}). {d.scan_words}", "saved", Do.LOOK)
 
 
-def confirmed(d: UnitsDialogue, asked: AskSerial, answer: str | None) -> Turn:
+def confirmed(d: UnitsDialogue, begun: Begun, answer: str | None) -> Turn:
     """Add a unit whose serial was asked about if it was typed once more."""
-    if answer is not None and answer.strip() == asked.begun.serial:
-        return Turn(d, (Add(replace(asked.begun, confirmed=True)),))
-    return _say(d, f"{asked.begun.serial} was not confirmed, and not added. {d.scan_words}", "doubt", Do.LOOK)
+    if answer is not None and answer.strip() == begun.serial:
+        return Turn(d, (Add(replace(begun, confirmed=True)),))
+    return _say(d, f"{begun.serial} was not confirmed, and not added. {d.scan_words}", "doubt", Do.LOOK)
 
 
 def _leave(d: UnitsDialogue) -> Turn:

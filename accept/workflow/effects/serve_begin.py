@@ -39,11 +39,10 @@ class BeginService:
         """Return why a serial is asked about before its unit is begun, None without a doubt."""
         return None if begun.confirmed else self.bench.doubt(begun.serial)
 
-    def add(self, begun: Begun) -> tuple[bool, str | None]:
-        """Begin a unit of a tray unless it is known, or in doubt. Return whether it is known, and the doubt."""
+    def add(self, begun: Begun) -> bool | str:
+        """Begin a unit of a tray unless it is in doubt: return the doubt, else whether it is new."""
         if self.bench.known_one(begun.serial) is not None:
-            return True, None
-        doubt = self.doubt(begun)
-        if doubt is None:
+            return False
+        if (doubt := self.doubt(begun)) is None:
             self.bench.add(begun)
-        return False, doubt
+        return doubt or True

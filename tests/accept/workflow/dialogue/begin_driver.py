@@ -2,12 +2,12 @@
 memory."""
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from accept.workflow.dialogue import start, units
-from accept.workflow.dialogue.begin import AskSerial, Begun, BenchKinds, LookForPassphrase, LookUp
+from accept.workflow.dialogue.begin import Begun, BenchKinds, LookForPassphrase, LookUp
 from accept.workflow.steps.unit_list import ALL, KnownUnit, Queue
 
 SECRET = "correct-horse"
@@ -20,11 +20,11 @@ def known(serial: str, kind: str = "apa", **more: Any) -> KnownUnit:
 
 @dataclass
 class Bench:
-    """A bench in memory. pattern: first letters of a serial, by kind; doubts: serial -> why it is asked about."""
+    """A bench in memory. pattern: first letters of a serial, by kind; doubts: serials that are asked about."""
 
     known: dict[str, KnownUnit] = field(default_factory=dict)
     pattern: Mapping[str, str] = field(default_factory=lambda: dict.fromkeys(KINDS, ""))
-    doubts: Mapping[str, str] = field(default_factory=dict)
+    doubts: Collection[str] = ()
     begun: list[Begun] = field(default_factory=list)
 
     @property
@@ -48,7 +48,7 @@ class Bench:
 
 class Driver:
     """Executes effects as the screens do. threads: what one would do, one after the other, while `waits`; asked:
-    effects that open something else."""
+    effects that open something else, and units whose serial is asked about."""
 
     def __init__(self, bench: Bench, turn: Any) -> None:
         self.bench, self.said, self.role = bench, "", ""
@@ -92,8 +92,8 @@ class Driver:
             case _:
                 self.execute_other(effect)
 
-    def doubt(self, begun: Begun) -> str | None:
-        return None if begun.confirmed else self.bench.doubts.get(begun.serial)
+    def in_doubt(self, begun: Begun) -> bool:
+        return not begun.confirmed and begun.serial in self.bench.doubts
 
 
 class StartDriver(Driver):
@@ -132,12 +132,12 @@ class StartDriver(Driver):
                 self.threads.append(effect)
             case start.Settle(key):
                 self.answer(start.press, key)
-            case start.Open(begun) if (doubt := self.doubt(begun)) is not None:
-                self.answer(start.doubted, effect, doubt)
+            case start.Open(begun) if self.in_doubt(begun):
+                self.asked.append(begun)
             case start.Open(begun):
                 self.bench.begin(begun)
                 self.asked.append(effect)
-            case start.Do.LEAVE | start.AskReason() | AskSerial() | start.ShowUnits():
+            case start.Do.LEAVE | start.AskReason() | start.ShowUnits():
                 self.asked.append(effect)
             case _:
                 raise AssertionError(effect)
@@ -168,16 +168,17 @@ class UnitsDriver(Driver):
                 self.answer(units.listed, list(reversed(self.bench.known.values())), self.bench.queues())
             case LookUp(serial):
                 self.answer(units.found, effect, self.bench.known.get(serial))
+            case units.Add(begun) if begun.serial in self.bench.known:
+                self.answer(units.added, begun.serial, False)
+            case units.Add(begun) if self.in_doubt(begun):
+                self.asked.append(begun)
             case units.Add(begun):
-                is_known = begun.serial in self.bench.known
-                doubt = None if is_known else self.doubt(begun)
-                if not is_known and doubt is None:
-                    self.bench.begin(begun)
-                self.answer(units.added, effect, is_known, doubt)
+                self.bench.begin(begun)
+                self.answer(units.added, begun.serial, True)
             case units.TakeOff(unit):
                 del self.bench.known[unit.serial]
                 self.answer(units.taken_off, effect)
-            case units.Leave() | AskSerial():
+            case units.Leave():
                 self.asked.append(effect)
             case _:
                 raise AssertionError(effect)

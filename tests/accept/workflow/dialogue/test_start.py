@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from accept.workflow.dialogue import start as dialogue
-from accept.workflow.dialogue.begin import AskSerial, LookUp
+from accept.workflow.dialogue.begin import Begun, LookUp
 from accept.workflow.dialogue.start import Do, OpenBench, Proposed, Settle
 from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.steps.unit_list import Queue
@@ -51,7 +51,7 @@ class TestOpening:
         assert (opened.words.text, opened.words.role) == ("store: locked", "bad")
 
     def test_a_bench_that_does_not_open_begins_nothing(self):
-        d = dialogue.not_opened(dialogue.opening({"operator": "Ann", "serial": "APA-01"}).state).state
+        d = dialogue.nothing_came(dialogue.opening({"operator": "Ann", "serial": "APA-01"}).state, "locked").state
         refused = dialogue.press(replace(d, cursor="kind"), "enter")
         assert "could not be opened" in dialogue.recognized(refused.state, *refused.effects, None).words.text
 
@@ -89,7 +89,7 @@ class TestSerial:
         at.waits = True
         at.types("APA-02")
         at.threads.clear()
-        at.answer(dialogue.not_looked)
+        at.answer(dialogue.nothing_came, "locked")
         at.press("enter")
         at.arrive()
         assert at.d.cursor == "kind"
@@ -122,10 +122,10 @@ class TestSerial:
         assert begun(at) == [("APA-02", "apa", "Ann")]
 
     def test_one_that_looks_like_a_known_one_is_asked_about_once(self):
-        at = StartDriver(bench(doubts={"APA-O1": "It looks like APA-01"}), operator="Ann")
+        at = StartDriver(bench(doubts=["APA-O1"]), operator="Ann")
         at.enters("APA-O1", "apa")
         (asked,) = at.asked
-        assert isinstance(asked, AskSerial)
+        assert isinstance(asked, Begun)
         for answer in (None, "APA-01"):
             at.answer(dialogue.confirmed, asked, answer)
             assert "APA-O1 was not confirmed" in at.said

@@ -4,7 +4,7 @@ import pytest
 
 from accept.judging.judge_unit import default_spec
 from accept.workflow.dialogue import units as dialogue
-from accept.workflow.dialogue.begin import AskSerial
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.dialogue.units import SCAN, Leave
 from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.steps.plan import steps_of
@@ -120,11 +120,11 @@ class TestTray:
         assert (at.d.text, at.role, at.selected, at.bench.begun) == ("bad serial", "bad", True, [])
 
     def test_a_serial_that_looks_like_a_known_one_is_asked_about(self):
-        at = at_list(doubts={"APA-O1": "It looks like APA-01"})
+        at = at_list(doubts=["APA-O1"])
         at.press("f6")
         at.scans("APA-O1")
         (asked,) = at.asked
-        assert isinstance(asked, AskSerial)
+        assert isinstance(asked, Begun)
         at.answer(dialogue.confirmed, asked, None)
         assert "not confirmed, and not added" in at.said
         assert not at.bench.begun
