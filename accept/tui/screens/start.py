@@ -6,7 +6,7 @@ from concurrent.futures import CancelledError, Future, wait
 from dataclasses import asdict, dataclass
 from functools import partial
 from threading import Thread
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -25,6 +25,7 @@ from accept.workflow.dialogue.begin import Begun, LookForPassphrase, LookUp
 from accept.workflow.dialogue.start import Do, Turn, labels, parts
 
 if TYPE_CHECKING:
+    from accept.tui.screens.units import Units
     from accept.workflow.bench import Workbench
     from accept.workflow.effects.serve_begin import BeginService
     from accept.workflow.session import Session
@@ -164,8 +165,8 @@ class StartScreen(Working[Begin | None]):
                     partial(self._unit_is_open, effect),
                     f"opening {begun.serial}",
                 )
-            case dialogue.ShowUnits(operator, kind):
-                await self._show_units(operator, kind)
+            case Do.SHOW_UNITS:
+                await self._show_units()
 
     def _open_bench(self, operator: str) -> "tuple[Workbench, dialogue.Proposed]":
         """Return the bench and what it proposes. It is opened in a thread that does not keep the program from ending:
@@ -199,15 +200,10 @@ class StartScreen(Working[Begin | None]):
         else:
             self.leave(Begin(*opened, asked.queue))
 
-    async def _show_units(self, operator: str, kind: str) -> None:
-        def list_of_units() -> Any:
-            with ONE_IMPORT:
-                from accept.tui.screens.units import Units
-            return Units(self.service, operator, kind)
-
-        units = await asyncio.to_thread(list_of_units)
+    async def _show_units(self) -> None:
+        units, value = await asyncio.to_thread(load_units), self.dialogue.value
         if self.is_current:
-            await self.app.push_screen(units, self._units_left)
+            await self.app.push_screen(units(self.service, value("operator"), value("kind")), self._units_left)
 
     async def _units_left(self, chosen: "tuple[KnownUnit, Queue | None] | None") -> None:
         if chosen is not None:
@@ -234,6 +230,13 @@ class StartScreen(Working[Begin | None]):
             "kept, also after a power cut. F8 starts a new attempt; earlier attempts are kept. F2 lists the units and "
             "what they wait for: a step, the rig, a signature; F6 there adds a whole tray."
         )
+
+
+def load_units() -> "type[Units]":
+    """Return the list of units, whose imports take long; called in a thread."""
+    with ONE_IMPORT:
+        from accept.tui.screens.units import Units
+    return Units
 
 
 def open_at_bench(bench: "Workbench", begun: Begun) -> "tuple[Workbench, Session, list[str]]":

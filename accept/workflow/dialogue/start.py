@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 _GO_ON = "Enter: next field; on the last field it starts"
 _PARTS = "Enter: start; the parts may stay empty. ↓: next part"
 
-# Effects without a parameter. SELECT: the text of the present field, which is replaced by what is typed next.
-Do = Enum("Do", "BELL SELECT LEAVE")
+# Effects without a parameter. SELECT: the text of the present field, which is replaced by what is typed next; SHOW_UNITS:
+# those of this bench, `chosen` follows.
+Do = Enum("Do", "BELL SELECT LEAVE SHOW_UNITS")
 
 
 def labels() -> dict[str, str]:
@@ -71,14 +72,6 @@ class Open:
 
     begun: Begun
     queue: "Queue | None" = None
-
-
-@dataclass(frozen=True)
-class ShowUnits:
-    """Show the units of this bench; `chosen` follows. operator, kind: of units that are added there."""
-
-    operator: str
-    kind: str
 
 
 @dataclass(frozen=True)
@@ -260,7 +253,7 @@ def recognized(d: StartDialogue, asked: LookForPassphrase, secret: str | None) -
 def _answer(d: StartDialogue, key: str) -> Turn:
     """Answer a key; no passphrase is among what was typed."""
     if key == "f2":
-        return Turn(d, (ShowUnits(d.value("operator"), d.value("kind")),) if d.bench is not None else ())
+        return Turn(d, (Do.SHOW_UNITS,) if d.bench is not None else ())
     if key == "f8":
         known = "" if d.known is None else f"{d.known.serial}, {d.known.words}. Earlier attempts are kept."
         return Turn(d, (AskReason(known),) if known else ())

@@ -137,7 +137,7 @@ class StartDriver(Driver):
             case start.Open(begun):
                 self.bench.begin(begun)
                 self.asked.append(effect)
-            case start.Do.LEAVE | start.AskReason() | start.ShowUnits():
+            case start.Do.LEAVE | start.Do.SHOW_UNITS | start.AskReason():
                 self.asked.append(effect)
             case _:
                 raise AssertionError(effect)

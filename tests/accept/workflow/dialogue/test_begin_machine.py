@@ -77,7 +77,7 @@ class StartMachine(Machine):
         if name is None or name in self.at.d.shown:
             self.at.stands_at(name)
 
-    @precondition(lambda self: any(isinstance(each, start.ShowUnits) for each in self.at.asked))
+    @precondition(lambda self: start.Do.SHOW_UNITS in self.at.asked)
     @rule(serial=st.sampled_from(["APA-01", "ST-01"]))
     def chooses(self, serial: str) -> None:
         self.at.answer(start.chosen, self.at.bench.known[serial], None)

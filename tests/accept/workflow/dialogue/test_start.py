@@ -197,7 +197,7 @@ class TestKeys:
     def test_the_units_are_listed_in_the_operator_s_name(self):
         at = StartDriver(operator="Ann")
         at.press("f2")
-        assert at.asked == [dialogue.ShowUnits("Ann", "apa")]
+        assert at.asked == [Do.SHOW_UNITS]
         at = StartDriver(operator=SECRET)
         at.press("f2")
         assert (at.asked, at.said) == ([], NOT_TAKEN)
