@@ -22,8 +22,8 @@ from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.roster import Roster
 from accept.certificate.contents.content import ContentError
 from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.provenance import Earlier
 from accept.certificate.trust.keys import Credential
+from accept.certificate.trust.provenance import ends_before
 from accept.fleet.findings_file import FEW, keep_findings
 from accept.gap.text import one_line
 from accept.judging.golden import BenchStopped
@@ -266,7 +266,7 @@ class _Batch:
                 unit = ListedUnit(**vars(UnitJudged.of(judged).result), certificate=certificate)
                 if attempts := earlier + len(more):
                     before = fold(e for e in self.pipeline.events(serial) if e.seq < judged.seq)
-                    ended = Earlier.of(before)
+                    ended = ends_before(before)
                     unit = replace(unit, attempt=attempts + 1, earlier=None if ended is None else ended.to_json())
                 report.verdicts[str(unit.verdict)] += 1
                 kinds.add(unit.kind)

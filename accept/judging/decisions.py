@@ -18,7 +18,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509.oid import NameOID
 
 from accept.base.home import home
-from accept.store import KeyHolder
+from accept.base.operator_name import KeyHolder
 from accept.store.payloads import SignedBy
 from specs.errors import AcceptError
 from specs.files import read_bounded

@@ -9,15 +9,16 @@ from accept.base.documents.results import UnitRecord
 from accept.certificate.certify import drawn, set_aside, sign_into
 from accept.certificate.contents.content import CertificateContent, content_of
 from accept.certificate.contents.disposition import parse_disposition, parse_signing_reason
-from accept.certificate.contents.provenance import Earlier, Provenance, amended
+from accept.certificate.contents.provenance import Provenance
 from accept.certificate.contents.step import Step
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import authority, keys
+from accept.certificate.trust.authority import QA, TECHNICIAN
 from accept.certificate.trust.encrypted_key import LockedError
-from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
+from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import numbers_of, provenance
+from accept.certificate.trust.provenance import amended, ends_before, numbers_of, provenance
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge
@@ -63,7 +64,7 @@ class Signing:
         number, past = session.attempt.number, list(session.store.events(session.serial))
         before = fold(e for e in session.events if e.seq < session.begun)
         judged = next(event for event in reversed(past) if event.what == UnitJudged.KIND)
-        earlier = Earlier.of(fold(e for e in past if e.seq < judged.seq))
+        earlier = ends_before(fold(e for e in past if e.seq < judged.seq))
         stated = provenance(
             session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
             session.home, credential, numbers_of(past),

@@ -111,6 +111,11 @@ class CertificateContent:
         return str(self.result["serial"])
 
     @property
+    def simulated(self) -> bool:
+        """Whether no instrument measured the unit; then every page says so."""
+        return bool(self.result.get("simulated"))
+
+    @property
     def spec_sha256(self) -> str:
         return _sha256(self.spec_text.encode())
 
@@ -261,6 +266,17 @@ def canonical(data: Mapping[str, Any]) -> bytes:
     """Return JSON with sorted keys, one per line, UTF-8: the form of results.json inside a certificate, which is
     hashed."""
     return _json(data, 1)
+
+
+def hashes_of(contents: CertificateContent) -> dict[str, str]:
+    """Return the hashes of result and spec, as the provenance states them."""
+    return {"record_sha256": contents.record_sha256, "spec_sha256": contents.spec_sha256}
+
+
+def signed_text(serial: str, stated: Mapping[str, Any]) -> bytes:
+    """Return the bytes that a bench signs: the serial and all that is stated but for the signature itself."""
+    rest = {key: value for key, value in stated.items() if key != "signature"}
+    return canonical({"serial": serial, "provenance": rest})
 
 
 def _json(data: Any, indent: int | None) -> bytes:

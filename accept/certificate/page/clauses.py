@@ -4,10 +4,10 @@ known."""
 from collections.abc import Mapping
 from typing import Any
 
+from accept.base.operator_name import shown_name
 from accept.certificate.contents.content import CertificateContent
 from accept.judging.inputs import input_words, stated_inputs
 from accept.pictures.labels import check_label
-from accept.store import shown_name
 from accept.units import folder_header
 from accept.units.samples import section_read_by
 from accept.units.unit_folder import UNIT_FILE

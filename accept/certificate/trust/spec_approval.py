@@ -20,7 +20,8 @@ from accept.certificate.contents.content import CertificateContent, canonical
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import authority
-from accept.certificate.trust.keys import QA, Credential, KeysError
+from accept.certificate.trust.authority import QA
+from accept.certificate.trust.keys import Credential, KeysError
 from accept.certificate.trust.revocation import Revoked
 from accept.models.evidence import evidence_of, named_models
 from accept.models.evidence import hashes as model_hashes

@@ -17,7 +17,6 @@ from accept.certificate.contents.disposition import parse_stated
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.page.document import render
-from accept.certificate.page.fixed_parts import is_simulated
 from accept.certificate.signature.long_term import revocation_data_of
 from accept.certificate.signature.signing import signed_again
 from accept.certificate.trust import authority
@@ -86,7 +85,7 @@ def _check_revisions(
         if held > already and signed.stamped is None:
             raise InvalidCertificate(f"the {signed.role}'s revision keeps revocation data (/DSS) without a timestamp")
         again = signed_again(
-            before, credential, signed.when, kept, parse_stated(signed.disposition), is_simulated(contents),
+            before, credential, signed.when, kept, parse_stated(signed.disposition), contents.simulated,
             signed.stamped is not None,
         )  # fmt: skip
         if pdf[:start] != again[:start] or pdf[end:last] != again[end:]:
@@ -125,7 +124,7 @@ def _text_differences(signed: bytes, drawn: bytes, contents: CertificateContent)
     """Return the words of either text that the other lacks. Raises InvalidCertificate if the page shows another serial
     or another verdict."""
     there, here = _text(signed), _text(drawn)
-    simulated = ("SIMULATED",) if is_simulated(contents) else ()
+    simulated = ("SIMULATED",) if contents.simulated else ()
     for word in (contents.serial, str(contents.result["verdict"]).upper(), *simulated):
         if word not in there:
             raise InvalidCertificate(f"the page does not show '{word}', which the attached data say")

@@ -25,7 +25,7 @@ from accept.certificate.signature import timestamp
 from accept.certificate.signature.long_term import kept_in
 from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
-from accept.certificate.trust.keys import QA, ROLES, TECHNICIAN
+from accept.certificate.trust.authority import QA, ROLES, TECHNICIAN
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.signature_contents import byte_range, check_hole, read_hole, signature_of, token_of
 from accept.certificate.verify.structure import SAVED_AGAIN

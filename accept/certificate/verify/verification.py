@@ -17,9 +17,8 @@ from accept.certificate.contents.errors import InvalidCertificate, guarded, one_
 from accept.certificate.contents.statements import statements
 from accept.certificate.contents.step import Step
 from accept.certificate.contents.words import NOT_STATED
-from accept.certificate.page.fixed_parts import is_simulated
 from accept.certificate.trust import authority
-from accept.certificate.trust.keys import QA
+from accept.certificate.trust.authority import QA
 from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.trust.spec_approval import check_spec
@@ -164,7 +163,7 @@ def _verify(
         ]
         unit = guarded(UNIT_FILE, attachments.unit_of, contents)
         # of the attached folder: a result that another program made may not say it
-        simulated = unit.header.simulated or is_simulated(contents)
+        simulated = unit.header.simulated or contents.simulated
         steps += [Step(_SIMULATED, complete=demo or training)] if simulated else []
         looked_up = {field for step in steps for field in step.looked_up}
         steps += [] if demo else [guarded("the words", words_on_trust, contents, unit, looked_up)]

@@ -12,7 +12,7 @@ from accept.base.plain_text import one_line
 from accept.certificate.certify import sign_into
 from accept.certificate.contents.disposition import parse_disposition
 from accept.certificate.trust import keys
-from accept.certificate.trust.keys import QA
+from accept.certificate.trust.authority import QA
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.rejudge import read_certificate
 from accept.certificate.verify.verification import Validity

@@ -17,12 +17,11 @@ from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
 from typer.testing import Result
 
 from accept.base.home import home
-from accept.certificate.contents.content import CertificateContent, content_of
+from accept.certificate.contents.content import CertificateContent, content_of, signed_text
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import SigningRefused, _metadata, _signer, sign
 from accept.certificate.trust import authority, key_changes, keys, revocation, spec_approval
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential, KeysError
-from accept.certificate.trust.provenance import signed_text
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.rejudge import rejudge, verify_file

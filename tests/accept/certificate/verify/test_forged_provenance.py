@@ -13,12 +13,11 @@ import pytest
 
 from accept.base.home import home
 from accept.certificate import events
-from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.content import CertificateContent, signed_text
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN, Credential
-from accept.certificate.trust.provenance import signed_text
 from accept.certificate.trust.revocation import FILE, revoked_in
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.attachments import read

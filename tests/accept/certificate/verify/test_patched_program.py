@@ -14,6 +14,7 @@ import pytest
 from typer.testing import Result
 
 from accept.base.home import home
+from accept.base.operator_name import KeyHolder
 from accept.batch import pipeline
 from accept.certificate import certify
 from accept.certificate.contents.content import RESULTS, CertificateContent
@@ -30,7 +31,6 @@ from accept.judging.nonconformance import decide, open_nonconformances
 from accept.judging.reservations import Reservations
 from accept.store import Event, open_store
 from accept.store import store as appending
-from accept.store.event import KeyHolder
 from accept.store.opening import DATABASE
 from accept.store.payloads import Decision, StepNoted
 from accept.store.store import Store

@@ -20,14 +20,20 @@ from accept.base.documents.results import UnitRecord
 from accept.base.home import home
 from accept.certificate import events
 from accept.certificate.contents import content as C
-from accept.certificate.contents.content import MANIFEST, RESULTS, CertificateContent, ContentError
+from accept.certificate.contents.content import (
+    MANIFEST,
+    RESULTS,
+    CertificateContent,
+    ContentError,
+    hashes_of,
+    signed_text,
+)
 from accept.certificate.contents.statements import PAGE, STATEMENTS, statement_of
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
-from accept.certificate.trust.provenance import hashes_of, signed_text
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.rejudge import rejudge
