@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from accept.certificate.contents.disposition import Disposition
-from accept.judging.decisions import Signer, sign_decision
-from accept.judging.nonconformance import DISPOSITION, content_of, decided
+from accept.judging.decisions import DISPOSITION, Signer, content_of, sign_decision
+from accept.judging.nonconformance import decided
 from accept.store import TECHNICIAN, Event, Store
 from accept.store.payloads import CertificateSigned, Decision, Payload
 

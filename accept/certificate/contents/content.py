@@ -7,24 +7,26 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 from accept.base import version
+from accept.base.atomic_files import UNIT_FILE
 from accept.base.documents.document import DocumentError
-from accept.base.documents.manifest import AttachedSpec, InputFile, JudgingProgram, Manifest
+from accept.base.documents.manifest import (
+    MODEL_FOLDER,
+    AttachedSpec,
+    InputFile,
+    JudgingProgram,
+    Manifest,
+    ModelFiles,
+)
 from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.provenance import Provenance
-from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import reduce_panel
-from accept.units.unit_entry import MODEL_FOLDER
-from accept.units.unit_folder import UNIT_FILE
 from checks.picture import Panel
 from specs.errors import AcceptError
-from specs.files import read_bounded
-from specs.spec import Spec
 from specs.strict import toml_of
 
 FORMAT = 2
@@ -32,7 +34,6 @@ BEFORE = 1  # states neither the sizes of its inputs, nor its attempt, nor the h
 RESULTS, MANIFEST, SPEC, PANELS = "results.json", "manifest.json", "spec.toml", "panels.json"
 RESERVED = (RESULTS, MANIFEST, SPEC, PANELS)
 SIZE_LIMIT = 20_000_000  # bytes of records in one certificate
-_NOTHING: Mapping[str, bytes] = {}
 STATEMENT = (
     "Each verdict holds for the value and the expanded uncertainty U (k = 2) beside it, under the decision rule named "
     "there; values are compared unrounded and shown to two digits of U. P(false) is the probability that the true "
@@ -165,32 +166,6 @@ class CertificateContent:
         }
 
 
-def content_of(
-    result: UnitRecord,
-    spec: Spec,
-    folder: Path,
-    operator: str,
-    size_limit: int = SIZE_LIMIT,
-    held: Mapping[str, bytes] = _NOTHING,
-    provenance: Provenance | Mapping[str, Any] | None = None,
-) -> CertificateContent:
-    """Return the content of the certificate of a judged unit in its folder; reads only the inputs that fit into
-    `size_limit` bytes, small ones first.
-
-    held : files that were read already, by name. Raises ContentError if an input is gone or is not the one judged.
-    """
-    files, sizes = _read(folder, result.inputs, size_limit, held)
-    models = evidence_of(result.models)
-    stated = provenance.to_json() if isinstance(provenance, Provenance) else provenance or {}
-    if hashes(models) != {name: dict(files) for name, files in result.models.items()}:
-        raise ContentError(f"{', '.join(result.models)}: a model file changed since the unit was judged by it")
-    return CertificateContent(
-        result=result.to_json(), spec_name=spec.name, spec_title=spec.title, spec_text=spec.text, operator=operator,
-        instruments=spec.instruments, panels=result.panels, files=files, inputs=dict(sorted(result.inputs.items())),
-        sizes=dict(sorted(sizes.items())), models=models, provenance=stated,
-    )  # fmt: skip
-
-
 def read(attachments: Mapping[str, bytes]) -> CertificateContent:
     """Return the certificate's content that wrote these attachments. Raises ContentError if they are not a
     certificate's."""
@@ -285,26 +260,6 @@ def _json(data: Any, indent: int | None) -> bytes:
         return text.encode("utf-8") + b"\n"
     except ValueError as e:
         raise ContentError(f"a certificate holds no number or letter that JSON does not have: {e}") from e
-
-
-def _read(
-    folder: Path, inputs: Mapping[str, str], size_limit: int, held: Mapping[str, bytes]
-) -> tuple[dict[str, bytes], dict[str, int]]:
-    files: dict[str, bytes] = {}
-    left = size_limit
-    try:
-        wanted = [name for name in inputs if name not in RESERVED]
-        sizes = {name: len(held[name]) if name in held else (folder / name).stat().st_size for name in wanted}
-        for name in sorted(sizes, key=lambda n: (n != UNIT_FILE, sizes[n], n)):
-            if name == UNIT_FILE or sizes[name] <= left:
-                files[name] = held[name] if name in held else read_bounded(folder / name, max(sizes[name], 1))
-                left -= len(files[name])
-    except OSError as e:
-        raise ContentError(f"{e.filename}: cannot be attached ({e.strerror})") from e
-    changed = [name for name, content in files.items() if _sha256(content) != inputs[name]]
-    if changed:
-        raise ContentError(f"{folder / changed[0]}: changed since it was judged")
-    return files, sizes
 
 
 def _sha256(content: bytes) -> str:

@@ -28,9 +28,10 @@ from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import copies_of
+from accept.judging.decisions import words_of
 from accept.judging.folder_name import unconfirmed
 from accept.judging.golden import BenchStopped, check_may_judge
-from accept.judging.nonconformance import standing, words_of
+from accept.judging.nonconformance import standing
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.superseded import Approval

@@ -25,7 +25,7 @@ from accept.fleet.measurements import (
 )
 from accept.fleet.trend import stored_baselines, summary, trends
 from accept.fleet.yields import cause_label, stops
-from accept.judging.nonconformance import stated_words
+from accept.judging.decisions import stated_words
 from accept.judging.voids import voids
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty

@@ -15,7 +15,8 @@ from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from typer.testing import CliRunner, Result
 
 from accept.base.documents.results import Information, UnitRecord
-from accept.certificate.contents.content import CertificateContent, content_of, hashes_of, signed_text
+from accept.certificate import CertificateContent, content_of
+from accept.certificate.contents.content import hashes_of, signed_text
 from accept.certificate.trust import authority
 from accept.cli.main import app
 from accept.judging.advice import action

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from accept.base.home import home
+from accept.certificate import read_contents
 from accept.certificate.trust import keys, merkle
 from accept.certificate.trust.published_list import JUDGED, LEAST, VOIDED, Entry, ListError, entries_of
 from accept.certificate.trust.published_list import read as read_lists
-from accept.certificate.verify.attachments import read
 from accept.store import open_store
 from accept.store.payloads import AttemptStarted
 from tests.accept.certificate.verify.test_statements import accept, certified, forged, plainly, replaced, verified
@@ -151,7 +151,7 @@ def test_what_it_replaces_is_that_of_the_list(
     log = tmp_path / "list.json"
     certified(tmp_path, "A-1", serial="A-1", stroke=265.5)
     honest = certified(tmp_path, "A-1", serial="A-1", stroke=366.1)
-    contents = read(honest.read_bytes())
+    contents = read_contents(honest.read_bytes())
     stated = None if other is None else contents.provenance["replaces"] | other
     pdf = forged(tmp_path / "f.pdf", replaced(contents, replaces=stated))
     assert accept("store", "publish", log).exit_code == 0
