@@ -1,7 +1,7 @@
 """Verification by anyone who holds the bench's CA certificate. A certificate that is not proven valid is invalid."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
@@ -21,7 +21,6 @@ from accept.certificate.contents.words import NOT_STATED
 from accept.certificate.trust import authority
 from accept.certificate.trust.approved_spec import check_spec
 from accept.certificate.trust.authority import QA
-from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify import attachments
 from accept.certificate.verify.bench_check import check_bench
@@ -107,13 +106,16 @@ def verify_certificate(
     try:
         with time_limit(limit):
             roots = _roots(trust, demo)
-            signatures = _signatures(pdf, roots, now or datetime.now(UTC), revoked, stamping)
+            signatures = read_unknown(signatures_of, pdf, roots, now or datetime.now(UTC), revoked, stamping)
             details += _words_of_signatures(signatures)
             signed = pdf[: signatures[0].place[2]]
             contents = guarded("the attachments", read_unknown, attachments.read, signed, ports.read_unit)
             details += _words_of_contents(contents, signatures)
             unit = guarded(UNIT_FILE, ports.read_unit, contents.files[UNIT_FILE])
-            given = _with_attached_list(_Given(pdf, contents, unit, signatures, roots, revoked, demo))
+            attached = guarded("the attached list of revoked keys", attached_entries, contents, roots)
+            signatures = doubted_by(attached, signatures)
+            revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
+            given = _Given(pdf, contents, unit, signatures, roots, revoked, demo)
             steps, spec = _compared(given, ports, records, known, training)
             details += [one_line(step.words) for step in steps if step.words]
     except TimeLimitExceeded:
@@ -139,26 +141,6 @@ class _Given:
     def simulated(self) -> bool:
         """Whether the attached folder says so: a result that another program made may not."""
         return self.unit.simulated or self.contents.simulated
-
-
-def _signatures(
-    pdf: bytes,
-    roots: Sequence[x509.Certificate],
-    now: datetime,
-    revoked: Sequence[Revoked],
-    stamping: Sequence[x509.Certificate],
-) -> tuple[Signed, ...]:
-    signatures = read_unknown(signatures_of, pdf, roots, now, revoked, stamping)
-    if len(signatures) == 2 and same_person(signatures[0].person, signatures[1].person):
-        raise InvalidCertificate(f"{signatures[0].person} signed as technician and as quality assurance")
-    return signatures
-
-
-def _with_attached_list(given: _Given) -> _Given:
-    """Hold the signatures against the attached list of revoked keys too."""
-    attached = guarded("the attached list of revoked keys", attached_entries, given.contents, given.roots)
-    more = [entry for entry in attached if entry not in given.revoked]
-    return replace(given, signatures=doubted_by(attached, given.signatures), revoked=[*given.revoked, *more])
 
 
 def _compared(
@@ -202,23 +184,14 @@ def _outcome(given: _Given, steps: Sequence[Step], spec: Step, details: Sequence
     doubts = [*(s.remark for s in steps if s.remark), *lacking]
     seen = [step.current for step in steps if step.current is not None]
     held = tuple(contents.result.get("nonconformances", ()))
+    # a laboratory's report is released by quality assurance ([ISO17025] 7.8.1.1), and so is a unit that is held
+    authorised = len(signatures) == 2 or not (contents.provenance.get("laboratory") or held)
     return Verification(
-        Validity.SIGNED if lacking else Validity.VALID,
-        _first_line(contents, signatures, doubts),
-        contents.serial,
-        str(contents.result["verdict"]),
-        signatures,
-        tuple(details),
-        contents.spec_sha256,
-        contents.provenance.get("head"),
-        given.demo,
-        approved=spec.complete and not spec.remark,
-        current=all(seen) if seen else None,
-        simulated=given.simulated,
-        nonconformances=held,
-        # a laboratory's report is released by quality assurance ([ISO17025] 7.8.1.1), and so is a unit that is held
-        authorised=len(signatures) == 2 or not (contents.provenance.get("laboratory") or held),
-    )
+        Validity.SIGNED if lacking else Validity.VALID, _first_line(contents, signatures, doubts), contents.serial,
+        str(contents.result["verdict"]), signatures, tuple(details), contents.spec_sha256,
+        contents.provenance.get("head"), given.demo, spec.complete and not spec.remark,
+        all(seen) if seen else None, given.simulated, held, authorised,
+    )  # fmt: skip
 
 
 _PROVEN = ", whose certificate was not revoked then, by what its servers answered and this document keeps"

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from accept.base.home import home
-from accept.certificate import CertificateContent, Validity, Verification, events, read_contents, rejudge
+from accept.certificate import CertificateContent, Validity, Verification, read_contents, rejudge
 from accept.certificate.contents.content import signed_text
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
@@ -23,6 +23,7 @@ from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.ports import Known
 from accept.store import open_store
 from accept.store.seal import own_key
+from tests.accept.certificate.certificate_help import signed_event
 from tests.accept.certificate.verify.test_statements import (
     PHRASE,
     accept,
@@ -123,7 +124,7 @@ def forged(contents: CertificateContent, words: str, given: dict[str, Any], tech
 def told(contents: CertificateContent, pdf: bytes) -> None:
     """Tell the bench's store that it was signed."""
     with open_store() as store:
-        events.signed(store, contents.serial, Path("forged.pdf"), pdf, TECHNICIAN, who="Test Technician")
+        store.write(signed_event(Path("forged.pdf"), pdf), contents.serial, who="Test Technician")
 
 
 def checked(pdf: bytes, known: Known | None = None) -> Verification:

@@ -18,7 +18,7 @@ from typer.testing import CliRunner, Result
 from accept.base.documents.document import written_hints
 from accept.base.documents.results import UnitRecord
 from accept.base.home import home
-from accept.certificate import CertificateContent, ContentError, Validity, events, read_contents, rejudge
+from accept.certificate import CertificateContent, ContentError, Validity, read_contents, rejudge
 from accept.certificate.contents import content as C
 from accept.certificate.contents.content import MANIFEST, RESULTS, hashes_of, signed_text
 from accept.certificate.contents.statements import PAGE, STATEMENTS, statement_of
@@ -35,6 +35,7 @@ from accept.store import open_store
 from accept.store.payloads import AttemptStarted
 from accept.store.seal import own_key
 from specs.model import builtin_models
+from tests.accept.certificate.certificate_help import signed_event
 from tests.accept.certificate.verify.verify_help import verify
 from tests.soak import SOAK
 
@@ -85,7 +86,7 @@ def forged(path: Path, contents: CertificateContent, when: datetime | None = Non
     path.write_bytes(sign(render(contents), technician, when or datetime.now(UTC)))
     if told:
         with open_store() as store:
-            events.signed(store, contents.serial, path, path.read_bytes(), TECHNICIAN, who=technician.person)
+            store.write(signed_event(path, path.read_bytes()), contents.serial, who=technician.person)
     return path
 
 
