@@ -432,7 +432,7 @@ def test_a_lost_key_is_as_good_as_a_found_one(tmp_path: Path, monkeypatch: pytes
 
 
 def test_the_store_is_asked_by_default() -> None:
-    from accept.commands.trust.verify import check_store as asked
+    from accept.certificate.verify.rejudge import check_store as asked
 
     assert asked is check_store
 

@@ -14,7 +14,7 @@ from pypdf import PdfReader, PdfWriter
 
 from accept.base import version
 from accept.base.documents.results import UnitRecord
-from accept.certificate import CertificateContent, InvalidCertificate, Validity, Verification
+from accept.certificate import CertificateContent, InvalidCertificate, Validity, Verification, read_contents
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import field_rectangles
@@ -282,7 +282,7 @@ def test_differences_by_rounding_are_none() -> None:
 
 
 def test_the_code_hash_is_in_the_certificate(bench: Bench) -> None:
-    assert contents.read(bench.signed).code_sha256 == version.code_sha256()
+    assert read_contents(bench.signed).code_sha256 == version.code_sha256()
 
 
 def test_keys_made_by_init_verify_by_the_bench_ca(
