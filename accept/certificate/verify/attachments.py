@@ -43,7 +43,7 @@ def embedded(reader: PdfFileReader) -> dict[str, bytes]:
     return {key: names[2 * n + 1]["/EF"]["/F"].data for n, key in enumerate(keys)}
 
 
-def read(signed: bytes, read_unit: ReadUnit) -> CertificateContent:
+def read(signed: bytes) -> CertificateContent:
     """Return the certificate's content inside a signed PDF, its attachments verified by their hashes. Raises
     InvalidCertificate."""
     try:
@@ -53,7 +53,6 @@ def read(signed: bytes, read_unit: ReadUnit) -> CertificateContent:
     except ContentError as e:
         raise InvalidCertificate(str(e)) from e
     _check_hashes(contents)
-    _check_inputs(contents, read_unit)
     return contents
 
 
@@ -197,9 +196,12 @@ def _check_hashes(contents: CertificateContent) -> None:
         raise InvalidCertificate("the attached model files are not those that the unit was judged by")
 
 
-def _check_inputs(contents: CertificateContent, read_unit: ReadUnit) -> None:
-    """Raise InvalidCertificate if the inputs are not exactly those that unit.toml names, or if an input that is not
-    attached is small enough to be."""
+def unit_of(contents: CertificateContent, read_unit: ReadUnit) -> AttachedUnit:
+    """Return the attached unit. Raises InvalidCertificate if the inputs are not exactly those that unit.toml names, or
+    if an input that is not attached is small enough to be.
+
+    It loads the checks that the unit names, so it is called where the unit is judged: in a process of its own they
+    would be loaded twice."""
     if UNIT_FILE not in contents.files:
         raise InvalidCertificate(f"{UNIT_FILE} is not attached")
     try:
@@ -216,3 +218,4 @@ def _check_inputs(contents: CertificateContent, read_unit: ReadUnit) -> None:
         size = contents.sizes.get(name)
         if name not in contents.files and contents.format > BEFORE and (size is None or size <= left):
             raise InvalidCertificate(f"{name} of {size} bytes is not attached, although there is room for it")
+    return unit

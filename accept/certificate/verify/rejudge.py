@@ -103,6 +103,8 @@ def ports(judge: Rejudge | None = None) -> Ports:
 
 def read_unit(text: bytes) -> AttachedUnit:
     """Read an attached `unit.toml`. Raises UnitError, ValueError."""
+    if len(text) > unit_folder.MAX_UNIT_TOML_BYTES:
+        raise ValueError(f"it has {len(text)} bytes, at most {unit_folder.MAX_UNIT_TOML_BYTES} are read")
     unit = unit_folder.parse(Path(), text, toml_of(text))
     records = {name: list(section.files) for name, section in unit.sections.items()}
     for each in unit.experiments.values():  # the responses are compared with theirs
@@ -137,7 +139,12 @@ def at_bench(listed: ListsBeside, published: Sequence[BenchList] | None = None) 
 def read_contents(pdf: bytes) -> CertificateContent:
     """Return the content of a certificate of which nothing is known, its attachments verified by their hashes, its
     signatures not. Raises InvalidCertificate."""
-    return read_unknown(attachments.read, pdf, read_unit)
+    return read_unknown(_contents, pdf)
+
+
+def _contents(pdf: bytes) -> CertificateContent:
+    attachments.unit_of(contents := attachments.read(pdf), read_unit)
+    return contents
 
 
 def verify_file(path: Path, trust: Sequence[x509.Certificate], demo: bool = False) -> Verification:

@@ -10,7 +10,6 @@ from typing import Any
 from cryptography import x509
 
 from accept.base import version
-from accept.base.atomic_files import UNIT_FILE
 from accept.base.documents.results import SIMULATED, unit_word
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
@@ -109,9 +108,9 @@ def verify_certificate(
             signatures = read_unknown(signatures_of, pdf, roots, now or datetime.now(UTC), revoked, stamping)
             details += _words_of_signatures(signatures)
             signed = pdf[: signatures[0].place[2]]
-            contents = guarded("the attachments", read_unknown, attachments.read, signed, ports.read_unit)
+            contents = guarded("the attachments", read_unknown, attachments.read, signed)
+            unit = guarded("the attachments", attachments.unit_of, contents, ports.read_unit)
             details += _words_of_contents(contents, signatures)
-            unit = guarded(UNIT_FILE, ports.read_unit, contents.files[UNIT_FILE])
             attached = guarded("the attached list of revoked keys", attached_entries, contents, roots)
             signatures = doubted_by(attached, signatures)
             revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]

@@ -12,6 +12,7 @@ import pytest
 from accept.base.exit_codes import Exit
 from accept.certificate import InvalidCertificate, read_contents
 from accept.certificate.trust import keys
+from accept.certificate.verify.rejudge import read_unit
 from accept.certificate.verify.structure import check_structure
 from tests.accept.certificate.verify.hostile_files import HAND_MADE, mutated, signed_by
 from tests.accept.certificate.verify.verify_help import Bench
@@ -96,3 +97,8 @@ def test_attachments_of_an_unknown_file_are_read_through_the_same_door() -> None
         read_contents(HAND_MADE["index of milliards"]())
     with pytest.raises(InvalidCertificate):
         read_contents(signed_by(b"<00>"))
+
+
+def test_a_unit_file_longer_than_any_is_not_parsed() -> None:
+    with pytest.raises(ValueError, match="at most 1000000 are read"):
+        read_unit(b"#" * 1_000_001)
