@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 _GO_ON = "Enter: next field; on the last field it starts"
 _PARTS = "Enter: start; the parts may stay empty. ↓: next part"
 
-# Effects without a parameter. SELECT: the text of the present field, which is replaced by what is typed next; SHOW_UNITS:
-# those of this bench, `chosen` follows.
+# Effects without a parameter. SELECT: the text of the present field, which is replaced by what is typed next;
+# SHOW_UNITS: those of this bench, `chosen` follows.
 Do = Enum("Do", "BELL SELECT LEAVE SHOW_UNITS")
 
 
