@@ -12,10 +12,10 @@ from typing import Any, ClassVar, Protocol, TypeVar, cast
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
 from textual.timer import Timer
-from textual.widgets import Label
+from textual.widgets import Input, Label
 from textual.worker import Worker, WorkerState
 
-from accept.workflow.dialogue.turn import Turn
+from accept.workflow.dialogue.turn import Common, Turn
 
 Then = Callable[[Any], Any]  # what it returns is awaited if it can be
 T = TypeVar("T")
@@ -108,7 +108,13 @@ class Working(Screen[T]):
         self.dialogue = turn.state
         await self.draw()
         for effect in turn.effects:
-            await self.execute(effect)
+            if effect is Common.BELL:
+                self.app.bell()
+            elif effect is Common.SELECT:
+                if isinstance(self.focused, Input):
+                    self.focused.select_all()
+            else:
+                await self.execute(effect)
 
     def at_present(self) -> Turn[Any]:
         """Return the dialogue with what is typed and stored at this moment."""

@@ -22,7 +22,7 @@ from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.dialogue import start as dialogue
 from accept.workflow.dialogue.begin import Begun, LookForPassphrase, LookUp
-from accept.workflow.dialogue.start import Do, Turn, labels, parts
+from accept.workflow.dialogue.start import OWN, Do, Turn, labels
 
 if TYPE_CHECKING:
     from accept.tui.screens.units import Units
@@ -87,9 +87,9 @@ class StartScreen(Working[Begin | None]):
         yield Label("accept · new unit", classes="title")
         with VerticalScroll(id="begin", can_focus=False):  # the arrows go from field to field
             for name, label in labels().items():
-                with Horizontal(classes=f"line {'part' if name in parts() else ''}", id=f"line-{name}"):
+                with Horizontal(classes="line" if name in OWN else "line part", id=f"line-{name}"):
                     yield Label(label, classes="label")
-                    hint = "may stay empty" if name in parts() and "(" not in label else ""
+                    hint = "" if name in OWN or "(" in label else "may stay empty"
                     yield TextEntry(self.dialogue.texts[name], placeholder=hint, id=name)
             yield Label("", id="about", markup=False)
         yield Label("Starting …", id="status")
@@ -131,11 +131,6 @@ class StartScreen(Working[Begin | None]):
 
     async def execute(self, effect: object) -> None:
         match effect:
-            case Do.BELL:
-                self.app.bell()
-            case Do.SELECT:
-                if isinstance(self.focused, Input):
-                    self.focused.select_all()
             case Do.LEAVE:
                 self.leave(None)
             case dialogue.OpenBench(operator, holds):

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from textual.app import ComposeResult
 from textual.binding import ActiveBinding, Binding, BindingType
 from textual.containers import Horizontal, Vertical
-from textual.widgets import Input, Label, Static
+from textual.widgets import Label, Static
 from textual.worker import WorkerCancelled, WorkerFailed
 
 from accept.pictures.labels import label_of
@@ -119,11 +119,6 @@ class StepScreen(Page):
 
     async def execute(self, effect: object) -> None:
         match effect:
-            case Do.BELL:
-                self.app.bell()
-            case Do.SELECT:
-                if isinstance(self.focused, Input):
-                    self.focused.select_all()
             case Do.JUDGE:
                 self._judge()
             case Do.MEASURE:

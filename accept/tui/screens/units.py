@@ -126,10 +126,6 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
     async def execute(self, effect: object) -> None:
         service = self.service
         match effect:
-            case Do.BELL:
-                self.app.bell()
-            case Do.SELECT:
-                self._entry.select_all()
             case Do.LOOK:  # no clock: what was said stays at the foot
                 self.hold(service.listed, lambda seen: self.answer(dialogue.listed, *seen), "")
             case LookForPassphrase(texts):

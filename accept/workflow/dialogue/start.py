@@ -8,34 +8,25 @@ from typing import TYPE_CHECKING
 
 from accept.workflow.dialogue import turn
 from accept.workflow.dialogue.begin import Begun, BenchKinds, LookForPassphrase, LookUp
-from accept.workflow.dialogue.turn import FootWords
+from accept.workflow.dialogue.turn import Common, FootWords
 from accept.workflow.entry.shift import NOT_TAKEN
 from specs.plugins import products
 
 if TYPE_CHECKING:
     from accept.workflow.steps.unit_list import KnownUnit, Queue
 
+OWN = ("operator", "serial", "kind")  # fields of every unit; the others are parts
 _GO_ON = "Enter: next field; on the last field it starts"
 _PARTS = "Enter: start; the parts may stay empty. ↓: next part"
 
-# Effects without a parameter. SELECT: the text of the present field, which is replaced by what is typed next;
-# SHOW_UNITS: those of this bench, `chosen` follows.
-Do = Enum("Do", "BELL SELECT LEAVE SHOW_UNITS")
+Do = Enum("Do", "LEAVE SHOW_UNITS")  # effects without a parameter; when the units were shown, `chosen` follows
 
 
 def labels() -> dict[str, str]:
     """Return the fields and their labels: those of every unit, then the parts of the installed products."""
-    own = {
-        "operator": "Operator",
-        "serial": "Serial number (type or scan)",
-        "kind": f"Kind ({', '.join(products())})",
-    }
-    return own | parts()
-
-
-def parts() -> dict[str, str]:
-    """Return part -> label, of all installed products."""
-    return {name: label for product in products().values() for name, label in product.parts.items()}
+    own = ("Operator", "Serial number (type or scan)", f"Kind ({', '.join(products())})")
+    parts = {name: label for product in products().values() for name, label in product.parts.items()}
+    return dict(zip(OWN, own, strict=True)) | parts
 
 
 def parts_of(kind: str) -> tuple[str, ...]:
@@ -110,8 +101,7 @@ class StartDialogue:
     @property
     def shown(self) -> list[str]:
         """Return the fields of the present kind."""
-        others = {*parts()} - {*parts_of(self.value("kind"))}
-        return [name for name in self.texts if name not in others]
+        return [name for name in self.texts if name in (*OWN, *parts_of(self.value("kind")))]
 
     @property
     def lacking(self) -> str:
@@ -121,7 +111,7 @@ class StartDialogue:
     @property
     def is_last(self) -> bool:
         """Return whether nothing is to be given behind the cursor: behind an empty part the others stay empty too."""
-        return self.cursor == self.shown[-1] or (self.cursor in parts() and not self.value(self.cursor))
+        return self.cursor == self.shown[-1] or (self.cursor not in (None, *OWN) and not self.value(self.cursor))
 
     @property
     def waits(self) -> bool:
@@ -169,7 +159,7 @@ def opened(d: StartDialogue, bench: BenchKinds, proposed: Proposed) -> Turn:
     was_nobody = not d.texts["operator"] and d.cursor == "operator"
     d = replace(d, texts=texts, bench=bench, opens=False)
     d = replace(d, cursor=d.lacking if was_nobody else d.cursor)
-    select = (Do.SELECT,) if d.cursor == "serial" and texts["serial"] == proposed.serial else ()
+    select = (Common.SELECT,) if d.cursor == "serial" and texts["serial"] == proposed.serial else ()
     return _say(d, d.problem or _GO_ON, "bad" if d.problem else "quiet", *select).then(_look)
 
 
@@ -264,12 +254,12 @@ def _answer(d: StartDialogue, key: str) -> Turn:
     if d.cursor is None or _begins(d):
         return Turn(d) if d.cursor is None else _begin(d)
     following = d.shown[d.shown.index(d.cursor) + 1]
-    return _say(replace(d, cursor=following), _PARTS if following in parts() else _GO_ON)
+    return _say(replace(d, cursor=following), _GO_ON if following in OWN else _PARTS)
 
 
 def _refuse(d: StartDialogue, name: str, why: str) -> Turn:
     """Stay in a field, or go to it, and say why; what is typed or scanned next replaces what stands there."""
-    return _say(replace(d, cursor=name, refused=name), why, "bad", Do.SELECT, Do.BELL)
+    return _say(replace(d, cursor=name, refused=name), why, "bad", Common.SELECT, Common.BELL)
 
 
 def _begin(d: StartDialogue, reason: str | None = None) -> Turn:
@@ -303,7 +293,7 @@ def confirmed(d: StartDialogue, begun: Begun, answer: str | None) -> Turn:
 
 
 def reasoned(d: StartDialogue, reason: str | None) -> Turn:
-    """Begin a new attempt, unless the question was left."""
+    """Begin a new attempt. reason: None if the question was left."""
     return Turn(d) if reason is None else _begin(d, reason)
 
 
@@ -325,7 +315,6 @@ def _list(d: StartDialogue) -> Turn:
 
 
 def _leave(d: StartDialogue) -> Turn:
-    """Leave the program, and that only when asked twice."""
     words = FootWords("Esc again: end the program", "doubt")
     return Turn(d, (Do.LEAVE,)) if d.ends else Turn(replace(d, ends=True), words=words)
 

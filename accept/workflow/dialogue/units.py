@@ -6,14 +6,13 @@ from enum import Enum
 
 from accept.workflow.dialogue import turn
 from accept.workflow.dialogue.begin import Begun, BenchKinds, LookForPassphrase, LookUp
-from accept.workflow.dialogue.turn import FootWords
+from accept.workflow.dialogue.turn import Common, FootWords
 from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.steps.unit_list import ALL, KnownUnit, Queue
 
 SCAN = "Scan a unit: Enter opens it"
 
-# Effects without a parameter. LOOK: list the units anew; SELECT: what is typed, which is replaced by what comes next.
-Do = Enum("Do", "BELL SELECT LOOK")
+Do = Enum("Do", "LOOK")  # list the units anew; `listed` follows
 
 
 @dataclass(frozen=True)
@@ -165,7 +164,7 @@ def _unless_secret(d: UnitsDialogue, then: str) -> Turn:
 def recognized(d: UnitsDialogue, asked: LookForPassphrase, secret: str | None) -> Turn:
     """Answer the key, anew if something else was typed meanwhile, or take a passphrase away."""
     if secret is not None:
-        return _say(replace(d, text="", row=0), NOT_TAKEN, "bad", Do.BELL)
+        return _say(replace(d, text="", row=0), NOT_TAKEN, "bad", Common.BELL)
     now = press(d, asked.then)
     return _answer(d, asked.then) if now.effects == (asked,) else now
 
@@ -213,7 +212,7 @@ def _tray(d: UnitsDialogue) -> Turn:
 def _add(d: UnitsDialogue) -> Turn:
     """Begin a unit, unless its serial is not valid."""
     if problem := d.bench.problem(d.serial, d.kind):
-        return _say(d, f"'{d.serial}': {problem}", "bad", Do.SELECT, Do.BELL)
+        return _say(d, f"'{d.serial}': {problem}", "bad", Common.SELECT, Common.BELL)
     return Turn(replace(d, text="", row=0), (Add(Begun(d.serial, d.kind, d.operator)),))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from accept.workflow.dialogue import start, units
 from accept.workflow.dialogue.begin import Begun, BenchKinds, LookForPassphrase, LookUp
+from accept.workflow.dialogue.turn import Common
 from accept.workflow.steps.unit_list import ALL, KnownUnit, Queue
 
 SECRET = "correct-horse"
@@ -82,12 +83,12 @@ class Driver:
 
     def execute(self, effect: Any) -> None:
         match effect:
-            case start.Do.SELECT | units.Do.SELECT:
+            case Common.SELECT:
                 self.selected = True
             case LookForPassphrase(texts):
                 secret = next((name for name, text in texts if text.strip() == SECRET), None)
                 self.answer(self.recognized, effect, secret)
-            case start.Do.BELL | units.Do.BELL:
+            case Common.BELL:
                 pass
             case _:
                 self.execute_other(effect)
