@@ -16,10 +16,11 @@ from accept.base.plain_text import as_utf8
 from accept.base.progress import steps
 from accept.base.runner import GivenUp, Workers
 from accept.batch.executors import run_jobs
-from accept.batch.job import Judgement, Refusal, UnitJob
 from accept.batch.pipeline import Pipeline, spec_for
+from accept.batch.ports import Job, Judgement, Refusal
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.roster import Roster
+from accept.batch.services import BenchServices
 from accept.certificate.contents.content import ContentError
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.provenance import Earlier
@@ -108,7 +109,7 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in request.specs.items()}
         started = store.write(BatchStarted(str(request.out), roster.count(), names), who=request.operator)
         batch.started = started.seq
-        jobs: Iterator[UnitJob] | list[UnitJob] = batch.jobs()
+        jobs: Iterator[Job] | list[Job] = batch.jobs()
         if request.cluster is None:
             jobs = list(jobs)
         of = len(jobs) if isinstance(jobs, list) else roster.count()
@@ -136,10 +137,9 @@ class _Batch:
             store,
             request.specs,
             request.operator,
-            credential=request.credential,
+            BenchServices(store, request.operator, request.credential, request.model),
             bench_file=request.bench,
             on=request.on,
-            model=request.model,
             out=request.out,
             confirm=request.confirm,
             reason=request.reason,
@@ -173,7 +173,7 @@ class _Batch:
             reason = f"{where}: serial = '{serial}' is also that of {', '.join(others)}; serials must be unique"
             self._refuse(path, reason)
 
-    def jobs(self) -> Iterator[UnitJob]:
+    def jobs(self) -> Iterator[Job]:
         """Yield the jobs as they are asked for; report and mark units that are unchanged."""
         for path in self.roster.folders():
             try:
@@ -184,7 +184,7 @@ class _Batch:
             if job is not None:
                 yield job
 
-    def _job(self, path: Path) -> UnitJob | None:
+    def _job(self, path: Path) -> Job | None:
         """Return the job of a unit, None if its result stands. Raises UnitError, BenchStopped."""
         pipeline, roster = self.pipeline, self.roster
         unit = roster.unit(path)
@@ -204,7 +204,7 @@ class _Batch:
     def _place(self, unit: UnitFolder) -> PlaceInBatch:
         return PlaceInBatch(self.started, self.roster.place(unit.serial))
 
-    def keep(self, job: UnitJob, outcome: Judgement | Refusal | GivenUp, prefix: str) -> None:
+    def keep(self, job: Job, outcome: Judgement | Refusal | GivenUp, prefix: str) -> None:
         """Settle the outcome of a job, then print the verdict."""
         if isinstance(outcome, Refusal | GivenUp):
             words = outcome.reason if isinstance(outcome, Refusal) else f"{job.unit.path}: {outcome}"
@@ -265,7 +265,7 @@ class _Batch:
                 certificate = None if path is None else path.relative_to(request.out).as_posix()
                 unit = ListedUnit(**vars(UnitJudged.of(judged).result), certificate=certificate)
                 if attempts := earlier + len(more):
-                    before = fold(e for e in self.pipeline.events(serial) if e.seq < judged.seq)
+                    before = fold(self.pipeline.events(serial), before=judged.seq)
                     ended = Earlier.of(before)
                     unit = replace(unit, attempt=attempts + 1, earlier=None if ended is None else ended.to_json())
                 report.verdicts[str(unit.verdict)] += 1

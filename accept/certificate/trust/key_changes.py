@@ -12,9 +12,9 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509.oid import NameOID
 
 from accept.base.atomic_files import write_atomic, write_new
+from accept.base.names import same_person
 from accept.certificate.trust import authority, encrypted_key, keys, revocation, revocation_record
 from accept.certificate.trust.keys import BENCH, CA, ROLES, KeysError
-from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import REASONS, RevocationList, Revoked
 from accept.store import BENCH_KEY, KeyHolder, bench_of, open_store, own_key
 

@@ -22,8 +22,8 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 
 from accept.base.atomic_files import write_new
+from accept.base.names import same_person, scripts
 from accept.certificate.trust import authority, encrypted_key, revocation, revocation_record
-from accept.certificate.trust.names import same_person, scripts
 from accept.store import BENCH_KEY, KeyHolder, bench_of, own_key
 from specs.errors import AcceptError
 from specs.files import read_bounded

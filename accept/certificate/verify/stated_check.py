@@ -11,11 +11,11 @@ from cryptography import x509
 
 from accept.base import version
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME
+from accept.base.names import same_person
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.provenance import PROVENANCE, Provenance
 from accept.certificate.contents.step import Step
-from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import needs_reason
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.signatures import Signed

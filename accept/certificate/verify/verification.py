@@ -11,6 +11,7 @@ from cryptography import x509
 
 from accept.base import version
 from accept.base.documents.results import SIMULATED, UnitRecord, unit_word
+from accept.base.names import same_person
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
@@ -20,7 +21,6 @@ from accept.certificate.contents.words import NOT_STATED
 from accept.certificate.page.fixed_parts import is_simulated
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA
-from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.trust.spec_approval import check_spec
 from accept.certificate.verify import attachments

@@ -11,6 +11,7 @@ from accept.base.exit_codes import of_verdicts
 from accept.base.home import home
 from accept.base.progress import busy
 from accept.batch.pipeline import Pipeline, ReasonError, spec_for
+from accept.batch.services import BenchServices
 from accept.batch.table import reasons
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.trust.bench_keys import bench_credential, who_acts
@@ -40,9 +41,8 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
             store,
             {folder.kind: chosen},
             who,
-            credential=credential,
+            BenchServices(store, who, credential, wanted.model),
             bench_file=bench_file,
-            model=wanted.model,
             confirm=confirm,
             reason=wanted.reason,
             ask_reason=ask,

@@ -7,8 +7,10 @@ from typing import Any, TypeVar, cast
 
 from accept.base.documents.results import UnitRecord
 from accept.base.version import code_sha256
-from accept.batch.job import Judgement, UnitJob
+from accept.batch.job import UnitJob
 from accept.batch.pipeline import Pipeline
+from accept.batch.ports import Judgement
+from accept.batch.services import BenchServices
 from accept.gap import analyse_unit
 from accept.gap.attach_to_result import NO_ANSWER, with_explanation
 from accept.gap.start_model import StartModel
@@ -100,7 +102,9 @@ def judge_whole_unit(session: Session, judge: Judge = judge_here) -> UnitRecord:
 
 
 def _pipeline(session: Session, spec: Spec) -> Pipeline:
-    return Pipeline(session.store, {spec.kind: spec}, session.operator, bench_file=session.stated, place=session.home)
+    services = BenchServices(session.store, session.operator, place=session.home)
+    specs = {spec.kind: spec}
+    return Pipeline(session.store, specs, session.operator, services, bench_file=session.stated, place=session.home)
 
 
 def _judge(_: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitRecord:
