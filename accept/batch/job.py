@@ -9,7 +9,6 @@ from accept.base.worker_process import too_large
 from accept.batch.ports import Job, Judgement, Refusal, Say
 from accept.certificate.contents.content import CertificateContent, ContentError, content_of
 from accept.certificate.contents.provenance import Provenance
-from accept.gap.start_model import applies
 from accept.judging.judge_unit import judge_unit
 from accept.store import BENCH_KEY, bench_of
 from accept.units.loaded_unit import contents_of, loaded
@@ -24,8 +23,8 @@ class UnitJob(Job):
     def judge(self, say: Say = lambda _: None) -> Judgement:
         held = loaded(self.unit)
         result = judge_unit(held, self.spec, self.stated)
-        if self.start is not None and applies(self.unit):
-            from accept.gap.attach_to_result import explain_result  # loads the search for what is missing
+        if self.start is not None:
+            from accept.gap import explain_result  # loads the search for what is missing
 
             result = explain_result(result, held, self.start, say, self.out)
         if self.certificate is None:

@@ -25,8 +25,8 @@ from accept.certificate.contents.content import ContentError
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.provenance import Earlier
 from accept.certificate.trust.keys import Credential
-from accept.fleet.findings_file import FEW, keep_findings
-from accept.gap.text import one_line
+from accept.fleet import keep_findings
+from accept.gap import one_line
 from accept.judging.golden import BenchStopped
 from accept.judging.parts import part_doubts
 from accept.pictures.labels import label_of
@@ -121,9 +121,8 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         batch.write_results()
     report = batch.report
     store.write(BatchFinished(report.verdicts, len(report.refused)), who=request.operator)
-    if report.judged - report.unchanged > FEW:
-        with suppress(StoreError):  # an earlier judgement that cannot be read is no fault of this batch
-            keep_findings(store)  # so that no question has to read so many judgements
+    with suppress(StoreError):  # an earlier judgement that cannot be read is no fault of this batch
+        keep_findings(store, report.judged - report.unchanged)  # so that no question has to read so many judgements
     return report
 
 

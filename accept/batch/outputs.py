@@ -11,7 +11,7 @@ from typing import Any
 
 from accept.base.documents.results import ListedUnit
 from accept.base.version import version
-from accept.gap.text import one_line
+from accept.gap import one_line
 
 COLUMNS: Mapping[str, type] = {  # each as finding, unit or `findings` have it under this name
     "serial": str, "kind": str, "unit_verdict": str, "check": str, "quantity": str, "value": float, "unit": str,

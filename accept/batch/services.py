@@ -18,7 +18,7 @@ from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.provenance import needs_reason
 from accept.certificate.trust.spec_approval import approval_of
-from accept.gap.start_model import StartModel, applies, is_there, same_start
+from accept.gap import StartModel, applies, stands
 from accept.judging.calibration import Statement
 from accept.judging.superseded import Approval
 from accept.store import Event, Store, UnitState
@@ -59,7 +59,7 @@ class BenchServices:
         return self._starts[spec.sha256]
 
     def explained(self, known: Mapping[str, Any] | None, start: StartModel | None, out: Path) -> bool:
-        return same_start(known, start) and is_there(known, out)
+        return stands(known, start, out)
 
     def statement(self, bench: BenchFile, checks: Mapping[str, CheckSpec], on: date) -> Statement:
         asked = any(check.reference_days is not None for check in checks.values())

@@ -8,8 +8,7 @@ from typing import Any
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.verify.picture_check import texts
-from accept.gap.start_model import applies
-from accept.gap.text import GAP_PICTURES, REFUSED, on_certificate
+from accept.gap import GAP_PICTURES, REFUSED, applies, on_certificate
 from accept.pictures.jsonform import panels_to_json
 from accept.units.unit_folder import UnitFolder
 from checks.acceptance import CHECKS

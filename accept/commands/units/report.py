@@ -17,7 +17,7 @@ from accept.commands.answer import Answer, Remark, command
 from accept.commands.trust.bench_keys import bench_credential, who_acts
 from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions
-from accept.gap.text import one_line
+from accept.gap import one_line
 from accept.store import open_store
 from accept.units import unit_folder
 from specs.bench import load_bench
