@@ -11,12 +11,11 @@ from specs import door
 
 if TYPE_CHECKING:
     from hw.simulated.bench import SimulatedBench
-    from hw.simulated.faults import FaultKind, LineFault
     from hw.simulated.heidenhain import HeidenhainDevice
     from hw.simulated.lcr800 import Lcr800Device
     from hw.simulated.millimar import OptorsDevice
     from hw.simulated.millimar_m1240 import M1240Device
-    from hw.simulated.server import Server
+    from hw.simulated.server import FaultKind, LineFault, Server
     from hw.simulated.world import BenchSetup, Stage, StageFile
 else:
     __getattr__ = door(__name__)
