@@ -8,7 +8,7 @@ model that is learned from a batch.
     shifts(found, most=3)  # the parameters that moved the most
     write_population(path, found)  # batch and bench as a model file
 
-The questions themselves are the fleet's own commands, in `accept.commands.fleet`: nobody else enters here."""
+The questions are the commands in `accept.commands.fleet`: they alone read the files behind this door."""
 
 from typing import TYPE_CHECKING
 

@@ -75,6 +75,7 @@ def _moving(x: Complex) -> Complex:
     return sums
 
 
+DRIVE = "Va"
 CHANNELS = ("Vs", "de", "da")
 F_LO, F_HI = 10.0, 2000.0  # [Hz] where the excitations of [STB] 3.1.1 drive; the model holds to 2 kHz with a margin
 STEP = 2 * HALF + 1  # windows that share no bin
@@ -191,7 +192,6 @@ def dataset_from_records(
     *,
     tolerance: float = 0.0,
     channels: Sequence[str] = CHANNELS,
-    input: str = "Va",
     f_lo: float = F_LO,
     f_hi: float = F_HI,
     name: str | None = None,
@@ -201,15 +201,15 @@ def dataset_from_records(
 
     Raises RecordError for a missing channel or merge frequency, and a band without drive."""
     called = name or low.name
-    errors = interpolation_errors(low, drive=input) if "de" in channels else ()
+    errors = interpolation_errors(low) if "de" in channels else ()
     low = remove_errors(low, errors)
-    high = high and remove_errors(high, errors_of_other_record(errors, high, drive=input))
+    high = high and remove_errors(high, errors_of_other_record(errors, high))
     if high is None:
-        return replace(_of_record(low, tolerance, channels, input, f_lo, f_hi, called), taken_out=errors)
+        return replace(_of_record(low, tolerance, channels, f_lo, f_hi, called), taken_out=errors)
     if merge_Hz is None or not f_lo < merge_Hz < f_hi:
         raise RecordError(f"{called}: merge_Hz is {merge_Hz}; expected a frequency within {f_lo:g}..{f_hi:g} Hz")
-    below = _of_record(low, tolerance, channels, input, f_lo, merge_Hz, called)
-    above = _of_record(high, tolerance, channels, input, merge_Hz, f_hi, called)
+    below = _of_record(low, tolerance, channels, f_lo, merge_Hz, called)
+    above = _of_record(high, tolerance, channels, merge_Hz, f_hi, called)
     return replace(joined(below, above.at(above.f > below.f[-1])), taken_out=errors)
 
 
@@ -236,20 +236,20 @@ def simulated(
 
 
 def _of_record(
-    record: Record, tolerance: float, channels: Sequence[str], input: str, f_lo: float, f_hi: float, name: str
+    record: Record, tolerance: float, channels: Sequence[str], f_lo: float, f_hi: float, name: str
 ) -> Dataset:
     try:
-        frf = lpm_record(record, input, channels, f_lo, f_hi, step=STEP)
+        frf = lpm_record(record, DRIVE, channels, f_lo, f_hi, step=STEP)
     except ValueError as e:
         raise RecordError(f"{record.name}: {e}") from e
     data = dataset_of(frf, tolerance, name)
-    cov, nu = pool_noise(frf, _input_power(record, input, frf.f))
+    cov, nu = pool_noise(frf, _input_power(record, frf.f))
     return replace(data, cov=cov, nu=nu)
 
 
-def _input_power(record: Record, input: str, f: Array) -> Array:
-    """Return the power (F,) of the input over the window about each bin."""
-    u = record[input]
+def _input_power(record: Record, f: Array) -> Array:
+    """Return the power (F,) of the drive over the window about each bin."""
+    u = record[DRIVE]
     power = np.abs(rfft(u - np.mean(u))) ** 2
     window = np.convolve(power, np.full(STEP, 1.0 / STEP), mode="same")
     return np.asarray(window[np.rint(f * u.size / record.fs).astype(int)])

@@ -27,6 +27,6 @@ if TYPE_CHECKING:
     from hw.records.tables import list_channels, read_table, table_of
     from hw.records.text.file import read_text
     from hw.records.uff.write import frf_bytes
-    from hw.records.writers import csv_bytes, frd_mat, mat_bytes, own_record, response_csv, ss_mat, write_csv, write_mat
+    from hw.records.writers import csv_bytes, frd_mat, mat_bytes, own_record, response_csv, ss_mat
 else:
     __getattr__ = door(__name__)

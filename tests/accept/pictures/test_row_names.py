@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from accept.pictures.pdf.figure_row import _room_for_names
 from accept.pictures.pdf.fonts import register
+from accept.pictures.pdf.panels import _room_for_names
 from checks.picture import Line, Panel
 
 

@@ -17,7 +17,8 @@ from checks.signals.drive.excitation import ExcitationError, Rig, fade, ramp, tr
 from checks.signals.drive.excitation_panels import excitation_panels
 from checks.signals.drive.shapes import Flat, LowPass, Notch, ShapeProduct, notch_at_resonance
 from checks.signals.spectral.frf import h1
-from hw.records import read, write_mat
+from hw.records import read
+from hw.records.writers import write_mat
 
 BENCH = Rig()
 QUICK = Rig(ramp_s=0.5)
