@@ -6,7 +6,7 @@ from dataclasses import replace
 from accept.base.console import say as say_on_stderr
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.base.worker_process import too_large
-from accept.batch.ports import Job, Judgement, Refusal, Say
+from accept.batch.ports import Judgement, JudgingOrder, Refusal, Say
 from accept.certificate.contents.content import CertificateContent, ContentError, content_of
 from accept.certificate.contents.provenance import Provenance
 from accept.judging.judge_unit import judge_unit
@@ -17,7 +17,7 @@ from accept.units.unit_folder import UnitError
 QUIET_S = 2.0  # what takes less needs no words
 
 
-class UnitJob(Job):
+class UnitJob(JudgingOrder):
     """Judges a unit as the bench does."""
 
     def judge(self, say: Say = lambda _: None) -> Judgement:

@@ -21,9 +21,9 @@ from accept.base.runner import GivenUp, Workers
 from accept.base.spelling import spelling_key
 from accept.batch.executors import run_jobs
 from accept.batch.pipeline import Pipeline, spec_for
-from accept.batch.ports import Job, Judgement, Refusal
+from accept.batch.ports import Judgement, JudgingOrder, Refusal
 from accept.batch.results import WHOLE, Results, check_room
-from accept.batch.services import BenchServices
+from accept.batch.services import JudgingServices
 from accept.certificate.contents.content import ContentError
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.provenance import Earlier
@@ -214,7 +214,7 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in request.specs.items()}
         started = store.write(BatchStarted(str(request.out), roster.count(), names), who=request.operator)
         batch.started = started.seq
-        jobs: Iterator[Job] | list[Job] = batch.jobs()
+        jobs: Iterator[JudgingOrder] | list[JudgingOrder] = batch.jobs()
         if request.cluster is None:
             jobs = list(jobs)
         of = len(jobs) if isinstance(jobs, list) else roster.count()
@@ -241,7 +241,7 @@ class _Batch:
             store,
             request.specs,
             request.operator,
-            BenchServices(store, request.operator, request.credential, request.model),
+            JudgingServices(store, request.operator, request.credential, request.model),
             bench_file=request.bench,
             on=request.on,
             out=request.out,
@@ -277,7 +277,7 @@ class _Batch:
             reason = f"{where}: serial = '{serial}' is also that of {', '.join(others)}; serials must be unique"
             self._refuse(path, reason)
 
-    def jobs(self) -> Iterator[Job]:
+    def jobs(self) -> Iterator[JudgingOrder]:
         """Yield the jobs as they are asked for; report and mark units that are unchanged."""
         for path in self.roster.folders():
             try:
@@ -288,7 +288,7 @@ class _Batch:
             if job is not None:
                 yield job
 
-    def _job(self, path: Path) -> Job | None:
+    def _job(self, path: Path) -> JudgingOrder | None:
         """Return the job of a unit, None if its result stands. Raises UnitError, BenchStopped."""
         pipeline, roster = self.pipeline, self.roster
         unit = roster.unit(path)
@@ -308,7 +308,7 @@ class _Batch:
     def _place(self, unit: UnitFolder) -> PlaceInBatch:
         return PlaceInBatch(self.started, self.roster.place(unit.serial))
 
-    def keep(self, job: Job, outcome: Judgement | Refusal | GivenUp, prefix: str) -> None:
+    def keep(self, job: JudgingOrder, outcome: Judgement | Refusal | GivenUp, prefix: str) -> None:
         """Settle the outcome of a job, then print the verdict."""
         if isinstance(outcome, Refusal | GivenUp):
             words = outcome.reason if isinstance(outcome, Refusal) else f"{job.unit.path}: {outcome}"

@@ -27,7 +27,7 @@ from accept.base.home import home
 from accept.base.names import same_person
 from accept.base.spelling import mistaken_for
 from accept.base.version import code_sha256
-from accept.batch.ports import Job, Judgement, Services
+from accept.batch.ports import Judgement, JudgingOrder, JudgingPort
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.copies import withhold_others
@@ -89,7 +89,7 @@ class Pipeline:
         store: Store,
         specs: Mapping[str, Spec],
         operator: str,
-        services: Services,
+        services: JudgingPort,
         *,
         bench_file: BenchFile | None = None,
         on: date | None = None,
@@ -162,7 +162,7 @@ class Pipeline:
         certificate: Path | None = None,
         place: PlaceInBatch | None = None,
         reason: str | None = None,
-    ) -> Job:
+    ) -> JudgingOrder:
         """Return the job that judges a unit. certificate: the file wanted, None for none. place: in its batch. reason:
         why it is judged again, if the operator need not be asked."""
         before, due = known.before, None
@@ -186,7 +186,7 @@ class Pipeline:
             reason=reason,
         )
 
-    def settle(self, job: Job, judgement: Judgement) -> StoredJudgement:
+    def settle(self, job: JudgingOrder, judgement: Judgement) -> StoredJudgement:
         """Store a judgement with what the store knows against the unit, and certify it.
 
         Raises StoreError, BenchStopped, ContentError, SigningRefused, OSError."""
@@ -196,7 +196,7 @@ class Pipeline:
             except Overtaken:  # another program stored something of the unit: it is read again
                 continue
 
-    def _settle(self, job: Job, judgement: Judgement) -> StoredJudgement:
+    def _settle(self, job: JudgingOrder, judgement: Judgement) -> StoredJudgement:
         past, found = self.events(job.unit.serial), judgement.result
         last = fold(past)
         result = self._reservations(job.unit, found).apply(found)
@@ -315,7 +315,7 @@ class Pipeline:
         one, other = (json.dumps(each.to_json(), sort_keys=True) for each in (stored.result, result))
         return one == other
 
-    def _store_verdict(self, job: Job, result: UnitRecord, after: int) -> Event:
+    def _store_verdict(self, job: JudgingOrder, result: UnitRecord, after: int) -> Event:
         """Store a result, as results.json has it, with all that it depends on. The golden units are checked here, so
         that every verdict passes them. after: the last event of the unit that was read. Raises also Overtaken."""
         check_may_judge(self.store, result.serial)

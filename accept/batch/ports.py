@@ -38,7 +38,7 @@ class Refusal:
 
 
 @dataclass(frozen=True, eq=False)
-class Job:
+class JudgingOrder:
     """One unit to be judged.
 
     stated : the calibration of the instruments behind it, None without a bench file. start : the model that explains
@@ -76,7 +76,7 @@ class Job:
         gone or was changed."""
 
 
-class Services(Protocol):
+class JudgingPort(Protocol):
     """What the bench does for its pipeline, with its keys or without."""
 
     @property
@@ -84,7 +84,7 @@ class Services(Protocol):
         """Return whether certificates are signed: there is a key."""
 
     @property
-    def job(self) -> type[Job]:
+    def job(self) -> type[JudgingOrder]:
         """Return the kind of job that judges a unit."""
 
     def start(self, unit: UnitFolder, spec: Spec) -> Any | None:
@@ -108,7 +108,7 @@ class Services(Protocol):
     def draw(
         self,
         path: Path,
-        job: Job,
+        job: JudgingOrder,
         judgement: Judgement,
         before: UnitState | None,
         past: Sequence[Event],

@@ -9,7 +9,7 @@ from typing import Any
 from accept.base.documents.results import UnitRecord
 from accept.base.home import home
 from accept.batch.job import UnitJob
-from accept.batch.ports import Job, Judgement
+from accept.batch.ports import Judgement, JudgingOrder
 from accept.capture.reference_check import days_checked
 from accept.certificate.certify import Issuer
 from accept.certificate.contents.provenance import Earlier, Provenance, amended
@@ -28,8 +28,8 @@ from specs.errors import AcceptError
 from specs.spec import CheckSpec, Spec
 
 
-class BenchServices:
-    """Implements `accept.batch.ports.Services` for a store, in the operator's name. credential: signs certificates.
+class JudgingServices:
+    """Implements `accept.batch.ports.JudgingPort` for a store, in the operator's name. credential: signs certificates.
     model: explains responses instead of the spec's. place: the bench's folder."""
 
     job = UnitJob
@@ -91,7 +91,7 @@ class BenchServices:
     def draw(
         self,
         path: Path,
-        job: Job,
+        job: JudgingOrder,
         judgement: Judgement,
         before: UnitState | None,
         past: Sequence[Event],

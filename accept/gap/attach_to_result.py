@@ -39,7 +39,7 @@ def explain_result(result: UnitRecord, unit: LoadedUnit, start: StartModel, say:
 
 
 def explain_folder(folder: Path, name: str, say: Say) -> tuple[dict[str, Any], Mapping[str, Panel]]:
-    """Return the key `gap` of the unit in a folder and the pictures of the answer, or why there is none; write
+    """Return the key `gap` of the unit in a folder and the pictures of the answer, or the reason of a refusal; write
     gap.json, gap.pdf and model.toml below the folder. name: of the start model. Raises OSError."""
     start = StartModel.at(name)
     try:

@@ -11,7 +11,7 @@ from accept.base.exit_codes import of_verdicts
 from accept.base.home import home
 from accept.base.progress import busy
 from accept.batch.pipeline import Pipeline, ReasonError, spec_for
-from accept.batch.services import BenchServices
+from accept.batch.services import JudgingServices
 from accept.batch.table import reasons
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.trust.bench_keys import bench_credential, who_acts
@@ -41,7 +41,7 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
             store,
             {folder.kind: chosen},
             who,
-            BenchServices(store, who, credential, wanted.model),
+            JudgingServices(store, who, credential, wanted.model),
             bench_file=bench_file,
             confirm=confirm,
             reason=wanted.reason,

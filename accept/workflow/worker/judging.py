@@ -10,7 +10,7 @@ from accept.base.version import code_sha256
 from accept.batch.job import UnitJob
 from accept.batch.pipeline import Pipeline
 from accept.batch.ports import Judgement
-from accept.batch.services import BenchServices
+from accept.batch.services import JudgingServices
 from accept.gap import explain_folder, with_explanation
 from accept.judging.calibration import Statement
 from accept.judging.judge_unit import judge_unit
@@ -99,7 +99,7 @@ def judge_whole_unit(session: Session, judge: Judge = judge_here) -> UnitRecord:
 
 
 def _pipeline(session: Session, spec: Spec) -> Pipeline:
-    services = BenchServices(session.store, session.operator, place=session.home)
+    services = JudgingServices(session.store, session.operator, place=session.home)
     specs = {spec.kind: spec}
     return Pipeline(session.store, specs, session.operator, services, bench_file=session.stated, place=session.home)
 
