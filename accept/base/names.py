@@ -99,6 +99,15 @@ _PROTOTYPE |= {ord("I"): "l", ord("1"): "l", ord("|"): "l", ord("0"): "O"}
 _EAST_ASIAN = {"CJK", "HIRAGANA", "KATAKANA", "HANGUL", "BOPOMOFO", "KATAKANA-HIRAGANA"}  # written beside Latin letters
 
 
+class KeyHolder(str):
+    """The name on a key that its holder opened. An event under any other name is marked `typed`."""
+
+
+def shown_name(who: str, typed: bool) -> str:
+    """Return the name of a person as printed beside a decision."""
+    return f"{who} (typed)" if typed else str(who)
+
+
 def operator_name(given: str | None) -> str:
     """Return the given operator, else the login name, else `unknown`, which the certificate then shows."""
     if given:

@@ -7,8 +7,7 @@ from accept.base.console import say as say_on_stderr
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.base.worker_process import too_large
 from accept.batch.ports import Judgement, JudgingOrder, Refusal, Say
-from accept.certificate.contents.content import CertificateContent, ContentError, content_of
-from accept.certificate.contents.provenance import Provenance
+from accept.certificate import CertificateContent, ContentError, Provenance, content_of
 from accept.judging.judge_unit import judge_unit
 from accept.store import BENCH_KEY, bench_of
 from accept.units.loaded_unit import contents_of, loaded

@@ -24,9 +24,7 @@ from accept.batch.pipeline import Pipeline, spec_for
 from accept.batch.ports import Judgement, JudgingOrder, Refusal
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.services import JudgingServices
-from accept.certificate.contents.content import ContentError
-from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.provenance import Earlier
+from accept.certificate import ContentError, InvalidCertificate, ends_before
 from accept.certificate.trust.keys import Credential
 from accept.fleet import keep_findings
 from accept.gap import one_line
@@ -369,8 +367,7 @@ class _Batch:
                 certificate = None if path is None else path.relative_to(request.out).as_posix()
                 unit = ListedUnit(**vars(UnitJudged.of(judged).result), certificate=certificate)
                 if attempts := earlier + len(more):
-                    before = fold(self.pipeline.events(serial), before=judged.seq)
-                    ended = Earlier.of(before)
+                    ended = ends_before(fold(self.pipeline.events(serial), before=judged.seq))
                     unit = replace(unit, attempt=attempts + 1, earlier=None if ended is None else ended.to_json())
                 report.verdicts[str(unit.verdict)] += 1
                 kinds.add(unit.kind)
@@ -408,10 +405,10 @@ def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Ev
 
 def _pictures(certificate: Path) -> Mapping[str, Panel] | None:
     """Return the pictures of a certificate, None if it cannot be read."""
-    from accept.certificate.verify import attachments, structure  # loads pyhanko
+    from accept.certificate import read_contents
 
     try:
         content = read_bounded(certificate, CERTIFICATE_BYTES)
-        return structure.read_unknown(attachments.read, content).panels
+        return read_contents(content).panels
     except (InvalidCertificate, OSError):
         return None

@@ -22,9 +22,10 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
 
+from accept.base.documents.manifest import hashes
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.home import home
-from accept.base.names import same_person
+from accept.base.names import KeyHolder, same_person, shown_name
 from accept.base.spelling import mistaken_for
 from accept.base.version import code_sha256
 from accept.batch.ports import Judgement, JudgingOrder, JudgingPort
@@ -35,8 +36,8 @@ from accept.judging.folder_name import confirm, question
 from accept.judging.golden import check_may_judge, goldens, missed
 from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations
-from accept.models.evidence import evidence_of, hashes, named_models
-from accept.store import Event, KeyHolder, Overtaken, Store, UnitState, fold, shown_name
+from accept.models.evidence import evidence_of, named_models
+from accept.store import Event, Overtaken, Store, UnitState, fold
 from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
 from specs.bench import BenchFile

@@ -11,12 +11,10 @@ from accept.base.home import home
 from accept.batch.job import UnitJob
 from accept.batch.ports import Judgement, JudgingOrder
 from accept.capture.reference_check import days_checked
-from accept.certificate.certify import Issuer
-from accept.certificate.contents.provenance import Earlier, Provenance, amended
+from accept.certificate import Issuer, Provenance, amended, ends_before, needs_reason
 from accept.certificate.trust import keys
 from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.provenance import needs_reason
 from accept.certificate.trust.spec_approval import approval_of
 from accept.gap import StartModel, applies, stands
 from accept.judging.calibration import Statement
@@ -97,5 +95,5 @@ class JudgingServices:
         past: Sequence[Event],
         **stated: Any,
     ) -> Callable[[int], None]:
-        decided, contents = Provenance(earlier=Earlier.of(before), **stated), partial(job.contents, judgement)
+        decided, contents = Provenance(earlier=ends_before(before), **stated), partial(job.contents, judgement)
         return self._issuer.draw(path, job.spec, judgement.result, before, past, decided, contents, overwrites=True)

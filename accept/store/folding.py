@@ -8,6 +8,7 @@ from itertools import takewhile
 from accept.base.documents.results import UnitRecord
 from accept.store.event import Event
 from accept.store.payloads import (
+    VOIDED,
     AttemptVoided,
     CertificateSigned,
     CertificateWritten,
@@ -17,7 +18,6 @@ from accept.store.payloads import (
 )
 
 TECHNICIAN = "technician"  # the role of the first signature
-VOIDED = "voided"  # how an attempt ended that quality assurance declared void
 
 
 @dataclass(frozen=True)
