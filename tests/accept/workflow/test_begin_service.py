@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from accept.base.home import home
-from accept.base.operator_name import is_system_account
+from accept.base.names import is_system_account
 from accept.store import open_store
 from accept.store.payloads import CertificateSigned, RunOpened
 from accept.workflow.bench import Workbench
