@@ -12,9 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from accept.base.home import home
+from accept.certificate.trust import keys
+from accept.certificate.trust.authority import TECHNICIAN
+from accept.judging.judge_unit import judge_unit
 from accept.models.model_file import open_model
 from accept.simulate.hammer_records import FS, ShellMode, hammer_record
+from accept.store import open_store
 from accept.store.payloads import UnitRefused
+from accept.units import unit_folder
 from checks.declare import Measured
 from checks.fitting import Dataset
 from checks.fitting.dataset import simulated
@@ -27,7 +33,7 @@ from specs.spec import load
 
 ROOT = Path(__file__).parents[2]
 MOST_AT_A_DOOR, MOST_IN_ALL = 25, 177
-MOST_OF = {"accept.store": 29}  # 25 are asked for
+MOST_OF = {"accept.certificate": 40, "accept.store": 26}  # of a store 25 are asked for
 
 
 def simulated_records(model: Model, channels: tuple[str, ...], seed: int, bins: int = 60) -> Dataset:
@@ -101,7 +107,27 @@ def for_store() -> dict[str, Any]:
     return {"serial": "A-1", "payload": UnitRefused("units/A-1", "unit.toml is missing")}
 
 
+def for_certificate() -> dict[str, Any]:
+    keys.init(home(), "correct horse", "Ann")
+    folder = home() / "A-1"
+    folder.mkdir()
+    (folder / "unit.toml").write_text(
+        'serial = "A-1"\nkind = "apa"\n[capacitance]\nsensor_uF = 5.1\nactuator_uF = 9.8\n'
+    )
+    spec = load("apa-basic")
+    return {
+        "result": judge_unit(unit_folder.read(folder), spec),
+        "spec": spec,
+        "folder": folder,
+        "home": home(),
+        "path": home() / "A-1.pdf",
+        "credential": keys.unlock(home(), TECHNICIAN, "correct horse"),
+        "store": open_store(),
+    }
+
+
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {
+    "accept.certificate": for_certificate,
     "accept.store": for_store,
     "checks.acceptance": for_acceptance,
     "checks.consistency": for_consistency,
