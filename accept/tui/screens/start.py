@@ -137,7 +137,7 @@ class StartScreen(Working[Begin | None]):
                 failed = partial(self.answer, dialogue.nothing_came)
                 send = partial(self.hold, doing="opening the bench") if holds else self.send
                 send(partial(self._open_bench, operator), self._bench_is_open, failed=failed)
-            case dialogue.Settle(key):
+            case dialogue.WaitForBench(key):
                 await self._settled.wait()
                 await self.answer(dialogue.press, key)
             case LookForPassphrase(texts):

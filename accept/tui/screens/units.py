@@ -141,7 +141,7 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
                     lambda _: self.answer(dialogue.taken_off, effect),
                     f"taking {unit.serial} off",
                 )
-            case dialogue.Leave(unit, queue):
+            case dialogue.CloseList(unit, queue):
                 self.leave(None if unit is None else (unit, queue))
 
     async def _is_added(self, begun: Begun, answer: bool | str) -> None:

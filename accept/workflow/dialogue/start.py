@@ -43,7 +43,7 @@ class OpenBench:
 
 
 @dataclass(frozen=True)
-class Settle:
+class WaitForBench:
     """Wait until the bench is open and the serial looked up; then answer the key."""
 
     key: str
@@ -216,7 +216,7 @@ def _enter(d: StartDialogue) -> Turn:
     if d.cursor not in d.shown:
         return Turn(d)
     if d.waits and (d.is_last or d.cursor == "serial"):
-        return Turn(d, (Settle("enter"),))
+        return Turn(d, (WaitForBench("enter"),))
     return _unless_secret(d, d.shown if _begins(d) else [d.cursor], "enter")
 
 
@@ -305,13 +305,13 @@ def chosen(d: StartDialogue, unit: "KnownUnit", queue: "Queue | None") -> Turn:
 
 def _new_attempt(d: StartDialogue) -> Turn:
     if d.waits:
-        return Turn(d, (Settle("f8"),))
+        return Turn(d, (WaitForBench("f8"),))
     return _unless_secret(d, d.texts, "f8") if d.known is not None else _say(d, "F8 needs a known unit", "bad")
 
 
 def _list(d: StartDialogue) -> Turn:
     """Show the units that were begun here and what they wait for; units are added there in the operator's name."""
-    return Turn(d, (Settle("f2"),)) if d.waits else _unless_secret(d, ["operator"], "f2")
+    return Turn(d, (WaitForBench("f2"),)) if d.waits else _unless_secret(d, ["operator"], "f2")
 
 
 def _leave(d: StartDialogue) -> Turn:

@@ -32,7 +32,7 @@ class TakeOff:
 
 
 @dataclass(frozen=True)
-class Leave:
+class CloseList:
     """Close the list. unit: the one to open, None for none; queue: that it was chosen from."""
 
     unit: KnownUnit | None = None
@@ -194,7 +194,7 @@ def _choose(d: UnitsDialogue, unit: KnownUnit) -> Turn:
     if unit.kind not in d.bench.kinds:
         return _say(d, f"{unit.serial} is of kind {unit.kind}, for which this bench has no spec", "bad")
     waits = d.queue is not None and d.queue.name != ALL and unit in d.queue.units
-    return Turn(d, (Leave(unit, d.queue if waits else None),))
+    return Turn(d, (CloseList(unit, d.queue if waits else None),))
 
 
 def _tray(d: UnitsDialogue) -> Turn:
@@ -232,7 +232,7 @@ def confirmed(d: UnitsDialogue, begun: Begun, answer: str | None) -> Turn:
 
 
 def _leave(d: UnitsDialogue) -> Turn:
-    return _say(replace(d, adds=False), SCAN) if d.adds else Turn(d, (Leave(),))
+    return _say(replace(d, adds=False), SCAN) if d.adds else Turn(d, (CloseList(),))
 
 
 _ANSWERS: Mapping[str, Callable[[UnitsDialogue], Turn]] = {

@@ -128,10 +128,10 @@ class StartDriver(Driver):
                 self.answer(start.opened, self.bench.kinds, self.proposed)
             case LookUp(serial):
                 self.answer(start.looked, effect, self.bench.known.get(serial), "")
-            case start.Settle() if self.d.waits:
+            case start.WaitForBench() if self.d.waits:
                 assert self.threads, "nothing ends this"
                 self.threads.append(effect)
-            case start.Settle(key):
+            case start.WaitForBench(key):
                 self.answer(start.press, key)
             case start.Open(begun) if self.in_doubt(begun):
                 self.asked.append(begun)
@@ -179,7 +179,7 @@ class UnitsDriver(Driver):
             case units.TakeOff(unit):
                 del self.bench.known[unit.serial]
                 self.answer(units.taken_off, effect)
-            case units.Leave():
+            case units.CloseList():
                 self.asked.append(effect)
             case _:
                 raise AssertionError(effect)

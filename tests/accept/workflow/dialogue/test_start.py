@@ -7,7 +7,7 @@ import pytest
 
 from accept.workflow.dialogue import start as dialogue
 from accept.workflow.dialogue.begin import Begun, LookUp
-from accept.workflow.dialogue.start import Do, OpenBench, Proposed, Settle
+from accept.workflow.dialogue.start import Do, OpenBench, Proposed, WaitForBench
 from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.steps.unit_list import Queue
 from tests.accept.workflow.dialogue.begin_driver import SECRET, Bench, StartDriver, known
@@ -71,7 +71,7 @@ class TestSerial:
         at = StartDriver(bench("APA-02"), operator="Ann")
         at.waits = True
         at.enters("APA-02")
-        assert [*at.threads] == [LookUp("APA-02", "Ann"), Settle("enter")]
+        assert [*at.threads] == [LookUp("APA-02", "Ann"), WaitForBench("enter")]
         assert not at.bench.begun
         at.arrive()
         assert begun(at) == [("APA-02", "apa", "Ann")]

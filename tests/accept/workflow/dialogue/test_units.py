@@ -5,7 +5,7 @@ import pytest
 from accept.judging.judge_unit import default_spec
 from accept.workflow.dialogue import units as dialogue
 from accept.workflow.dialogue.begin import Begun
-from accept.workflow.dialogue.units import SCAN, Leave
+from accept.workflow.dialogue.units import SCAN, CloseList
 from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.steps.plan import steps_of
 from accept.workflow.steps.unit_list import KnownUnit, queues
@@ -48,7 +48,7 @@ class TestOpening:
         old = known("APA-00")
         at.bench.known = {"APA-00": old}
         at.scans("APA-00")
-        assert at.asked == [Leave(old)]
+        assert at.asked == [CloseList(old)]
         at.scans("APA-77")
         assert "APA-77 is new here" in at.said
 
@@ -64,7 +64,7 @@ class TestOpening:
         assert (at.d.queue.title, at.listed) == ("Stroke", ["APA-01"])
         assert "Enter opens the marked one" in at.said
         at.press("enter")
-        assert at.asked == [Leave(at.bench.known["APA-01"], at.d.queue)]
+        assert at.asked == [CloseList(at.bench.known["APA-01"], at.d.queue)]
         at.scans("APA-02")  # it does not wait there
         assert at.asked[-1].queue is None
         at.press("shift+tab")
@@ -150,7 +150,7 @@ class TestTray:
         at.press("f6", "escape")
         assert (at.said, at.asked) == (SCAN, [])
         at.press("escape")
-        assert at.asked == [Leave()]
+        assert at.asked == [CloseList()]
 
 
 class TestTakingOff:
