@@ -15,7 +15,7 @@ without one the verdict is stored, which makes the certificate before a supersed
 """
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
 from pathlib import Path
@@ -46,6 +46,7 @@ from accept.judging.golden import check_may_judge, goldens, missed
 from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations
 from accept.judging.superseded import Approval
+from accept.judging.voids import counted
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import Event, KeyHolder, Overtaken, SignedHead, Store, UnitState, fold, shown_name
 from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
@@ -137,7 +138,7 @@ class Pipeline:
         # Of two serials that the store knows both have been here since before this was looked at.
         if not past and (other := self.store.other_spelling(unit.serial)) is not None:
             raise UnitError(unit.path / UNIT_FILE, [mistaken_for(unit.serial, other)])
-        before = fold(past)
+        before = self.state(past)
         last = None if before is None else before.result
         known = Known(before, self._reservations(unit, last))
         doubted = known.reservations.folder  # only who signs the certificate states that it was confirmed
@@ -214,7 +215,7 @@ class Pipeline:
 
     def _settle(self, job: UnitJob, judgement: Judgement) -> StoredJudgement:
         past, found = self.events(job.unit.serial), judgement.result
-        last = fold(past)
+        last = self.state(past)
         result = self._reservations(job.unit, found).apply(found)
         due = last if last is not None and last.seq in {job.uncertified, *self._weakened} else None
         if due is not None and not (self._unchanged(job.unit, due) and self._is_stored(due.seq, result)):
@@ -224,7 +225,7 @@ class Pipeline:
             return self._settle(job, job.judge())
         before, reason, because = last, job.reason, ""
         if due is not None:
-            before, reason = fold(e for e in past if e.seq < due.seq), due.judged.reason
+            before, reason = self.state(e for e in past if e.seq < due.seq), due.judged.reason
         elif reason is None:
             reason = self._reason_for(before)
         signs = job.certificate is not None and self.credential is not None
@@ -279,6 +280,10 @@ class Pipeline:
         if len(self._read) > _UNITS_READ:
             del self._read[next(iter(self._read))]
         return known
+
+    def state(self, events: Iterable[Event]) -> UnitState | None:
+        """Return the state of a unit after these of its events, without void attempts that nobody signed."""
+        return fold(counted(self.store, events))
 
     def _reservations(self, unit: UnitFolder, result: UnitRecord | None) -> Reservations:
         confirmed_by = self.operator if unit.path in self._confirmed else ""

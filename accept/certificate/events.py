@@ -42,9 +42,9 @@ def signed(
         if signer is not None:
             if nonconformances:
                 about.append(decided(store, serial, decision, signer, nonconformances))
-            decision = replace(
-                decision, signed=sign_decision(DISPOSITION, content_of(serial, decision, before), signer)
-            )
+            # what is stated is signed too: else it could be given as about what another store has
+            stated = content_of(serial, decision, before) | {"nonconformances": list(nonconformances)}
+            decision = replace(decision, signed=sign_decision(DISPOSITION, stated, signer))
     event = CertificateSigned(
         str(path.resolve()), hashlib.sha256(content).hexdigest(), role, disposition=decision, before=before,
         number=number, reason=reason, judged=judged,

@@ -358,6 +358,13 @@ class Store:
             self._hold(connection, row, before)
         return problem
 
+    def latest_time(self, before: int) -> str:
+        """Return the latest time of the events below a number, "" without one. One after the present does not count: a
+        clock that was ahead once must not make all later events doubtful. Raises StoreError."""
+        e, now = tables.events.c, datetime.now(UTC).isoformat(timespec="microseconds")
+        asked = select(func.max(e.time)).where(e.seq < before, e.time <= now)
+        return self._ask(lambda connection: connection.scalar(asked)) or ""
+
     def clock_set_back(self) -> list[tuple[str, float]]:
         """Return by name the events more than `CLOCK_BACK_S` earlier than their predecessor, and by how many seconds.
         Raises StoreError."""

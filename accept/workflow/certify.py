@@ -24,6 +24,7 @@ from accept.certificate.verify.rejudge import read_certificate, rejudge
 from accept.certificate.verify.revocation_check import ListsBeside
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.verification import Verification, verify
+from accept.judging.voids import counted
 from accept.store import fold
 from accept.store.payloads import CertificateSigned, UnitJudged
 from accept.workflow.dialogue.summary import Ask, AskedLine, BenchKeys
@@ -61,9 +62,10 @@ class Signing:
         if _is_one_of(why, [passphrase]):
             raise SigningRefused(NOT_TAKEN)
         number, past = session.attempt.number, list(session.store.events(session.serial))
-        before = fold(e for e in session.events if e.seq < session.begun)
+        events = [*counted(session.store, past)]
+        before = fold(e for e in events if e.seq < session.begun)
         judged = next(event for event in reversed(past) if event.what == UnitJudged.KIND)
-        earlier = Earlier.of(fold(e for e in past if e.seq < judged.seq))
+        earlier = Earlier.of(fold(e for e in events if e.seq < judged.seq))
         stated = provenance(
             session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
             session.home, credential, numbers_of(past),

@@ -57,6 +57,12 @@ class RevocationList:
         return self.dated > datetime.now(UTC) + CLOCK_SLACK
 
 
+def days_ago(when: datetime) -> str:
+    """Return how many days ago a list was made, in words."""
+    days = (datetime.now(UTC) - when).days
+    return "today" if days < 1 else "1 day ago" if days == 1 else f"{days} days ago"
+
+
 def read_list(path: Path, ca: x509.Certificate) -> RevocationList | None:
     """Return an authority's list, None if the file does not exist. Raises RevocationError if the list is damaged or is
     not signed by this authority."""

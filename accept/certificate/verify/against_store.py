@@ -22,6 +22,7 @@ from accept.certificate.contents.provenance import History, differences
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
 from accept.certificate.trust.names import same_person
+from accept.certificate.trust.revocation import CLOCK_SLACK
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
@@ -33,8 +34,8 @@ from accept.judging.nonconformance import standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.superseded import Approval
-from accept.judging.voids import voids
-from accept.store import BENCH_KEY, START, Event, Store, StoreError, StoreHead, bench_of, fold, open_store
+from accept.judging.voids import counted, voids
+from accept.store import BENCH_KEY, START, VOIDED, Event, Store, StoreError, StoreHead, bench_of, fold, open_store
 from accept.store.payloads import (
     CHOICES,
     AttemptStarted,
@@ -46,7 +47,7 @@ from accept.store.payloads import (
     UnitJudged,
 )
 from accept.units.attempt_folder import attempt_number
-from checks.verdict import Verdict
+from checks.verdict import UnitVerdict, Verdict
 from specs.spec import parse
 
 
@@ -69,7 +70,7 @@ def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: 
         return [Step(problem, complete=False)]
     try:
         with open_store() as store:
-            events = list(store.events(contents.serial))
+            events = list(counted(store, store.events(contents.serial)))
             digest = hashlib.sha256(signed).hexdigest()
             signature = next(
                 (e for e in events if e.what == CertificateSigned.KIND and e.data["sha256"] == digest), None
@@ -144,7 +145,8 @@ def _history(
 
 def _made_up(store: Store, contents: CertificateContent, own: Event, signature: Event, by: Signed) -> Iterator[str]:
     """Yield what a program left out or made up that did not ask the store: a similar serial of before, a stop by golden
-    units, comparisons with a reference, and that the key was revoked before it signed, at whatever time."""
+    units, comparisons with a reference, a clock that was set back, and that the key was revoked before it signed, at
+    whatever time."""
     serial, entry = contents.serial, contents.record
     if (others := unconfirmed(store, serial)) and ALIKE not in entry.folder:
         yield f"nobody told its serial apart: {difference(serial, others[0])}"
@@ -157,6 +159,10 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
     for row in (entry.calibration or {}).get("instruments", ()):
         if (last := row.get("reference")) and (row["name"], row["serial"], last["day"], last["E_n"]) not in known:
             yield f"the bench's store has no comparison of {row['name']} with its reference on {last['day']}"
+    for event, when in ((own, datetime.fromisoformat(own.time)), (signature, by.when)):
+        if (latest := store.latest_time(event.seq)) and when < datetime.fromisoformat(latest) - CLOCK_SLACK:
+            dated = f"{event.name} is dated {when:%Y-%m-%d %H:%M} UTC"
+            yield f"the clock was set back: {dated}, and an event before it {latest[:16].replace('T', ' ')}"
     for event in store.events("", KeysRevoked.KIND):
         listed = x509.load_pem_x509_crl(KeysRevoked.of(event).crl.encode())
         entry_of_key = listed.get_revoked_certificate_by_serial_number(by.certificate.serial_number)
@@ -202,11 +208,17 @@ def _is_of_attempt(own: Event, started: Event, counted: Sequence[Event]) -> bool
     return all(e.data["path"] == own.data["path"] for e in counted if e.what == UnitJudged.KIND and e.seq > started.seq)
 
 
-def _later_than(events: Sequence[Event], when: datetime) -> list[Step]:
+def _later_than(events: Sequence[Event], signed: datetime) -> list[Step]:
     """Return later judgements for a certificate whose signature this store does not hold, such as one of another bench:
-    those after it was signed. If there are none here, its own bench may have some: nothing is known."""
-    later = [e for e in events if e.what == UnitJudged.KIND and datetime.fromisoformat(e.time) > when + SAME_SECOND]
-    return _later(later) if later else []
+    those after it was signed. If there are none here, its own bench may have some: nothing is known. The first line
+    names the last one before that was not accepted, which the certificate need not state."""
+    later = [e for e in events if e.what == UnitJudged.KIND and datetime.fromisoformat(e.time) > signed + SAME_SECOND]
+    before = fold(events)
+    if later or before is None or before.ended[-1][1] in (UnitVerdict.ACCEPTED, VOIDED):
+        return _later(later) if later else []
+    when, verdict = before.time[:16].replace("T", " "), before.ended[-1][1]
+    words = f"this bench's store has a judgement of {when} UTC, '{verdict}', that it does not know"
+    return [Step(words, remark=words)]
 
 
 def _later(judged: Sequence[Event]) -> list[Step]:
@@ -251,7 +263,7 @@ def reread(store: Store, contents: CertificateContent, signature: Event | None =
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
-    found = part_doubts(store, contents.serial, contents.record.parts)
+    found = part_doubts(store, contents.record)
     new = [words for words in found if words not in contents.record.part_doubts]
     return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
 

@@ -18,6 +18,7 @@ from accept.certificate.trust.revocation import (
     RevocationError,
     RevocationList,
     Revoked,
+    days_ago,
     is_canonical,
     merged,
     parsed,
@@ -39,13 +40,16 @@ class ListsBeside:
         self.entries: list[Revoked] = [entry for each in known for entry in merged(each)]
 
     def steps(self, contents: CertificateContent, published: Sequence[BenchList]) -> list[Step]:
-        """Return a step, not complete, for each authority whose list is missing, is dated in the future, or is older
-        than one that the store, a published list or the certificate has."""
+        """Return a step for each authority: number and age of its list. It is not complete if the list is missing, is
+        dated in the future, or is older than one that the store, a published list or the certificate has."""
         found = []
         for path, (ca, listed) in self._lists.items():
             known = ((self._stored[path], "the one in the store"), (_attached(contents, ca), "the attached one"))
             problems = (fault(listed, path, other, where) for other, where in known)
             words = next(filter(None, problems), "") or _older_than_published(path, ca, listed, published)
+            if listed is not None and not words:
+                dated = f"{listed.dated:%Y-%m-%d} ({days_ago(listed.dated)})"
+                found.append(Step(f"the list of revoked keys has number {listed.number}, of {dated}"))
             found += [Step(words, complete=False)] if words else []
         return found
 
