@@ -36,8 +36,7 @@ def _doubts(store: Store, strut: UnitHeader, name: str, part: str) -> list[str]:
         found.append(f"{name} {part} is held since it was accepted: {'; '.join(held)}")
     if result.simulated and not strut.simulated:
         found.append(f"{name} {part} was simulated")
-    others = (other for other in _units_with(store, part) if other != strut.serial)
-    return found + [f"{name} {part} stands in {other} too" for other in others]
+    return found + [f"{name} {part} stands in {one} too" for one in _units_with(store, part) if one != strut.serial]
 
 
 def _units_with(store: Store, part: str) -> list[str]:

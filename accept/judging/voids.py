@@ -58,12 +58,8 @@ def void(store: Store, serial: str, attempt: int, reason: str, signer: Signer) -
 def voids(store: Store, serial: str | None = None) -> dict[int, Void]:
     """Return number of a judgement's event -> the decision that it is void, of one unit or of all. A decision without a
     valid signature of quality assurance does not count, nor one about an event of another store. Raises StoreError."""
-    counting = (AttemptVoided.of(e) for e in counted(store, store.events(serial, AttemptVoided.KIND)))
-    return {
-        said.judged: Void(said.judged, said.attempt, said.reason, said.signed.person, said.signed.time)
-        for said in counting
-        if said.signed is not None
-    }
+    said = [AttemptVoided.of(event) for event in counted(store, store.events(serial, AttemptVoided.KIND))]
+    return {s.judged: Void(s.judged, s.attempt, s.reason, s.signed.person, s.signed.time) for s in said if s.signed}
 
 
 def counted(store: Store, events: Iterable[Event]) -> Iterator[Event]:

@@ -145,8 +145,8 @@ def _history(
 
 def _made_up(store: Store, contents: CertificateContent, own: Event, signature: Event, by: Signed) -> Iterator[str]:
     """Yield what a program left out or made up that did not ask the store: a similar serial of before, a stop by golden
-    units, comparisons with a reference, a clock that was set back, and that the key was revoked before it signed, at
-    whatever time."""
+    units, comparisons with a reference, a clock that was set back to before a calibration ran out, and that the key was
+    revoked before it signed, at whatever time."""
     serial, entry = contents.serial, contents.record
     if (others := unconfirmed(store, serial)) and ALIKE not in entry.folder:
         yield f"nobody told its serial apart: {difference(serial, others[0])}"
@@ -156,13 +156,16 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
         yield f"its bench was stopped when it judged it: {e}"
     checks = map(InstrumentChecked.of, store.events(what=InstrumentChecked.KIND))
     known = {(one.instrument, one.serial, one.time[:10], one.E_n) for one in checks}
-    for row in (entry.calibration or {}).get("instruments", ()):
+    rows = (entry.calibration or {}).get("instruments", ())
+    for row in rows:
         if (last := row.get("reference")) and (row["name"], row["serial"], last["day"], last["E_n"]) not in known:
             yield f"the bench's store has no comparison of {row['name']} with its reference on {last['day']}"
     for event, when in ((own, datetime.fromisoformat(own.time)), (signature, by.when)):
-        if (latest := store.latest_time(event.seq)) and when < datetime.fromisoformat(latest) - CLOCK_SLACK:
-            dated = f"{event.name} is dated {when:%Y-%m-%d %H:%M} UTC"
-            yield f"the clock was set back: {dated}, and an event before it {latest[:16].replace('T', ' ')}"
+        latest = store.latest_time(event.seq)
+        ended = [row["name"] for row in rows if row["due"] and row["due"] < latest[:10]]
+        if ended and when < datetime.fromisoformat(latest) - CLOCK_SLACK:
+            dated = f"{event.name} is dated {when:%Y-%m-%d}, and an event before it {latest[:10]}"
+            yield f"the clock was set back: {dated}, when the calibration of {ended[0]} had run out"
     for event in store.events("", KeysRevoked.KIND):
         listed = x509.load_pem_x509_crl(KeysRevoked.of(event).crl.encode())
         entry_of_key = listed.get_revoked_certificate_by_serial_number(by.certificate.serial_number)

@@ -47,9 +47,9 @@ class ListsBeside:
             known = ((self._stored[path], "the one in the store"), (_attached(contents, ca), "the attached one"))
             problems = (fault(listed, path, other, where) for other, where in known)
             words = next(filter(None, problems), "") or _older_than_published(path, ca, listed, published)
-            if listed is not None and not words:
-                dated = f"{listed.dated:%Y-%m-%d} ({days_ago(listed.dated)})"
-                found.append(Step(f"the list of revoked keys has number {listed.number}, of {dated}"))
+            if listed is not None:
+                said = f"number {listed.number} of {listed.dated:%Y-%m-%d} ({days_ago(listed.dated)})"
+                found.append(Step(f"the list of revoked keys: {said}"))
             found += [Step(words, complete=False)] if words else []
         return found
 

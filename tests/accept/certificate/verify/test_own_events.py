@@ -14,6 +14,7 @@ from accept.certificate.trust import authority, commissioning, keys
 from accept.store import KeyHolder, open_store
 from accept.store.opening import DATABASE
 from accept.store.payloads import AttemptVoided, EntryUndone, UnitJudged
+from accept.store.store import Store
 from tests.accept.certificate.verify.test_patched_program import (
     BENCH,
     CONCESSION,
@@ -108,10 +109,16 @@ def test_a_clock_that_was_set_back_to_before_a_calibration_ran_out(tmp_path: Pat
     doubted(verified(pdf), f"the clock was set back: event 4 (unit_judged B-1) is dated {back:%Y-%m-%d}")
 
 
-def test_a_clock_that_was_ahead_once_is_no_doubt(tmp_path: Path) -> None:
-    with patched(datetime.now(UTC) + timedelta(days=400)), open_store() as store:
+def test_a_clock_that_was_ahead_once_is_no_doubt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither now nor when that time has come."""
+    (tmp_path / "bench.toml").write_text(BENCH.replace("2025-01-01", "2099-01-01"))
+    with patched(datetime.now(UTC) + timedelta(days=40)), open_store() as store:
         store.append("batch_finished", "", {"verdicts": {}, "refused": 0}, who="Test Technician")
-    assert plainly(verified(certified(tmp_path, "A-1")))
+    pdf, bench = tmp_path / "A-1.pdf", ("--bench", tmp_path / "bench.toml")
+    accept("report", unit(tmp_path / "A-1"), "--spec", "apa-basic", "--out", pdf, *bench)
+    assert plainly(verified(pdf))
+    monkeypatch.setattr(Store, "latest_time", lambda store, seq: next(iter(store.events())).time if seq > 1 else "")
+    assert plainly(verified(pdf))
 
 
 def test_a_view_is_no_table_of_a_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
