@@ -359,7 +359,7 @@ class Store:
         return problem
 
     def latest_time(self, before: int) -> str:
-        """Return the latest time, not after the present, of the events below a number, "" without. Raises StoreError."""
+        """Return the latest time, not after now, of the events below a number, "" without. Raises StoreError."""
         e, now = tables.events.c, datetime.now(UTC).isoformat(timespec="microseconds")
         asked = select(func.max(e.time)).where(e.seq < before, e.time <= now)
         return self._ask(lambda connection: connection.scalar(asked)) or ""

@@ -57,10 +57,10 @@ class RevocationList:
         return self.dated > datetime.now(UTC) + CLOCK_SLACK
 
 
-def days_ago(when: datetime) -> str:
-    """Return how many days ago a list was made, in words."""
+def aged(when: datetime) -> str:
+    """Return the age of a list as it stands behind its day."""
     days = (datetime.now(UTC) - when).days
-    return "today" if days < 1 else "1 day ago" if days == 1 else f"{days} days ago"
+    return f" ({'today' if days < 1 else '1 day ago' if days == 1 else f'{days} days ago'})"
 
 
 def read_list(path: Path, ca: x509.Certificate) -> RevocationList | None:

@@ -30,7 +30,7 @@ from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import copies_of
 from accept.judging.folder_name import unconfirmed
 from accept.judging.golden import BenchStopped, check_may_judge
-from accept.judging.nonconformance import standing, words_of
+from accept.judging.nonconformance import RELEASING, standing, words_of
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.superseded import Approval
@@ -115,8 +115,8 @@ def _history(
     own = next((e for e in reversed(before) if canonical(e.data["result"]) == result), None)
     if own is None:
         return [Step("this bench's store holds no judgement with this result", complete=False)]
-    signed = [CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND]
-    if (number := contents.stated.number) and (bearing := sum(each.number == number for each in signed)) != 1:
+    signed = {e.seq: CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND}
+    if (number := contents.stated.number) and (bearing := sum(each.number == number for each in signed.values())) != 1:
         words = f"this bench's store knows {bearing} certificates of the unit with the number {number}, expected one"
         return [Step(words, complete=False)]
     own_program = contents.code_sha256 == code_sha256()
@@ -131,13 +131,16 @@ def _history(
     if own_program:  # earlier programs did not store what a bench states
         found = [differences(contents.stated, each) for each in _at_bench(store, known, signature, contents)]
         wrong += sorted(found or [["statement of the bench"]], key=len)[0]
+    choices = [each.disposition.choice for seq, each in signed.items() if each.disposition and seq < own.seq]
+    last = CHOICES.get(choices[-1], "") if choices and choices[-1] not in RELEASING else ""
+    said = f"quality assurance decided before it was judged: {last}" if last else ""
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
     if (void := voids(store, own.subject).get(own.seq)) is not None:
         return [Step(f"quality assurance declared this attempt void: {void.words}", complete=False, current=False)]
     compared = f"attempt, what it replaces{' and what its bench states' if own_program else ''}"
     right = f"operator, spec, code, {compared}: as in this bench's store"
     return [
-        Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
+        Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else (), remark=said),
         *_later([e for e in events if e.what == UnitJudged.KIND and e.seq > own.seq]),
         *(Step(words, complete=False) for words in _made_up(store, contents, own, signature, by)),
     ]

@@ -18,7 +18,7 @@ from accept.certificate.trust.revocation import (
     RevocationError,
     RevocationList,
     Revoked,
-    days_ago,
+    aged,
     is_canonical,
     merged,
     parsed,
@@ -48,7 +48,7 @@ class ListsBeside:
             problems = (fault(listed, path, other, where) for other, where in known)
             words = next(filter(None, problems), "") or _older_than_published(path, ca, listed, published)
             if listed is not None:
-                said = f"number {listed.number} of {listed.dated:%Y-%m-%d} ({days_ago(listed.dated)})"
+                said = f"number {listed.number} of {listed.dated:%Y-%m-%d}{aged(listed.dated)}"
                 found.append(Step(f"the list of revoked keys: {said}"))
             found += [Step(words, complete=False)] if words else []
         return found

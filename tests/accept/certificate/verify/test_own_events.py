@@ -146,3 +146,12 @@ def test_a_bench_that_rejected_a_unit_says_so_of_a_certificate_of_another(
     assert "does not know" not in verified(first).stdout
     monkeypatch.setenv("ACCEPT_HOME", str(bench))
     assert "'rejected', that it does not know" in verified(pdf).stdout
+
+
+def test_a_unit_that_quality_assurance_scrapped_and_that_is_measured_again(tmp_path: Path) -> None:
+    pdf = certified(tmp_path, "A-1", stroke=181.7)
+    assert accept("countersign", pdf, "--disposition", "scrap", "--because", "broken").exit_code == 0
+    assert "decided before" not in verified(pdf).stdout
+    again = certified(tmp_path, "A-2", stroke=366.2)
+    assert "B-1 accepted; quality assurance decided before it was judged: scrap;" in verified(again).stdout
+    assert accept("countersign", again).exit_code == 0
