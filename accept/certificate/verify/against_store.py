@@ -173,7 +173,8 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
         listed = x509.load_pem_x509_crl(KeysRevoked.of(event).crl.encode())
         entry_of_key = listed.get_revoked_certificate_by_serial_number(by.certificate.serial_number)
         since = entry_of_key.revocation_date_utc if entry_of_key else None
-        if since and event.seq < signature.seq and since <= datetime.fromisoformat(event.time):
+        passed = datetime.fromisoformat(max(event.time, store.latest_time(signature.seq)))  # it may be dated ahead
+        if since and event.seq < signature.seq and since <= passed:
             yield f"the key of {by.person} was revoked in this bench's store, event {event.seq}, before it signed"
 
 

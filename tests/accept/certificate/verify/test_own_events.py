@@ -91,14 +91,18 @@ def test_a_countersignature_is_about_what_was_countersigned(
     assert "held until quality assurance decides: stiffness: frame cracked" in accept(*again).output
 
 
-def test_a_clock_that_was_set_back_to_before_a_calibration_ran_out(tmp_path: Path) -> None:
-    today = datetime.now(UTC)
+def keys_of_days_ago(days: int) -> None:
     shutil.rmtree(home() / "keys")
     with pytest.MonkeyPatch.context() as m:
-        clock = type("Clock", (datetime,), {"now": classmethod(lambda *_: today - timedelta(days=60))})
+        clock = type("Clock", (datetime,), {"now": classmethod(lambda *_: datetime.now(UTC) - timedelta(days=days))})
         for module in (authority, keys):
             m.setattr(module, "datetime", clock, raising=False)
-        keys.init(home(), PHRASE, "Test Technician", "Grace", "battery staple")
+        keys.init(home(), PHRASE, "Test Technician", "Grace", "battery staple", authority_passphrase="authority phrase")
+
+
+def test_a_clock_that_was_set_back_to_before_a_calibration_ran_out(tmp_path: Path) -> None:
+    today = datetime.now(UTC)
+    keys_of_days_ago(60)
     (tmp_path / "bench.toml").write_text(BENCH.replace("2025-01-01", f"{today - timedelta(days=20):%Y-%m-%d}"))
     certified(tmp_path, "C-1", serial="C-1", stroke=366.5, sensor=4.9)
     back, pdf, own = today - timedelta(days=30), tmp_path / "A-1.pdf", commissioning.bench_statement
@@ -107,6 +111,21 @@ def test_a_clock_that_was_set_back_to_before_a_calibration_ran_out(tmp_path: Pat
         bench = ("--bench", tmp_path / "bench.toml")
         accept("report", unit(tmp_path / "A-1"), "--spec", "apa-basic", "--out", pdf, *bench)
     doubted(verified(pdf), f"the clock was set back: event 4 (unit_judged B-1) is dated {back:%Y-%m-%d}")
+
+
+def test_a_clock_that_was_set_back_to_before_a_technician_left(tmp_path: Path) -> None:
+    """It was revoked some time before for the day on which he leaves."""
+    today = datetime.now(UTC)
+    keys_of_days_ago(60)
+    left = f"{today - timedelta(days=20):%Y-%m-%d}"
+    with patched(today - timedelta(days=40)):
+        assert accept("keys", "revoke", "Test Technician", "--reason", "left", "--since", left).exit_code == 0
+    with open_store() as store:
+        store.append("batch_finished", "", {"verdicts": {}, "refused": 0}, who="Grace")
+    with patched(today - timedelta(days=30)) as m:
+        m.setattr(keys, "check_usable", lambda *_: None)
+        pdf = certified(tmp_path, "A-1")
+    doubted(verified(pdf), "the key of Test Technician was revoked in this bench's store")
 
 
 def test_a_clock_that_was_ahead_once_is_no_doubt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
