@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from accept.base.home import home
+from accept.base.operator_name import KeyHolder
 from accept.batch import pipeline
 from accept.certificate.trust import authority, commissioning, keys
-from accept.store import KeyHolder, open_store
+from accept.store import open_store
 from accept.store.opening import DATABASE
 from accept.store.payloads import AttemptVoided, EntryUndone, UnitJudged
 from accept.store.store import Store
