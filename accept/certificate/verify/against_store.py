@@ -37,9 +37,10 @@ from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.superseded import Approval
 from accept.judging.voids import counted, voids
-from accept.store import BENCH_KEY, START, VOIDED, Event, Store, StoreError, StoreHead, bench_of, fold, open_store
+from accept.store import BENCH_KEY, START, Event, Store, StoreError, StoreHead, bench_of, fold, open_store
 from accept.store.payloads import (
     CHOICES,
+    VOIDED,
     AttemptStarted,
     BenchStated,
     CertificateSigned,
@@ -165,7 +166,7 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
     for row in rows:
         if (last := row.get("reference")) and (row["name"], row["serial"], last["day"], last["E_n"]) not in known:
             yield f"the bench's store has no comparison of {row['name']} with its reference on {last['day']}"
-    for event, when in ((own, datetime.fromisoformat(own.time)), (signature, by.when)):
+    for event, when in ((own, datetime.fromisoformat(own.time)), (signature, by.when)) if rows else ():
         latest = store.latest_time(event.seq)
         ended = [row["name"] for row in rows if row["due"] and row["due"] < latest[:10]]
         if ended and when < datetime.fromisoformat(latest) - CLOCK_SLACK:
@@ -174,20 +175,19 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
     for event in store.events("", KeysRevoked.KIND):
         listed = x509.load_pem_x509_crl(KeysRevoked.of(event).crl.encode())
         entry_of_key = listed.get_revoked_certificate_by_serial_number(by.certificate.serial_number)
-        since = entry_of_key.revocation_date_utc if entry_of_key else None
-        passed = datetime.fromisoformat(max(event.time, store.latest_time(signature.seq)))  # it may be dated ahead
-        if since and event.seq < signature.seq and since <= passed:
+        since = entry_of_key.revocation_date_utc.isoformat() if entry_of_key else None
+        if since and event.seq < signature.seq and since <= max(event.time, store.latest_time(signature.seq)):
             yield f"the key of {by.person} was revoked in this bench's store, event {event.seq}, before it signed"
 
 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
-    counted = [e for e in events if e.seq < own.seq]
-    started = [e for e in counted if e.what == AttemptStarted.KIND]
-    before = fold(counted)
+    earlier = [e for e in events if e.seq < own.seq]
+    started = [e for e in earlier if e.what == AttemptStarted.KIND]
+    before = fold(earlier)
     numbers, replaced = {1 if before is None else before.attempts + 1}, [before]
-    if started and _is_of_attempt(own, started[-1], counted):
+    if started and _is_of_attempt(own, started[-1], earlier):
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
-        replaced.append(fold(e for e in counted if e.seq < started[-1].seq))
+        replaced.append(fold(e for e in earlier if e.seq < started[-1].seq))
     return History(
         own.time, own.data.get("reason"), signature.reason, numbers,
         [(replaced_by_next(each), values_before(each)) for each in replaced],
@@ -214,12 +214,12 @@ def _at_bench(
         yield replace(known, bench=stated, numbered=numbers)
 
 
-def _is_of_attempt(own: Event, started: Event, counted: Sequence[Event]) -> bool:
+def _is_of_attempt(own: Event, started: Event, earlier: Sequence[Event]) -> bool:
     """Return whether a judgement is one of the workflow's attempt that was started last: its folder has the attempt's
     number, and no other folder of the unit was judged in between. Else a folder of that name would hide an attempt."""
     if attempt_number(PurePath(str(own.data["path"])).name) != started.data["number"]:
         return False
-    return all(e.data["path"] == own.data["path"] for e in counted if e.what == UnitJudged.KIND and e.seq > started.seq)
+    return all(e.data["path"] == own.data["path"] for e in earlier if e.what == UnitJudged.KIND and e.seq > started.seq)
 
 
 def _later_than(events: Sequence[Event], signed: datetime) -> list[Step]:
