@@ -292,7 +292,7 @@ class Pipeline:
         return known
 
     def state(self, events: Iterable[Event]) -> UnitState | None:
-        """Return the state of a unit after these of its events, without void attempts that nobody signed."""
+        """Return the state of a unit after these of its events, without unsigned decisions on void attempts."""
         return fold(counted(self.store, events))
 
     def _reservations(self, unit: UnitFolder, result: UnitRecord | None) -> Reservations:

@@ -4,8 +4,8 @@ from accept.store.chain import StoreHead
 from accept.store.store import END_NOT_KEPT, Store
 
 NOT_SEEN = (
-    "not seen here: events that somebody with the bench's key wrote anew with all their hashes; --head FILE compares "
-    "with a head or a certificate that was kept elsewhere"
+    "not seen here: events that were rewritten together with all hashes after them, by a person with the bench's key; "
+    "--head FILE compares with a head or a certificate that was kept elsewhere"
 )
 
 
