@@ -7,9 +7,9 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+from accept.base.operator_name import KeyHolder
 
 from accept.base.home import home
-from accept.base.operator_name import KeyHolder
 from accept.batch import pipeline
 from accept.certificate.trust import authority, commissioning, keys
 from accept.store import open_store
