@@ -7,10 +7,10 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from accept.base.operator_name import KeyHolder
 
 from accept.base.home import home
-from accept.batch import pipeline
+from accept.base.names import KeyHolder
+from accept.batch import pipeline, services
 from accept.certificate.trust import authority, commissioning, keys
 from accept.store import open_store
 from accept.store.opening import DATABASE
@@ -108,7 +108,7 @@ def test_a_clock_that_was_set_back_to_before_a_calibration_ran_out(tmp_path: Pat
     certified(tmp_path, "C-1", serial="C-1", stroke=366.5, sensor=4.9)
     back, pdf, own = today - timedelta(days=30), tmp_path / "A-1.pdf", commissioning.bench_statement
     with patched(back) as m:
-        m.setattr(pipeline, "bench_statement", lambda file, checks, _, *more: own(file, checks, back.date(), *more))
+        m.setattr(services, "bench_statement", lambda file, checks, _, *more: own(file, checks, back.date(), *more))
         bench = ("--bench", tmp_path / "bench.toml")
         accept("report", unit(tmp_path / "A-1"), "--spec", "apa-basic", "--out", pdf, *bench)
     doubted(verified(pdf), f"the clock was set back: event 4 (unit_judged B-1) is dated {back:%Y-%m-%d}")
