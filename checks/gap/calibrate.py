@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 
+from checks.fitting.calibrate import quicker
 from checks.fitting.dataset import Dataset
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
 from checks.gap.preparation.inputs import Problem, possible_faults, with_fault
 from checks.gap.search.candidate import Candidate
-from checks.gap.search.candidates import WIDER_STEPS, WIDER_TOLERANCES, Effort, Say, Search, quicker
+from checks.gap.search.candidates import WIDER_STEPS, WIDER_TOLERANCES, Effort, Say, Search
 from checks.gap.search.residuals import with_tolerance
 
 BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power

@@ -20,6 +20,7 @@ from checks.gap.decision.experiments import (
 from checks.gap.decision.gates import Claim, accepted, chance_of_gain, judge_claims
 from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
 from checks.gap.decision.next_experiment import choose_experiments
+from checks.gap.decision.parts import values_beyond_parts
 from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Nameless, Result, StepShown, Tried
 from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
 from checks.gap.decision.verdict import (
@@ -35,6 +36,7 @@ from checks.gap.decision.verdict import (
     verdict_of,
 )
 from checks.gap.effects import EFFECTS
+from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.preparation.inputs import Problem
 from checks.gap.search.candidate import Candidate
@@ -59,7 +61,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     decision, shown_before, after = _decide(problem, search, result, whole, judged)
     full, good = decision.full, accepted(decision.claims)
     rivals = decision.rivals if result.steps else choose_experiments(decision.rivals, good, result, full, search.A)
-    named = named_effects(good, decision.fit, problem.early, problem.in_slow)
+    named = named_effects(good, decision.fit, problem.early, problem.in_slow, full.response.model)
     rivals = (*rivals, *losses_of_bench(full, good), *scale_or_lopsided(full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     rivals = tuple(dict.fromkeys((*rivals, *lags_of_bench(full))))
@@ -72,6 +74,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     as_given = whole.adequate and result.best is base
     missing = _missing(problem, decision, everywhere, left_out, as_given)
     missing += disagreements(experiments, problem.depends_on_level)
+    missing += () if missing or named or elements or rivals else tuple(values_beyond_parts(everywhere))
     verdict = verdict_of(full.adequate, (*named, *elements), rivals, missing)
     before = _left_before(whole, result, full, problem.B)
     gap_before = gaps_of(replace(shown_before, unseen=problem.measured_B) if problem.early else shown_before)
@@ -155,7 +158,7 @@ def _without(search: Search, result: SearchResult, weak: frozenset[str]) -> Sear
     """Return the result without effects that are too weak for a name, fitted again: at the values of a fit with them
     the others would look wrong. Its rivals are all that were tried with one other effect."""
     response = result.best.response.without(*weak)
-    best = search.refit(response, response.own_values(result.best.at))
+    best = search.refit(response, response.own_values(result.best.at, result.best.response))
     rivals = [c for c in result.tried if len(c.names) == len(best.names) and len(c.names - best.names) == 1]
     return replace(result, best=best, rivals=tuple(rivals))
 
@@ -181,7 +184,7 @@ def _left_before(whole: Candidate, result: SearchResult, full: Candidate, B: Dat
     calibration without the effects has followed what it cannot explain, and shows it everywhere."""
     if not (result.best.response.counted and full.adequate):
         return whole.seen
-    return at_known(result.base.response, B, result.base.response.own_values(full.at))
+    return at_known(result.base.response, B, result.base.response.own_values(full.at, full.response))
 
 
 def _judge(problem: Problem, search: Search, result: SearchResult, left_out: Sequence[str]) -> FinalExplanation:
@@ -223,8 +226,8 @@ def _withdraw(
     without = [
         whole,
         replace(base, at=given, unseen=B),
-        replace(base, at=base.response.own_values(full.at), unseen=B),
-        replace(base, response=bare, at=bare.own_values(full.at), unseen=B),
+        replace(base, at=base.response.own_values(full.at, full.response), unseen=B),
+        replace(base, response=bare, at=bare.own_values(full.at, full.response), unseen=B),
     ]
     claims, before, after = withdraw_harmful(without, replace(full, unseen=B), decision.claims)
     return replace(decision, claims=claims), before, after
@@ -260,9 +263,9 @@ def steps_of(after: Candidate) -> tuple[StepShown, ...]:
     rest = list(after.response.effects)
     response, out = after.response.without(*(e.name for e in rest)), []
     if rest:
-        out.append(StepShown(None, _channel_G(replace(after, response=response))))
+        out.append(StepShown(None, _channel_G(after, response)))
     while rest:
-        tried = [(e, _channel_G(replace(after, response=response.with_member(e)))) for e in rest]
+        tried = [(e, _channel_G(after, response.with_member(e))) for e in rest]
         effect, channels = min(tried, key=lambda each: sum(np.log(max(G, 1.0)) for G in each[1].values()))
         response = response.with_member(effect)
         rest.remove(effect)
@@ -270,9 +273,10 @@ def steps_of(after: Candidate) -> tuple[StepShown, ...]:
     return tuple(out)
 
 
-def _channel_G(c: Candidate) -> dict[str, float]:
-    c = replace(c, at=c.response.own_values(c.at))
-    return {channel: gap.G for channel, gap in gaps_of(c).channels.items()}
+def _channel_G(after: Candidate, response: Augmented) -> dict[str, float]:
+    """Return G of a part of an explanation, at its values."""
+    part = replace(after, response=response, at=response.own_values(after.at, after.response))
+    return {channel: gap.G for channel, gap in gaps_of(part).channels.items()}
 
 
 def _springs_seen(springs: Mapping[str, float]) -> tuple[str, ...]:
