@@ -85,8 +85,8 @@ class BatchMember:
 @dataclass(frozen=True, eq=False)
 class Population:
     """names (p,); model: without an earlier batch and bench; prior, batch: of these names. judged: every unit, in the
-    order given; covered: how many parameters of the units that belong lie within the prediction of
-    the others, and how many were compared. bench: the unexplained factor that it puts on every unit."""
+    order given; covered: how many parameters of the units that belong lie within the prediction of the others, and how
+    many were compared. bench: the unexplained factor that it puts on every unit."""
 
     names: tuple[str, ...]
     model: Model
@@ -248,17 +248,7 @@ def _judge(
     k = int(np.argmax(z))
     worst = (names[k], float(one.z[k])) if z[k] >= 0 else None
     reason = _reason(fit, one, worst, belongs)
-    return BatchMember(
-        serial=fit.serial,
-        belongs=belongs,
-        reason=reason,
-        G=fit.G,
-        G_left_out=G_left_out,
-        G_before=fit.G_before,
-        belonging=one,
-        worst=worst,
-        weight=weight,
-    )
+    return BatchMember(fit.serial, belongs, reason, fit.G, G_left_out, fit.G_before, one, worst, weight)
 
 
 def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belongs: bool) -> str | None:

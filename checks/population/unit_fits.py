@@ -251,16 +251,8 @@ def _last_fit(model: Model, r: UnitOfBatch, at: Values | None, bench: LearnedBen
     same in all units of a batch, so it does not average as their noise does."""
     free = free_of(model)
     prior, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
-    nothing = UnitFit(
-        unit=r,
-        model=model,
-        names=tuple(p.name for p in free),
-        theta=prior,
-        cov=np.diag(sds**2),
-        G={},
-        converged=False,
-        G_before={},
-    )
+    names = tuple(p.name for p in free)
+    nothing = UnitFit(r, model, names, prior, np.diag(sds**2), G={}, converged=False, G_before={})
     if at is None:
         return nothing
     on_bench, own = r.on_bench(bench), replace(model, learned=bench)
@@ -275,16 +267,7 @@ def _last_fit(model: Model, r: UnitOfBatch, at: Values | None, bench: LearnedBen
     except (ModelError, np.linalg.LinAlgError):
         return nothing
     fit = found.fit
-    return UnitFit(
-        unit=r,
-        model=found.model,
-        names=fit.names,
-        theta=fit.values,
-        cov=fit.cov,
-        G=G,
-        converged=fit.converged,
-        G_before=before,
-    )
+    return UnitFit(r, found.model, names, fit.values, fit.cov, G, fit.converged, G_before=before)
 
 
 def predicted_gaps(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench | None) -> Gs:

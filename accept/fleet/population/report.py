@@ -44,10 +44,7 @@ SHOWN = 14  # parameters in the picture
 LISTED = 24  # values in the table of the page; the rest moved by a fraction of their uncertainty
 LEARNED = 0.9  # share of its prior's standard deviation that is left of a mean that counts as learned
 PAIRS = 12  # of values that vary together: the strongest; the others are counted
-OF_ALL = (
-    "All units have in common: {}. A jig, APAs that are lopsided alike or an error of the model would do this, so no "
-    "unit is named for it, and it is part of U of every misalignment."
-)
+OF_ALL = "All units: {}. By a jig, lopsided APAs or the model: it names no unit, and is part of U of each misalignment."
 EXPLAINED = (
     "A point is one unit's own value, a bar the batch's mean with its 95 % interval, in standard deviations of the "
     "model file from its value. What the units have in common lies away from zero, what differs between them apart."

@@ -91,7 +91,7 @@ class BesideEvidence(NameEvidence):
         """Return the residual (F, C) of B without the effect, everything else at the same values."""
         fitted, data = self.fitted, self.fitted.unseen
         less = fitted.response.without(self.effect.name)
-        return np.asarray(data.H - less.frf(data.f, less.own_values(fitted.at, fitted.response), data.channels))
+        return np.asarray(data.H - less.frf(data.f, less.own_values(fitted.at), data.channels))
 
     @cached_property
     def cells(self) -> ActingCells:

@@ -354,7 +354,7 @@ def chance_of_gain(gain: float, member: Member) -> float:
 def change_by(effect: Effect, response: Augmented, at: Values, data: Dataset) -> Complex:
     """Return the change (F, C) of a response by an effect in it, everything else at the same values."""
     less = response.without(effect.name)
-    bare = less.frf(data.f, less.own_values(at, response), data.channels)
+    bare = less.frf(data.f, less.own_values(at), data.channels)
     return np.asarray(response.frf(data.f, at, data.channels) - bare)
 
 

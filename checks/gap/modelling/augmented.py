@@ -96,12 +96,9 @@ class Augmented:
                 )
         return [*base, *added]
 
-    def own_values(self, at: Values, of: "Augmented | None" = None) -> dict[str, float]:
-        """Return the values of the fitted parameters, of those that are not given where they begin. of: the response
-        that has these values; those of its other members are none of this one's, though a parameter of the model has
-        the same name."""
-        others = () if of is None else tuple(f"{m.name}." for m in of.members if m.name not in self.names)
-        return {p.name: p.begin if p.name.startswith(others) else at.get(p.name, p.begin) for p in self.free()}
+    def own_values(self, at: Values) -> dict[str, float]:
+        """Return the values of the fitted parameters, of those that are not given where they begin."""
+        return {p.name: at.get(p.name, p.begin) for p in self.free()}
 
     def of(self, values: Values, member: str) -> dict[str, float]:
         """Return the values of one member, by its own parameter names."""

@@ -159,7 +159,7 @@ def _from_better_start(search: Search, step: ExplainingStep, result: SearchResul
 def is_within_tolerance(c: Candidate, effect: Effect, most: float) -> bool:
     """Return whether no channel has a larger G without an effect of a candidate, everything else at the same values."""
     less = c.response.without(effect.name)
-    return replace(c, response=less, at=less.own_values(c.at, c.response)).worst_G < most
+    return replace(c, response=less, at=less.own_values(c.at)).worst_G < most
 
 
 def has_needless_effect(c: Candidate) -> bool:

@@ -66,18 +66,16 @@ def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
 
 
 def _pulled(projected: Projected, effect: Effect) -> Score | None:
-    """Score an effect that stands for calibrated parameters by what the priors cost and by the calibrated values; None
-    if the model does not calibrate them."""
+    """Score an effect that stands for a calibrated parameter by what the prior costs and by the calibrated value; None
+    if the model does not calibrate that parameter."""
     model, pulls = projected.response.model, projected.pulls
-    found = {p: [t for t in p.targets(model) if t in pulls and t in projected.at] for p in effect.parameters}
-    if not all(found.values()) or (len(found) > 1 and effect.adds):
+    found = [t for t in effect.stands_for(model) if t in pulls and t in projected.at]
+    if not found or len(effect.parameters) != 1:
         return None
-    values = {}
-    for p, targets in found.items():
-        away = [projected.at[t] - (model.values[t] if effect.adds else 0.0) for t in targets]
-        values[p.name] = float(np.clip(np.mean(away), p.lo, p.hi))
-    each = [t for targets in found.values() for t in targets]
-    return Score(effect, float(sum(pulls[t] ** 2 for t in each)), len(each), 1, (values,))
+    p = effect.parameters[0]
+    away = [projected.at[t] - (model.values[t] if effect.adds else 0.0) for t in found]
+    value = float(np.clip(np.mean(away), p.lo, p.hi))
+    return Score(effect, float(sum(pulls[t] ** 2 for t in found)), len(found), 1, ({p.name: value},))
 
 
 def _differ(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
