@@ -39,7 +39,7 @@ def calibrate(search: Search, problem: Problem) -> Candidate:
     own = search.with_likelier_damping(search.fit(Augmented(first, members), {}, drawn=0))
     if of_batch and not own.adequate:
         own_place = replace(own.response, model=replace(own.response.model, sds=given.sds))
-        within = search.refit(own_place, own.at)
+        within = search.fit_from_one_place(own_place, {})  # without it the calibration has gone astray
         own = within if within.adequate and replace(within, unseen=problem.B).adequate else own
     if own.adequate or not given.scatters:
         return own

@@ -148,7 +148,7 @@ def lines(found: LearnedPopulation, changed: Sequence[str] = ()) -> list[str]:
 
 
 def common_offsets(found: LearnedPopulation) -> list[str]:
-    """Return what the units have in common of a misalignment, where it is certain."""
+    """Return the misalignment that the units have in common, if it exceeds its U."""
     mean, U = found.batch.mean, 2.0 * np.sqrt(np.diag(found.batch.mean_cov))
     certain = [i for i, n in enumerate(found.names) if n.startswith("misalignment.") and abs(mean[i]) > U[i]]
     words = (f"{value_label(found.model, found.names[i])} {with_U(float(mean[i]), float(U[i]))} um" for i in certain)

@@ -193,9 +193,11 @@ def test_units_with_nothing_in_common_are_no_batch(batch: list[Path], tmp_path: 
     assert sum(u["belongs"] for u in units) < 3
     assert all(u["reason"] for u in units if not u["belongs"])
     assert "mode_scatter" not in said  # two springs have no modes to scatter
-    fitted = CliRunner().invoke(app, ["model", "fit", str(batch[0]), "--model", str(tmp_path / "out/population.toml")])
-    assert fitted.exit_code == 6, fitted.output
-    assert "was learned from units that are no batch" in fitted.output
+    for command in (["model", "fit"], ["gap"]):
+        refused = CliRunner().invoke(app, [*command, str(batch[0]), "--model", str(tmp_path / "out/population.toml")])
+        assert refused.exit_code == 6, refused.output
+        assert "was learned from units that are no batch" in refused.output
+        assert "nothing is named by it" in refused.output
     with pytest.raises(ModelError, match="no batch"):
         open_model(tmp_path / "out/population.toml")
 
