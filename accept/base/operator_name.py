@@ -1,10 +1,19 @@
-"""The operator's name; a module of its own, because the workflow asks for it before anything slow is imported."""
+"""The names of persons; a module of its own, because the workflow asks for it before anything slow is imported."""
 
 import getpass
 import sys
 
 _FIRST_PERSON = 501 if sys.platform == "darwin" else 1000  # number of the first account that is a person's
 _NOBODY = 65534
+
+
+class KeyHolder(str):
+    """The name on a key that its holder opened. An event under any other name is marked `typed`."""
+
+
+def shown_name(who: str, typed: bool) -> str:
+    """Return the name of a person as printed beside a decision."""
+    return f"{who} (typed)" if typed else str(who)
 
 
 def operator_name(given: str | None) -> str:

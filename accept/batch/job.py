@@ -9,8 +9,7 @@ from accept.base.console import say as say_on_stderr
 from accept.base.documents.results import UnitRecord
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.base.worker_process import too_large
-from accept.certificate.contents.content import CertificateContent, ContentError, content_of
-from accept.certificate.contents.provenance import Provenance
+from accept.certificate import CertificateContent, ContentError, Provenance, content_of
 from accept.gap.start_model import StartModel, applies
 from accept.judging.calibration import Statement
 from accept.judging.judge_unit import judge_unit

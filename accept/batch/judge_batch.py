@@ -20,9 +20,7 @@ from accept.batch.job import Judgement, Refusal, UnitJob
 from accept.batch.pipeline import Pipeline, spec_for
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.roster import Roster
-from accept.certificate.contents.content import ContentError
-from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.provenance import Earlier
+from accept.certificate import ContentError, InvalidCertificate, ends_before
 from accept.certificate.trust.keys import Credential
 from accept.fleet.findings_file import FEW, keep_findings
 from accept.gap.text import one_line
@@ -266,7 +264,7 @@ class _Batch:
                 unit = ListedUnit(**vars(UnitJudged.of(judged).result), certificate=certificate)
                 if attempts := earlier + len(more):
                     before = fold(e for e in self.pipeline.events(serial) if e.seq < judged.seq)
-                    ended = Earlier.of(before)
+                    ended = ends_before(before)
                     unit = replace(unit, attempt=attempts + 1, earlier=None if ended is None else ended.to_json())
                 report.verdicts[str(unit.verdict)] += 1
                 kinds.add(unit.kind)
@@ -304,10 +302,10 @@ def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Ev
 
 def _pictures(certificate: Path) -> Mapping[str, Panel] | None:
     """Return the pictures of a certificate, None if it cannot be read."""
-    from accept.certificate.verify import attachments, structure  # loads pyhanko
+    from accept.certificate import read_contents
 
     try:
         content = read_bounded(certificate, CERTIFICATE_BYTES)
-        return structure.read_unknown(attachments.read, content).panels
+        return read_contents(content).panels
     except (InvalidCertificate, OSError):
         return None

@@ -22,20 +22,30 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
+from accept.base.documents.manifest import hashes
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.home import home
+from accept.base.operator_name import KeyHolder, shown_name
 from accept.base.spelling import mistaken_for
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.capture.reference_check import days_checked
-from accept.certificate.certify import drawn, set_aside, sign_into
-from accept.certificate.contents.content import canonical
-from accept.certificate.contents.provenance import Earlier, Provenance, amended
+from accept.certificate import (
+    Provenance,
+    amended,
+    canonical,
+    drawn,
+    ends_before,
+    needs_reason,
+    numbers_of,
+    provenance,
+    set_aside,
+    sign_into,
+)
 from accept.certificate.trust import keys
 from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import needs_reason, numbers_of, provenance
 from accept.certificate.trust.spec_approval import approval_of
 from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.judging import calibration
@@ -46,8 +56,8 @@ from accept.judging.golden import check_may_judge, goldens, missed
 from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations
 from accept.judging.superseded import Approval
-from accept.models.evidence import evidence_of, hashes, named_models
-from accept.store import Event, KeyHolder, Overtaken, SignedHead, Store, UnitState, fold, shown_name
+from accept.models.evidence import evidence_of, named_models
+from accept.store import Event, Overtaken, SignedHead, Store, UnitState, fold
 from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
 from specs.bench import BenchFile
@@ -362,7 +372,7 @@ class Pipeline:
         return provenance(
             self.store, self.operator, spec, serial, before, self._head, self.home, self.credential, taken,
             Provenance(
-                reason=reason, earlier=Earlier.of(before), amends=amends, judged=judged, signed_because=because
+                reason=reason, earlier=ends_before(before), amends=amends, judged=judged, signed_because=because
             ),
         )  # fmt: skip
 

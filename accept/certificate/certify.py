@@ -1,18 +1,21 @@
 """A document signed, written, and its signature stored: the same for technician and quality assurance."""
 
+import hashlib
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
-from accept.certificate import events
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.disposition import Disposition
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.provenance import signed_by_bench
-from accept.judging.decisions import Signer
-from accept.store import Event, Overtaken, Store
+from accept.judging.decisions import DISPOSITION, Signer, content_of, sign_decision
+from accept.judging.nonconformance import decided
+from accept.store import TECHNICIAN, Event, Overtaken, Store
+from accept.store.payloads import CertificateSigned, Decision, Payload
 
 
 def drawn(contents: CertificateContent, home: Path) -> bytes:
@@ -51,18 +54,28 @@ def sign_into(
     signed = sign(document, credential, datetime.now(UTC), disposition=disposition, simulated=simulated)
     if after is None:  # one of the technician that the store does not know is made again
         write_atomic(path, signed)
-    signer = Signer(credential.key, credential.certificate) if disposition and credential.key is not None else None
+    before = None if credential.role == TECHNICIAN else hashlib.sha256(document).hexdigest()
+    decision, about = None, list[Payload]()
+    if disposition is not None:
+        decision = Decision(disposition.choice, disposition.reason)
+        if credential.key is not None:
+            signer = Signer(credential.key, credential.certificate)
+            if nonconformances:
+                about.append(decided(store, serial, decision, signer, nonconformances))
+            own = sign_decision(DISPOSITION, content_of(serial, decision, before), signer)
+            decision = replace(decision, signed=own)
+    digest = hashlib.sha256(signed).hexdigest()
+    event = CertificateSigned(
+        str(path.resolve()), digest, credential.role, decision, before, number=number, reason=reason, judged=judged
+    )
     try:
-        event = events.signed(
-            store, serial, path, signed, credential.role, who=who, spec=spec, disposition=disposition, of=document,
-            signer=signer, number=number, reason=reason, judged=judged, nonconformances=nonconformances, after=after,
-        )  # fmt: skip
+        stored = store.write_all([*about, event], serial, who=who, spec=spec, after=after)[-1]
     except Overtaken as e:
         words = "its history went on while the certificate was looked at; look at it again: nothing was signed"
         raise SigningRefused(f"{serial}: {words}") from e
     if after is not None:
         write_atomic(path, signed)
-    return event
+    return stored
 
 
 def set_aside(path: Path, if_countersigned: bool = False) -> None:

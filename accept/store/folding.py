@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from accept.base.documents.results import UnitRecord
 from accept.store.event import Event
 from accept.store.payloads import (
+    VOIDED,
     AttemptVoided,
     CertificateSigned,
     CertificateWritten,
@@ -15,7 +16,6 @@ from accept.store.payloads import (
 )
 
 TECHNICIAN = "technician"  # the role of the first signature
-VOIDED = "voided"  # how an attempt ended that quality assurance declared void
 
 
 @dataclass(frozen=True)

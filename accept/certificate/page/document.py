@@ -107,5 +107,5 @@ def _height(flowables: Sequence[Flowable]) -> float:
 
 
 def _title(contents: CertificateContent) -> str:
-    title = SIMULATED if fixed_parts.is_simulated(contents) else "Acceptance certificate"
+    title = SIMULATED if contents.simulated else "Acceptance certificate"
     return f"{title} {contents.serial}: {contents.result['verdict']}"

@@ -22,7 +22,7 @@ from accept.base.progress import steps
 from accept.batch import judge_batch
 from accept.batch.judge_batch import CERTIFICATES, BatchRequest
 from accept.batch.table import reasons, simulated, units_table
-from accept.certificate.verify.rejudge import is_valid_demo, ready
+from accept.certificate import is_valid_demo, ready
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import Operator
 from accept.commands.trust.bench_keys import DEMO, demo_credential

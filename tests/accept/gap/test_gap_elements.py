@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from pypdf import PdfReader
 
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate import InvalidCertificate
 from accept.certificate.page.gap_section import explanation
 from accept.certificate.verify.gap_check import check_gap
 from accept.gap.analyse_unit import GapAnalysis, write
