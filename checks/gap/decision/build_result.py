@@ -48,10 +48,10 @@ from checks.model.channel_paths import LATENCIES
 from specs.units import model_label
 
 RIVALS = 3  # in the place of an effect, that are shown
-# What is made, bought or weighed. Of a dozen such values of a sound strut one in a hundred lies so many sd off its
-# file; further off a batch, as few units know their scatter badly.
+# What is made, bought or weighed. Of the few such values that records tell, one in a hundred struts has one so many sd
+# off its file; further off a batch, as few units know their scatter badly.
 PARTS = ("joint.", "encoder.", "bench.payload_kg", "constants.ga_", "constants.gs_")
-BEYOND_FILE, BEYOND_BATCH = 3.4, 4.5
+BEYOND_FILE, BEYOND_BATCH = 3.1, 4.5
 
 
 def build_result(problem: Problem, search: Search, result: SearchResult, whole: Candidate) -> Result:
