@@ -22,8 +22,8 @@ from specs import door
 defer()  # before anything here loads pyHanko
 
 if TYPE_CHECKING:
-    from accept.certificate.certify import drawn, set_aside, sign_into
-    from accept.certificate.contents.content import CertificateContent, ContentError, canonical
+    from accept.certificate.certify import Issuer, drawn, sign_into
+    from accept.certificate.contents.content import CertificateContent, ContentError
     from accept.certificate.contents.disposition import DispositionError, parse_disposition, parse_signing_reason
     from accept.certificate.contents.errors import InvalidCertificate
     from accept.certificate.contents.gathering import content_of
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from accept.certificate.contents.provenance import Provenance, needs_reason
     from accept.certificate.signature.signing import SigningRefused
     from accept.certificate.signature.timestamp import TSA_VARIABLE
-    from accept.certificate.trust.provenance import amended, ends_before, numbers_of, provenance
+    from accept.certificate.trust.provenance import amended, ends_before
     from accept.certificate.verify.against_list import trusted_lists
     from accept.certificate.verify.lists_beside import ListsBeside
     from accept.certificate.verify.rejudge import (

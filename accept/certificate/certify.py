@@ -2,20 +2,23 @@
 
 import hashlib
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
+from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.disposition import Disposition
+from accept.certificate.contents.provenance import Provenance
 from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.provenance import signed_by_bench
+from accept.certificate.trust.provenance import numbers_of, provenance, signed_by_bench
 from accept.judging.decisions import DISPOSITION, Signer, content_of, sign_decision
 from accept.judging.nonconformance import decided
-from accept.store import TECHNICIAN, Event, Overtaken, Store
+from accept.store import TECHNICIAN, Event, Overtaken, SignedHead, Store, UnitState
 from accept.store.payloads import CertificateSigned, Decision, Payload
+from specs.spec import Spec
 
 
 def drawn(contents: CertificateContent, home: Path) -> bytes:
@@ -23,6 +26,51 @@ def drawn(contents: CertificateContent, home: Path) -> bytes:
     from accept.certificate.page.document import render  # loads reportlab: only when wanted
 
     return render(signed_by_bench(contents, home))
+
+
+class Issuer:
+    """Issues the certificates of a bench in the technician's name; without a credential they stay unsigned."""
+
+    def __init__(self, store: Store, home: Path, who: str, credential: Credential | None) -> None:
+        self.store, self.home, self.who, self.credential = store, home, who, credential
+        self._head: SignedHead | None = None
+
+    def draw(
+        self,
+        path: Path,
+        spec: Spec,
+        result: UnitRecord,
+        before: UnitState | None,
+        past: Sequence[Event],
+        decided: Provenance,
+        contents: Callable[[Provenance], CertificateContent],
+        overwrites: bool = False,
+    ) -> Callable[[int], None]:
+        """Draw a certificate, its provenance signed by the bench; return what signs it, writes it to `path` and stores
+        that it was signed, given the number of the event of its judgement.
+
+        before, decided: as `provenance` takes them; past: events of the unit; contents: what the certificate states,
+        with its provenance; overwrites: an earlier one at its place, unless quality assurance signed it. Raises as
+        `provenance`, ContentError; what is returned raises as `sign_into`."""
+        serial, taken = result.serial, numbers_of(past)
+        self._head = self._head or self.store.signed_head()  # one for all certificates of a run
+        stated = provenance(
+            self.store, self.who, spec, serial, before, self._head, self.home, self.credential, taken, decided
+        )
+        page = drawn(contents(stated), self.home)
+
+        def issue(judged: int) -> None:
+            if not overwrites or _is_countersigned(path):
+                _set_aside(path)
+            if self.credential is None:
+                return write_atomic(path, page)
+            sign_into(
+                path, page, self.credential, self.store, serial, self.who, result.spec,
+                number=stated.number, simulated=result.simulated, reason=stated.signed_because, judged=judged,
+            )  # fmt: skip
+            return None
+
+        return issue
 
 
 def sign_into(
@@ -78,11 +126,12 @@ def sign_into(
     return stored
 
 
-def set_aside(path: Path, if_countersigned: bool = False) -> None:
-    """Rename a certificate of an earlier result, which is never overwritten. if_countersigned: only one that holds more
-    than one signature."""
-    if if_countersigned and not (path.exists() and path.read_bytes().count(b"/ByteRange") > 1):
-        return
+def _is_countersigned(path: Path) -> bool:
+    return path.exists() and path.read_bytes().count(b"/ByteRange") > 1
+
+
+def _set_aside(path: Path) -> None:
+    """Rename a certificate of an earlier result, which is never overwritten."""
     number = 1
     while path.exists():
         aside = path.with_name(f"{path.stem}_superseded-{number}.pdf")

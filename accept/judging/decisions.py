@@ -20,7 +20,7 @@ from cryptography.x509.oid import NameOID
 
 from accept.base.documents.results import CONCESSION
 from accept.base.home import home
-from accept.base.operator_name import KeyHolder
+from accept.base.names import KeyHolder
 from accept.store.payloads import CHOICES, MARK, Decision, NonconformanceDecided, SignedBy, without_hashes
 from specs.errors import AcceptError
 from specs.files import read_bounded

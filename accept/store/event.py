@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from accept.base.operator_name import shown_name
+from accept.base.names import shown_name
 from accept.base.plain_text import as_utf8
 from accept.store.errors import StoreError
 

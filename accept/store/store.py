@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from sqlalchemy import Connection, Engine, Row, Select, func, insert, select, update
 
-from accept.base.operator_name import KeyHolder
+from accept.base.names import KeyHolder
 from accept.base.spelling import look_alike, look_key, spelling_key
 from accept.base.version import code_sha256
 from accept.store import indexes, tables

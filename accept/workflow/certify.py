@@ -5,8 +5,10 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+from accept.base.names import same_person
 from accept.certificate import (
     TSA_VARIABLE,
+    Issuer,
     ListsBeside,
     Provenance,
     SigningRefused,
@@ -14,16 +16,12 @@ from accept.certificate import (
     amended,
     at_bench,
     content_of,
-    drawn,
     ends_before,
-    numbers_of,
     parse_disposition,
     parse_signing_reason,
     ports,
-    provenance,
     read_certificate,
     rejudge,
-    set_aside,
     sign_into,
     verify_certificate,
 )
@@ -31,7 +29,6 @@ from accept.certificate.trust import authority, keys
 from accept.certificate.trust.authority import QA, TECHNICIAN
 from accept.certificate.trust.encrypted_key import LockedError
 from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import FILE
 from accept.store import fold
 from accept.store.payloads import CertificateSigned, UnitJudged
@@ -70,25 +67,17 @@ class Signing:
         if _is_one_of(why, [passphrase]):
             raise SigningRefused(NOT_TAKEN)
         number, past = session.attempt.number, list(session.store.events(session.serial))
-        before = fold(e for e in session.events if e.seq < session.begun)
         judged = next(event for event in reversed(past) if event.what == UnitJudged.KIND)
-        earlier = ends_before(fold(e for e in past if e.seq < judged.seq))
-        stated = provenance(
-            session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
-            session.home, credential, numbers_of(past),
-            Provenance(
-                number, reason=UnitJudged.of(judged).reason, earlier=earlier, amends=amends, judged=judged.time,
-                signed_because=why,
-            ),
-        )  # fmt: skip
-        contents = content_of(result, session.spec, session.folder, credential.person, provenance=stated)
-        page = drawn(contents, session.home)
+        earlier, why_again = ends_before(fold(past, before=judged.seq)), UnitJudged.of(judged).reason
+        decided = Provenance(
+            number, reason=why_again, earlier=earlier, amends=amends, judged=judged.time, signed_because=why
+        )
         path = session.home / "certificates" / certificate_name(session.serial, number)
-        set_aside(path)
-        sign_into(
-            path, page, credential, session.store, session.serial, credential.person, result.spec,
-            number=stated.number, simulated=result.simulated, reason=why, judged=judged.seq,
+        issue = Issuer(session.store, session.home, credential.person, credential).draw(
+            path, session.spec, result, fold(session.events, before=session.begun), past, decided,
+            lambda stated: content_of(result, session.spec, session.folder, credential.person, provenance=stated),
         )  # fmt: skip
+        issue(judged.seq)
         return self._verified(path, credential)
 
     def countersign(self, passphrase: str, choice: str = "", reason: str = "") -> Verification:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.base.atomic_files import UNIT_FILE
-from accept.base.operator_name import shown_name
+from accept.base.names import shown_name
 from accept.certificate.contents.content import CertificateContent
 from accept.pictures.labels import check_label, input_words, stated_inputs
 from accept.units import folder_header

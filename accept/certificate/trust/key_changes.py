@@ -12,11 +12,10 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509.oid import NameOID
 
 from accept.base.atomic_files import write_atomic, write_new
-from accept.base.operator_name import KeyHolder
+from accept.base.names import KeyHolder, same_person
 from accept.certificate.trust import authority, encrypted_key, keys, revocation, revocation_record
 from accept.certificate.trust.authority import BENCH, ROLES, public_of
 from accept.certificate.trust.keys import CA, KeysError
-from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import REASONS, RevocationList, Revoked
 from accept.store import BENCH_KEY, bench_of, open_store, own_key
 

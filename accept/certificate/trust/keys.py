@@ -22,10 +22,9 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.base.atomic_files import write_new
-from accept.base.operator_name import KeyHolder
+from accept.base.names import KeyHolder, same_person, scripts
 from accept.certificate.trust import authority, encrypted_key, revocation, revocation_record
 from accept.certificate.trust.authority import BENCH, QA, ROLES, TECHNICIAN, public_of
-from accept.certificate.trust.names import same_person, scripts
 from accept.store import BENCH_KEY, bench_of, own_key
 from specs.errors import AcceptError
 from specs.files import read_bounded

@@ -13,6 +13,7 @@ from cryptography import x509
 
 from accept.base.documents.results import ALIKE, UnitRecord
 from accept.base.home import home
+from accept.base.names import same_person
 from accept.base.spelling import difference
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
@@ -21,7 +22,6 @@ from accept.certificate.contents.laboratory import number_of
 from accept.certificate.contents.provenance import History, differences
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
-from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import amended, ends_before, replaced_by_next, values_before
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.signatures import Signed
@@ -174,7 +174,7 @@ def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, co
     numbers, replaced = {1 if before is None else before.attempts + 1}, [before]
     if started and _is_of_attempt(own, started[-1], counted):
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
-        replaced.append(fold(e for e in counted if e.seq < started[-1].seq))
+        replaced.append(fold(counted, before=started[-1].seq))
     return History(
         own.time, own.data.get("reason"), signature.reason, numbers,
         [(replaced_by_next(each), values_before(each)) for each in replaced],

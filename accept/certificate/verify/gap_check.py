@@ -8,7 +8,7 @@ from typing import Any
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.verify.picture_check import texts
-from accept.gap.text import GAP_PICTURES, REFUSED, on_certificate
+from accept.gap import GAP_PICTURES, REFUSED, on_certificate
 from accept.pictures.jsonform import panels_to_json
 from checks.acceptance import CHECKS
 from checks.picture import Panel

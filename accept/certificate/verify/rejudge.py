@@ -31,7 +31,7 @@ from accept.certificate.verify.ports import AttachedUnit, Known, Ports, Rejudge
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.structure import read_unknown
 from accept.certificate.verify.verification import Verification, verify_certificate
-from accept.gap.start_model import applies
+from accept.gap import applies
 from accept.judging import judge_unit
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.consistency import contradictions

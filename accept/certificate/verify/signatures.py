@@ -18,6 +18,7 @@ from pyhanko.sign.validation import EmbeddedPdfSignature, SignatureCoverageLevel
 from pyhanko.sign.validation.settings import KeyUsageConstraints
 from pyhanko_certvalidator import ValidationContext
 
+from accept.base.names import same_person
 from accept.certificate.contents.disposition import of_signature
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
 from accept.certificate.signature import timestamp
@@ -25,7 +26,6 @@ from accept.certificate.signature.long_term import kept_in, loaded
 from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
 from accept.certificate.trust.authority import QA, ROLES, TECHNICIAN
-from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.signature_contents import byte_range, check_hole, read_hole, signature_of, token_of
 from accept.certificate.verify.structure import SAVED_AGAIN

@@ -11,12 +11,12 @@ from cryptography import x509
 
 from accept.base import version
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME, TYPED
+from accept.base.names import same_person
 from accept.base.spelling import serial_problem
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.provenance import PROVENANCE, Provenance, needs_reason
 from accept.certificate.contents.step import Step
-from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.ports import Ports
 from accept.certificate.verify.signatures import Signed

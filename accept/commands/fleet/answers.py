@@ -10,7 +10,7 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from accept.base.console import stdout
-from accept.base.operator_name import shown_name
+from accept.base.names import shown_name
 from accept.commands.answer import File, Remark, table
 from accept.commands.fleet.options import JudgementFilter, Outputs
 from accept.fleet.errors import FleetError

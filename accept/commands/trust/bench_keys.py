@@ -8,11 +8,10 @@ from pathlib import Path
 
 from accept.base.console import say
 from accept.base.home import home
-from accept.base.operator_name import operator_name
+from accept.base.names import operator_name, same_person
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.authority import TECHNICIAN
 from accept.certificate.trust.keys import Credential, KeysError
-from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.trust.revocation_record import fault_here
 from accept.judging.decisions import Signer

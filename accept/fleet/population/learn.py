@@ -9,7 +9,7 @@ import numpy as np
 import tomlkit
 
 from accept.base.progress import steps
-from accept.gap.responses import Responses, responses
+from accept.gap import Responses, responses
 from accept.models.model_file import OpenedModel, as_weighed, model_of_spec
 from accept.units.unit_folder import UnitError
 from checks.errors import ModelError

@@ -11,7 +11,7 @@ from urllib.parse import quote
 import numpy as np
 import pandas as pd
 
-from accept.base.operator_name import shown_name
+from accept.base.names import shown_name
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import NOT_STATED, bench_of, findings
 from accept.fleet.measurements import (

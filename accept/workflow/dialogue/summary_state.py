@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Protocol
 
 from accept.base.documents.results import UnitRecord
-from accept.base.operator_name import shown_name
+from accept.base.names import shown_name
 from accept.judging.advice import ADVICE, advice, first_advice
 from accept.pictures.labels import label_of
 from accept.store import Signature

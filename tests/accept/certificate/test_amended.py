@@ -12,6 +12,7 @@ from typer.testing import CliRunner, Result
 
 from accept.base.home import home
 from accept.batch.pipeline import Pipeline
+from accept.batch.services import JudgingServices
 from accept.certificate import DispositionError, read_contents
 from accept.certificate.contents.statements import statements
 from accept.certificate.trust import encrypted_key, keys
@@ -123,7 +124,8 @@ def test_the_same_data_need_no_reason_when_the_store_knows_more(tmp_path: Path) 
 def pipeline(store: store_module.Store, bench: Path, on: date, *, signs: bool) -> Pipeline:
     credential = keys.unlock(home(), keys.TECHNICIAN, "correct horse") if signs else None
     specs = {"apa": load_spec("apa-basic")}
-    return Pipeline(store, specs, "Test Technician", credential=credential, bench_file=load_bench(bench), on=on)
+    services = JudgingServices(store, "Test Technician", credential)
+    return Pipeline(store, specs, "Test Technician", services, bench_file=load_bench(bench), on=on)
 
 
 def settled(bench: Path, folder: Path, on: date, certificate: Path | None) -> str:
@@ -168,6 +170,7 @@ import sys
 from pathlib import Path
 from accept.base.home import home
 from accept.batch.pipeline import Pipeline
+from accept.batch.services import JudgingServices
 from accept.certificate.trust import keys
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
@@ -176,7 +179,9 @@ folder, pdf = map(Path, sys.argv[1:])
 unit, credential = unit_folder.read(folder), keys.unlock(home(), keys.TECHNICIAN, "correct horse")
 with open_store() as store:
     specs, why = {"apa": load_spec("apa-basic")}, "judged twice"
-    made = Pipeline(store, specs, "Test Technician", credential=credential, reason=why)
+    made = Pipeline(
+        store, specs, "Test Technician", JudgingServices(store, "Test Technician", credential), reason=why
+    )
     job = made.prepare(unit, made.ask(unit), pdf)
     judgement = job.judge()
     print("ready", flush=True)

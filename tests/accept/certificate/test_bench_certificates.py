@@ -10,10 +10,10 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 from accept.base.home import home
+from accept.base.names import same_person, scripts
 from accept.certificate import read_contents
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import KeysError
-from accept.certificate.trust.names import same_person, scripts
 from accept.commands.trust import bench_keys
 from accept.commands.trust import keys as commands
 from tests.accept.certificate.certificate_help import stated_head

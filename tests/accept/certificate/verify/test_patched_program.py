@@ -14,7 +14,7 @@ import pytest
 from typer.testing import Result
 
 from accept.base.home import home
-from accept.base.operator_name import KeyHolder
+from accept.base.names import KeyHolder
 from accept.batch import pipeline
 from accept.certificate import CertificateContent, Validity, certify, read_contents, rejudge
 from accept.certificate.contents.content import RESULTS
